@@ -10,7 +10,7 @@ import numpy as np
 
 import tissuec
 from benchmarks.publishing import publish, write_option
-from tests.vibration.theory import (
+from tests.analysis.vibration.theory import (
     DENSITY,
     YOUNG,
     ball,

@@ -18,14 +18,14 @@ PAGE = DOCS / "extending.md"
 PARTS = ("docs", "grammars", "library", "tests", "tissuec")
 #: By the folder of an example: tests of its family, and what those of the example contain.
 FAMILIES = {
-    "meshes": ("tests/meshes/test_mesh_laws.py", "[ring"),
+    "generators": ("tests/meshes/test_mesh_laws.py", "[ring"),
     "formats": ("tests/imports/test_imported.py", "organ.off"),
-    "instruments": ("tests/contact/test_instruments.py", "spatula"),
-    "measures": ("tests/measures", "spread"),
+    "tools": ("tests/contact/test_instruments.py", "spatula"),
+    "measures": ("tests/script/measures", "spread"),
     "forces": ("tests/forces/test_fields.py", "magnet"),
     "spring": ("tests/laws", "saturating"),
-    "surfaces": ("tests/surfaces", "local"),
-    "plots": ("tests/plots/test_kinds.py", "phases and not every_format"),
+    "surfaces": ("tests/geometry/surfaces", "local"),
+    "plots": ("tests/view/plots/test_kinds.py", "phases and not every_format"),
 }
 
 
@@ -82,7 +82,7 @@ def test_an_example_passes_the_tests_of_its_family(family, extended):
     "files",
     [
         ("tests/engine/test_conservation.py",),
-        pytest.param(("tests/integrators",), marks=pytest.mark.slow),
+        pytest.param(("tests/engine/integrators",), marks=pytest.mark.slow),
         pytest.param(("tests/engine",), marks=pytest.mark.slow),
     ],
     ids=["conservation", "integrators", "engine"],
@@ -93,7 +93,7 @@ def test_the_example_of_an_integrator_passes_the_tests_of_all_integrators(files,
 
 def test_tables_list_the_examples_once_they_are_regenerated(extended):
     run(extended, "docs.reference")
-    tables = ("tests/test_docs.py", "tests/editor/test_colours.py")
+    tables = ("tests/test_docs.py", "tests/lsp/test_colours.py")
     run_tests(extended, "up_to_date or generated", *tables)
     language = (extended / "docs" / "language.md").read_text(encoding="utf-8")
     for member in (

@@ -41,7 +41,7 @@ def test_the_wheel_ships_grammars_library_and_nothing_else(wheel):
     assert "tissuec/_data/library/scenes/sterilisation.tis" in names
     assert "tissuec/core/codes.toml" in names
     assert "tissuec/py.typed" in names
-    assert {f"tissuec/explorer/{name}" for name in (*SCRIPTS, *PARTS)} <= set(names)
+    assert {f"tissuec/view/explorer/{name}" for name in (*SCRIPTS, *PARTS)} <= set(names)
     others = ("benchmarks/", "docs/", "tests/")
     assert not [name for name in names if name.startswith(others) or "__pycache__" in name]
 

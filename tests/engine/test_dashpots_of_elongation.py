@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from tests.engine.integrators.test_orders import COUNTS, EXACTLY, slope
 from tests.engine.members import affordable, those
 from tests.engine.running import Bench
 from tests.hand_net import make_net
-from tests.integrators.test_orders import COUNTS, EXACTLY, slope
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.laws import LINEAR, REST, D, E, Law, W
 from tissuec.laws.formula import apply

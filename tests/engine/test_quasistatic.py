@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from tests.hand_net import chain, make_net, table
 from tests.hand_plan import carry_out, event, expect, make_plan, when
-from tests.statics.test_settling import residual
+from tests.mechanics.test_settling import residual
 from tests.whole_runs import AfterAsking
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder

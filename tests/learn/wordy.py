@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from tests.explorer.vocabularies import vocabulary
+from tests.view.explorer.vocabularies import vocabulary
 from tissuec.core.source import Source, Span
 from tissuec.core.units import NUMBER, show
 from tissuec.lang.words import RESERVED

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.running.test_run_to_file import write
+from tests.engine.execution.test_run_to_file import write
 from tests.whole_runs import AfterAsking
 from tissuec.core.resources import library
 from tissuec.core.source import Source

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from tests.surfaces.conftest import across, build, network_of
+from tests.geometry.surfaces.conftest import across, build, network_of
 from tissuec.results.mesh import RecordedMesh
 
 

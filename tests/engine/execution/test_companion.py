@@ -1,0 +1,234 @@
+"""The companion run tells the error of a run, and whether anybody can know better."""
+
+import os
+import signal
+
+import h5py
+import numpy as np
+import pytest
+
+import tissuec
+from tests.engine.execution.test_run import OMEGA, oscillator
+from tests.hand_net import chain
+from tests.hand_plan import make_plan
+from tissuec import pipeline
+from tissuec.core.errors import SimulationError, TissueWarning
+from tissuec.core.source import Source
+from tissuec.engine.execution import companion
+from tissuec.engine.execution.companion import Companion
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
+from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.results.promise import Promise
+from tissuec.results.trajectory import Trajectory
+
+
+def accompany(network, plan):
+    """Run a plan with a companion; return its frames and the estimate."""
+    beside, recording = Companion(network, plan, "inline"), MemoryRecording()
+    run(network, plan, Recorder(network, plan, recording, tap=beside.take))
+    return recording.frame_arrays(), beside.estimate()
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance", "step"),
+    [("velocity verlet", 1e-3, None), ("velocity verlet", None, 0.01), ("trbdf2", 1e-3, None)],
+)
+def test_the_difference_is_about_the_error_against_the_closed_form(method, tolerance, step):
+    network = oscillator()
+    plan = make_plan(network, 2.0, every=0.1, integrator=method, tolerance=tolerance, step=step)
+    (time, position, *_), estimate = accompany(network, plan)
+    exact = 0.8 + 0.2 * np.cos(OMEGA * time)
+    # The lighter of the two masses, 1 and 3 kg, has three quarters of the error of the length.
+    error = 0.75 * np.abs(position[:, 1, 0] - position[:, 0, 0] - exact).max()
+    assert estimate.state == ("kept" if step is None else "not checked")
+    # Orders of 2: a companion of a quarter of the error is three quarters of the error away.
+    assert 0.5 * error < estimate.apart[-1] < 1.2 * error
+    assert np.isfinite(estimate.allowed) == (step is None)
+
+
+def test_nothing_is_promised_of_a_run_resumed_after_the_last_recorded_time():
+    network = oscillator()
+    plan = make_plan(network, 0.1, every=0.1, tolerance=1e-3)
+    assert Companion(network, plan, "inline").estimate().state == "not checked"
+
+
+def test_a_chaotic_motion_is_recognised_and_from_when_on():
+    velocity = np.random.default_rng(0).normal(size=(5, 3)) * 5.0
+    network = chain(5, mass=0.1, stiffness=300.0, rest=1.0, velocity=velocity)
+    plan = make_plan(
+        network, 12.0, gravity=(0.0, -9.81, 0.0), every=0.1, tolerance=1e-6, ledger=False
+    )
+    _, estimate = accompany(network, plan)
+    assert estimate.state == "unknown"
+    assert "chaotic" in estimate.reason
+    assert 0.5 < estimate.since < 12.0
+    assert estimate.relative[-1] > 1e3 * estimate.allowed
+
+
+#: A sheet that stands on its edge, and falls in folds.
+CRUMPLING = """language 1
+tissue gel { Young's modulus = 2 kPa; density = 1000 kg/m^3; retardation time = 1 ms }
+body wall {
+  mesh is sheet {
+    corner = (0, 0, 0) mm; first edge = (20, 1, 0) mm; second edge = (0, 1, 20) mm
+    columns = 6; rows = 6; diagonals is both
+  }
+  tissue is gel
+  thickness = 1 mm
+}
+set foot = nodes of wall where z < 1 mm
+environment { gravity = (0, 0, -9.81) m/s^2 }
+script { at 0 s: fix foot }
+simulate { duration = 1 s }
+output { position of wall every 10 ms }
+"""
+
+
+def test_of_walls_that_crumple_the_way_out_is_told():
+    with pytest.warns(tissuec.TissueWarning, match="wall does not resist bending and crumples"):
+        tissuec.run(CRUMPLING, companion="inline")
+    bending = CRUMPLING.replace("thickness = 1 mm", "thickness = 1 mm; bending is elastic")
+    for text, is_limp in ((CRUMPLING, True), (bending, False)):
+        network = tissuec.compile(text).network
+        assert companion._is_limp(network, network.bodies[0]) == is_limp
+    assert not companion._is_limp(chain(3), chain(3).bodies[0])
+
+
+def test_steps_that_are_too_large_are_told_from_chaos_by_trying():
+    """A run that was stepped more coarsely than promised is inaccurate, not chaotic."""
+    network = oscillator()
+    plan = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-4)
+    coarse = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-1)
+    beside = Companion(network, plan, "inline")
+    run(network, coarse, Recorder(network, coarse, MemoryRecording(), tap=beside.take))
+    estimate = beside.estimate()
+    assert estimate.state == "broken"
+    assert estimate.promise.startswith("broken from 0.")
+    assert "write tolerance = 2.5e-05" in estimate.reason
+
+
+@pytest.mark.parametrize(("error", "state"), [(0.9, "kept"), (1.2, "broken")])
+def test_errors_near_the_tolerance_are_decided_by_a_third_run(error, state, monkeypatch):
+    """A companion with a quarter of the error is only three quarters of it away."""
+    network = oscillator()
+    plan = make_plan(network, 2.0, every=0.1, tolerance=1e-6)
+
+    def wrong_by(part):
+        beside = Companion(network, plan, "inline")
+        run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.take))
+        beside._own += part * (beside._own - network.position)
+        return beside
+
+    def stepped(network, plan, times, factor, **more):
+        return wrong_by(error * 1e-6 / factor)._own
+
+    beside = wrong_by(error * 1e-6)
+    monkeypatch.setattr(companion, "stepped", stepped)
+    assert beside.estimate().state == state
+
+
+PAIR = """language 1
+tissue cord { spring constant = 40 N/m; viscosity = 0 N*s/m; mass = 10 g }
+body pair { mesh is explicit; tissue is cord }
+table nodes of pair in mm with columns "id x" { 1 0; 2 11 }
+table springs of pair in mm with columns "a b rest length" { 1 2 10 }
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 0.5 s; tolerance = 1e-5 }
+output { trajectory every 10 ms }
+"""
+
+
+def simulated(folder, **options):
+    request = Request(Source("pair.tis", PAIR))
+    compiled, _ = compile_request(request)
+    return simulate(compiled, folder / "pair.vtkhdf", request=request, **options)
+
+
+@pytest.mark.parametrize("mode", ["auto", "inline", "process"])
+def test_a_result_holds_the_same_promise_whoever_steps_the_companion(tmp_path, mode):
+    result = simulated(tmp_path, companion=mode)
+    with Trajectory.open(result.path) as trajectory:
+        promise = trajectory.promise
+    assert str(promise) == "kept"
+    assert 0.0 < promise.error < promise.tolerance == 1e-5
+    inline = simulated(tmp_path, companion="inline").estimate
+    assert promise.error == inline.error
+    with h5py.File(result.path) as file:
+        steps = file["/tissuec/errors/value"][:, 0]
+        assert len(steps) == 51 and (np.diff(steps) >= 0.0).all() and steps[-1] > 0.0
+        assert file["/tissuec/companion/value"][-1, 0] == result.estimate.apart[-1]
+
+
+def test_a_process_that_is_refused_is_replaced_by_this_one(tmp_path, monkeypatch):
+    def refuse(*arguments, **options):
+        raise PermissionError("no further process")
+
+    monkeypatch.setattr(companion.subprocess, "Popen", refuse)
+    assert simulated(tmp_path, companion="process").estimate.state == "kept"
+
+
+def test_a_process_that_is_killed_leaves_the_run_as_it_is(tmp_path, monkeypatch):
+    start = Companion._start
+
+    def killed(self, launch):
+        start(self, launch)
+        os.kill(self._process.pid, signal.SIGKILL)
+
+    monkeypatch.setattr(Companion, "_start", killed)
+    result = simulated(tmp_path, companion="process")
+    assert result.outcome.kind == "done"
+    assert result.estimate.promise == "unknown from 0 s"
+    assert "companion run ended" in result.estimate.reason
+
+
+def test_one_permitted_core_is_enough(tmp_path, monkeypatch):
+    monkeypatch.setattr(companion, "permitted", lambda: 1)
+    monkeypatch.setattr(companion, "KNOWN", 0.0)
+    monkeypatch.setattr(companion, "STARTING", 0.0)
+    monkeypatch.setattr(companion.subprocess, "Popen", None)
+    assert simulated(tmp_path).estimate.state == "kept"
+
+
+def test_what_is_switched_off_or_not_recorded_is_not_checked(tmp_path):
+    off = simulated(tmp_path, companion="off").estimate
+    assert off.promise == "not checked"
+    assert "switched off" in off.reason
+    network = oscillator()
+    nothing = Companion(network, make_plan(network, 1.0, ledger=False)).estimate()
+    assert nothing.promise == "not checked"
+
+
+def test_python_tells_a_promise_that_is_not_kept():
+    chaotic = PAIR.replace("1 0; 2 11", "1 0; 2 10; 3 20; 4 30").replace(
+        "1 2 10", "1 2 10; 2 3 10; 3 4 10"
+    )
+    chaotic = chaotic.replace('"id x"', '"id x vy in m/s"').replace(
+        "1 0; 2 10; 3 20; 4 30", "1 0 0; 2 10 3; 3 20 0; 4 30 -2"
+    )
+    chaotic = chaotic.replace("duration = 0.5 s", "duration = 2.6 s")
+    with pytest.warns(TissueWarning, match="positions"):
+        found = tissuec.run(chaotic)
+    assert found.promise.state in ("broken", "unknown")
+    with pytest.raises(SimulationError, match=r"from .* on"):
+        tissuec.run(chaotic, strict=True)
+
+
+def test_a_result_that_says_nothing_of_it_promises_nothing():
+    assert str(Promise.of({})) == "not checked"
+
+
+@pytest.mark.parametrize("is_orphan", [False, True])
+def test_a_companion_whose_run_was_killed_removes_what_it_has_made(
+    tmp_path, monkeypatch, is_orphan
+):
+    folder = tmp_path / "companion"
+    folder.mkdir()
+    pipeline._launcher(Request(Source("pair.tis", PAIR)), threads=1)(folder)
+    np.save(folder / companion.TIMES, np.array([0.0, 0.1]))
+    np.save(folder / companion.ROWS, np.full((2, 2, 3), np.nan))
+    parents = iter([2])  # and then init
+    monkeypatch.setattr(pipeline.os, "getppid", lambda: next(parents, 1 if is_orphan else 2))
+    pipeline.step_companion(folder)
+    assert folder.exists() != is_orphan

@@ -1,0 +1,200 @@
+"""What is offered: whatever stands in a scene, where it stands, and nothing that cannot."""
+
+import pytest
+
+from tests.lsp.desks import GOOD, LIBRARY, MARK, asked, shipped
+from tissuec.lsp.completion import complete
+from tissuec.lsp.documents import Desk
+from tissuec.lsp.views import view_of
+
+HEAD = 'language 1\nuse "tissues/fallopian_tube"\nparam lift = 6 mm\nparam pause = 1 s\n'
+BODY = "body oviduct { mesh is tube { rings = 16 }; tissue is fallopian tube }\n"
+REGIONS = """body bed { mesh is lattice { cell = 1 mm }; tissue is fallopian tube
+  region wall where z < 1 mm { tissue is fallopian tube }
+  region pad where z > 2 mm { tissue is fallopian tube }
+  """
+SETS = "set waist = nodes of oviduct where x > 1 mm\ntool forceps A { kind is forceps }\n"
+
+
+def offered(text):
+    """Return the labels that are offered at the mark of a text."""
+    return [one.label for one in complete(*asked(HEAD + text))]
+
+
+def written(text):
+    """Return a text with the best offer in the place that it takes."""
+    view, offset = asked(HEAD + text)
+    best = complete(view, offset)[0]
+    whole = view.source.text
+    return (whole[: best.start] + best.insert + whole[best.stop :]).removeprefix(HEAD)
+
+
+@pytest.mark.parametrize(
+    ("text", "some"),
+    [
+        ("bo‸", ["body"]),
+        ("tissue scar like f‸", ["fallopian tube"]),
+        ("tissue scar like fallopian tube { hard‸ }", ["hardness"]),
+        ("tissue scar like fallopian tube { hardness is ‸ }", ["soft", "hard", "very"]),
+        ("tissue scar like fallopian tube { hardness is very ‸ }", ["soft", "medium", "hard"]),
+        ("tissue scar { described in ‸ }", ["soft tissue"]),
+        ("tissue scar { kn‸ }", ["known"]),
+        ("tissue scar { known ‸ }", ["Young's modulus", "density", "shear modulus"]),
+        ("tissue scar { known breaking s‸ }", ["breaking strain"]),
+        ("tissue scar { known density from 1 g/cm^3 ‸ }", ["to", "by"]),
+        ("tissue scar { known density = 1 g/cm^3 by ‸ }", ["unverified"]),
+        ("tissue scar { spring law is ‸ }", ["linear", "toe", "tension only"]),
+        ("body b { mesh is ‸ }", ["tube", "lattice", "imported"]),
+        ("body b { mesh is lattice { re‸ } }", ["reach"]),
+        ("body b { mesh is lattice { kind is ‸", ["diamond", "braced cubes"]),
+        ("simulate { integrator is propagation { ‸ } }", ["growth", "compared forces"]),
+        ("simulate { integrator is propagation { repeated is ‸ } }", ["step", "frame"]),
+        ("simulate { integrator is relaxation { ‸ } }", ["threshold", "activities"]),
+        ("body b { tissue is ‸", ["fallopian tube"]),
+        (REGIONS + "interface ‸", ["is", "from"]),
+        (REGIONS + "interface is softer ‸", ["from"]),
+        (REGIONS + "interface is softer from ‸", ["wall", "pad"]),
+        (REGIONS + "interface from wall to ‸", ["wall", "pad"]),
+        (BODY + "set s = ‸", ["nodes", "springs"]),
+        (BODY + "set s = nodes of ‸", ["oviduct"]),
+        (BODY + "set s = nodes of oviduct where ‸", ["x", "surface", "region", "lift"]),
+        (BODY + SETS + "script { at 0 s: gr‸ }", ["grasp"]),
+        (BODY + SETS + "script { at 0 s: grasp ‸ }", ["waist", "oviduct"]),
+        (BODY + SETS + "script { at 0 s: grasp waist ‸ }", ["with"]),
+        (BODY + SETS + "script { at 0 s: grasp waist with ‸ }", ["forceps A"]),
+        (BODY + SETS + "script { at 0 s: tie waist with s‸", ["square knot", "surgeons knot"]),
+        (BODY + SETS + "script { from 0 s to 1 s: move waist by (0, 0, ‸", ["lift"]),
+        (BODY + SETS + "script { at 0 s: stop ‸", ["pushing", "turning"]),
+        (BODY + SETS + "output { ‸ }", ["trajectory", "force", "energy drift", "surface"]),
+        (BODY + SETS + "output { force of ‸ }", ["waist", "forceps A"]),
+        (BODY + SETS + "expect ‸", ["force", "count", "lift", "energy drift"]),
+        (BODY + SETS + "expect force(‸", ["waist", "forceps A"]),
+        (BODY + SETS + "expect force(waist) > 1 N ‸", ["at", "over", "until"]),
+        ("simulate { integrator is ‸ }", ["automatic", "velocity verlet", "dop853"]),
+        ("environment { contact ‸ }", ["is", "contact stiffness"]),
+        ("rules r { if ‸", ["hardness", "elasticity"]),
+        ("rules r { if hardness is soft then ‸", ["spring constant", "viscosity"]),
+        ("rules r { if hardness is soft then viscosity is ‸", ["low", "medium", "high"]),
+        ("learn t { ‸ }", ["data", "fit", "adjust", "hold out", "passes", "against column"]),
+        ("learn t { adj‸ }", ["adjust"]),
+        ("learn t { adjust ‸ }", ["spring constant", "stiffening", "start position", "lift"]),
+        ("learn t { adjust = [‸] }", ["spring constant", "viscosity", "strain"]),
+        (BODY + "learn t { adjust mass of ‸ }", ["fallopian tube", "oviduct"]),
+        ("learn t { adjust words of ‸ }", ["hardness", "spring constant"]),
+        ("learn t { adjust mass of oviduct per ‸ }", ["node", "region"]),
+        ("learn t { revise rules of ‸ }", ["soft tissue"]),
+        ("learn t { fit = ‸ }", ["force", "position", "positions"]),
+        (BODY + SETS + "learn t { fit = positions(‸", ["waist", "oviduct"]),
+        ("learn t { fit = force(waist) ‸ }", ["using", "every", "weighing", "with"]),
+        ("learn t { fit = force(waist) using ‸ }", ["column", "columns"]),
+        ("learn t { fit = force(waist) with ‸ }", ["free zero"]),
+        ("learn t { integrator is ‸ }", ["automatic", "trbdf2", "esdirk43"]),
+        ("learn t { method is ‸ }", ["least squares", '"l-bfgs-b"']),
+        ('learn t { data "a.csv" { ‸ } }', ["lift", "pause"]),
+        ("expect ‸", ["error"]),
+        ("expect error(‸", ["held out", "data"]),
+        ('use "‸', ["fuzzy/soft_tissue", "tissues/fat"]),
+        ('body b { mesh is imported { file "‸', ["meshes/liver.obj"]),
+    ],
+)  # fmt: skip
+def test_what_can_stand_there_is_offered(text, some):
+    assert set(some) <= set(offered(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "units", "others"),
+    [
+        ("param far = 5 m‸", {"mm", "m", "ms", "mN"}, set()),
+        ("body b { mesh is tube { radius = 3 ‸", {"mm", "m"}, {"s", "N", "mg"}),
+        ("simulate { duration = 3 ‸", {"s", "ms", "min"}, {"mm", "N"}),
+        ("script { at 3 ‸", {"s", "ms"}, {"mm", "N"}),
+        ("script { from 0 s to 3 m‸", {"ms", "min"}, {"mm", "mN"}),
+        ("tissue t { spring constant = 3 ‸", {"N/m", "kN/m"}, {"N", "mm"}),
+        ("tissue t { viscosity = 3 mN‸", {"mN*s/m"}, {"mN"}),
+        ("tissue t { known density from 3 ‸", {"kg/m^3"}, {"mm", "Pa"}),
+        ("tissue t { known shear modulus from 3 kPa to 7 ‸", {"kPa", "Pa"}, {"mm", "N"}),
+        ("output { energy every 3 ‸", {"ms", "s"}, {"mm"}),
+        ("let a = 3 mm + 4 ‸", {"mm", "m"}, {"s"}),
+    ],
+)
+def test_units_are_those_of_the_dimension(text, units, others):
+    found = set(offered(text))
+    assert units <= found
+    assert not others & found
+
+
+@pytest.mark.parametrize(
+    ("text", "becomes"),
+    [
+        ("body b { me‸", "body b { mesh is "),
+        ("tissue t { known poi‸", "tissue t { known Poisson's ratio from "),
+        ("environment { contact sti‸", "environment { contact stiffness = "),
+        ("tissue t like fallopian t‸", "tissue t like fallopian tube"),
+        ("simulate { integrator is velo‸ }", "simulate { integrator is velocity verlet }"),
+        ('use "tissues/upp‸"', None),
+        ('use "tissues/ut‸"', 'use "tissues/uterus"'),
+        ("set s = no‸ of oviduct", "set s = nodes of oviduct"),
+    ],
+)
+def test_an_offer_takes_the_place_of_what_is_typed(text, becomes):
+    if becomes is None:
+        assert offered(text) == []
+    else:
+        assert written(text) == becomes
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# a rem‸",
+        "param ‸",
+        "tissue f‸ {",
+        'about "so‸"',
+        "table springs of a { 1 ‸",
+        "body b‸",
+    ],
+)
+def test_nothing_is_offered_where_anything_new_can_stand(text):
+    assert offered(text) == []
+
+
+def test_a_name_with_a_reserved_word_is_written_in_quotes():
+    text = 'set "head of gland" = nodes of oviduct\nscript { at 0 s: fix head‸ }'
+    assert 'fix "head of gland" }' in written(BODY + text)
+
+
+def test_names_of_files_that_are_not_saved_are_offered(tmp_path):
+    desk = Desk()
+    desk.put(tmp_path / "own.tis", "language 1\ntissue silk { mass = 1 mg }\n")
+    text = 'language 1\nuse "./own"\nbody b { tissue is s‸ }'
+    found = complete(*asked(text, tmp_path / "scene.tis", desk))
+    assert "silk" in [one.label for one in found]
+
+
+@pytest.mark.parametrize("path", [*LIBRARY, *GOOD], ids=lambda path: path.stem)
+def test_every_word_of_a_good_scene_is_offered_where_it_stands(path):
+    view = view_of(Desk(), path)
+    text, missed = view.source.text, []
+    for statement in view.structure.statements:
+        if statement.outer is not None and statement.outer.is_table:
+            continue
+        for part in statement.parts:
+            phrase = view.phrase_at(part.start + 1)
+            is_new = phrase is not None and phrase.expected.declares and phrase.term is None
+            if part.kind not in ("word", "keyword") or is_new:
+                continue
+            typed = (
+                " ".join(text[one.start : part.stop].lower().split()) == one.label.lower()
+                or f"{one.label.lower()} ".startswith(
+                    " ".join(text[one.start : part.stop].lower().split()) + " "
+                )
+                for one in complete(view, part.start + 1)
+            )
+            if not any(typed):
+                missed.append(part.text)
+    # "centre of gravity" is offered as a whole, behind "is" only.
+    assert [word for word in missed if word != "gravity"] == []
+
+
+def test_the_mark_is_nothing_that_a_scene_holds():
+    assert MARK not in shipped("scenes/sterilisation.tis")

@@ -1,0 +1,96 @@
+"""The page infers what Python infers, on vocabularies that nobody prepared."""
+
+import math
+
+import pytest
+
+from tests.view.explorer.scripts import INFER, script  # noqa: F401  # a fixture
+from tests.view.explorer.vocabularies import facts, of_file, vocabulary
+from tissuec.core.resources import library
+from tissuec.core.units import DIMENSION_NAMES, show, shown_units
+from tissuec.fuzzy.inference import Inference
+from tissuec.fuzzy.operators import CHOICES
+from tissuec.scene.tissues import why
+
+SEEDS = range(60)
+CASES = 40
+#: Relative. Both do the same steps; only exp, log and erfc differ, in their last digits.
+ALIKE = 1e-9
+
+
+def expected(one, rules, case):
+    """Return what Python says in the form of the script."""
+    chosen = one.words.vocabulary.rules[rules]
+    answers, degrees = {}, [0.0] * len(chosen.base.rules)
+    for key, answer in chosen.base.infer(case).items():
+        is_found = isinstance(answer, Inference)
+        for firing in answer.fired if is_found else ():
+            degrees[firing.rule] = firing.degree
+        answers[key] = {
+            "source": answer.source if is_found else "none",
+            "value": answer.value if is_found else None,
+            "reason": "" if is_found else why(chosen, answer),
+        }
+    return {"degrees": degrees, "answers": answers}
+
+
+def assert_alike(found, wanted):
+    # A word that is woken by rounding alone could be the only one that speaks.
+    assert [d > 0 for d in found["degrees"]] == [d > 0 for d in wanted["degrees"]]
+    assert found["degrees"] == pytest.approx(wanted["degrees"], rel=ALIKE, abs=1e-15)
+    for key, answer in wanted["answers"].items():
+        assert found["answers"][key]["source"] == answer["source"]
+        assert found["answers"][key]["reason"] == answer["reason"]
+        assert found["answers"][key]["value"] == (
+            answer["value"] and pytest.approx(answer["value"], rel=ALIKE, abs=1e-15)
+        )
+
+
+def compare(script, one, seed, count):  # noqa: F811
+    cases = [
+        {"rules": rules, "facts": case}
+        for rules in one.words.vocabulary.rules
+        for case in facts(one, rules, count, seed)
+    ]
+    answers = script(INFER, {"tables": one.tables, "cases": cases})
+    for case, found in zip(cases, answers, strict=True):
+        assert_alike(found, expected(one, case["rules"], case["facts"]))
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [pytest.param(seed, marks=() if seed % 4 == 0 else pytest.mark.slow) for seed in SEEDS],
+)
+def test_a_random_vocabulary_infers_as_python_does(script, seed):  # noqa: F811
+    compare(script, vocabulary(seed), seed, CASES)
+
+
+@pytest.mark.parametrize("path", sorted(library().glob("fuzzy/*.tis")), ids=lambda p: p.stem)
+def test_a_shipped_vocabulary_infers_as_python_does(script, path):  # noqa: F811
+    compare(script, of_file(path), 0, 2000)
+
+
+def test_random_vocabularies_meet_what_they_are_meant_to_meet():
+    pages = [vocabulary(seed).tables for seed in SEEDS]
+    kinds = [key for page in pages for row in page["shapes"] for key in row]
+    assert min(kinds.count(kind) for kind in ("xs", "sigma", "exponent")) > 30
+    rules = [rules for page in pages for rules in page["rules"]]
+    assert {r["operators"]["result"] for r in rules} == set(CHOICES["result"])
+    assert any(r["otherwise"] for r in rules) and not all(r["otherwise"] for r in rules)
+    scales = [scale for page in pages for scale in page["properties"]]
+    assert any(scale["log"] for scale in scales) and any(scale["unit"] for scale in scales)
+
+
+def test_tails_keep_their_digits(script):  # noqa: F811
+    places = [k / 16 for k in range(16 * 26)]
+    found = script("return given.map(erfc);", places)
+    # The series ends below 2 with erf near 1, which costs three of sixteen digits.
+    assert found == pytest.approx([math.erfc(x) for x in places], rel=1e-12)
+
+
+def test_values_are_shown_as_messages_show_them(script):  # noqa: F811
+    values = [m * 10.0**p for p in range(-12, 13) for m in (0, 1, -1, 9.996, 9.994, 3.16228)]
+    pairs = [(value, kind) for kind in DIMENSION_NAMES for value in values]
+    given = [(value, shown_units(kind)) for value, kind in pairs]
+    found = script("return given.map(([value, units]) => show(value, units));", given)
+    assert found == [show(value, kind) for value, kind in pairs]

@@ -1,0 +1,138 @@
+"""``tissuec view`` at the command line."""
+
+import json
+import shutil
+import sys
+
+import pytest
+
+from tests.test_docs import tissuec
+from tests.test_progress import Terminal
+from tests.view.player.conftest import Show, grid
+
+
+@pytest.fixture
+def made(tmp_path, monkeypatch):
+    """A result in the present folder."""
+    monkeypatch.chdir(tmp_path)
+    return Show(grid(8, 8), frames=11, logs={"force": [1.0, 2.0]}).write(
+        tmp_path / "made.vtkhdf"
+    )
+
+
+def view(*words):
+    return tissuec(["tissuec", "view", *map(str, words)])
+
+
+def test_a_page_is_written_into_the_present_folder(made, tmp_path, capsys):
+    (tmp_path / "sub").mkdir()
+    shutil.move(made, tmp_path / "sub" / "made.vtkhdf")
+    assert view("sub/made.vtkhdf") == 0
+    said = capsys.readouterr()
+    assert said.out == "" and said.err.startswith("wrote made.html: 11 frames, ")
+    assert (tmp_path / "made.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert view("sub/made.vtkhdf", "-q") == 0  # replaces it
+    assert capsys.readouterr().err == ""
+    assert not list(tmp_path.glob("*.new"))
+
+
+def test_json_says_what_was_written(made, capsys):
+    assert view(made, "--json", "--every", "40 ms", "--nodes", 20, "-o", "other.html") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["frames"] == 6 and 10 < found["nodes"] <= 20
+    assert found["page"]["file"] == "other.html"
+    assert found["page"]["bytes"] == (made.parent / "other.html").stat().st_size
+
+
+def test_several_results_are_several_pages(made, tmp_path, capsys):
+    second = shutil.copy(made, tmp_path / "second.vtkhdf")
+    assert view(made, second, "--json") == 0
+    pages = [one["page"]["file"] for one in json.loads(capsys.readouterr().out)]
+    assert pages == ["made.html", "second.html"]
+    (tmp_path / "sub").mkdir()
+    third = shutil.copy(made, tmp_path / "sub" / "made.vtkhdf")
+    assert view(made, third) == 2
+    assert "would both be" in capsys.readouterr().err
+
+
+def test_a_terminal_tells_which_picture_is_drawn(made, monkeypatch):
+    pytest.importorskip("PIL.Image")
+    pytest.importorskip("matplotlib")
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    assert view(made, "--gif", "film.gif", "--frames", 3, "--size", "60x40") == 0
+    said = terminal.getvalue()
+    assert said.startswith("\rpicture 1 of ")
+    assert "\r\033[Kwrote film.gif: " in said
+
+
+def test_pictures_are_drawn_without_a_page(made, tmp_path, capsys):
+    Image = pytest.importorskip("PIL.Image")
+    pytest.importorskip("matplotlib")
+    words = ("--png", "one.png", "--time", "0.1", "--size", "200x120", "--from", "-90,0")
+    assert view(made, *words, "--forces") == 0
+    assert capsys.readouterr().err == "wrote one.png: t = 100 ms\n"
+    assert Image.open(tmp_path / "one.png").size == (200, 120)
+    assert not (tmp_path / "made.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-o", "x.png"], 'which ends in .html; pictures are written by --png'),
+        (["--png", "x.jpg"], "is to end in .png"),
+        (["--size", "10x10", "--png", "x.png"], "go from 16 to 8192"),
+        (["--size", "100", "--png", "x.png"], "is not like WIDTHxHEIGHT"),
+        (["--size", "100x100"], "--size is for pictures"),
+        (["--forces"], "--forces is for pictures"),
+        (["--from", "north"], "is not like AZIMUTH,ELEVATION"),
+        (["--time", "3 mm"], '"3 mm" is no time'),
+        (["--every", "0"], "--every is longer than nothing"),
+        (["--every", "nan"], "is no time"),
+        (["--frames", "1"], "--frames"),
+        (["--colour", "red"], "--colour"),
+        (["made.vtkhdf", "-o", "x.html"], "-o names what is made of one result"),
+        (["--png", "x.png", "--open"], "--open shows a page"),
+    ],
+)  # fmt: skip
+def test_what_does_not_go_together_is_refused(made, capsys, words, said):
+    assert view("made.vtkhdf" if words[0] != "made.vtkhdf" else "other", *words) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_files_of_others_stay(made, tmp_path, capsys):
+    (tmp_path / "made.html").write_text("<h1>My thesis</h1>")
+    assert view(made) == 2
+    assert "is there already and no page of tissuec" in capsys.readouterr().err
+    assert (tmp_path / "made.html").read_text() == "<h1>My thesis</h1>"
+    linked = tmp_path / "linked.html"
+    linked.symlink_to(made)
+    assert view(made, "-o", linked) == 2
+    assert "is what is read" in capsys.readouterr().err
+    assert view(tmp_path / "none.vtkhdf") == 2
+    assert "there is no file" in capsys.readouterr().err
+
+
+def test_missing_extras_are_named_before_any_work(made, tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    monkeypatch.setenv("PATH", "")
+    pytest.importorskip("matplotlib")
+    assert view(made, "--mp4", "x.mp4") == 2
+    assert 'pip install "tissuec[animate]"' in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert view(made, "--gif", "x.gif", "-o", "x.html") == 2
+    assert 'pip install "tissuec[plot]"' in capsys.readouterr().err
+    assert not list(tmp_path.glob("x.*"))
+
+
+def test_it_can_be_shown_at_once(made, monkeypatch):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    assert view(made, "--open", "-q") == 0
+    assert opened == [(made.parent / "made.html").as_uri()]
+
+
+def test_a_page_needs_no_extra(made, monkeypatch):
+    for name in ("matplotlib", "PIL", "imageio_ffmpeg"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert view(made, "-q") == 0
