@@ -158,9 +158,9 @@ def pair(springs: str) -> str:
     """
 
 
-def along_x(course: Known) -> Known:
+def along_x(profile: Known) -> Known:
     """Return coordinates of which only x changes."""
-    return lambda time: np.stack([course(time), 0.0 * time, 0.0 * time], axis=1)
+    return lambda time: np.stack([profile(time), 0.0 * time, 0.0 * time], axis=1)
 
 
 def closed_forms() -> str:

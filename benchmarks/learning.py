@@ -119,7 +119,7 @@ def cart() -> tuple[str, str]:
     """Return what is left of what a cart was seen to do."""
     request = Request.file(CART)
     compiled, _ = compile_request(request)
-    one, last = learn(compiled, compiled.lessons[0], request).fitted
+    one, last = learn(compiled, compiled.fit_problems[0], request).fitted
     (left,), (unseen,) = one.left.values(), last.left.values()
     return (
         "The cart, 871 pictures: residual of the first three quarters, and of the last",

@@ -18,9 +18,9 @@ from tissuec.forces.volume import Enclosure
 from tissuec.matter.elasticity import Elasticity
 from tissuec.mechanics.observables import force_on
 from tissuec.mechanics.settling import settle
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Network
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 LENGTH, SIDE = 48.0, 16.0  # of bars and sheets [mm]
 SCENE = """language 1
@@ -123,7 +123,7 @@ def measured(mesh: str, cell: float) -> dict[str, float]:
         # A tube has many modes that bend its wall below those that stretch it.
         count = 150 if mesh.startswith("tube") else 8
         modes = tissuec.modes(scene(), above=lowest, count=count)
-        mass = modes.situation.mass
+        mass = modes.state.mass
         first = max(modes, key=lambda mode: abs(mass @ mode.shape[:, 0]))
         braked = tissuec.compile(scene(damping="surface damping = 1 Pa*s/m")).network
         return {
@@ -145,15 +145,13 @@ def along(elasticity: Elasticity) -> str:
 
 def stretched(network: Network) -> float:
     """Return the force that draws a body out by a tenth between its clamped ends [N]."""
-    situation = Situation.start(network, gravity=np.zeros(3), drag=0.0)
+    state = State.start(network, gravity=np.zeros(3), drag=0.0)
     x = network.position[:, 0]
     ends = x < 1e-5, x > x.max() - 1e-5
-    situation.holders = {"left": np.flatnonzero(ends[0]), "right": np.flatnonzero(ends[1])}
-    situation.position[:, 0] *= 1.1
-    settle(situation, np.ones(len(x), dtype=bool))
-    pull = force_on(
-        situation, 0.0, situation.position, situation.velocity, situation.holders["left"]
-    )
+    state.holders = {"left": np.flatnonzero(ends[0]), "right": np.flatnonzero(ends[1])}
+    state.position[:, 0] *= 1.1
+    settle(state, np.ones(len(x), dtype=bool))
+    pull = force_on(state, 0.0, state.position, state.velocity, state.holders["left"])
     return float(pull[0])
 
 
@@ -183,11 +181,11 @@ def pressure(times: int) -> float:
     text = text.replace("set left = nodes of piece where x < 0.01 mm\n", "")
     text = text.replace("SCRIPT", "preserve volume of piece with 1 MPa")
     network = tissuec.compile(text.replace("DAMPING", "contact is off")).network
-    situation = Situation.start(network, gravity=np.zeros(3), drag=0.0)
+    state = State.start(network, gravity=np.zeros(3), drag=0.0)
     kept = Enclosure.of(network, "piece", 1e6, network.bodies[0].span)
-    situation.enclosures = {"piece": kept.swollen(0.1, Course("constant", 0.0, np.inf))}
-    settle(situation, np.ones(network.node_count, dtype=bool))
-    return float(situation.enclosures["piece"].pressures(0.0, situation.position)[0])
+    state.enclosures = {"piece": kept.swollen(0.1, TimeProfile("constant", 0.0, np.inf))}
+    settle(state, np.ones(network.node_count, dtype=bool))
+    return float(state.enclosures["piece"].pressures(0.0, state.position)[0])
 
 
 if __name__ == "__main__":

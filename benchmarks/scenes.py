@@ -18,8 +18,8 @@ from msgspec import Struct
 
 from benchmarks.publishing import json_option, publish, tell
 from tissuec.bench import report
-from tissuec.bench.bench import Bench, bench
-from tissuec.bench.points import Point
+from tissuec.bench.bench import BenchResult, bench
+from tissuec.bench.points import MeasuredPoint
 from tissuec.core.markdown import table
 from tissuec.pipeline import Request, compile_request
 from tissuec.script.plan import AUTOMATIC
@@ -96,7 +96,7 @@ def stay_on_one_processor() -> None:
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
 
 
-def measured(scene: Scene, repeat: int, budget: float) -> Bench:
+def measured(scene: Scene, repeat: int, budget: float) -> BenchResult:
     """Return the points of a scene."""
     compiled, _ = compile_request(scene.request())
     return bench(
@@ -109,7 +109,7 @@ def measured(scene: Scene, repeat: int, budget: float) -> Bench:
     )
 
 
-def within(found: Bench, solver: str, bound: float) -> Point | None:
+def within(found: BenchResult, solver: str, bound: float) -> MeasuredPoint | None:
     """Return the fastest point of a solver whose error is known to be within a bound."""
     points = [
         p for p in found.points if p.name == solver and max(p.error, found.floor) <= bound
@@ -117,7 +117,7 @@ def within(found: Bench, solver: str, bound: float) -> Point | None:
     return min(points, key=lambda point: point.seconds, default=None)
 
 
-def rows_of(name: str, found: Bench) -> list[tuple[str, ...]]:
+def rows_of(name: str, found: BenchResult) -> list[tuple[str, ...]]:
     """Return the rows of a scene."""
     springs = str(found.problem.network.spring_count)
     return [
@@ -129,14 +129,14 @@ def rows_of(name: str, found: Bench) -> list[tuple[str, ...]]:
     ]  # fmt: skip
 
 
-def cells(point: Point | None) -> tuple[str, str]:
+def cells(point: MeasuredPoint | None) -> tuple[str, str]:
     """Return time and error of a point, in words."""
     return (
         ("-", "-") if point is None else (report.seconds(point.seconds), f"{point.error:.1e}")
     )
 
 
-def as_dict(found: Bench) -> dict[str, Any]:
+def as_dict(found: BenchResult) -> dict[str, Any]:
     """Return all points of a scene, and those that the table shows, in SI units."""
     best = [
         {"bound": bound, "method": solver, "tolerance": point.tolerance, "error": point.error,

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.prediction import situation_at_start
+from tissuec.compiler.prediction import state_at_start
 from tissuec.core.source import Source
 from tissuec.engine.engine import Engine
 from tissuec.engine.integrators import INTEGRATORS
@@ -82,7 +82,7 @@ class Stepping:
         threads: int = 1,
     ):
         self.network = compiled.network
-        self.situation = situation_at_start(compiled)
+        self.state = state_at_start(compiled)
         # Just below the limit, so that every step is like the others.
         omega = 3e3
         step = 0.1 * INTEGRATORS[method].stability_limit(omega, 0.0)
@@ -92,10 +92,10 @@ class Stepping:
             method, None, step, 1e3, ledger=ledger, watch_strength=watched, threads=threads
         )
         self.engine = Engine(
-            self.network, asked, np.zeros(0), lambda samples: None, tier="compiled"
+            self.network, asked, np.zeros(0), lambda samples: None, backend="compiled"
         )
         self.until = 2.0 * step
-        self.engine.advance(self.situation, self.until)
+        self.engine.advance(self.state, self.until)
 
     def time(self) -> float:
         """Return nanoseconds for each spring and evaluation of a few more steps."""
@@ -104,6 +104,6 @@ class Stepping:
         self.until += steps * self.step
         before = self.engine.statistics.evaluations
         begun = time.perf_counter()
-        self.engine.advance(self.situation, self.until)
+        self.engine.advance(self.state, self.until)
         took = time.perf_counter() - begun
         return took / (self.engine.statistics.evaluations - before) / springs * 1e9

@@ -36,14 +36,16 @@ from tissuec.view.plots.curves import look
 from tissuec.view.plots.marks import clusters, mark_events
 from tissuec.view.plots.net import draw_skin, draw_springs, tension_colours
 from tissuec.view.plots.page import STYLE
-from tissuec.view.plots.projection import View
-from tissuec.view.plots.scale import Scale
+from tissuec.view.plots.projection import Projection
+from tissuec.view.plots.scale import AxisUnit
 
 FIGURES = Path(__file__).resolve().parent / "figures"
 BLUE, RED, GREEN = palette.SERIES[:3]
 TENSION = tension_colours()
-BESIDE = View(-100.0, 10.0)  # from the front, turned a little, so that rings are seen as rings
-ABOVE = View(-110.8, 21.7)
+BESIDE = Projection(
+    -100.0, 10.0
+)  # from the front, turned a little, so that rings are seen as rings
+ABOVE = Projection(-110.8, 21.7)
 COLOURS = 256  # of a picture, as many as a palette holds
 MOMENTS = (
     (0.0, "0 s: as drawn, under 2 % prestress"),
@@ -151,7 +153,7 @@ def draw_gap(axes: plt.Axes, trajectory: Trajectory) -> None:
 def mark(axes: plt.Axes, trajectory: Trajectory) -> None:
     """Mark what happened."""
     kept = [event for event in trajectory.events if event.kind in ("grasp", "cut", "release")]
-    mark_events([axes], clusters(kept, (0.0, 2.0)), Scale(1.0, "s"))
+    mark_events([axes], clusters(kept, (0.0, 2.0)), AxisUnit(1.0, "s"))
 
 
 def smooth(trajectory: Trajectory) -> plt.Figure:

@@ -22,7 +22,7 @@ from matplotlib.ticker import MaxNLocator
 from tests.learn.making import motion
 from tissuec.compiler.compile import Compiled
 from tissuec.core.markdown import fenced, replace_places
-from tissuec.learn.fit.learning import Progress, learn
+from tissuec.learn.fit.learning import LearnProgress, learn
 from tissuec.learn.fit.outcome import Learnt
 from tissuec.learn.report.text import as_text
 from tissuec.learn.report.words import differences, drifts
@@ -40,7 +40,7 @@ class Taught(Struct, frozen=True):
     text: str
     compiled: Compiled
     learnt: Learnt
-    passes: list[Progress]
+    passes: list[LearnProgress]
 
     def shown(self) -> str:
         """Return the learn block, and what was answered."""
@@ -68,8 +68,8 @@ def teach(name: str) -> Taught:
     path = HERE / "examples" / "learning" / f"{name}.tis"
     request = Request.file(path)
     compiled, _ = compile_request(request)
-    passes: list[Progress] = []
-    learnt = learn(compiled, compiled.lessons[0], request, progress=passes.append)
+    passes: list[LearnProgress] = []
+    learnt = learn(compiled, compiled.fit_problems[0], request, progress=passes.append)
     return Taught(path.read_text(encoding="utf-8"), compiled, learnt, passes)
 
 

@@ -16,7 +16,7 @@ from playwright.sync_api import sync_playwright
 from tissuec.core.resources import library
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.page import render
 
 PICTURE = Path(__file__).resolve().parent / "figures" / "report.png"
@@ -38,7 +38,7 @@ def main() -> None:
         )
         page = Path(folder) / "run.html"
         with Trajectory.open(result.path) as trajectory:
-            page.write_text(render(Story(trajectory)), encoding="utf-8")
+            page.write_text(render(ReportContent(trajectory)), encoding="utf-8")
         picture = photograph(page)
     image = Image.open(BytesIO(picture)).convert("RGB").quantize(COLOURS)
     image.save(PICTURE, optimize=True)

@@ -5,9 +5,9 @@ from msgspec import Struct, field
 
 from tissuec.core.source import Source, Span
 from tissuec.laws import LINEAR
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Network, Origin, Provenance
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import VERBS, Group, Mover
 
 
@@ -74,11 +74,11 @@ def chain(count, *, spacing=1.0, **parameters):
 
 
 def start(network, *, gravity=(0.0, 0.0, 0.0), drag=0.0):
-    return Situation.start(network, gravity=np.array(gravity, dtype=float), drag=drag)
+    return State.start(network, gravity=np.array(gravity, dtype=float), drag=drag)
 
 
 class Diary:
-    """An agenda that only remembers."""
+    """An queue that only remembers."""
 
     def __init__(self):
         self.added = []
@@ -90,17 +90,17 @@ class Diary:
     def land(self, times):
         self.landings |= set(map(float, times))
 
-    def play(self, situation, until):
+    def play(self, state, until):
         """Carry out what was added up to a time, driven nodes being on their paths."""
-        happenings = []
+        logged_events = []
         while due := [entry for entry in self.added if entry[0] <= until]:
             entry = min(due, key=lambda entry: entry[0])
             self.added.remove(entry)
-            situation.time = entry[0]
-            happenings += entry[1].apply(situation, self)
-        situation.time = until
-        situation.place_held()
-        return happenings
+            state.time = entry[0]
+            logged_events += entry[1].apply(state, self)
+        state.time = until
+        state.place_held()
+        return logged_events
 
 
 class Refused(Exception):
@@ -169,7 +169,7 @@ class Saying(Struct):
     def text(self, word):
         return self._clause(word)
 
-    def courses(self, *, default, columns=1):
+    def profiles(self, *, default, columns=1):
         found = self.clauses.get("using", default)
         if not isinstance(found, str):
             return found
@@ -177,7 +177,7 @@ class Saying(Struct):
             self.reject("TIS304", "the profile of the motion is not written")
         kind = {"constant speed": "ramp", "smooth profile": "smooth"}.get(found, found)
         stop = np.inf if self.duration is None else self.duration
-        return (Course(kind, 0.0, stop),) * columns
+        return (TimeProfile(kind, 0.0, stop),) * columns
 
     def reject(self, code, message, *, hint="", word=None):
         raise Refused(code, message)
@@ -197,9 +197,9 @@ def order(sentence, groups, *, tools=None, duration=None, **clauses):
 
 
 def table(times, values):
-    """Return a course through values, straight lines between them being good enough."""
+    """Return a profile through values, straight lines between them being good enough."""
     times, values = np.array(times, dtype=float), np.array(values, dtype=float)
-    return Course("table", 0.0, times[-1], 0.0, times, values, np.gradient(values, times))
+    return TimeProfile("table", 0.0, times[-1], 0.0, times, values, np.gradient(values, times))
 
 
 def event_action(name):

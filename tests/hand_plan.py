@@ -7,12 +7,20 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.plan import Event, Expectation, Log, Output, Plan, Simulation, Trigger
+from tissuec.script.plan import (
+    Expectation,
+    LogRequest,
+    Output,
+    Plan,
+    ScheduledAction,
+    Simulation,
+    Trigger,
+)
 
 
 def event(time, sentence, groups=None, *, duration=None, tools=None, **clauses):
     action = order(sentence, groups or {}, tools=tools, duration=duration, **clauses)
-    return Event(time, action)
+    return ScheduledAction(time, action)
 
 
 def make_plan(
@@ -55,7 +63,7 @@ def subject(name, nodes=None, springs=()):
 
 def log(measure, *subjects, every):
     title = f"{measure} of {' to '.join(s.name for s in subjects)}"
-    return Log(title, MEASURES[measure], subjects, every, span(title))
+    return LogRequest(title, MEASURES[measure], subjects, every, span(title))
 
 
 def value(measure, *subjects):

@@ -329,7 +329,7 @@ def _lasting(draft):
             return f"turn {target} by {angle!r} deg around {around} {through} using {profile}"
         case 3:
             return f"hold {draft.pick(draft.sets)}"
-    course = draft.pick(
+    profile = draft.pick(
         [
             "using constant",
             "using ramp",
@@ -337,7 +337,7 @@ def _lasting(draft):
             f"using sine of {draft.random.uniform(0.5, 4.0) / draft.time!r} Hz",
         ]
     )
-    return f"push {draft.pick(draft.sets)} with {_force(draft)} {course}"
+    return f"push {draft.pick(draft.sets)} with {_force(draft)} {profile}"
 
 
 def _force(draft):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tissuec.core.catalogue import CODES, HERE_IN_PAGE, Entry, example_files, reference
+from tissuec.core.catalogue import CODES, HERE_IN_PAGE, CodeEntry, example_files, reference
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.lang.render import render
 from tissuec.pipeline import Request, check_request
@@ -34,7 +34,7 @@ def codes_in_sources() -> set[str]:
     }
 
 
-def diagnostics_of(entry: Entry, piece: str, folder: Path) -> tuple[Diagnostic, ...]:
+def diagnostics_of(entry: CodeEntry, piece: str, folder: Path) -> tuple[Diagnostic, ...]:
     """Return what is said about a piece of text in its frame, in a folder of its own."""
     for name, text in example_files().items():
         path = folder / name

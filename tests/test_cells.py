@@ -18,8 +18,8 @@ from tissuec.engine.stability import spectral_radius
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle
-from tissuec.mechanics.situation import Situation
-from tissuec.model.profiles import Course
+from tissuec.mechanics.state import State
+from tissuec.model.profiles import TimeProfile
 
 KINDS = ("sodium chloride", "caesium chloride", "diamond", "braced cubes")
 CELL, MODULUS = 5e-3, 1e5
@@ -155,11 +155,11 @@ def test_a_mirror_image_is_pressed_as_the_mirror_image():
 def test_kernels_and_energy_ledger_agree_on_a_block_that_is_shaken():
     net, enclosure = block(viscosity="0 N*s/m")
     bench = Bench(net, 0.02, tolerance=1e-8, ledger=True)
-    bench.situation.enclosures["block"] = enclosure.swollen(0.2, Course("smooth", 0.0, 0.01))
-    bench.situation.position[:] = shaken(net, 0.02)
+    bench.state.enclosures["block"] = enclosure.swollen(0.2, TimeProfile("smooth", 0.0, 0.01))
+    bench.state.position[:] = shaken(net, 0.02)
     ran = bench.run(0.01)
     energies = [
-        float(observables.energies(bench.situation, t, x, v).total)
+        float(observables.energies(bench.state, t, x, v).total)
         for t, x, v in zip(ran.time, ran.position, ran.velocity, strict=True)
     ]
     gap = np.array(energies) - energies[0] - ran.work
@@ -169,9 +169,9 @@ def test_kernels_and_energy_ledger_agree_on_a_block_that_is_shaken():
 
 def test_fastest_motion_knows_the_pressure_of_cells():
     net, enclosure = block()
-    situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    plain = spectral_radius(situation)
-    situation.enclosures = {"block": enclosure}
+    state = State.start(net, gravity=np.zeros(3), drag=0.0)
+    plain = spectral_radius(state)
+    state.enclosures = {"block": enclosure}
     count = net.node_count
     matrix = enclosure.matrix(0.0, net.position, np.arange(count), count, exact=False).toarray()
     for (a, b), c in zip(net.ends, net.stiffness, strict=True):
@@ -181,7 +181,7 @@ def test_fastest_motion_knows_the_pressure_of_cells():
         for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
             matrix[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += sign * part
     fastest = np.sqrt(np.linalg.eigvalsh(matrix / 1e-5)[-1])
-    assert plain < 0.9 * fastest < fastest < spectral_radius(situation) < 1.1 * fastest
+    assert plain < 0.9 * fastest < fastest < spectral_radius(state) < 1.1 * fastest
 
 
 def test_a_block_settles_between_plates_at_half_its_height_and_keeps_its_volume():
@@ -190,14 +190,14 @@ def test_a_block_settles_between_plates_at_half_its_height_and_keeps_its_volume(
     enclosure = replace(enclosure, modulus=2e6)
     volumes = []
     for enclosures in ({}, {"block": enclosure}):
-        situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-        situation.enclosures = enclosures
+        state = State.start(net, gravity=np.zeros(3), drag=0.0)
+        state.enclosures = enclosures
         z = net.position[:, 2]
-        situation.holders["fix"] = np.flatnonzero((z < 1e-4) | (z > 20e-3 - 1e-4))
+        state.holders["fix"] = np.flatnonzero((z < 1e-4) | (z > 20e-3 - 1e-4))
         for height in (17.5e-3, 15e-3, 12.5e-3, 10e-3):
-            situation.position[:, 2] *= height / np.ptp(situation.position[:, 2])
-            settle(situation, np.ones(net.node_count, dtype=bool))
-        volumes.append(enclosure.volumes(situation.position).sum() / enclosure.drawn.sum())
+            state.position[:, 2] *= height / np.ptp(state.position[:, 2])
+            settle(state, np.ones(net.node_count, dtype=bool))
+        volumes.append(enclosure.volumes(state.position).sum() / enclosure.drawn.sum())
     assert volumes[0] < 0.8  # springs alone do not keep it
     assert volumes[1] == pytest.approx(1.0, abs=1e-3)
 
@@ -214,7 +214,7 @@ def test_a_block_that_is_squeezed_by_half_its_height_keeps_its_volume(kind):
         more["duration"] = "30 ms"
         compiled = compiled_scene(scene(kind, said, viscosity="0 N*s/m", **more))
         recorder = Recorder(compiled.network, compiled.plan, MemoryRecording())
-        end = run(compiled.network, compiled.plan, recorder).situation.position
+        end = run(compiled.network, compiled.plan, recorder).state.position
         cells = Enclosure.of(compiled.network, "block", 1.0, span())
         volumes.append(cells.volumes(end).sum() / cells.drawn.sum())
     assert volumes[0] < 0.8  # springs alone do not keep it
@@ -229,10 +229,10 @@ def test_a_cut_opens_the_cells_it_goes_through_and_no_others(kind):
     compiled = compiled_scene(scene(kind, script))
     recorder = Recorder(compiled.network, compiled.plan, MemoryRecording())
     outcome = run(compiled.network, compiled.plan, recorder)
-    ((time, leak),) = [(t, h) for t, h in outcome.happenings if h.kind == "leak"]
+    ((time, leak),) = [(t, h) for t, h in outcome.logged_events if h.kind == "leak"]
     assert time == 0.01
     assert leak.cause == "4 cells of block are torn and no longer hold pressure"
-    left = outcome.situation.enclosures["block"]
+    left = outcome.state.enclosures["block"]
     assert left.cell_count == 8
     middles = compiled.network.position[left.corners].mean(axis=1)
     assert np.abs(middles[:, 1] - 7.5e-3).min() > 2.4e-3

@@ -170,7 +170,7 @@ def test_a_spring_ruptures_at_its_time_and_its_mass_flies_on():
     )
     omega = np.sqrt(c / mass)
     breaks = np.arccos(1.0 - strength / force) / omega
-    ((happened, _),) = [(t, h) for t, h in outcome.happenings if h.kind == "rupture"]
+    ((happened, _),) = [(t, h) for t, h in outcome.logged_events if h.kind == "rupture"]
     assert happened == pytest.approx(breaks, rel=PROMISED)
     swing = force / c * (1.0 - np.cos(omega * time))
     after = time - breaks
@@ -191,7 +191,7 @@ def test_a_cut_prestressed_chain_draws_back_at_both_ends():
     time, x, _, outcome = simulate(
         scene_with_fixed(ends, nodes, springs, script=script, duration=0.6)
     )
-    assert [h.springs for _, h in outcome.happenings if h.kind == "cut"] == [(count,)]
+    assert [h.springs for _, h in outcome.logged_events if h.kind == "cut"] == [(count,)]
     # At rest about the slack chain, from which each node is drawn by its share.
     drawn = part * gap * np.arange(1, count + 1)
     swing = free_end_motion(np.maximum(time - cut, 0.0), drawn, count, mass, c)

@@ -15,9 +15,9 @@ from tissuec.forces.volume import LARGE, Enclosure, open_edges
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.settling import settle
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.meshes.generators import MESHES
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 RADIUS, MODULUS = 0.02, 1e4
 
@@ -98,8 +98,8 @@ def test_a_ball_without_springs_breathes_as_one_mass():
     net, _ = ball(0, mass=mass, stiffness=0.0)
     drawn = float(Enclosure.of(net, "net", MODULUS, span()).drawn[0])
     bench = Bench(net, 0.05, tolerance=1e-9, ledger=True)
-    bench.situation.enclosures["net"] = Enclosure.of(net, "net", MODULUS, span())
-    bench.situation.position *= stretch
+    bench.state.enclosures["net"] = Enclosure.of(net, "net", MODULUS, span())
+    bench.state.position *= stretch
     ran = bench.run()
 
     def fall(_, y):
@@ -113,17 +113,17 @@ def test_a_ball_without_springs_breathes_as_one_mass():
     assert (np.diff(np.sign(np.diff(exact.y[0]))) != 0).sum() > 3
     assert np.abs(found - exact.y[0][:, None]).max() < 1e-8 * RADIUS * stretch
     kinetic = 0.5 * mass * (ran.velocity**2).sum(axis=(1, 2))
-    stored = bench.situation.enclosures["net"].energy(ran.time, ran.position)
+    stored = bench.state.enclosures["net"].energy(ran.time, ran.position)
     assert np.ptp(kinetic + stored) < 1e-8 * stored[0]
 
 
 def test_pumping_does_the_work_that_is_stored():
     net, enclosure = ball(0, mass=1e-3, stiffness=30.0, damping=0.05)
     bench = Bench(net, 0.3, tolerance=1e-8, ledger=True)
-    course = Course("smooth", 0.05, 0.2)
-    bench.situation.enclosures["net"] = enclosure.swollen(0.4, course)
+    profile = TimeProfile("smooth", 0.05, 0.2)
+    bench.state.enclosures["net"] = enclosure.swollen(0.4, profile)
     ran = bench.run(0.05, 0.2)
-    inside = bench.situation.enclosures["net"]
+    inside = bench.state.enclosures["net"]
     r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
     stretch = np.linalg.norm(r, axis=2) - net.rest
     stored = 0.5 * 30.0 * (stretch**2).sum(axis=1) + inside.energy(ran.time, ran.position)
@@ -137,14 +137,14 @@ def test_pumping_does_the_work_that_is_stored():
 
 def test_a_torn_surface_leaks():
     net, enclosure = ball()
-    situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    situation.enclosures = {"net": enclosure}
-    assert situation.let_leak() == []
+    state = State.start(net, gravity=np.zeros(3), drag=0.0)
+    state.enclosures = {"net": enclosure}
+    assert state.let_leak() == []
     assert len(enclosure.walls) == net.spring_count
-    situation.alive = situation.alive.copy()
-    situation.alive[5] = False
-    assert situation.let_leak() == [(enclosure, 1)]
-    assert situation.enclosures == {}
+    state.alive = state.alive.copy()
+    state.alive[5] = False
+    assert state.let_leak() == [(enclosure, 1)]
+    assert state.enclosures == {}
 
 
 def test_open_and_empty_surfaces_are_refused():
@@ -164,9 +164,9 @@ def test_open_and_empty_surfaces_are_refused():
 
 def test_fastest_motion_is_that_of_springs_and_pressure_together():
     net, enclosure = ball(1, mass=1e-3, stiffness=3.0)
-    situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    situation.enclosures = {"net": replace(enclosure, modulus=1e6)}
-    inside = situation.enclosures["net"]
+    state = State.start(net, gravity=np.zeros(3), drag=0.0)
+    state.enclosures = {"net": replace(enclosure, modulus=1e6)}
+    inside = state.enclosures["net"]
     count = net.node_count
     matrix = inside.matrix(0.0, net.position, np.arange(count), count, exact=False).toarray()
     for a, b in net.ends:
@@ -176,26 +176,26 @@ def test_fastest_motion_is_that_of_springs_and_pressure_together():
         for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
             matrix[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += sign * block
     fastest = np.sqrt(np.linalg.eigvalsh(matrix / 1e-3)[-1])
-    found = spectral_radius(situation)
+    found = spectral_radius(state)
     assert fastest < found < 1.1 * fastest
-    situation.enclosures = {}
-    assert spectral_radius(situation) < 0.5 * found
+    state.enclosures = {}
+    assert spectral_radius(state) < 0.5 * found
 
 
 def test_a_ball_under_pressure_settles_where_all_forces_balance():
     net, enclosure = ball(1, mass=2e-3, stiffness=40.0)
-    situation = Situation.start(net, gravity=np.array([0.0, 0.0, -9.81]), drag=0.0)
-    situation.holders["fix"] = np.flatnonzero(net.position[:, 2] > 0.8 * RADIUS)
-    situation.enclosures = {"net": enclosure.swollen(0.3, Course("constant", 0.0, np.inf))}
-    settle(situation, np.ones(net.node_count, dtype=bool))
+    state = State.start(net, gravity=np.array([0.0, 0.0, -9.81]), drag=0.0)
+    state.holders["fix"] = np.flatnonzero(net.position[:, 2] > 0.8 * RADIUS)
+    state.enclosures = {"net": enclosure.swollen(0.3, TimeProfile("constant", 0.0, np.inf))}
+    settle(state, np.ones(net.node_count, dtype=bool))
     still = np.zeros_like(net.position)
-    left = observables.inner_forces(situation, 0.0, situation.position, still).node
-    left += situation.mass[:, None] * situation.gravity
-    largest = np.abs(forces(situation.enclosures["net"], situation.position)).max()
-    free = ~situation.held
+    left = observables.inner_forces(state, 0.0, state.position, still).node
+    left += state.mass[:, None] * state.gravity
+    largest = np.abs(forces(state.enclosures["net"], state.position)).max()
+    free = ~state.held
     assert largest > 1e-3
     assert np.abs(left[free]).max() < 1e-9 * largest
-    assert np.abs(situation.position - net.position)[free].max() > 1e-3 * RADIUS
+    assert np.abs(state.position - net.position)[free].max() > 1e-3 * RADIUS
 
 
 @pytest.mark.parametrize("pulled", [0.0, 0.02])
@@ -205,15 +205,15 @@ def test_a_large_surface_settles_the_same_without_a_full_matrix(pulled, monkeypa
     for large in (LARGE, 10**9):
         monkeypatch.setattr("tissuec.forces.volume.LARGE", large)
         net, enclosure = ball(2, stiffness=20.0)
-        situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-        situation.enclosures = {"net": enclosure.swollen(0.1, Course("constant", 0.0, np.inf))}
+        state = State.start(net, gravity=np.zeros(3), drag=0.0)
+        state.enclosures = {"net": enclosure.swollen(0.1, TimeProfile("constant", 0.0, np.inf))}
         poles = np.argsort(net.position[:, 2])[[0, -1]]
-        situation.holders["fix"] = poles
-        situation.position[:, 2] *= 1.0 - pulled / (2.0 * RADIUS)
-        settle(situation, np.ones(net.node_count, dtype=bool))
-        places.append(situation.position.copy())
+        state.holders["fix"] = poles
+        state.position[:, 2] *= 1.0 - pulled / (2.0 * RADIUS)
+        settle(state, np.ones(net.node_count, dtype=bool))
+        places.append(state.position.copy())
         if large == LARGE:
-            balance = Balance(situation, np.ones(net.node_count, dtype=bool))
+            balance = Balance(state, np.ones(net.node_count, dtype=bool))
             found = balance.matrix(balance.bars(balance.start), exact=True)
             assert found.sparse.nnz < 64 * 3 * net.node_count and found.wide.shape[1] == 1
     assert places[0] == pytest.approx(places[1], abs=1e-9 * RADIUS)

@@ -148,8 +148,8 @@ def single():
 def test_a_shell_that_is_shaken_keeps_its_ledger_and_its_momentum():
     net = shell(damping=1e-7)
     bench = Bench(net, 0.01, tolerance=1e-9, ledger=True)
-    bench.situation.position = shaken(net, 0.05)
-    bench.situation.velocity[0, 2] = 0.1
+    bench.state.position = shaken(net, 0.05)
+    bench.state.velocity[0, 2] = 0.1
     ran = bench.run()
     r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
     stretch = np.linalg.norm(r, axis=2) - net.rest
@@ -164,11 +164,11 @@ def test_a_shell_that_is_shaken_keeps_its_ledger_and_its_momentum():
 
 def test_bounds_of_rates_cover_the_hinges():
     net = shell(stiffness=1.0, damping=1e-3)
-    situation = start(net)
+    state = start(net)
     hinges = net.hinges
     for part, found, power in (
-        (hinges.stiffness, spectral_radius(situation), 0.5),
-        (hinges.damping, damping_radius(situation), 1.0),
+        (hinges.stiffness, spectral_radius(state), 0.5),
+        (hinges.damping, damping_radius(state), 1.0),
     ):
         ways = np.zeros((len(part), *net.position.shape))
         each = np.sqrt(part)[:, None, None] * hinges.gradient(net.position)
@@ -180,13 +180,13 @@ def test_bounds_of_rates_cover_the_hinges():
 
 def test_a_shell_settles_where_all_forces_balance():
     net = shell()
-    situation = start(net, gravity=(0.0, 0.0, -9.81))
-    situation.holders["fix"] = np.arange(16)
-    settle(situation, np.ones(net.node_count, dtype=bool))
-    left = inner_forces(situation, 0.0, situation.position, np.zeros_like(net.position)).node
-    left += situation.mass[:, None] * situation.gravity
+    state = start(net, gravity=(0.0, 0.0, -9.81))
+    state.holders["fix"] = np.arange(16)
+    settle(state, np.ones(net.node_count, dtype=bool))
+    left = inner_forces(state, 0.0, state.position, np.zeros_like(net.position)).node
+    left += state.mass[:, None] * state.gravity
     assert np.abs(left[16:]).max() < 1e-9 * 9.81e-4
-    assert np.abs(forces(net.hinges, situation.position)).max() > 1e-4
+    assert np.abs(forces(net.hinges, state.position)).max() > 1e-4
 
 
 def test_a_hinge_gives_way_where_a_spring_is_missing_and_others_stay():

@@ -12,16 +12,16 @@ from tests.hand_net import make_net, span
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array
 from tissuec.compiler.prediction import skipped
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces import acts_of
-from tissuec.forces.jets import Jet, Skin, finest_width, shares
+from tissuec.forces.jets import Jet, JetSurface, finest_width, shares
 from tissuec.kernels.calls import kernel_on
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.meshes.generators import MESHES
 from tissuec.model.network import ToolPart
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.resting import rest
 
@@ -31,7 +31,7 @@ SPEED = FLOW / (0.25 * np.pi * BORE**2)
 WIDTH = BORE / np.sqrt(2.0)
 SUBMERGED = 0.094 / np.sqrt(np.log(2.0))
 DOWN = (0.0, 0.0, -1.0)
-ON = Course("constant", 0.0, np.inf)
+ON = TimeProfile("constant", 0.0, np.inf)
 
 
 def plate(cells, edge, *, centre=(0.0, 0.0, 0.0), tilt=0.0, jitter=0.0):
@@ -65,12 +65,12 @@ def net_of(*parts, tip=(0.0, 0.0, 0.02), direction=DOWN, ends=(), **numbers):
     return replace(net, skin=skin.astype(np.int32), bodies=(body,), tools=(tool,))
 
 
-def jet_in(net, *, nodes=None, growth=0.0, course=ON, flow=FLOW, bore=BORE):
+def jet_in(net, *, nodes=None, growth=0.0, profile=ON, flow=FLOW, bore=BORE):
     nodes = np.arange(net.body_nodes) if nodes is None else nodes
     width = finest_width(net, nodes, bore)
-    skin = Skin.of(net, nodes, width, np.ones(net.spring_count, dtype=bool))
+    skin = JetSurface.of(net, nodes, width, np.ones(net.spring_count, dtype=bool))
     opening = np.arange(net.body_nodes, net.node_count)
-    return Jet("nozzle", "", opening, bore, WATER, growth, width, flow, course, skin, span())
+    return Jet("nozzle", "", opening, bore, WATER, growth, width, flow, profile, skin, span())
 
 
 def forces(jet, position, velocity=None, time=0.0):
@@ -173,7 +173,7 @@ def test_a_plate_that_moves_with_the_jet_is_pressed_by_what_overtakes_it(part):
 
 def test_forces_follow_the_square_of_the_flow_which_is_never_drawn_back():
     net = net_of(plate(20, 1e-3))
-    jet = jet_in(net, course=Course("sine", 0.0, np.inf, 1.0))
+    jet = jet_in(net, profile=TimeProfile("sine", 0.0, np.inf, 1.0))
     for time, part in ((0.25, 1.0), (1.0 / 12.0, 0.25), (0.5, 0.0), (0.75, 0.0)):
         assert forces(jet, net.position, time=time).sum(axis=0)[2] == pytest.approx(
             -part, abs=1e-4
@@ -289,19 +289,19 @@ def test_a_jet_goes_through_a_tear():
     position, triangles = plate(4, 5e-3)
     ends = np.unique(np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
     net = net_of((position, triangles), ends=ends)
-    situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    situation.jets = {"nozzle": jet_in(net)}
+    state = State.start(net, gravity=np.zeros(3), drag=0.0)
+    state.jets = {"nozzle": jet_in(net)}
     middle = np.flatnonzero((net.ends == 12).any(axis=1))
-    situation.alive = situation.alive.copy()
-    situation.alive[middle] = False
-    situation.let_leak()
-    jet = situation.jets["nozzle"]
+    state.alive = state.alive.copy()
+    state.alive[middle] = False
+    state.let_leak()
+    jet = state.jets["nozzle"]
     assert jet.skin.whole.sum() == len(triangles) - 6
     left = -forces(jet, net.position)[:, 2].sum()
     assert left < 0.05
-    assert situation.jets["nozzle"] is jet
-    situation.let_leak()
-    assert situation.jets["nozzle"] is jet
+    assert state.jets["nozzle"] is jet
+    state.let_leak()
+    assert state.jets["nozzle"] is jet
 
 
 # --- smoothness -------------------------------------------------------------------------------
@@ -346,7 +346,7 @@ def test_scenes_can_be_turned_and_shifted():
 
 def test_batches_are_as_single_states():
     net = crumpled()
-    jet = jet_in(net, course=Course("ramp", 0.0, 1.0))
+    jet = jet_in(net, profile=TimeProfile("ramp", 0.0, 1.0))
     places = net.position + 1e-3 * np.random.default_rng(4).normal(
         size=(2, 3, *net.position.shape)
     )
@@ -366,20 +366,20 @@ def test_loops_do_the_same_as_the_reference(growth):
     net = crumpled()
     rng = np.random.default_rng(6)
     velocity = 0.5 * rng.normal(size=net.position.shape)
-    situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    course = Course("smooth", 0.0, 2.0)
-    jet = jet_in(net, growth=growth, course=course, bore=2.0 * BORE)
+    state = State.start(net, gravity=np.zeros(3), drag=0.0)
+    profile = TimeProfile("smooth", 0.0, 2.0)
+    jet = jet_in(net, growth=growth, profile=profile, bore=2.0 * BORE)
     torn = rng.uniform(size=len(net.skin)) > 0.05
-    situation.jets = {
+    state.jets = {
         "nozzle": replace(jet, skin=replace(jet.skin, whole=torn)),
-        "other": jet_in(net, growth=growth, course=course, bore=0.5 * BORE),
+        "other": jet_in(net, growth=growth, profile=profile, bore=0.5 * BORE),
     }
     place = rng.permutation(net.node_count)
     x, v = np.zeros_like(net.position), np.zeros_like(net.position)
     x[place], v[place] = net.position, velocity
     f, power = np.zeros(x.size), np.zeros(2)
     expected = np.zeros_like(x)
-    for jet in situation.jets.values():
+    for jet in state.jets.values():
         table = jet.table(place, acts_of(jet.changes, 0.0, 2.0), net.position)
         kernel_on(jet.kernel, table)(1.2, x.ravel(), v.ravel(), f, power)
         JetForce(jet, net).add_forces(1.2, net.position, velocity, expected)
@@ -407,18 +407,20 @@ def test_momentum_and_energy_come_from_the_jet():
     """A free sheet takes up J cos θ; a moving nozzle books its own work; nothing is lost."""
     net, _ = membrane(cells=4, stiffness=30.0, mass=2e-5, damping=2e-3)
     bench = Bench(net, 0.02, tolerance=1e-7, ledger=True)
-    bench.situation.jets = {"nozzle": jet_in(net, course=Course("smooth", 0.0, 0.01))}
-    bench.move(net.body_nodes + np.arange(2), [1e-3, 1e-3, 0.0], Course("smooth", 0.0, 0.02))
-    bench.situation.holders = {"tool": bench.situation.motions["tool"].nodes}
+    bench.state.jets = {"nozzle": jet_in(net, profile=TimeProfile("smooth", 0.0, 0.01))}
+    bench.move(
+        net.body_nodes + np.arange(2), [1e-3, 1e-3, 0.0], TimeProfile("smooth", 0.0, 0.02)
+    )
+    bench.state.holders = {"tool": bench.state.motions["tool"].nodes}
     ran = bench.run(0.01)
     moved = 2e-5 * ran.velocity[:, : net.body_nodes]
     assert np.linalg.norm(ran.position[-1] - ran.position[0], axis=1).max() > 1e-4
     kinetic = 0.5 * (moved * ran.velocity[:, : net.body_nodes]).sum(axis=(1, 2))
-    state = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    elastic = observables.elastic_energy(state, ran.position, ran.velocity)
+    initial = State.start(net, gravity=np.zeros(3), drag=0.0)
+    elastic = observables.elastic_energy(initial, ran.position, ran.velocity)
     gap = kinetic + elastic - elastic[0] - (ran.work - ran.dissipated)
     assert np.abs(gap).max() < 1e-6 * np.abs(ran.work).max()
-    jet = bench.situation.jets["nozzle"]
+    jet = bench.state.jets["nozzle"]
     pushed = np.zeros_like(ran.position)
     jet.add_forces(ran.time, ran.position, ran.velocity, pushed)
     given = np.trapezoid(pushed[:, :-2].sum(axis=1), ran.time, axis=0)
@@ -429,8 +431,8 @@ def test_momentum_and_energy_come_from_the_jet():
 def test_a_symplectic_method_gives_way_to_one_that_can_follow_a_jet():
     net, rim = membrane(cells=3, stiffness=30.0, mass=2e-5)
     bench = Bench(net, 1e-3, method="srkn11", tolerance=1e-4, fixed=rim)
-    bench.situation.holders["nozzle"] = np.arange(net.body_nodes, net.node_count)
-    bench.situation.jets = {"nozzle": jet_in(net)}
+    bench.state.holders["nozzle"] = np.arange(net.body_nodes, net.node_count)
+    bench.state.jets = {"nozzle": jet_in(net)}
     ran = bench.run()
     assert [change.method for change in ran.engine.statistics.changes] == ["srkn11", "dop853"]
 
@@ -463,16 +465,16 @@ def test_a_membrane_settles_under_a_jet_and_scipy_agrees(tilt):
     net, rim = membrane(cells=3, stiffness=8.0)
     places = []
     for solve in (settle, rest):
-        situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-        situation.holders["fix"] = rim
-        situation.position = situation.position.copy()
-        situation.position[-1] += [tilt * 0.01, 0.0, 0.0]
-        situation.jets = {"nozzle": jet_in(net, flow=3.0 * FLOW)}
-        solve(situation, np.ones(net.node_count, dtype=bool))
+        state = State.start(net, gravity=np.zeros(3), drag=0.0)
+        state.holders["fix"] = rim
+        state.position = state.position.copy()
+        state.position[-1] += [tilt * 0.01, 0.0, 0.0]
+        state.jets = {"nozzle": jet_in(net, flow=3.0 * FLOW)}
+        solve(state, np.ones(net.node_count, dtype=bool))
         still = np.zeros_like(net.position)
-        left = observables.inner_forces(situation, 0.0, situation.position, still).node
-        assert np.abs(left[~situation.held]).max() < 1e-9 * THRUST
-        places.append(situation.position)
+        left = observables.inner_forces(state, 0.0, state.position, still).node
+        assert np.abs(left[~state.held]).max() < 1e-9 * THRUST
+        places.append(state.position)
     sunk = np.abs(places[0] - net.position)[: net.body_nodes].max()
     assert sunk > 3e-4
     assert np.abs(places[0] - places[1]).max() < 1e-7 * sunk
@@ -521,7 +523,7 @@ def test_a_run_that_is_resumed_under_a_jet_gives_the_same_bytes():
     whole, undisturbed = carried_out(compiled)
     first, before = carried_out(compiled, interrupt=AfterAsking(4))
     assert first.kind == "interrupted"
-    assert 0.005 < first.situation.time < 0.035
+    assert 0.005 < first.state.time < 0.035
     second, after = carried_out(compiled, resume=before.state)
     assert whole.kind == second.kind == "done"
     for one, other in zip(
@@ -592,7 +594,7 @@ tool outer { kind is nozzle; diameter = 2 mm; tip = (0, 0, 60) mm; direction = (
   at 1 ms: irrigate with 5 ml/s through outer
   at 2 ms: irrigate with 4 ml/s through outer"""
     played = play(rinsed(tool=ball, script=script, duration="3 ms"))
-    notes = [found.cause for _, found in played.outcome.happenings if found.kind == "note"]
+    notes = [found.cause for _, found in played.outcome.logged_events if found.kind == "note"]
     assert any("the nozzle is inside ball" in note for note in notes)
     assert any("the jet meets nothing now" in note for note in notes)
     assert any("it takes the place of: " in note for note in notes)
@@ -600,8 +602,8 @@ tool outer { kind is nozzle; diameter = 2 mm; tip = (0, 0, 60) mm; direction = (
 
 def test_a_scene_without_a_nozzle_pays_nothing():
     compiled = compiled_scene(rinsed(tool="", script=""))
-    layout = Layout(compiled.network, watched=False, ledger=False)
-    layout.update(Situation.start(compiled.network, gravity=np.zeros(3), drag=0.0))
+    layout = KernelInputs(compiled.network, watched=False, ledger=False)
+    layout.update(State.start(compiled.network, gravity=np.zeros(3), drag=0.0))
     assert layout.fields().address.size == 0
     assert "jets: there is no nozzle" in list(skipped(compiled))
     assert compiled_scene(rinsed()).plan.contact is None

@@ -74,18 +74,18 @@ def ran(text, **options):
     return compiled, recording, outcome
 
 
-def seam_of(situation):
-    (joint,) = situation.network.joints
+def seam_of(state):
+    (joint,) = state.network.joints
     return joint.springs
 
 
-def tension(situation):
-    every = observables.tension(situation, situation.position, situation.velocity)
-    return every[seam_of(situation)]
+def tension(state):
+    every = observables.tension(state, state.position, state.velocity)
+    return every[seam_of(state)]
 
 
 def kinds(outcome):
-    return [h.kind for _, h in outcome.happenings]
+    return [h.kind for _, h in outcome.logged_events]
 
 
 # --- which nodes are joined -------------------------------------------------------------------
@@ -206,12 +206,12 @@ def test_a_joint_cannot_join_springs_of_joints():
 
 def test_two_masses_of_different_bodies_swing_as_calculated():
     _, _, outcome = ran(masses(speed=100, duration="0.15 s"))
-    situation = outcome.situation
+    state = outcome.state
     omega = np.sqrt(2.0 * 40.0 / 5e-3)
     apart = 10e-3 + 0.1 / omega * np.sin(omega * 0.15)
     middle = 5e-3 + 0.05 * 0.15
     # The largest displacement is some 10 mm, of which 1e-5 is promised.
-    assert situation.position[:, 0] == pytest.approx(
+    assert state.position[:, 0] == pytest.approx(
         [middle - apart / 2.0, middle + apart / 2.0], abs=1e-7
     )
 
@@ -219,24 +219,24 @@ def test_two_masses_of_different_bodies_swing_as_calculated():
 def test_what_hangs_on_a_joint_stretches_it_by_its_weight():
     script = "at 0 s: fix one; at 0 s: settle"
     _, _, outcome = ran(masses(script, more="prestress = 20 %", gravity="(10, 0, 0)"))
-    situation = outcome.situation
-    assert tension(situation) == pytest.approx(5e-3 * 10.0, rel=1e-9)
-    assert situation.position[1, 0] == pytest.approx(8e-3 + 0.05 / 40.0, rel=1e-9)
+    state = outcome.state
+    assert tension(state) == pytest.approx(5e-3 * 10.0, rel=1e-9)
+    assert state.position[1, 0] == pytest.approx(8e-3 + 0.05 / 40.0, rel=1e-9)
 
 
 def test_every_spring_of_a_joint_is_drawn_in_to_the_length_and_keeps_balance():
     _, _, outcome = ran(wound(DRAWN, "0.2 s"))
-    situation = outcome.situation
-    springs = seam_of(situation)
-    assert situation.rest[springs] == pytest.approx(1e-3, rel=1e-12)
+    state = outcome.state
+    springs = seam_of(state)
+    assert state.rest[springs] == pytest.approx(1e-3, rel=1e-12)
     # At rest, the seam and the support of either far edge bear the same force.
-    pull = observables.inner_forces(situation, 0.2, situation.position, situation.velocity).node
-    first, second = situation.network.ends[springs].T
-    along = situation.position[second] - situation.position[first]
+    pull = observables.inner_forces(state, 0.2, state.position, state.velocity).node
+    first, second = state.network.ends[springs].T
+    along = state.position[second] - state.position[first]
     along /= np.linalg.norm(along, axis=1)[:, None]
-    force = (tension(situation)[:, None] * along).sum(axis=0)
+    force = (tension(state)[:, None] * along).sum(axis=0)
     is_left = np.arange(len(pull)) < 12
-    held = situation.held
+    held = state.held
     assert force[0] > 1e-2
     assert pull[held & is_left].sum(axis=0) == pytest.approx(force, abs=1e-3 * force[0])
     assert pull[held & ~is_left].sum(axis=0) == pytest.approx(-force, abs=1e-3 * force[0])
@@ -247,13 +247,11 @@ def test_what_is_short_enough_is_left_as_it_is():
       at 0.01 s: tighten seam to 3.5 mm; at 0.02 s: tighten seam to 3.7 mm
       at 0.03 s: loosen first stitch to 5 mm"""
     _, _, outcome = ran(wound(script, "0.025 s"))
-    situation = outcome.situation
-    assert situation.rest[seam_of(situation)] == pytest.approx([3e-3, 3.5e-3, 3.5e-3, 3.5e-3])
+    state = outcome.state
+    assert state.rest[seam_of(state)] == pytest.approx([3e-3, 3.5e-3, 3.5e-3, 3.5e-3])
     assert kinds(outcome) == ["fix", "fix", "reel", "reel", "note"]
     _, _, outcome = ran(wound(script, "0.04 s"))
-    assert outcome.situation.rest[seam_of(situation)] == pytest.approx(
-        [5e-3, 3.5e-3, 3.5e-3, 3.5e-3]
-    )
+    assert outcome.state.rest[seam_of(state)] == pytest.approx([5e-3, 3.5e-3, 3.5e-3, 3.5e-3])
 
 
 def test_drawing_in_between_held_nodes_is_work():
@@ -271,12 +269,12 @@ def test_a_stitch_holds_a_part_of_its_strength_and_comes_undone_above_it():
     script = """at 0 s: fix left; at 0 s: hold right; at 0 s: tie seam with square knot
       from 0 s to 1 s: move right by (2, 0, 0) mm using ramp"""
     _, _, outcome = ran(wound(script, "1 s"))
-    situation = outcome.situation
-    assert situation.strength[seam_of(situation)] == pytest.approx(0.695 * 0.2)
-    (when,) = {time for time, h in outcome.happenings if h.kind == "rupture"}
+    state = outcome.state
+    assert state.strength[seam_of(state)] == pytest.approx(0.695 * 0.2)
+    (when,) = {time for time, h in outcome.logged_events if h.kind == "rupture"}
     pulled = 0.695 * 0.2 - 10e-3 * 2e-3  # what dampers bear is no stretch
     assert when == pytest.approx(pulled / 100.0 / 2e-3, rel=1e-6)
-    assert not situation.alive[seam_of(situation)].any()
+    assert not state.alive[seam_of(state)].any()
 
 
 def test_a_knot_bears_no_more_than_the_thread_and_is_tied_twice_at_no_cost():
@@ -287,14 +285,14 @@ def test_a_knot_bears_no_more_than_the_thread_and_is_tied_twice_at_no_cost():
         ("at 0 s: tie seam with square knot; at 0 s: tie seam with square knot", 0.139),
     ):
         _, _, outcome = ran(wound(script.format(knot), "1 ms"))
-        assert outcome.situation.strength[seam_of(outcome.situation)] == pytest.approx(holds)
+        assert outcome.state.strength[seam_of(outcome.state)] == pytest.approx(holds)
 
 
 def test_joints_hold_pieces_together_and_leave_them_pieces():
     text = wound() + "set wound = [left, right]\nexpect count(pieces of wound) == 2 over run\n"
     _, _, outcome = ran(text + "expect gap(wound) between 3.9 mm and 4.1 mm over run\n")
     assert outcome.failures == ()
-    pieces = Moment.of(outcome.situation).pieces
+    pieces = Moment.of(outcome.state).pieces
     assert len(np.unique(pieces)) == 2
     inside = compiled_scene(text + "expect count(springs of wound) == 4 at 0 s\n")
     assert len(inside.groups.springs_inside(np.arange(24))) == inside.network.spring_count
@@ -305,9 +303,9 @@ def test_springs_of_joints_are_cut_and_changed_by_name():
       at 0 s: cut first stitch
       at 1 ms: cut seam along plane through (0, 5, 0) mm facing (-1, 0.6, 0)"""
     _, _, outcome = ran(wound(script, "2 ms"))
-    situation = outcome.situation
-    assert situation.stiffness[seam_of(situation)].tolist() == [200.0] * 4
-    assert situation.alive[: seam_of(situation).start].all()
+    state = outcome.state
+    assert state.stiffness[seam_of(state)].tolist() == [200.0] * 4
+    assert state.alive[: seam_of(state).start].all()
     assert kinds(outcome).count("cut") == 2
 
 
@@ -328,7 +326,7 @@ simulate {{ duration = 30 ms }}
 """
     compiled, _, outcome = ran(text)
     for thread in compiled.network.threads.values():
-        assert outcome.situation.rest[thread.pieces].sum() == pytest.approx(6e-3)
+        assert outcome.state.rest[thread.pieces].sum() == pytest.approx(6e-3)
 
 
 # --- against SciPy, interrupted, and in files -------------------------------------------------
@@ -351,10 +349,10 @@ def test_a_run_that_is_interrupted_while_sewing_goes_on_to_the_same_end(monkeypa
     text = wound(DRAWN, "0.06 s")
     _, _, whole = ran(text)
     _, recording, first = ran(text, interrupt=lambda: True)
-    assert first.kind == "interrupted" and 0.0 < first.situation.time < 0.06
+    assert first.kind == "interrupted" and 0.0 < first.state.time < 0.06
     _, _, second = ran(text, resume=recording.state)
-    assert np.array_equal(second.situation.position, whole.situation.position)
-    assert np.array_equal(second.situation.rest, whole.situation.rest)
+    assert np.array_equal(second.state.position, whole.state.position)
+    assert np.array_equal(second.state.rest, whole.state.rest)
 
 
 def test_files_know_joints_by_name(tmp_path):

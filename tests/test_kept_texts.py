@@ -56,5 +56,5 @@ def test_tables_are_kept_too(tmp_path):
     written = manifest_of(compile_request(request)[0], request)
     assert written["sources"] == {"rise.csv": "0,0\n1,2\n"}
     again = Request(Source("elsewhere.tis", TABLED), files=Kept(written["sources"]))
-    (course,) = compile_request(again)[0].plan.events[0].action.courses
-    assert course.values[-1] == 2.0
+    (profile,) = compile_request(again)[0].plan.events[0].action.profiles
+    assert profile.values[-1] == 2.0

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tissuec.compiler.checks import situation_at_start
+from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError
 from tissuec.core.resources import library
@@ -28,7 +28,7 @@ from tissuec.pipeline import (
 )
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.imports import read_source
-from tissuec.scene.vocabulary import Rules, Vocabulary
+from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 
 FILES = sorted(library().rglob("*.tis"))
 TISSUES = sorted((library() / "tissues").glob("*.tis"))
@@ -114,7 +114,7 @@ def vocabulary() -> Vocabulary:
 
 
 @pytest.fixture(scope="module")
-def rules(vocabulary: Vocabulary) -> Rules:
+def rules(vocabulary: Vocabulary) -> RulesBlock:
     return vocabulary.rules["soft tissue"]
 
 
@@ -135,13 +135,13 @@ def concluded(base: RuleBase, quantity: str, given: dict[str, float]) -> float:
     return answer.value
 
 
-def test_the_published_rules_stand_first_and_in_their_order(rules: Rules) -> None:
+def test_the_published_rules_stand_first_and_in_their_order(rules: RulesBlock) -> None:
     written = [" ".join(span.text.split()) for span in rules.spans]
     assert tuple(written[: len(PUBLISHED)]) == PUBLISHED
 
 
 def test_every_description_in_plain_words_is_answered_by_rules(
-    rules: Rules, facts: dict[str, dict[str, float]]
+    rules: RulesBlock, facts: dict[str, dict[str, float]]
 ) -> None:
     for values in product(*(words.values() for words in facts.values())):
         answers = rules.base.infer(dict(zip(facts, values, strict=True)))
@@ -155,7 +155,7 @@ def test_every_description_in_plain_words_is_answered_by_rules(
 @pytest.mark.parametrize("consistency", ["smooth", "slightly hard", "hard", "chapped"])
 @pytest.mark.parametrize("elasticity", ["small", "medium", "big"])
 def test_softer_is_lower(
-    rules: Rules,
+    rules: RulesBlock,
     facts: dict[str, dict[str, float]],
     elasticity: str,
     consistency: str,
@@ -174,7 +174,7 @@ def test_softer_is_lower(
 
 
 def test_between_the_words_a_slider_never_turns_back(
-    rules: Rules, facts: dict[str, dict[str, float]]
+    rules: RulesBlock, facts: dict[str, dict[str, float]]
 ) -> None:
     for elasticity in facts["elasticity"].values():
         given = {"elasticity": elasticity, "consistency": 0.0, "shiftability": 0.5}
@@ -252,8 +252,8 @@ def test_the_published_words_make_a_plausible_tube(oviduct: Compiled) -> None:
     # A tube of 64 mm x 6 mm with a wall of about 1 mm weighs about 1 g.
     assert 0.8e-3 < network.mass.sum() < 1.3e-3
     assert network.stiffness == pytest.approx(9.0, rel=0.05)
-    situation = situation_at_start(oviduct)
-    assert damping_radius(situation) / (2.0 * spectral_radius(situation)) < 0.5
+    state = state_at_start(oviduct)
+    assert damping_radius(state) / (2.0 * spectral_radius(state)) < 0.5
 
 
 def test_sterilisation_parts_the_tube_and_the_stumps_draw_apart(

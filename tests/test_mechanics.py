@@ -7,9 +7,9 @@ from tests.hand_net import chain, make_net, start
 from tissuec.mechanics import observables
 
 
-def spring_forces(situation, position, velocity):
+def spring_forces(state, position, velocity):
     """Return the forces on nodes of a net without fields [N]."""
-    return observables.inner_forces(situation, 0.0, position, velocity).node
+    return observables.inner_forces(state, 0.0, position, velocity).node
 
 
 def random_net(seed=0, **parameters):
@@ -36,23 +36,23 @@ def test_tension_is_stiffness_times_stretch_plus_damping_times_closing_speed():
 
 def test_springs_that_are_dead_or_have_no_length_do_not_pull():
     network = make_net([(0, 0, 0), (0, 0, 0), (2, 0, 0)], [(0, 1), (1, 2)], rest=1, damping=1)
-    situation = start(network)
-    situation.alive = np.array([True, False])
-    force = spring_forces(situation, network.position, np.ones((3, 3)))
+    state = start(network)
+    state.alive = np.array([True, False])
+    force = spring_forces(state, network.position, np.ones((3, 3)))
     assert np.all(force == 0.0)
 
 
 def test_elastic_forces_are_minus_the_gradient_of_the_elastic_energy():
     network, position, velocity = random_net(damping=0.0)
-    situation = start(network)
-    force = spring_forces(situation, position, np.zeros_like(position))
+    state = start(network)
+    force = spring_forces(state, position, np.zeros_like(position))
     step = 1e-5
     for node in range(8):
         for axis in range(3):
             shift = np.zeros_like(position)
             shift[node, axis] = step
-            ahead = observables.elastic_energy(situation, position + shift, velocity)
-            behind = observables.elastic_energy(situation, position - shift, velocity)
+            ahead = observables.elastic_energy(state, position + shift, velocity)
+            behind = observables.elastic_energy(state, position - shift, velocity)
             # Central difference: step² times a third derivative, and rounding over the step.
             slope = (ahead - behind) / (2 * step)
             assert force[node, axis] == pytest.approx(-slope, abs=1e-7)
@@ -74,76 +74,76 @@ def test_a_rigid_rotation_meets_no_viscous_force():
 
 def test_a_batch_gives_what_each_of_its_states_gives_to_the_last_bit():
     network, position, velocity = random_net()
-    situation = start(network, gravity=(0, 1, -9))
-    situation.holders["fix"] = np.array([2])
+    state = start(network, gravity=(0, 1, -9))
+    state.holders["fix"] = np.array([2])
     batch = np.stack([position, 2 * position, position + velocity]), np.stack([velocity] * 3)
-    forces = spring_forces(situation, *batch)
-    energies = observables.energies(situation, 0.0, *batch)
-    on = observables.pull_on(situation, *batch, np.array([1, 5]))
+    forces = spring_forces(state, *batch)
+    energies = observables.energies(state, 0.0, *batch)
+    on = observables.pull_on(state, *batch, np.array([1, 5]))
     for sample in range(3):
-        state = batch[0][sample], batch[1][sample]
-        assert np.array_equal(forces[sample], spring_forces(situation, *state))
-        single = observables.energies(situation, 0.0, *state)
+        motion = batch[0][sample], batch[1][sample]
+        assert np.array_equal(forces[sample], spring_forces(state, *motion))
+        single = observables.energies(state, 0.0, *motion)
         assert [e[sample] for e in energies] == pytest.approx(list(single), rel=1e-15)
         assert on[sample] == pytest.approx(
-            observables.pull_on(situation, *state, np.array([1, 5]))
+            observables.pull_on(state, *motion, np.array([1, 5]))
         )
 
 
 def test_the_pull_on_a_group_is_the_sum_of_the_forces_on_its_nodes():
     network, position, velocity = random_net()
-    situation = start(network)
-    situation.alive = np.arange(network.spring_count) % 3 > 0
+    state = start(network)
+    state.alive = np.arange(network.spring_count) % 3 > 0
     nodes = np.array([0, 3, 4])
-    forces = spring_forces(situation, position, velocity)
-    pull = observables.pull_on(situation, position, velocity, nodes)
+    forces = spring_forces(state, position, velocity)
+    pull = observables.pull_on(state, position, velocity, nodes)
     assert pull == pytest.approx(forces[nodes].sum(axis=0))
 
 
 def test_energies_of_a_hanging_chain_count_free_nodes_and_live_springs_only():
     network = chain(3, mass=[2, 3, 4], stiffness=10, rest=0.5)
-    situation = start(network, gravity=(-10, 0, 0))
-    situation.holders["fix"] = np.array([0])
-    situation.alive = np.array([True, False])
+    state = start(network, gravity=(-10, 0, 0))
+    state.holders["fix"] = np.array([0])
+    state.alive = np.array([True, False])
     velocity = np.ones((3, 3))
-    energies = observables.energies(situation, 0.0, network.position, velocity)
+    energies = observables.energies(state, 0.0, network.position, velocity)
     assert float(energies.kinetic) == pytest.approx(0.5 * (3 + 4) * 3)
     assert float(energies.elastic) == pytest.approx(0.5 * 10 * 0.25)
     assert float(energies.gravity) == pytest.approx(10 * (3 * 1 + 4 * 2))
     assert float(energies.total) == pytest.approx(10.5 + 1.25 + 110)
     both = observables.elastic_energy(
-        situation, network.position, network.velocity, np.array([0, 1])
+        state, network.position, network.velocity, np.array([0, 1])
     )
     assert float(both) == pytest.approx(1.25)
 
 
 def test_weight_is_minus_the_gradient_of_the_gravity_energy():
     network, position, _ = random_net()
-    situation = start(network, gravity=(1.0, 2.0, -9.81))
+    state = start(network, gravity=(1.0, 2.0, -9.81))
     lifted = position + np.array([0.0, 0.0, 0.5])
-    (weight,) = situation.outer
+    (weight,) = state.outer
     work = weight.energy(0.0, lifted) - weight.energy(0.0, position)
     assert work == pytest.approx(9.81 * 0.5 * network.mass.sum())
 
 
 def test_a_net_without_springs_or_nodes_has_no_forces_and_no_energy():
     for nodes in (0, 3):
-        situation = start(make_net(np.zeros((nodes, 3)), []))
-        state = situation.position, situation.velocity
-        assert spring_forces(situation, *state).shape == (nodes, 3)
-        assert float(observables.energies(situation, 0.0, *state).total) == 0.0
+        state = start(make_net(np.zeros((nodes, 3)), []))
+        motion = state.position, state.velocity
+        assert spring_forces(state, *motion).shape == (nodes, 3)
+        assert float(observables.energies(state, 0.0, *motion).total) == 0.0
 
 
 def test_energies_of_a_sample_do_not_depend_on_the_others():
     network, position, velocity = random_net()
-    situation = start(network)
-    situation.holders["fix"] = np.array([3])
-    situation.gravity = np.array([0.1, 0.2, -9.81])
+    state = start(network)
+    state.holders["fix"] = np.array([3])
+    state.gravity = np.array([0.1, 0.2, -9.81])
     random = np.random.default_rng(1)
     many = position + random.normal(size=(37, 8, 3)), velocity + random.normal(size=(37, 8, 3))
-    together = observables.energies(situation, 0.0, *many)
+    together = observables.energies(state, 0.0, *many)
     for sample in range(37):
-        alone = observables.energies(situation, 0.0, many[0][sample], many[1][sample])
+        alone = observables.energies(state, 0.0, many[0][sample], many[1][sample])
         for part, whole in zip(alone, together, strict=True):
             assert part == whole[sample]
 

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from tissuec.core import progress
-from tissuec.core.progress import Progress, compiling
+from tissuec.core.progress import RunProgress, compiling
 from tissuec.kernels import loading
 
 
@@ -26,7 +26,7 @@ def impatient(monkeypatch, stream):
 
 def test_the_line_tells_the_time_and_goes_away(monkeypatch):
     terminal = impatient(monkeypatch, Terminal())
-    with Progress("tube.tis", 2.0, shown=True, compiles=False) as line:
+    with RunProgress("tube.tis", 2.0, shown=True, compiles=False) as line:
         line.at(0.5)
     assert "tube.tis [######  " in terminal.getvalue()
     assert "500 ms of 2 s" in terminal.getvalue()
@@ -40,7 +40,7 @@ def test_the_line_does_not_wrap_and_tells_the_time_in_a_narrow_terminal(
 ):
     monkeypatch.setenv("COLUMNS", str(columns))
     terminal = impatient(monkeypatch, Terminal())
-    with Progress(name, 2.0, shown=True, compiles=False) as line:
+    with RunProgress(name, 2.0, shown=True, compiles=False) as line:
         line.at(0.1)
         time.sleep(0.05)
         line.at(0.5)
@@ -60,7 +60,7 @@ def until(condition, seconds):
 def test_what_keeps_a_run_silent_is_said_when_kernels_are_compiled(monkeypatch, compiles):
     terminal = impatient(monkeypatch, Terminal())
     monkeypatch.setattr(loading, "translating", compiles)
-    with Progress("tube.tis", 2.0, shown=True):
+    with RunProgress("tube.tis", 2.0, shown=True):
         until(lambda: "compiling" in terminal.getvalue(), 5.0 if compiles else 0.2)
     assert ("tube.tis: compiling kernels …" in terminal.getvalue()) is compiles
 
@@ -71,7 +71,7 @@ def test_what_comes_before_the_first_step_is_said(monkeypatch):
         until(lambda: "compiling" in terminal.getvalue(), 5.0)
     assert "tube.tis: compiling the scene …" in terminal.getvalue()
     assert terminal.getvalue().endswith("\r\x1b[2K")
-    with Progress("tube.tis", 2.0, shown=True) as line:
+    with RunProgress("tube.tis", 2.0, shown=True) as line:
         until(lambda: "preparing" in terminal.getvalue(), 5.0)
         line.at(0.0)
         said = terminal.getvalue().count("preparing")
@@ -81,7 +81,7 @@ def test_what_comes_before_the_first_step_is_said(monkeypatch):
 
 def test_off_a_terminal_nothing_is_shown(monkeypatch):
     stream = impatient(monkeypatch, io.StringIO())
-    with Progress("tube.tis", 2.0, shown=True) as line:
+    with RunProgress("tube.tis", 2.0, shown=True) as line:
         line.at(0.5)
         time.sleep(0.2)
     assert stream.getvalue() == ""
@@ -89,7 +89,7 @@ def test_off_a_terminal_nothing_is_shown(monkeypatch):
 
 def test_a_notebook_gets_blanks_where_a_terminal_is_told_to_clear(monkeypatch):
     stream = impatient(monkeypatch, io.StringIO())
-    with Progress("tube.tis", 2.0, shown=True, compiles=False, anywhere=True) as line:
+    with RunProgress("tube.tis", 2.0, shown=True, compiles=False, anywhere=True) as line:
         line.at(0.5)
     last = stream.getvalue().split("\r")[-2]
     assert "500 ms of 2 s" in stream.getvalue() and "\x1b" not in stream.getvalue()

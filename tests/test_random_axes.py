@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from benchmarks.stability.cells import FRAMES, MASS, STIFFNESS, SWING, Cell, tube
 from benchmarks.stability.known import find_known
-from tissuec.bench.problem import Problem
+from tissuec.bench.problem import BenchProblem
 from tissuec.bench.trial import Deadline, OutOfTime
 from tissuec.core.source import Source
 from tissuec.engine.execution.companion import Companion
@@ -58,7 +58,7 @@ def verdict_of(seed):
     """Return what came of a scene that is run as ``tissuec run`` would."""
     cell = scene(seed)
     compiled, _ = compile_request(Request(Source("scene.tis", cell.text("automatic"))))
-    problem = Problem.of(compiled)
+    problem = BenchProblem.of(compiled)
     deadline = Deadline(BUDGET)
     network, plan = compiled.network, compiled.plan
     beside = Companion(network, plan, "inline")

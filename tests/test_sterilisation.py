@@ -19,7 +19,7 @@ def result(shipped):
 def test_all_expectations_hold_and_nothing_ruptures(result):
     assert result.outcome.kind == "done"
     assert not result.outcome.failures
-    assert not [h for _, h in result.outcome.happenings if h.kind == "rupture"]
+    assert not [h for _, h in result.outcome.logged_events if h.kind == "rupture"]
 
 
 def test_the_paper_counts_its_nodes_and_springs_so(result):

@@ -46,11 +46,11 @@ def ran(text, **options):
 
 
 def kinds(outcome):
-    return [h.kind for _, h in outcome.happenings]
+    return [h.kind for _, h in outcome.logged_events]
 
 
-def tension(situation):
-    return observables.tension(situation, situation.position, situation.velocity)
+def tension(state):
+    return observables.tension(state, state.position, state.velocity)
 
 
 # --- a sling around a rod -------------------------------------------------------------------
@@ -61,15 +61,15 @@ TIGHTENED = "from 0 s to 0.1 s: tighten sling to 60 mm using smooth profile"
 def test_tightened_loop_presses_on_a_rod_by_its_tension_over_the_radius():
     script = TIGHTENED.replace("0.1 s", "0.04 s")
     _, _, outcome = ran(around_rod(script=script, duration="0.08 s"))
-    situation = outcome.situation
-    pull = tension(situation)[:PIECES]
-    assert situation.rest[:PIECES].sum() == pytest.approx(60e-3, rel=1e-12)
+    state = outcome.state
+    pull = tension(state)[:PIECES]
+    assert state.rest[:PIECES].sum() == pytest.approx(60e-3, rel=1e-12)
     assert pull.mean() > 0.1
     # At rest to 1e-4: no damper pulls any more.
     assert pull == pytest.approx(pull.mean(), rel=1e-4)
-    contact = situation.touching
-    forces = np.zeros_like(situation.position)
-    contact.add_forces(0.0, situation.position, situation.velocity, forces)
+    contact = state.touching
+    forces = np.zeros_like(state.position)
+    contact.add_forces(0.0, state.position, state.velocity, forces)
     pressed = np.linalg.norm(forces[contact.nodes], axis=1)
     pressed = pressed[pressed > 0.0]
     assert len(pressed) == PIECES
@@ -115,7 +115,7 @@ def test_slow_work_of_drawing_in_is_the_elastic_energy_that_it_leaves():
     _, elastic, _, work, _, _ = rows[-1]
     # What dampers take of it falls with the time that it takes.
     assert work == pytest.approx(elastic, rel=0.02)
-    stretch = tension(outcome.situation)[:PIECES] / STIFFNESS
+    stretch = tension(outcome.state)[:PIECES] / STIFFNESS
     springs = 0.5 * STIFFNESS * (stretch**2).sum()
     assert springs < elastic  # the rest is that of the contact
 
@@ -135,10 +135,10 @@ def test_a_run_that_is_interrupted_while_tightening_goes_on_to_the_same_end(monk
     _, _, whole = ran(text)
 
     _, recording, first = ran(text, interrupt=lambda: True)
-    assert first.kind == "interrupted" and 0.0 < first.situation.time < 0.02
+    assert first.kind == "interrupted" and 0.0 < first.state.time < 0.02
     _, _, second = ran(text, resume=recording.state)
-    assert np.array_equal(second.situation.position, whole.situation.position)
-    assert np.array_equal(second.situation.rest, whole.situation.rest)
+    assert np.array_equal(second.state.position, whole.state.position)
+    assert np.array_equal(second.state.rest, whole.state.rest)
 
 
 def test_friction_lets_the_tension_grow_as_around_a_capstan():
@@ -153,11 +153,10 @@ def test_friction_lets_the_tension_grow_as_around_a_capstan():
         duration="0.36 s", friction=friction,
     ).replace("30 mN*s/m", "1 mN*s/m")  # fmt: skip
     compiled, _, outcome = ran(text)
-    situation = outcome.situation
-    x, chain = situation.position[:PIECES], np.arange(PIECES)
+    state = outcome.state
+    x, chain = state.position[:PIECES], np.arange(PIECES)
     pull = {
-        tuple(e): t
-        for e, t in zip(compiled.network.ends.tolist(), tension(situation), strict=True)
+        tuple(e): t for e, t in zip(compiled.network.ends.tolist(), tension(state), strict=True)
     }
     pulls = np.array([pull[i, i + 1] for i in chain[:-1]])
     along = np.diff(x, axis=0)
@@ -208,7 +207,7 @@ def loop_length(position):
 
 def test_a_tube_under_a_tightened_sling_is_as_narrow_as_the_sling():
     compiled, recording, outcome = ran(vessel())
-    tube, sling = (outcome.situation.position[body.nodes] for body in compiled.network.bodies)
+    tube, sling = (outcome.state.position[body.nodes] for body in compiled.network.bodies)
     ring = tube.reshape(5, 8, 3)[2]
     narrow, drawn = loop_length(ring), 2.0 * np.pi * 3e-3
     # The ring lies within the sling by the radius of the thread, and is pressed in a little.
@@ -246,13 +245,13 @@ def test_no_node_of_a_sling_slips_between_those_of_the_wall_that_it_strangles():
 def test_a_sling_that_is_cut_lets_go_and_its_pieces_there_do_not_touch():
     cut = "at 0.22 s: cut sling along plane through (0, 0, 0) mm facing (0, 1, 0)"
     _, _, outcome = ran(vessel(cut, "0.5 s"))
-    situation = outcome.situation
-    gone = np.flatnonzero(~situation.alive[situation.network.bodies[1].springs])
+    state = outcome.state
+    gone = np.flatnonzero(~state.alive[state.network.bodies[1].springs])
     assert len(gone) == 3  # two pieces, and the spring for a slipping knot
-    contact = situation.touching
+    contact = state.touching
     pieces = contact.kind[: len(contact.whole)] == CAPSULE
     assert contact.whole[pieces].sum() == 16 - 2
-    ring = situation.position[:40].reshape(5, 8, 3)[2]
+    ring = state.position[:40].reshape(5, 8, 3)[2]
     assert loop_length(ring) == pytest.approx(16 * 3e-3 * np.sin(np.pi / 8), rel=0.05)
 
 
@@ -295,13 +294,13 @@ def knot(tied="square knot of 2 N", *, duration="2.2 s", script=PULLED, strength
 
 def test_a_knot_holds_below_its_limit_and_slips_above_it_at_that_force():
     compiled, recording, outcome = ran(knot())
-    found = [(t, h.kind) for t, h in outcome.happenings if h.kind in ("slip", "seize")]
+    found = [(t, h.kind) for t, h in outcome.logged_events if h.kind in ("slip", "seize")]
     assert [kind for _, kind in found] == ["slip", "seize", "slip", "seize"]
     thread = compiled.network.bodies[0].thread
-    situation = outcome.situation
+    state = outcome.state
     # It stays longer by what slipped, and never bears more than that force.
-    assert situation.alive[thread.hold] and not situation.alive[thread.slip]
-    assert situation.rest[thread.hold] > 20e-3
+    assert state.alive[thread.hold] and not state.alive[thread.slip]
+    assert state.rest[thread.hold] > 20e-3
     _, pulls = recording.log_arrays("tension of sling")
     assert pulls.shape[1] == 4  # the pieces; the last one has the knot in it
     slips = pulls[:, thread.hold] >= 2.0 * (1.0 - 1e-12)
@@ -345,7 +344,7 @@ def test_the_log_of_a_thread_has_its_pieces_and_the_knot_once_it_is_tied():
       from 0.6 s to 0.8 s: move right by (3, 0, 0) mm using smooth profile"""
     tied, recording, outcome = ran(OPEN_THREAD.replace("TIE", tie))
     (log,) = tied.plan.output.logs
-    moment = Moment.of(outcome.situation)
+    moment = Moment.of(outcome.state)
     names = log.measure.columns(log.subjects, moment)
     assert names == ("spring 1", "spring 2", "spring 3", "knot")
     _, pulls = recording.log_arrays("tension of strand")
@@ -369,7 +368,7 @@ def test_a_knot_slips_at_the_located_time():
       from 0.35 s to 5.35 s: move right by (6, 0, 0) mm using constant speed"""
     text = knot(script=script, duration="0.65 s").replace("1e-6", "1e-5")
     _, _, outcome = ran(text)
-    (time,) = [t for t, h in outcome.happenings if h.kind == "slip"]
+    (time,) = [t for t, h in outcome.logged_events if h.kind == "slip"]
     piece = 10e-3 * np.sqrt(2.0)
     apart = 2.0 * (piece + 2.0 / 1000.0)
     expected = (apart - 32e-3) / 6e-3 * 5.0 + 0.35
@@ -389,11 +388,11 @@ def test_a_knot_slips_while_its_thread_is_drawn_in(viscosity):
     _, recording, outcome = ran(
         text.replace("1e-6", "1e-4").replace("viscosity = 0 N*s/m", f"viscosity = {viscosity}"),
     )
-    happened = [h.kind for _, h in outcome.happenings if h.kind in ("slip", "seize")]
+    happened = [h.kind for _, h in outcome.logged_events if h.kind in ("slip", "seize")]
     assert happened[0] == "slip" and len(happened) < 10
-    assert tension(outcome.situation)[:4].max() == pytest.approx(2.5, rel=1e-3)  # c 5 mm / 2
-    thread = outcome.situation.network.bodies[0].thread
-    bears = tension(outcome.situation)[[thread.hold, thread.slip]].sum()
+    assert tension(outcome.state)[:4].max() == pytest.approx(2.5, rel=1e-3)  # c 5 mm / 2
+    thread = outcome.state.network.bodies[0].thread
+    bears = tension(outcome.state)[[thread.hold, thread.slip]].sum()
     assert bears == pytest.approx(1.0, rel=1e-3)
     _, rows = recording.energy_arrays()
     kinetic, elastic, _, work, lost, switched = rows.T
@@ -411,7 +410,7 @@ def test_what_a_knot_holds_is_a_part_of_the_strength_of_the_thread():
         )
         thread = compiled.network.bodies[0].thread
         assert kinds(outcome).count("slip") == 1
-        limits.append(outcome.situation.strength[thread.hold] / 3.0)
+        limits.append(outcome.state.strength[thread.hold] / 3.0)
     assert limits == pytest.approx([0.695, 0.668, 0.35])
 
 
@@ -425,7 +424,7 @@ def test_a_knot_that_takes_the_place_of_another_bears_its_own_part():
     )
     compiled, _, outcome = ran(text)
     thread = compiled.network.bodies[0].thread
-    assert outcome.situation.strength[thread.hold] == pytest.approx(0.695 * 3.0)
+    assert outcome.state.strength[thread.hold] == pytest.approx(0.695 * 3.0)
 
 
 def test_a_thread_breaks_that_is_weaker_than_its_knot():
@@ -456,8 +455,8 @@ def test_the_ends_of_an_open_thread_are_tied_as_they_stand():
       at 0.1 s: tie cord with square knot of 1 N"""
     compiled, recording, outcome = ran(OPEN.replace("SCRIPT", tied))
     thread = compiled.network.bodies[0].thread
-    assert outcome.situation.alive[thread.hold]
-    assert outcome.situation.rest[thread.hold] == pytest.approx(2e-3)
+    assert outcome.state.alive[thread.hold]
+    assert outcome.state.rest[thread.hold] == pytest.approx(2e-3)
     _, length = recording.log_arrays("length of cord")
     assert length[-1] == pytest.approx(30e-3 + 28e-3 + 2e-3)
     assert "note" not in kinds(outcome)
@@ -465,7 +464,7 @@ def test_the_ends_of_an_open_thread_are_tied_as_they_stand():
 
 def test_ends_that_are_far_apart_are_tied_with_a_note():
     _, _, outcome = ran(OPEN.replace("SCRIPT", "at 0.1 s: tie cord with granny knot of 1 N"))
-    (note,) = [h.cause for _, h in outcome.happenings if h.kind == "note"]
+    (note,) = [h.cause for _, h in outcome.logged_events if h.kind == "note"]
     assert note == "the ends of cord are 40 mm apart when tied"
 
 
@@ -475,15 +474,15 @@ def test_ends_that_are_far_apart_are_tied_with_a_note():
 ])  # fmt: skip
 def test_the_wrong_direction_is_noted_and_changes_nothing(script, note):
     _, _, outcome = ran(OPEN.replace("SCRIPT", script))
-    assert note in outcome.happenings[-1][1].cause
-    assert outcome.situation.rest[:4] == pytest.approx(np.full(4, 10e-3))
+    assert note in outcome.logged_events[-1][1].cause
+    assert outcome.state.rest[:4] == pytest.approx(np.full(4, 10e-3))
 
 
 def test_a_later_order_takes_the_place_of_one_under_way():
     script = "from 0 s to 0.2 s: tighten cord to 20 mm; at 0.1 s: loosen cord to 35 mm"
     _, _, outcome = ran(OPEN.replace("SCRIPT", script))
-    assert outcome.situation.rest[:4].sum() == pytest.approx(35e-3)
-    assert not outcome.situation.reelings
+    assert outcome.state.rest[:4].sum() == pytest.approx(35e-3)
+    assert not outcome.state.reelings
 
 
 def test_a_written_rest_length_ends_the_drawing_in():
@@ -491,7 +490,7 @@ def test_a_written_rest_length_ends_the_drawing_in():
         "from 0 s to 0.2 s: tighten cord to 20 mm; at 0.1 s: change rest length of cord to 9 mm"
     )
     _, _, outcome = ran(OPEN.replace("SCRIPT", script))
-    assert outcome.situation.rest[:4] == pytest.approx(np.full(4, 9e-3))
+    assert outcome.state.rest[:4] == pytest.approx(np.full(4, 9e-3))
 
 
 def test_only_threads_are_tightened_and_tied():
@@ -509,26 +508,24 @@ def test_only_threads_are_tightened_and_tied():
 
 def test_moments_of_a_batch_have_their_own_rest_lengths():
     compiled, _, outcome = ran(OPEN.replace("SCRIPT", "at 0 s: fix cord"))
-    situation = outcome.situation
-    from tissuec.script.verbs.tighten import Reel  # what the sentence reads to
+    state = outcome.state
+    from tissuec.script.verbs.tighten import ChangeRestLength  # what the sentence reads to
 
     compiled = compiled_scene(
         OPEN.replace("SCRIPT", "from 0 s to 0.2 s: tighten cord to 20 mm")
     )
     (event,) = compiled.plan.events
-    assert isinstance(event.action, Reel)
+    assert isinstance(event.action, ChangeRestLength)
 
     class Nothing:
         def add(self, time, action): ...
         def land(self, times): ...
 
-    situation.time = 0.0
-    event.action.apply(situation, Nothing())
+    state.time = 0.0
+    event.action.apply(state, Nothing())
     times = np.array([0.0, 0.1, 0.2])
-    many = [
-        np.repeat(part[None], 3, axis=0) for part in (situation.position, situation.velocity)
-    ]
-    moment = Moment(situation, times, *many, np.zeros(6, dtype=bool))
+    many = [np.repeat(part[None], 3, axis=0) for part in (state.position, state.velocity)]
+    moment = Moment(state, times, *many, np.zeros(6, dtype=bool))
     assert moment.tension[:, 0] == pytest.approx([0.0, 2.5, 5.0])
     assert moment.pick(np.array([1, 2])).tension[:, 0] == pytest.approx([2.5, 5.0])
     assert moment.energies.elastic == pytest.approx([0.0, 4 * 0.5 * 2.5**2 / 1e3, 0.05])
@@ -566,7 +563,7 @@ SEWN = "joint seam { springs from strand to sheet; reach = 5 mm; tissue is silk 
 def test_a_thread_that_goes_through_a_surface_is_noted_once(by, joint, noted):
     """Held nodes go where they are moved to, whatever touches them."""
     _, _, outcome = ran(SHEET.format(by=by, joint=joint))
-    found = [time for time, note in outcome.happenings if "passes through" in note.cause]
+    found = [time for time, note in outcome.logged_events if "passes through" in note.cause]
     assert found == noted
 
 

@@ -322,9 +322,9 @@ def _told(
     elif not progress:
         yield None
     else:
-        from tissuec.core.progress import Progress
+        from tissuec.core.progress import RunProgress
 
-        with Progress(name, duration, shown=True, anywhere=True) as line:
+        with RunProgress(name, duration, shown=True, anywhere=True) as line:
             yield line.at
 
 

@@ -29,7 +29,7 @@ from tissuec.engine.integrators.procedures import stated
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import DISK, Files, Program, load, read_source
 from tissuec.scene.learning import refuse_without_scene
-from tissuec.scene.resolve import Words, resolve, resolve_words
+from tissuec.scene.resolve import ResolvedProgram, resolve, resolve_words
 from tissuec.script.plan import Plan
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class Request(Struct, frozen=True):
         return cls(read_source(path), tuple(overrides), tuple(libraries), strict)
 
 
-def read_words(request: Request) -> tuple[Words, tuple[Diagnostic, ...]]:
+def read_words(request: Request) -> tuple[ResolvedProgram, tuple[Diagnostic, ...]]:
     """Return vocabulary and tissues of a file that need not be a scene, and its warnings."""
     findings = Findings()
     program = _loaded(request, findings)

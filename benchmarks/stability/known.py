@@ -8,9 +8,9 @@ from msgspec import Struct
 from benchmarks.stability.cells import TOLERANCE
 from benchmarks.stability.looking import shaken
 from tissuec.bench.ours import EngineSolver
-from tissuec.bench.problem import Problem
-from tissuec.bench.trial import Deadline, Failed, OutOfTime
-from tissuec.bench.truth import Truth, Unknown, find_truth
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.trial import Deadline, OutOfTime, SolverFailed
+from tissuec.bench.truth import BestSolution, Unknown, find_truth
 
 FINEST = 1e-6  # the reference is made for this tolerance
 SHAKEN = 1e-10  # of the largest displacement: how far a twin begins from the reference
@@ -25,7 +25,7 @@ class Known(Struct, frozen=True, eq=False):
         is_chaotic: Whether a twin that differs by a little is soon elsewhere.
     """
 
-    truth: Truth | None
+    truth: BestSolution | None
     is_chaotic: bool
 
     @property
@@ -35,7 +35,7 @@ class Known(Struct, frozen=True, eq=False):
         return truth is not None and not self.is_chaotic and truth.apart <= TOLERANCE
 
 
-def find_known(problem: Problem, budget: float) -> Known:
+def find_known(problem: BenchProblem, budget: float) -> Known:
     """Return what two solvers and a twin tell of a scene.
 
     Args:
@@ -48,13 +48,13 @@ def find_known(problem: Problem, budget: float) -> Known:
     return Known(truth, _twin_apart(problem, truth, budget) > AMPLIFIED * SHAKEN)
 
 
-def _twin_apart(problem: Problem, truth: Truth, budget: float) -> float:
+def _twin_apart(problem: BenchProblem, truth: BestSolution, budget: float) -> float:
     """Return how far a twin comes away from the reference, over the largest displacement."""
     size = float(problem.displacement(truth.position)[-1])
     solver = EngineSolver(shaken(problem, SHAKEN * size), truth.method)
     try:
         twin = solver.solve(truth.tolerance, Deadline(3.0 * budget))
-    except Failed:
+    except SolverFailed:
         return inf
     except OutOfTime:
         return 0.0

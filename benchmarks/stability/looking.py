@@ -6,8 +6,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.bench.problem import Problem
-from tissuec.bench.start import situation_at_start
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.start import state_at_start
 from tissuec.bench.trial import Deadline
 from tissuec.model.network import Floats
 from tissuec.script.plan import Plan
@@ -35,7 +35,7 @@ class Look(Struct, frozen=True, eq=False):
     position: Floats
 
 
-def look(problem: Problem, plan: Plan, deadline: Deadline) -> tuple[Look | None, str]:
+def look(problem: BenchProblem, plan: Plan, deadline: Deadline) -> tuple[Look | None, str]:
     """Return what a run shows, or None and why it could not go on.
 
     Raises:
@@ -67,9 +67,9 @@ def _part(of: Callable[[Floats], Floats], seen: Observed) -> float:
     return float(np.max(wrong / safe, initial=0.0))
 
 
-def _drift(problem: Problem, seen: Observed) -> float:
+def _drift(problem: BenchProblem, seen: Observed) -> float:
     """Return the unexplained change of momentum of a net that nobody holds."""
-    start = situation_at_start(problem)
+    start = state_at_start(problem)
     if start.held.any() or start.braking.any() or start.loads or problem.plan.events:
         return 0.0
     mass, velocity = start.mass, seen.velocity
@@ -82,7 +82,7 @@ def _drift(problem: Problem, seen: Observed) -> float:
     return float((apart / np.where(largest > 0.0, largest, 1.0)).max(initial=0.0))
 
 
-def shaken(problem: Problem, size: float) -> Problem:
+def shaken(problem: BenchProblem, size: float) -> BenchProblem:
     """Return a problem whose nodes begin elsewhere by about a size [m]."""
     network = problem.network
     random = np.random.default_rng(0)

@@ -16,9 +16,9 @@ from benchmarks.stability.cells import FRAMES, TOLERANCE, Cell
 from benchmarks.stability.known import Known, find_known
 from benchmarks.stability.looking import Look, look
 from tissuec.bench.ours import EngineSolver
-from tissuec.bench.problem import Problem
-from tissuec.bench.start import situation_at_start
-from tissuec.bench.trial import Deadline, Failed, OutOfTime
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.start import state_at_start
+from tissuec.bench.trial import Deadline, OutOfTime, SolverFailed
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.engine.execution.companion import FINER
@@ -80,7 +80,7 @@ class Court:
             cell = self._suited(method)
             attempt = self._rest if method == RELAXATION else self._try
             kind, why, error = attempt(cell, method)
-        except (CompileError, Failed, Unsettled) as failure:
+        except (CompileError, SolverFailed, Unsettled) as failure:
             kind, why = "refused", str(failure)
         except OutOfTime:
             kind, why = "slow", f"more than {self.budget:g} s"
@@ -96,12 +96,12 @@ class Court:
         if cell.step is not None or method == AUTOMATIC or INTEGRATORS[method].promises:
             return cell
         scene = Request(Source("scene.tis", cell.text(AUTOMATIC)))
-        situation = situation_at_start(Problem.of(compile_request(scene)[0]))
-        facts, frame = measured_facts(situation), cell.duration / FRAMES
+        state = state_at_start(BenchProblem.of(compile_request(scene)[0]))
+        facts, frame = measured_facts(state), cell.duration / FRAMES
         rate = max(facts["omega"], facts["damping"])
         return replace(cell, step=min(frame, SUITED / rate) if rate else frame)
 
-    def _look(self, cell: Cell, method: str) -> tuple[Problem, Look, Sequence[Diagnostic]]:
+    def _look(self, cell: Cell, method: str) -> tuple[BenchProblem, Look, Sequence[Diagnostic]]:
         """Return what is to be judged, a run that keeps energies, and warnings of its text.
 
         Positions are judged in another run.
@@ -110,11 +110,11 @@ class Court:
             Failed: The run did not come to its end.
         """
         compiled, warnings = compile_request(Request(Source("scene.tis", cell.text(method))))
-        problem = Problem.of(compiled)
+        problem = BenchProblem.of(compiled)
         plan = replace(problem.plan, simulation=compiled.plan.simulation)
         seen, why = look(problem, plan, Deadline(self.budget))
         if seen is None:
-            raise Failed(why)
+            raise SolverFailed(why)
         return problem, seen, warnings
 
     def _try(self, cell: Cell, method: str) -> tuple[Kind, str, float | None]:
@@ -136,9 +136,9 @@ class Court:
         if not cell.rests:
             return "none", "what is driven does not rest", None
         problem, seen, _ = self._look(cell, method)
-        situation = situation_at_start(problem)
-        settle(situation, np.ones(problem.network.node_count, dtype=bool))
-        rest = np.broadcast_to(situation.position, seen.position.shape)
+        state = state_at_start(problem)
+        settle(state, np.ones(problem.network.node_count, dtype=bool))
+        rest = np.broadcast_to(state.position, seen.position.shape)
         return "measured", "", problem.error(seen.position[-1:], rest[-1:])
 
     def _energies(self, cell: Cell, seen: Look) -> str:
@@ -153,7 +153,7 @@ class Court:
         drift = seen.drift > TOLERANCE
         return f"momentum is off by {seen.drift:.1e}" if drift else ""
 
-    def _positions(self, problem: Problem, method: str) -> tuple[str, str]:
+    def _positions(self, problem: BenchProblem, method: str) -> tuple[str, str]:
         """Return what is wrong with positions, and what a run says of that.
 
         Both are empty if nothing is wrong, or nothing is known.
@@ -171,15 +171,15 @@ class Court:
         told = f"a finer run is {apart:.1e} away" if apart > TOLERANCE else ""
         return f"positions are off by {error:.1e}", told
 
-    def _error(self, problem: Problem, position: Floats) -> float:
+    def _error(self, problem: BenchProblem, position: Floats) -> float:
         truth = self._of(problem).truth
         assert truth is not None
         return problem.error(position, truth.position)
 
-    def _judges(self, problem: Problem) -> bool:
+    def _judges(self, problem: BenchProblem) -> bool:
         return self.cell.step is None and self._of(problem).judges
 
-    def _of(self, problem: Problem) -> Known:
+    def _of(self, problem: BenchProblem) -> Known:
         """Return what is known of the scene; found once for all methods."""
         if self._known is None:
             self._known = find_known(problem, self.budget)

@@ -1,6 +1,6 @@
 """Small scenes as texts, and what is known of them."""
 
-#: A mass at the end of a spring, which is stretched along a known course and then breaks.
+#: A mass at the end of a spring, which is stretched along a known profile and then breaks.
 PULL = """language 1
 param pull = 1 mm between 0 mm and 2 mm
 param stretch time = 0.1 s

@@ -13,11 +13,11 @@ from tissuec.bench.bench import chosen
 from tissuec.bench.by_cvode import CvodeSolver
 from tissuec.bench.by_scipy import EXPLICIT, IMPLICIT, SciPySolver
 from tissuec.bench.ours import EngineSolver
-from tissuec.bench.points import Point
-from tissuec.bench.problem import Problem
+from tissuec.bench.points import MeasuredPoint
+from tissuec.bench.problem import BenchProblem
 from tissuec.bench.ratios import time_at
-from tissuec.bench.scales import Scales
-from tissuec.bench.trial import Deadline, Failed, OutOfTime
+from tissuec.bench.scales import MotionScales
+from tissuec.bench.trial import Deadline, OutOfTime, SolverFailed
 from tissuec.core.source import Source
 from tissuec.pipeline import Request, compile_request
 
@@ -36,7 +36,7 @@ output { trajectory every 5 ms }
 
 def problem_of(text):
     compiled, _ = compile_request(Request(Source("scene.tis", text)))
-    return Problem.of(compiled)
+    return BenchProblem.of(compiled)
 
 
 def solved(problem, tolerance=1e-9, method="dop853"):
@@ -48,7 +48,7 @@ def solved(problem, tolerance=1e-9, method="dop853"):
 def test_solvers_of_scipy_follow_the_script(method, text):
     problem = problem_of(text)
     truth = solved(problem)
-    solver = SciPySolver(problem, method, Scales.of(problem, truth))
+    solver = SciPySolver(problem, method, MotionScales.of(problem, truth))
     trial = solver.solve(1e-7, Deadline(inf))
     assert trial.evaluations > 10
     # Errors per step add up; the methods of low order take the most steps.
@@ -61,7 +61,7 @@ def test_solvers_of_scipy_follow_the_script(method, text):
 def test_cvode_follows_the_script(method, text):
     problem = problem_of(text)
     truth = solved(problem)
-    solver = CvodeSolver(problem, method, Scales.of(problem, truth))
+    solver = CvodeSolver(problem, method, MotionScales.of(problem, truth))
     trial = solver.solve(1e-8, Deadline(inf))
     assert problem.error(trial.position, truth) < 1e-4
 
@@ -89,11 +89,11 @@ def test_the_engine_gives_up_at_a_deadline():
 def test_solvers_of_scipy_give_up_at_a_deadline():
     problem = problem_of(RESTING)
     with pytest.raises(OutOfTime):
-        SciPySolver(problem, "RK45", Scales(1e-3, 1.0)).solve(1e-9, Deadline(0.0))
+        SciPySolver(problem, "RK45", MotionScales(1e-3, 1.0)).solve(1e-9, Deadline(0.0))
 
 
 def test_a_method_that_is_not_for_viscosity_is_no_point():
-    with pytest.raises(Failed, match="viscosity"):
+    with pytest.raises(SolverFailed, match="viscosity"):
         EngineSolver(problem_of(RESTING), "srkn11").solve(1e-4, Deadline(inf))
 
 
@@ -113,7 +113,7 @@ def test_errors_count_as_a_tolerance_does():
 
 
 def test_times_are_found_between_points():
-    blank = Point("a", True, 1e-2, 1e-2, 1.0, 1, np.zeros(0))
+    blank = MeasuredPoint("a", True, 1e-2, 1e-2, 1.0, 1, np.zeros(0))
     points = [blank, replace(blank, error=1e-4, seconds=4.0)]
     points.append(replace(blank, error=1e-3, seconds=9.0))  # beaten by another
     assert time_at(points, "a", 1e-3, 0.0) == pytest.approx(2.0)

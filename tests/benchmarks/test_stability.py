@@ -13,7 +13,7 @@ from benchmarks.stability.cells import TOLERANCE, Cell, all_cells, tube
 from benchmarks.stability.known import Known, find_known
 from benchmarks.stability.verdict import Court
 from tissuec.bench.ours import EngineSolver
-from tissuec.bench.problem import Problem
+from tissuec.bench.problem import BenchProblem
 from tissuec.core.source import Source
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.pipeline import Request, compile_request
@@ -126,12 +126,12 @@ def test_what_is_not_for_viscosity_and_what_takes_long_are_no_verdicts():
 
 def test_a_collapsing_tube_is_known_to_be_chaotic():
     (cell,) = [c for c in all_cells(small=False) if c.value == "-99 %"]
-    assert find_known(Problem.of(compiled(cell.text("dop853"))), BUDGET).is_chaotic
-    assert not find_known(Problem.of(compiled(REST.text("dop853"))), BUDGET).is_chaotic
+    assert find_known(BenchProblem.of(compiled(cell.text("dop853"))), BUDGET).is_chaotic
+    assert not find_known(BenchProblem.of(compiled(REST.text("dop853"))), BUDGET).is_chaotic
 
 
 def test_a_twin_differs_by_a_little():
-    problem = Problem.of(compiled(REST.text("dop853")))
+    problem = BenchProblem.of(compiled(REST.text("dop853")))
     apart = looking.shaken(problem, 1e-9).network.position - problem.network.position
     assert 1e-9 < np.abs(apart).max() < 1e-8
 

@@ -12,7 +12,7 @@ from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import Outcome, run
 from tissuec.forces.contact import Contact
 from tissuec.forces.contact_kernel import touch
-from tissuec.geometry.edge_supports import Edges
+from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import shared_elements
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
@@ -150,7 +150,7 @@ def contact_with(kind, points, nodes, *, friction=0.0, radius=0.1, damping=0.1, 
         radius=np.full(count, radius),
         spared=np.full(count, -1),
         bonds=np.full((count, 2), -1),
-        edges=Edges.of(rings.reshape(-1, 2), rings),
+        edges=SupportedEdges.of(rings.reshape(-1, 2), rings),
         joined=np.zeros((0, 2), dtype=np.int64),
         stiffness=np.full(nodes, stiffness),
         layer=0.05,

@@ -8,7 +8,7 @@ import pytest
 from tests.contact.scenes import MEETING, by_loops, contact_of, meeting
 from tests.derivatives import slopes
 from tests.validate.scenes import compiled_scene
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 COUNT = 100  # points of the cloud
 STATES = range(3)
@@ -22,7 +22,7 @@ def cloud(friction="0", damping="0 s/m"):
     return contact_of(compiled), compiled.network
 
 
-def state(network, seed, *, moving=True):
+def random_state(network, seed, *, moving=True):
     """Return positions and velocities near those drawn; bristles are bent by 0.4 mm or so."""
     random = np.random.default_rng(seed)
     position, velocity = network.position.copy(), np.zeros_like(network.position)
@@ -43,7 +43,7 @@ def forces(contact, position, velocity=None):
 def test_the_cloud_is_touched_by_every_tool_and_by_two_at_once():
     contact, network = cloud()
     assert {tool.name for tool in network.tools} == set(MEETING)
-    found = forces(contact, state(network, 0)[0])
+    found = forces(contact, random_state(network, 0)[0])
     for tool in network.tools:
         assert np.abs(found[tool.nodes]).max() > 0.01, tool.name
     pressed = np.abs(found[: network.body_nodes]).max(axis=1) > 0.0
@@ -51,7 +51,7 @@ def test_the_cloud_is_touched_by_every_tool_and_by_two_at_once():
     alone = 0
     for name, entries in MEETING.items():
         one = compiled_scene(meeting(COUNT, tools={name: entries}))
-        single = forces(contact_of(one), state(network, 0)[0][: one.network.node_count])
+        single = forces(contact_of(one), random_state(network, 0)[0][: one.network.node_count])
         alone += (np.abs(single[: network.body_nodes]).max(axis=1) > 0.0).sum()
     assert alone > pressed.sum() + 2
 
@@ -60,7 +60,7 @@ def test_the_cloud_is_touched_by_every_tool_and_by_two_at_once():
 @pytest.mark.parametrize("seed", STATES)
 def test_action_is_reaction(seed, friction):
     contact, network = cloud(friction, "0.5 s/m")
-    found = forces(contact, *state(network, seed))
+    found = forces(contact, *random_state(network, seed))
     # Some forty roundings of forces and of their shares; the ball, whose ends the state draws
     # 0.1 mm apart, is turned by couples of forces that are up to 50 times as large.
     assert np.abs(found.sum(axis=0)).max() < 1e-13 * np.abs(found).sum()
@@ -69,7 +69,7 @@ def test_action_is_reaction(seed, friction):
 @pytest.mark.parametrize("seed", STATES)
 def test_pressure_turns_nothing_as_a_whole(seed):
     contact, network = cloud("0", "0.5 s/m")
-    position, velocity = state(network, seed)
+    position, velocity = random_state(network, seed)
     found = forces(contact, position, velocity)
     turning = np.cross(position, found)
     assert np.abs(turning.sum(axis=0)).max() < 1e-14 * np.abs(turning).sum()
@@ -78,7 +78,7 @@ def test_pressure_turns_nothing_as_a_whole(seed):
 @pytest.mark.parametrize("seed", FEW_STATES)
 def test_forces_on_bodies_and_tools_are_minus_the_derivative_of_the_energy(seed):
     contact, network = cloud()
-    position, h = state(network, seed)[0], 1e-8
+    position, h = random_state(network, seed)[0], 1e-8
     found = forces(contact, position)
     nodes = range(network.node_count)
     expected = slopes(partial(contact.energy, 0.0), position, nodes, h)
@@ -89,7 +89,7 @@ def test_forces_on_bodies_and_tools_are_minus_the_derivative_of_the_energy(seed)
 @pytest.mark.parametrize("seed", FEW_STATES)
 def test_matrix_is_minus_the_derivative_of_the_forces(seed):
     contact, network = cloud()
-    position, h, count = state(network, seed)[0], 1e-7, network.body_nodes
+    position, h, count = random_state(network, seed)[0], 1e-7, network.body_nodes
     number = np.full(network.node_count, -1)
     number[:count] = np.arange(count)
     matrix = contact.matrix(0.0, position, number, count).toarray()
@@ -109,7 +109,7 @@ def test_matrix_is_minus_the_derivative_of_the_forces(seed):
 @pytest.mark.parametrize("seed", STATES)
 def test_simpler_matrix_is_stiffer_by_no_more_than_the_weakening(seed):
     contact, network = cloud()
-    position, count = state(network, seed)[0], network.body_nodes
+    position, count = random_state(network, seed)[0], network.body_nodes
     number = np.full(network.node_count, -1)
     number[:count] = np.arange(count)
     exact, simple = (
@@ -129,7 +129,7 @@ def test_what_is_lost_is_what_is_done_by_all_and_not_stored(friction):
     contact, network = cloud(friction, "0.5 s/m")
     h = 1e-7
     for seed in STATES:
-        position, velocity = state(network, seed)
+        position, velocity = random_state(network, seed)
         shown = np.arange(network.node_count) < network.shown_nodes
         moving = velocity * shown[:, None]
         done = np.vdot(forces(contact, position, velocity), moving)
@@ -148,7 +148,7 @@ def test_damping_alone_only_ever_loses_and_never_pulls(tool):
     contact, network = contact_of(compiled), compiled.network
     body, pushed = slice(0, network.body_nodes), 0
     for seed in range(10):
-        position, velocity = state(network, seed)
+        position, velocity = random_state(network, seed)
         steady, moving = forces(contact, position), forces(contact, position, velocity)
         assert contact.powers(0.0, position, velocity)[1] >= 0.0
         outwards = np.einsum("nk,nk->n", steady[body], moving[body])
@@ -161,7 +161,8 @@ def test_damping_alone_only_ever_loses_and_never_pulls(tool):
 def test_a_batch_of_moments_is_each_of_them(friction):
     contact, network = cloud(friction, "0.5 s/m")
     positions, velocities = (
-        np.stack(each) for each in zip(*[state(network, s) for s in range(4)], strict=True)
+        np.stack(each)
+        for each in zip(*[random_state(network, s) for s in range(4)], strict=True)
     )
     total = forces(contact, positions, velocities)
     energies = contact.energy(0.0, positions)
@@ -182,7 +183,7 @@ def test_friction_is_never_more_than_coulomb_allows_and_lies_in_the_surface(tool
     )
     network, body = rough.network, slice(0, rough.network.body_nodes)
     for seed in STATES:
-        position, velocity = state(network, seed)
+        position, velocity = random_state(network, seed)
         shown = slice(0, network.shown_nodes)
         pressed = forces(contact_of(smooth), position[shown], velocity[shown])[body]
         rubbed = forces(contact_of(rough), position, velocity)[body] - pressed
@@ -195,7 +196,7 @@ def test_friction_is_never_more_than_coulomb_allows_and_lies_in_the_surface(tool
 
 def test_nothing_happens_on_the_very_line_of_a_rod_or_in_the_centre_of_a_sphere():
     contact, network = cloud("0.4", "0.5 s/m")
-    position, velocity = state(network, 0)
+    position, velocity = random_state(network, 0)
     for node, name in enumerate(("ball", "rod", "hook")):
         (tool,) = [tool for tool in network.tools if tool.name == name]
         position[node] = position[tool.nodes.start]
@@ -211,7 +212,7 @@ def test_nothing_happens_on_the_very_line_of_a_rod_or_in_the_centre_of_a_sphere(
 def test_a_situation_counts_contact_among_what_acts():
     compiled = compiled_scene(meeting(COUNT))
     plan = compiled.plan
-    situation = Situation.start(
+    state = State.start(
         compiled.network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
     )
-    assert plan.contact in situation.fields
+    assert plan.contact in state.fields

@@ -5,7 +5,7 @@ import pytest
 
 from tests.contact.scenes import contact_of, play
 from tests.validate.scenes import compiled_scene
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.moment import Moment
 from tissuec.script.tools import INSTRUMENTS
@@ -60,9 +60,7 @@ def test_the_tool_touches_and_all_its_forces_are_answered(name):
     moments = np.cross(network.position, total)
     assert np.abs(moments.sum(axis=0)).max() < 1e-14 * np.abs(moments).sum()
     # What twists the tool is what its pressure does to the block about the same point.
-    start = Situation.start(
-        network, gravity=np.zeros(3), drag=0.0, contact=compiled.plan.contact
-    )
+    start = State.start(network, gravity=np.zeros(3), drag=0.0, contact=compiled.plan.contact)
     block, about = slice(network.body_nodes), network.position[tool.nodes].mean(axis=0)
     expected = np.cross(network.position[block] - about, total[block]).sum(axis=0)
     thing = Subject("thing", np.arange(tool.nodes.start, tool.nodes.stop), np.zeros(0, int))

@@ -68,7 +68,7 @@ def test_what_jaws_hold_follows_them_and_slips_where_friction_ends():
     pulled = """from 0 s to 50 ms: close clamp by 4 mm using smooth profile
       from 100 ms to 250 ms: move clamp by (0, 4, 0) mm using smooth profile"""
     moved, outcome = logged(pulled, duration="0.3 s", friction=0.5)
-    nodes = outcome.situation.position[:2]
+    nodes = outcome.state.position[:2]
     # Drag alone pulls back, and ends with the motion: nothing may slip.
     assert np.abs(nodes[:, 1] - 4e-3).max() < 0.05 * 4e-3
     held = pulled.split("\n")[0] + "\n      at 100 ms: push bar with (0, {}, 0) N"
@@ -76,5 +76,5 @@ def test_what_jaws_hold_follows_them_and_slips_where_friction_ends():
     for share, slips, duration in ((0.8, False, "0.2 s"), (1.2, True, "0.12 s")):
         load = share * 2.0 * 0.5 * grip  # shared by both nodes
         _, outcome = logged(held.format(f"{load:.9f}"), duration=duration, friction=0.5)
-        speed = np.abs(outcome.situation.velocity[:2, 1]).max()
+        speed = np.abs(outcome.state.velocity[:2, 1]).max()
         assert (speed > 1e-3) == slips

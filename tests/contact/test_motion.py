@@ -276,7 +276,7 @@ def test_both_tiers_move_what_is_touched_alike(monkeypatch):
     text = text.replace("duration = 60 ms", "duration = 15 ms")
     text = text.replace("tolerance = 1e-6", "tolerance = 1e-7")
     one = play(text)
-    monkeypatch.setattr(engine, "default_tier", lambda integrator: "interpreted")
+    monkeypatch.setattr(engine, "default_backend", lambda integrator: "interpreted")
     other = play(text)
     moved = np.abs(one.position - one.position[0]).max()
     assert np.abs(one.position - other.position).max() < 1e-8 * moved

@@ -8,8 +8,8 @@ from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array
 from tissuec.compiler.prediction import skipped
 from tissuec.engine.engine import CALL_SPRINGS
-from tissuec.engine.kernel_inputs import Layout
-from tissuec.mechanics.situation import Situation
+from tissuec.engine.kernel_inputs import KernelInputs
+from tissuec.mechanics.state import State
 
 PRESSED = """language 1
 tissue flesh {{ spring constant = 200 N/m; viscosity = {viscosity}; mass = 0.2 g }}
@@ -53,7 +53,7 @@ def test_a_run_that_is_resumed_in_mid_stroke_gives_the_same_bytes(count):
     whole, undisturbed = carried_out(compiled)
     first, before = carried_out(compiled, interrupt=AfterAsking(count))
     assert first.kind == "interrupted"
-    assert 0.0 < first.situation.time < 0.1
+    assert 0.0 < first.state.time < 0.1
     second, after = carried_out(compiled, resume=before.state)
     assert whole.kind == second.kind == "done"
     for one, other in zip(
@@ -129,12 +129,10 @@ def test_a_scene_without_contact_pays_nothing():
     plan, network = without.plan, without.network
     assert plan.contact is None
     assert network.node_count == network.body_nodes == network.shown_nodes
-    situation = Situation.start(
-        network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
-    )
-    assert situation.fields == ()
-    layout = Layout(network, watched=False, ledger=False)
-    layout.update(situation)
+    state = State.start(network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact)
+    assert state.fields == ()
+    layout = KernelInputs(network, watched=False, ledger=False)
+    layout.update(state)
     assert not layout.features.touched
     assert layout.fields().address.size == 0
     assert "contact: nothing can touch" in list(skipped(without))

@@ -46,6 +46,6 @@ def test_squeezed_to_half_its_height_a_body_keeps_its_volume_and_the_ledger_clos
     memory, network = MemoryRecording(), compiled.network
     outcome = run(network, compiled.plan, Recorder(network, compiled.plan, memory))
     assert outcome.kind == "done" and not outcome.failures
-    place = outcome.situation.position[: network.body_nodes, 2]
+    place = outcome.state.position[: network.body_nodes, 2]
     # Planes 8.02 mm apart; what presses through is at most a layer, a tenth of a spring.
     assert place.max() - place.min() < 9e-3

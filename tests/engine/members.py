@@ -7,8 +7,8 @@ from tissuec.engine.integrators import INTEGRATORS
 # What promises nothing is offered for fidelity, and has tests of its own.
 MEMBERS = sorted(name for name in INTEGRATORS if INTEGRATORS[name].promises)
 
-# Members on the tier that users get; and one interpreted, as methods of users are.
-ON_TIERS = [
+# Members on the backend that users get; and one interpreted, as methods of users are.
+ON_BACKENDS = [
     *(pytest.param(name, None, id=name) for name in MEMBERS),
     pytest.param("dop853", "interpreted", id="dop853-interpreted"),
 ]

@@ -6,16 +6,16 @@ from msgspec import Struct
 from tests.hand_net import make_net, span
 from tissuec.engine.engine import Engine
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Interruption, Method
 from tissuec.engine.operations import OPERATIONS, operations
-from tissuec.forces.load import Load, Term
+from tissuec.forces.load import Load, LoadTerm
 from tissuec.kernels.record_tables import RecordTable
-from tissuec.mechanics.situation import Motion, Situation, Turn
-from tissuec.model.profiles import Course
+from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
+from tissuec.model.profiles import TimeProfile
 
-TIERS = ("interpreted", "compiled")
-EVERLASTING = Course("constant", 0.0, np.inf)
+BACKENDS = ("interpreted", "compiled")
+EVERLASTING = TimeProfile("constant", 0.0, np.inf)
 
 
 class Ran(Struct):
@@ -28,7 +28,7 @@ class Ran(Struct):
     dissipated: np.ndarray
     error: np.ndarray
     end: Interruption
-    situation: Situation
+    state: State
     engine: Engine
 
     @property
@@ -38,21 +38,21 @@ class Ran(Struct):
         return np.maximum.accumulate(moved)
 
 
-def accelerated(situation):
+def accelerated(state):
     """Return what the engine's forces do: accelerations, shape (node, 3), and powers [W]."""
-    layout = Layout(situation.network, watched=False, ledger=True)
-    layout.update(situation)
-    layout.start, layout.until = situation.time, np.inf
-    x, v = layout.inwards(situation.position), layout.inwards(situation.velocity)
+    inputs = KernelInputs(state.network, watched=False, ledger=True)
+    inputs.update(state)
+    inputs.start, inputs.until = state.time, np.inf
+    x, v = inputs.inwards(state.position), inputs.inwards(state.velocity)
     a, power = np.zeros_like(x), np.zeros(2)
-    called = operations(frozenset(("force",)), layout.features)
-    net = layout.net(INTEGRATORS["dop853"])._replace(operations=called)
-    OPERATIONS["force"](situation.time, x, v, a, power, RecordTable(net))
-    return layout.outwards(a), power
+    called = operations(frozenset(("force",)), inputs.features)
+    net = inputs.net(INTEGRATORS["dop853"])._replace(operations=called)
+    OPERATIONS["force"](state.time, x, v, a, power, RecordTable(net))
+    return inputs.outwards(a), power
 
 
 class Bench:
-    """A situation, an engine on it, and what it has recorded."""
+    """A state, an engine on it, and what it has recorded."""
 
     def __init__(
         self,
@@ -68,39 +68,42 @@ class Bench:
         fixed=(),
         ledger=False,
         ruptures=False,
-        tier=None,
+        backend=None,
         choices=None,
     ):
         self.duration = duration
-        self.situation = Situation.start(network, gravity=gravity, drag=drag)
+        self.state = State.start(network, gravity=gravity, drag=drag)
         if len(fixed):
-            self.situation.holders["fix"] = np.array(fixed)
+            self.state.holders["fix"] = np.array(fixed)
         times = np.linspace(0.0, duration, 41) if times is None else np.asarray(times)
         self.batches = []
         asked = Method(method, tolerance, step, duration, ledger, ruptures, choices)
-        self.engine = Engine(network, asked, times, self.batches.append, tier=tier)
+        self.engine = Engine(network, asked, times, self.batches.append, backend=backend)
 
-    def move(self, nodes, vector, course, *, turn=None):
+    def move(self, nodes, vector, profile, *, turn=None):
         """Put nodes on a prescribed path."""
         nodes = np.array(nodes)
-        self.situation.holders["tool"] = nodes
-        shifts = () if vector is None else (Term(np.array(vector, float), course),)
-        base = self.situation.position[nodes].copy()
-        self.situation.motions["tool"] = Motion(nodes, base, shifts, turn, span())
+        self.state.holders["tool"] = nodes
+        shifts = () if vector is None else (LoadTerm(np.array(vector, float), profile),)
+        base = self.state.position[nodes].copy()
+        self.state.motions["tool"] = PrescribedMotion(nodes, base, shifts, turn, span())
 
-    def turn(self, nodes, angle, course, *, centre=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0)):
+    def turn(self, nodes, angle, profile, *, centre=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0)):
         """Turn nodes about an axis."""
         self.move(
-            nodes, None, course, turn=Turn(np.array(centre), np.array(axis), angle, course)
+            nodes,
+            None,
+            profile,
+            turn=PrescribedRotation(np.array(centre), np.array(axis), angle, profile),
         )
 
-    def push(self, nodes, vector, course=EVERLASTING):
+    def push(self, nodes, vector, profile=EVERLASTING):
         """Put a force on each of some nodes."""
-        terms = (Term(np.array(vector, float), course),)
-        self.situation.loads["push"] = Load(np.array(nodes), terms, span())
+        terms = (LoadTerm(np.array(vector, float), profile),)
+        self.state.loads["push"] = Load(np.array(nodes), terms, span())
 
     def advance(self, until, watch=None):
-        return self.engine.advance(self.situation, until, watch)
+        return self.engine.advance(self.state, until, watch)
 
     def run(self, *stops, watch=None):
         """Advance to each stop and to the duration; return everything recorded."""
@@ -109,7 +112,7 @@ class Bench:
             if end.kind != "reached":
                 break
         else:
-            self.engine.finish(self.situation)
+            self.engine.finish(self.state)
         return self.ran(end)
 
     def keep_checkpoints(self, samples):
@@ -120,31 +123,31 @@ class Bench:
         Args:
             samples: Of the buffer; a small one is emptied often.
         """
-        kept, outbox = [], self.engine._outbox
+        kept, buffer = [], self.engine._buffer
 
         def keep(batch):
             self.batches.append(batch)
-            state = self.engine.checkpoint()
-            if state is not None:
-                now = self.situation
+            saved = self.engine.checkpoint()
+            if saved is not None:
+                now = self.state
                 place, speed = now.position.copy(), now.velocity.copy()
-                kept.append((len(self.batches), now.time, place, speed, state))
+                kept.append((len(self.batches), now.time, place, speed, saved))
 
-        outbox._record = keep
+        buffer._record = keep
         parts = ("time", "position", "velocity", "ledger")
-        few = {name: getattr(outbox.buffer, name)[:samples] for name in parts}
-        outbox.buffer = outbox.buffer._replace(**few)
+        few = {name: getattr(buffer.buffer, name)[:samples] for name in parts}
+        buffer.buffer = buffer.buffer._replace(**few)
         return kept
 
-    def restore(self, time, position, velocity, state):
+    def restore(self, time, position, velocity, saved):
         """Go on from a checkpoint."""
-        self.situation.time = time
-        self.situation.position[:], self.situation.velocity[:] = position, velocity
-        self.engine.restore(self.situation, state)
+        self.state.time = time
+        self.state.position[:], self.state.velocity[:] = position, velocity
+        self.engine.restore(self.state, saved)
 
     def ran(self, end):
         parts = [np.concatenate(part) for part in zip(*self.batches, strict=True)]
-        return Ran(*parts, end, self.situation, self.engine)
+        return Ran(*parts, end, self.state, self.engine)
 
 
 def pair(damping=0.0, *, stretch=0.2, stiffness=100.0, mass=1.0, velocity=0.0, **limits):
@@ -225,5 +228,5 @@ def lifted_tube(duration=1.0, lift=0.003, damping=0.02, **more):
         fixed=[*range(10), *range(150, 160)],
         **more,
     )
-    bench.move(range(90, 110), [0.0, 0.0, lift], Course("smooth", 0.15, 0.45))
+    bench.move(range(90, 110), [0.0, 0.0, lift], TimeProfile("smooth", 0.15, 0.45))
     return bench

@@ -9,7 +9,7 @@ from tests.engine.members import those
 from tests.engine.running import Bench, chain, pair
 from tests.engine.test_closed_forms import relaxation
 from tissuec.core.source import Source, Span
-from tissuec.engine.method_trial import Contest
+from tissuec.engine.method_trial import MethodTrial
 from tissuec.engine.state import new_progress
 from tissuec.forces import Imposed
 from tissuec.forces.foundation import Bed
@@ -25,10 +25,10 @@ def test_conservative_member_gives_way_where_energy_is_lost(method, cause):
     assert bench.engine.statistics.method == method
     assert len(bench.engine.statistics.changes) == 1  # the first choice
     if cause == "viscosity":
-        bench.situation.damping = np.array([2.0])
+        bench.state.damping = np.array([2.0])
     else:
-        bench.situation.drag = 2.0
-    bench.engine.restart(bench.situation)
+        bench.state.drag = 2.0
+    bench.engine.restart(bench.state)
     ran = bench.run()
     _, change = ran.engine.statistics.changes
     assert (change.time, change.method) == (0.4, "dop853")
@@ -36,9 +36,9 @@ def test_conservative_member_gives_way_where_energy_is_lost(method, cause):
     assert ran.engine.statistics.method == "dop853"
     other = Bench(pair(), 1.0, tolerance=1e-9)
     other.advance(0.4)
-    other.situation.damping = bench.situation.damping
-    other.situation.drag = bench.situation.drag
-    other.engine.restart(other.situation)
+    other.state.damping = bench.state.damping
+    other.state.drag = bench.state.drag
+    other.engine.restart(other.state)
     # Both keep 1e-9 of the motion.
     expected = other.run()
     assert np.abs(expected.position - ran.position).max() < 1e-9
@@ -85,7 +85,7 @@ def stiff_reference(*forces):
         tolerance=1e-8,
         fixed=[0],
     )
-    bench.situation.forces = forces
+    bench.state.forces = forces
     bench.push([25], [0.2, 0.0, 0.0])
     return bench.run().position
 
@@ -103,7 +103,7 @@ def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
     monkeypatch.setattr("tissuec.engine.method_choice.CREEPING", creeping)
     monkeypatch.setattr("tissuec.engine.engine.PATIENT", 0.3)
     bench = stiff()
-    bench.situation.forces = (bed(),)
+    bench.state.forces = (bed(),)
     ran = bench.run()
     assert ran.engine.statistics.method in those(implicit=True)
     far = np.abs(ran.position - stiff_reference(bed())).max()
@@ -112,17 +112,17 @@ def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
 
 def test_automatic_tries_implicit_steps_where_fields_act_in_long_runs_only(explicit_first):
     bench = stiff()
-    bench.situation.forces = (bed(),)
+    bench.state.forces = (bed(),)
     assert [change.method for change in bench.run().engine.statistics.changes] == ["dop853"]
 
 
 def test_a_trial_that_costs_more_than_predicted_and_falls_behind_is_ended():
     """Forty evaluations instead of 180, as each costs ten times what was predicted."""
-    contest, start = Contest(), new_progress(0.0)
-    contest.begin(start, effort_of(0), "dop853", 0.0)
+    trial, start = MethodTrial(), new_progress(0.0)
+    trial.begin(start, effort_of(0), "dop853", 0.0)
 
     def at(time, evaluations, cost, name):
-        return contest.decide(
+        return trial.decide(
             start._replace(time=time), effort_of(evaluations), cost, name, 100.0,
             lambda pace: ("esdirk43", 0.02),
         )  # fmt: skip
@@ -136,8 +136,8 @@ def test_a_trial_that_costs_more_than_predicted_and_falls_behind_is_ended():
 
 
 def test_a_trial_that_costs_more_than_predicted_but_leads_goes_on():
-    contest, start = Contest(), new_progress(0.0)
-    contest.begin(start, effort_of(0), "dop853", 0.0)
+    trial, start = MethodTrial(), new_progress(0.0)
+    trial.begin(start, effort_of(0), "dop853", 0.0)
     for time, evaluations, cost, name, expected in (
         (0.1, 360, 0.1, "dop853", None),
         (0.2, 720, 0.2, "dop853", "esdirk43"),
@@ -145,7 +145,7 @@ def test_a_trial_that_costs_more_than_predicted_but_leads_goes_on():
         (5.0, 920, 1.0, "esdirk43", None),
         (9.0, 1100, 2.0, "esdirk43", None),
     ):
-        found = contest.decide(
+        found = trial.decide(
             start._replace(time=time), effort_of(evaluations), cost, name, 100.0,
             lambda pace: ("esdirk43", 0.02),
         )  # fmt: skip

@@ -12,7 +12,7 @@ from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose
 from tissuec.engine.numbering import SMALL, node_order
 from tissuec.engine.stability import damping_radius, spectral_radius, verlet_limit
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 
 def never():
@@ -20,17 +20,17 @@ def never():
 
 
 def start(net, fixed=(), drag=0.0):
-    situation = Situation.start(net, gravity=np.zeros(3), drag=drag)
-    situation.holders["fix"] = np.array(fixed, dtype=np.int64)
-    return situation
+    state = State.start(net, gravity=np.zeros(3), drag=drag)
+    state.holders["fix"] = np.array(fixed, dtype=np.int64)
+    return state
 
 
-def dense_radius(situation):
+def dense_radius(state):
     """Return the root of the largest eigenvalue of M^-1 K, from a full matrix."""
-    net = situation.network
+    net = state.network
     count = net.node_count
     matrix = np.zeros((3 * count, 3 * count))
-    for (a, b), c, rest in zip(net.ends, situation.stiffness, situation.rest, strict=True):
+    for (a, b), c, rest in zip(net.ends, state.stiffness, state.rest, strict=True):
         r = net.position[b] - net.position[a]
         length = np.linalg.norm(r)
         u = r / length
@@ -38,8 +38,8 @@ def dense_radius(situation):
         k = c * along + max(0.0, c * (length - rest) / length) * (np.eye(3) - along)
         for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
             matrix[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += sign * k
-    free = np.repeat(~situation.held, 3)
-    root = np.repeat(1.0 / np.sqrt(situation.mass), 3)
+    free = np.repeat(~state.held, 3)
+    root = np.repeat(1.0 / np.sqrt(state.mass), 3)
     matrix = root[:, None] * matrix * root
     return np.sqrt(np.linalg.eigvalsh(matrix[np.ix_(free, free)])[-1])
 
@@ -48,9 +48,9 @@ def dense_radius(situation):
     "net", [tube(), block(), chain(12), pair()], ids=["tube", "block", "chain", "pair"]
 )
 def test_spectral_radius_is_a_close_bound_from_above(net):
-    situation = start(net, fixed=[0])
-    exact = dense_radius(situation)
-    assert exact <= spectral_radius(situation) <= 1.06 * exact
+    state = start(net, fixed=[0])
+    exact = dense_radius(state)
+    assert exact <= spectral_radius(state) <= 1.06 * exact
 
 
 def test_damping_radius_of_a_pair_is_known():
@@ -91,9 +91,9 @@ def test_creeping_net_of_narrow_band_begins_with_implicit_steps():
 
 
 def test_automatic_with_a_step_takes_what_is_stable_at_it():
-    situation, limit = start(pair()), verlet_limit(start(pair()))
+    state, limit = start(pair()), verlet_limit(start(pair()))
     for step, name in ((0.5 * limit, "velocity verlet"), (1.5 * limit, "dop853")):
-        assert choose(situation, Method("automatic", None, step, 1.0), never).name == name
+        assert choose(state, Method("automatic", None, step, 1.0), never).name == name
 
 
 def test_nodes_of_large_nets_are_numbered_so_that_neighbours_are_near():

@@ -1,11 +1,11 @@
-"""Motions that are known exactly, on both tiers."""
+"""Motions that are known exactly, on both backends."""
 
 import numpy as np
 import pytest
 
-from tests.engine.running import TIERS, Bench, chain, pair
+from tests.engine.running import BACKENDS, Bench, chain, pair
 from tests.hand_net import make_net
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 
 def relaxation(ratio, omega, time):
@@ -18,11 +18,11 @@ def relaxation(ratio, omega, time):
     return np.real((slow * np.exp(fast * time) - fast * np.exp(slow * time)) / (slow - fast))
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 1.0, 3.0])
-def test_two_masses_swing_and_creep_as_the_damped_oscillator(ratio, tier):
+def test_two_masses_swing_and_creep_as_the_damped_oscillator(ratio, backend):
     omega = np.sqrt(2.0 * 100.0)  # reduced mass of two times 1 kg
-    ran = Bench(pair(damping=ratio * omega), 3.0, tolerance=1e-9, tier=tier).run()
+    ran = Bench(pair(damping=ratio * omega), 3.0, tolerance=1e-9, backend=backend).run()
     expected = 1.0 + 0.2 * relaxation(ratio, omega, ran.time)
     length = ran.position[:, 1, 0] - ran.position[:, 0, 0]
     # 1e-8 of the motion, which is 0.1 m for each mass.
@@ -81,12 +81,12 @@ def test_uniform_strain_of_a_falling_chain_stays_uniform_until_it_is_told():
     assert np.abs(ran.position[:, :, :2] - net.position[:, :2]).max() < 1e-12
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_driven_mass_answers_a_sine_with_the_known_forced_motion(tier):
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_driven_mass_answers_a_sine_with_the_known_forced_motion(backend):
     # m x'' = c (A sin wt - x) from rest: x = A o (o sin wt - w sin ot) / (o² - w²), o² = c/m.
     net = pair(stretch=0.0)
-    bench = Bench(net, 3.0, tolerance=1e-9, tier=tier)
-    bench.move([0], [0.05, 0.0, 0.0], Course("sine", 0.0, np.inf, frequency=0.7))
+    bench = Bench(net, 3.0, tolerance=1e-9, backend=backend)
+    bench.move([0], [0.05, 0.0, 0.0], TimeProfile("sine", 0.0, np.inf, frequency=0.7))
     ran = bench.run()
     w, o = 2.0 * np.pi * 0.7, 10.0
     forced = 0.05 * o * (o * np.sin(w * ran.time) - w * np.sin(o * ran.time)) / (o**2 - w**2)
@@ -109,11 +109,11 @@ def test_rigid_rotation_is_not_braked_by_dashpots_along_the_springs(damping):
     assert np.abs(arm[:, :2] - expected).max() < 1e-8
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_load_that_grows_in_time_moves_a_free_mass_by_its_double_integral(tier):
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_load_that_grows_in_time_moves_a_free_mass_by_its_double_integral(backend):
     net = make_net([[0.0, 0.0, 0.0]], [], mass=2.0)
-    bench = Bench(net, 2.0, tolerance=1e-9, tier=tier)
-    bench.push([0], [0.0, 3.0, 0.0], Course("ramp", 0.5, 1.5))
+    bench = Bench(net, 2.0, tolerance=1e-9, backend=backend)
+    bench.push([0], [0.0, 3.0, 0.0], TimeProfile("ramp", 0.5, 1.5))
     ran = bench.run()
     ramp, after = np.clip(ran.time - 0.5, 0.0, 1.0), np.maximum(ran.time - 1.5, 0.0)
     expected = 1.5 * (ramp**3 / 6.0 + 0.5 * after + 0.5 * after**2)
@@ -128,9 +128,9 @@ def test_drag_brakes_a_free_mass_exponentially():
     )
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_spring_of_no_length_has_no_force_and_nothing_becomes_undefined(tier):
-    asked = {"tolerance": 1e-6, "gravity": (0.0, 0.0, -1.0), "tier": tier}
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_spring_of_no_length_has_no_force_and_nothing_becomes_undefined(backend):
+    asked = {"tolerance": 1e-6, "gravity": (0.0, 0.0, -1.0), "backend": backend}
     together = [[0.0, 0.0, 0.0]] * 2
     slack = make_net(together, [[0, 1]], stiffness=10.0, damping=1.0, rest=0.0)
     ran = Bench(slack, 1.0, **asked).run()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.engine.members import MEMBERS, ON_TIERS, affordable, brakes, those
+from tests.engine.members import MEMBERS, ON_BACKENDS, affordable, brakes, those
 from tests.engine.running import Bench, block, lifted_tube, pair
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 
 @pytest.mark.parametrize("method", MEMBERS)
@@ -26,15 +26,15 @@ def test_free_body_keeps_momentum_and_angular_momentum(method):
 def test_symplectic_members_run_backwards_to_where_they_came_from(method):
     net = block(shrink=0.97, spin=(3.0, 7.0, 1.0))
     bench = Bench(net, 0.4, method=method, step=1e-3, times=[])
-    start, speed = bench.situation.position.copy(), bench.situation.velocity.copy()
+    start, speed = bench.state.position.copy(), bench.state.velocity.copy()
     bench.advance(0.2)
-    moved = np.abs(bench.situation.position - start).max()
-    bench.situation.velocity *= -1.0
-    bench.engine.restart(bench.situation)
+    moved = np.abs(bench.state.position - start).max()
+    bench.state.velocity *= -1.0
+    bench.engine.restart(bench.state)
     bench.advance(0.4)
     # 400 steps of rounding, which the tumbling enlarges.
-    assert np.abs(bench.situation.position - start).max() < 1e-12 * moved
-    assert np.abs(bench.situation.velocity + speed).max() < 1e-11 * np.abs(speed).max()
+    assert np.abs(bench.state.position - start).max() < 1e-12 * moved
+    assert np.abs(bench.state.velocity + speed).max() < 1e-11 * np.abs(speed).max()
 
 
 def long_energy(method, part, periods):
@@ -67,25 +67,25 @@ def test_energy_of_symplectic_members_oscillates_and_does_not_drift(method, peri
 
 def energy(ran):
     """Return kinetic energy of free nodes + elastic energy - weight's work, shape (sample,)."""
-    situation, net = ran.situation, ran.situation.network
-    mass = np.where(situation.held, 0.0, situation.mass)
+    state, net = ran.state, ran.state.network
+    mass = np.where(state.held, 0.0, state.mass)
     kinetic = 0.5 * np.einsum("n,tnk,tnk->t", mass, ran.velocity, ran.velocity)
     r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
-    stretch = np.linalg.norm(r, axis=2) - situation.rest
-    elastic = 0.5 * (situation.stiffness * stretch**2).sum(axis=1)
-    weight = np.einsum("n,tnk,k->t", mass, ran.position, situation.gravity)
+    stretch = np.linalg.norm(r, axis=2) - state.rest
+    elastic = 0.5 * (state.stiffness * stretch**2).sum(axis=1)
+    weight = np.einsum("n,tnk,k->t", mass, ran.position, state.gravity)
     return kinetic + elastic - weight
 
 
 def pushed_block(**asked):
     net = block(stiffness=50.0, damping=5e-3, shrink=0.98, spin=(1.0, 2.0, 3.0))
     bench = Bench(net, 0.25, gravity=(0.0, 0.0, -9.81), drag=2e-3, ledger=True, **asked)
-    bench.situation.holders["fix"] = np.array([0, 1])
-    bench.move([26, 25], [0.0, 0.004, 0.002], Course("sine", 0.0, np.inf, frequency=5.0))
+    bench.state.holders["fix"] = np.array([0, 1])
+    bench.move([26, 25], [0.0, 0.004, 0.002], TimeProfile("sine", 0.0, np.inf, frequency=5.0))
     bench.push([13, 14, 0], [0.01, 0.0, 0.02])
-    loads = dict(bench.situation.loads)
-    bench.push([4, 5], [0.02, 0.01, 0.0], Course("ramp", 0.1, 0.2))
-    bench.situation.loads["steady"] = loads["push"]
+    loads = dict(bench.state.loads)
+    bench.push([4, 5], [0.02, 0.01, 0.0], TimeProfile("ramp", 0.1, 0.2))
+    bench.state.loads["steady"] = loads["push"]
     return bench
 
 
@@ -94,13 +94,13 @@ BOOKED = {"dop853": 1e-9, "velocity verlet": 1e-4} | {
     for name in those(conservative=False)
     if name not in ("dop853", "velocity verlet")
 }
-BOOKED_ON_TIERS = [case for case in ON_TIERS if case.values[0] in BOOKED]
+BOOKED_ON_BACKENDS = [case for case in ON_BACKENDS if case.values[0] in BOOKED]
 
 
-@pytest.mark.parametrize(("method", "tier"), BOOKED_ON_TIERS)
-def test_energy_changes_by_work_minus_dissipation(method, tier):
+@pytest.mark.parametrize(("method", "backend"), BOOKED_ON_BACKENDS)
+def test_energy_changes_by_work_minus_dissipation(method, backend):
     tolerance = BOOKED[method]
-    ran = pushed_block(method=method, tolerance=tolerance, tier=tier).run()
+    ran = pushed_block(method=method, tolerance=tolerance, backend=backend).run()
     change = energy(ran) - energy(ran)[0]
     gap = change - (ran.work - ran.dissipated)
     assert ran.dissipated[-1] > 0.0
@@ -136,8 +136,8 @@ def test_work_of_a_push_at_resonance_is_as_good_as_the_motion(method):
     times = period * np.arange(11.0)
     net = pair(stretch=0.0, stiffness=mass * omega**2, mass=mass)
     bench = Bench(net, times[-1], method=method, tolerance=tolerance, times=times, ledger=True)
-    bench.situation.holders["fix"] = np.array([0])
-    bench.push([1], [push, 0.0, 0.0], Course("sine", 0.0, np.inf, frequency=1.0 / period))
+    bench.state.holders["fix"] = np.array([0])
+    bench.push([1], [push, 0.0, 0.0], TimeProfile("sine", 0.0, np.inf, frequency=1.0 / period))
     ran = bench.run()
     due = push**2 * times**2 / (8.0 * mass)
     # The energy grows with the square of the displacement, which may be off by a tolerance.
@@ -149,6 +149,6 @@ def test_ledger_goes_on_across_restarts_and_stops():
     whole = lifted_tube(0.4, tolerance=1e-8, ledger=True).run()
     stopped = lifted_tube(0.4, tolerance=1e-8, ledger=True)
     stopped.advance(0.2)
-    stopped.engine.restart(stopped.situation)
+    stopped.engine.restart(stopped.state)
     ran = stopped.run(0.3)
     assert ran.work == pytest.approx(whole.work, rel=1e-6, abs=1e-6 * np.abs(whole.work).max())

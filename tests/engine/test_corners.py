@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.engine.running import TIERS, Bench
+from tests.engine.running import BACKENDS, Bench
 from tests.hand_net import make_net
 from tissuec.laws import LINEAR, SPRING_LAWS, C, D, E, Law, W
 from tissuec.laws.code import sides
@@ -107,7 +107,10 @@ def test_other_methods_keep_it_as_well(method):
 
 def test_both_tiers_land_on_corners():
     formula, duration = CORNERED["tension only"][0], TIMES[6]
-    runs = [swinging(formula, duration=duration, tolerance=1e-6, tier=tier) for tier in TIERS]
+    runs = [
+        swinging(formula, duration=duration, tolerance=1e-6, backend=backend)
+        for backend in BACKENDS
+    ]
     # Roundings differ, and with them which steps are taken: each within its promise.
     assert np.abs(runs[0].position - runs[1].position).max() < 1e-6 * 14e-3
 
@@ -138,4 +141,4 @@ def test_sides_change_at_every_corner_and_nowhere_else():
 
 def test_smooth_laws_are_not_looked_at():
     ran = swinging(C * E * (E * E * 1e4 + 1.0), tolerance=1e-6)
-    assert not ran.engine._layout.features.cornered
+    assert not ran.engine._inputs.features.cornered

@@ -97,7 +97,7 @@ def test_errors_under_such_a_dashpot_fall_at_the_declared_order(method):
 def test_a_corner_in_elongation_of_a_dashpot_is_landed_on(tolerance):
     """Steps across the corner leave 9 and 83 % of what is allowed; landed on, a fraction."""
     ran = swung("stretched only", tolerance=tolerance)
-    assert ran.engine._layout.features.cornered
+    assert ran.engine._inputs.features.cornered
     allowed = 0.01 * tolerance * ran.largest_displacement
     assert (apart(ran, "stretched only") <= allowed).all()
 
@@ -114,4 +114,4 @@ def test_a_spring_breaks_by_what_such_a_dashpot_adds():
     # So heavy a mass keeps its speed to 1e-7 of it.
     expected = (limit - VISCOSITY * speed) / (C + VISCOSITY * K * speed) / speed
     assert end.kind == "ruptured"
-    assert bench.situation.time == pytest.approx(expected, rel=1e-6)
+    assert bench.state.time == pytest.approx(expected, rel=1e-6)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from tests.engine.members import MEMBERS, ON_TIERS, affordable, brakes, those
-from tests.engine.running import TIERS, Bench, block, chain, lifted_tube, pair
+from tests.engine.members import MEMBERS, ON_BACKENDS, affordable, brakes, those
+from tests.engine.running import BACKENDS, Bench, block, chain, lifted_tube, pair
 from tests.hand_net import make_net
-from tissuec.engine.backends import default_tier
+from tissuec.engine.backends import default_backend
 from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 
 def suited_tube(method, duration=0.2, **asked):
@@ -28,7 +28,7 @@ def test_steps_land_exactly_on_every_time_asked_for(method, step):
     bench = Bench(pair(), 1.0, method=method, step=step, tolerance=1e-4)
     for until in (0.1, 0.1 + 1e-15, 1.0 / 3.0, np.nextafter(1.0 / 3.0, 1.0), 0.7, 1.0):
         end = bench.advance(until)
-        assert (end.kind, end.time, bench.situation.time) == ("reached", until, until)
+        assert (end.kind, end.time, bench.state.time) == ("reached", until, until)
 
 
 def test_uniform_steps_are_the_fewest_that_fit():
@@ -40,13 +40,13 @@ def test_uniform_steps_are_the_fewest_that_fit():
     assert bench.engine.statistics.largest == pytest.approx(0.03, rel=1e-12)
 
 
-@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
-def test_samples_come_once_each_in_order_whatever_the_stops(method, tier):
+@pytest.mark.parametrize(("method", "backend"), ON_BACKENDS)
+def test_samples_come_once_each_in_order_whatever_the_stops(method, backend):
     times = np.sort(np.concatenate([np.linspace(0.0, 1.0, 7), [0.25, 0.31, 0.310001]]))
     tolerance = affordable(method)
-    ran = Bench(pair(), 1.0, method=method, tolerance=tolerance, times=times, tier=tier).run(
-        0.25, 0.31
-    )
+    ran = Bench(
+        pair(), 1.0, method=method, tolerance=tolerance, times=times, backend=backend
+    ).run(0.25, 0.31)
     assert np.array_equal(ran.time, times)
 
 
@@ -54,8 +54,8 @@ def test_sample_at_an_event_shows_the_state_after_it():
     bench = Bench(pair(stretch=0.0), 1.0, tolerance=1e-6, times=[0.0, 0.5, 1.0])
     bench.advance(0.5)
     assert [batch.time.tolist() for batch in bench.batches] == [[0.0]]
-    bench.situation.velocity[:] = [1.0, 0.0, 0.0]
-    bench.engine.restart(bench.situation)
+    bench.state.velocity[:] = [1.0, 0.0, 0.0]
+    bench.engine.restart(bench.state)
     ran = bench.run()
     assert ran.velocity[:, 0, 0] == pytest.approx([0.0, 1.0, 1.0], abs=1e-12)
 
@@ -79,7 +79,7 @@ def test_motions_are_seen_from_within_each_stretch_also_where_their_speed_jumps(
     # A dashpot alone, to a node on a ramp: m v' = d (1 - v) while that moves, then -d v.
     net = make_net([[0, 0, 0], [1, 0, 0]], [[0, 1]], stiffness=0.0, damping=2.0)
     bench = Bench(net, 2.0, tolerance=1e-9)
-    bench.move([1], [1.0, 0.0, 0.0], Course("ramp", 0.5, 1.5))
+    bench.move([1], [1.0, 0.0, 0.0], TimeProfile("ramp", 0.5, 1.5))
     ran = bench.run()
     speed = np.where(
         ran.time < 0.5,
@@ -94,25 +94,25 @@ def test_motions_are_seen_from_within_each_stretch_also_where_their_speed_jumps(
     assert ran.engine.statistics.rejected < 10
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("kind", ["ramp", "smooth", "sine", "table", "turn"])
-def test_driven_nodes_are_where_their_motion_has_them(kind, tier):
-    course = {
-        "ramp": Course("ramp", 0.2, 0.8),
-        "smooth": Course("smooth", 0.2, 0.8),
-        "turn": Course("smooth", 0.2, 0.8),
-        "sine": Course("sine", 0.2, 0.8, frequency=1.3),
-        "table": Course(
+def test_driven_nodes_are_where_their_motion_has_them(kind, backend):
+    profile = {
+        "ramp": TimeProfile("ramp", 0.2, 0.8),
+        "smooth": TimeProfile("smooth", 0.2, 0.8),
+        "turn": TimeProfile("smooth", 0.2, 0.8),
+        "sine": TimeProfile("sine", 0.2, 0.8, frequency=1.3),
+        "table": TimeProfile(
             "table", 0.2, 0.8, times=np.array([0.0, 0.3, 0.6]),
             values=np.array([0.0, 2.0, 1.0]), slopes=np.array([0.0, 1.0, -1.0]),
         ),
     }[kind]  # fmt: skip
-    bench = Bench(pair(), 1.0, tolerance=1e-6, tier=tier, times=np.linspace(0.0, 1.0, 38))
+    bench = Bench(pair(), 1.0, tolerance=1e-6, backend=backend, times=np.linspace(0.0, 1.0, 38))
     if kind == "turn":
-        bench.turn([1], 2.0, course, centre=(0.5, 0.1, 0.0), axis=(0.6, 0.0, 0.8))
+        bench.turn([1], 2.0, profile, centre=(0.5, 0.1, 0.0), axis=(0.6, 0.0, 0.8))
     else:
-        bench.move([1], [0.1, 0.2, -0.3], course)
-    motion = bench.situation.motions["tool"]
+        bench.move([1], [0.1, 0.2, -0.3], profile)
+    motion = bench.state.motions["tool"]
     ran = bench.run()
     for time, position, velocity in zip(ran.time, ran.position, ran.velocity, strict=True):
         x, v = motion.at(time)
@@ -129,7 +129,7 @@ def test_trigger_is_found_at_its_first_true_time(method):
     assert end.kind == "triggered"
     # The error of the position, 0.2 m at most, over the speed there.
     assert end.time == pytest.approx(exact, abs=tolerance * 0.2 / 1.2 + 1e-12)
-    assert bench.situation.position[0, 0] == pytest.approx(0.15, abs=1e-12)
+    assert bench.state.position[0, 0] == pytest.approx(0.15, abs=1e-12)
 
 
 def test_trigger_on_time_alone_is_met_to_rounding_and_the_run_goes_on():
@@ -156,18 +156,18 @@ def test_rupture_before_a_trigger_comes_first_and_the_other_way_round():
         assert end.kind == kind
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_unstable_steps_are_caught_and_no_undefined_value_is_recorded(tier):
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_unstable_steps_are_caught_and_no_undefined_value_is_recorded(backend):
     net = chain(8, velocity=np.r_[0.0, 0.01 * (-1.0) ** np.arange(8), 0.0][:, None] * [1, 0, 0])
-    bench = Bench(net, 10.0, method="velocity verlet", step=0.03, fixed=[0, 9], tier=tier)
+    bench = Bench(net, 10.0, method="velocity verlet", step=0.03, fixed=[0, 9], backend=backend)
     ran = bench.run()
     assert ran.end.kind == "diverged"
     assert ran.end.spring is not None
     assert 0.0 < ran.end.time < 10.0
     assert np.isfinite(ran.position).all()
     assert np.isfinite(ran.velocity).all()
-    assert np.isfinite(ran.situation.position).all()
-    assert ran.situation.time == ran.end.time
+    assert np.isfinite(ran.state.position).all()
+    assert ran.state.time == ran.end.time
 
 
 def test_long_flight_is_not_taken_for_divergence():
@@ -186,14 +186,14 @@ def test_tolerance_below_rounding_is_refused():
 def test_infinite_force_is_reported_as_divergence_with_the_spring_named():
     net = pair()
     bench = Bench(net, 1.0, tolerance=1e-6)
-    bench.situation.stiffness = np.array([np.inf])
+    bench.state.stiffness = np.array([np.inf])
     end = bench.advance(1.0)
     assert (end.kind, end.spring) == ("diverged", 0)
 
 
-@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
-def test_same_run_gives_the_same_bytes(method, tier):
-    runs = [suited_tube(method, 0.1, tolerance=1e-2, tier=tier).run() for _ in range(2)]
+@pytest.mark.parametrize(("method", "backend"), ON_BACKENDS)
+def test_same_run_gives_the_same_bytes(method, backend):
+    runs = [suited_tube(method, 0.1, tolerance=1e-2, backend=backend).run() for _ in range(2)]
     assert runs[0].position.tobytes() == runs[1].position.tobytes()
     assert runs[0].velocity.tobytes() == runs[1].velocity.tobytes()
     assert runs[0].engine.statistics == runs[1].engine.statistics
@@ -202,9 +202,11 @@ def test_same_run_gives_the_same_bytes(method, tier):
 @pytest.mark.parametrize("ledger", [False, True])
 @pytest.mark.parametrize("method", MEMBERS)
 def test_both_tiers_agree_to_rounding(method, ledger):
-    # Equations of implicit steps so exactly that both tiers break off after the same round.
+    # Equations of implicit steps so exactly that both backends break off after the same round.
     asked = {"step": 2e-4, "tolerance": 1e-12, "duration": 0.05, "ledger": ledger}
-    interpreted, compiled = (suited_tube(method, tier=tier, **asked).run() for tier in TIERS)
+    interpreted, compiled = (
+        suited_tube(method, backend=backend, **asked).run() for backend in BACKENDS
+    )
     assert interpreted.end.kind == compiled.end.kind == "reached"
     reach = interpreted.largest_displacement[-1]
     assert np.abs(interpreted.position - compiled.position).max() < 1e-11 * reach
@@ -214,13 +216,13 @@ def test_both_tiers_agree_to_rounding(method, ledger):
 
 def test_methods_that_are_not_shipped_are_interpreted(monkeypatch):
     own = type("Own", (), {})
-    assert default_tier(own) == "interpreted"
-    assert {default_tier(INTEGRATORS[name]) for name in INTEGRATORS} == {"compiled"}
+    assert default_backend(own) == "interpreted"
+    assert {default_backend(INTEGRATORS[name]) for name in INTEGRATORS} == {"compiled"}
 
 
-@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
-def test_run_resumed_from_any_checkpoint_gives_the_same_bytes(method, tier):
-    asked = {"tolerance": 1e-2, "tier": tier}
+@pytest.mark.parametrize(("method", "backend"), ON_BACKENDS)
+def test_run_resumed_from_any_checkpoint_gives_the_same_bytes(method, backend):
+    asked = {"tolerance": 1e-2, "backend": backend}
     whole = suited_tube(method, **asked)
     kept = whole.keep_checkpoints(4)  # which is emptied every few steps
     complete = whole.run(0.17)
@@ -237,14 +239,14 @@ def test_run_resumed_from_any_checkpoint_gives_the_same_bytes(method, tier):
 
 def test_pause_is_offered_between_steps_also_while_a_condition_is_watched(monkeypatch):
     monkeypatch.setitem(CALL_SPRINGS, "interpreted", 100 * 20)
-    bench = Bench(pair(), 0.05, method="velocity verlet", step=1e-5, tier="interpreted")
+    bench = Bench(pair(), 0.05, method="velocity verlet", step=1e-5, backend="interpreted")
     asked = []
 
     def pause(time):
         asked.append(time)
         return len(asked) == 2
 
-    end = bench.engine.advance(bench.situation, 0.05, lambda time, x, v: False, pause)
+    end = bench.engine.advance(bench.state, 0.05, lambda time, x, v: False, pause)
     assert (end.kind, end.time) == ("paused", asked[-1])
     assert 0.0 < asked[0] < asked[1] < 0.05
     assert bench.engine.checkpoint() is not None
@@ -259,12 +261,12 @@ def test_condition_that_holds_for_a_part_of_a_period_is_seen_at_the_first_one():
     assert end.time == pytest.approx(np.arccos(-0.9) / np.sqrt(200.0), rel=1e-3)
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_fixed_steps_that_lead_nowhere_are_told(tier):
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_fixed_steps_that_lead_nowhere_are_told(backend):
     net = make_net(
         np.zeros((2, 3)), [[0, 1]], rest=1.0, stiffness=1e4, velocity=[[1, 0, 0], [0, 0, 0]]
     )
-    ran = Bench(net, 100.0, method="velocity verlet", step=1.0, tier=tier).run()
+    ran = Bench(net, 100.0, method="velocity verlet", step=1.0, backend=backend).run()
     assert ran.end.kind == "diverged"
     assert np.isfinite(ran.position).all()
 
@@ -283,8 +285,8 @@ def test_absurd_implicit_steps_are_told_and_nothing_undefined_is_recorded(method
     for batch in bench.batches:
         assert np.isfinite(batch.position).all()
         assert np.isfinite(batch.velocity).all()
-    assert np.isfinite(bench.situation.position).all()
-    assert bench.situation.time == end.time
+    assert np.isfinite(bench.state.position).all()
+    assert bench.state.time == end.time
 
 
 @pytest.mark.parametrize("method", those(implicit=True))

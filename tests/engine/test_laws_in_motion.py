@@ -8,9 +8,9 @@ from tests.engine.members import MEMBERS, affordable, viscosities
 from tests.engine.running import Bench
 from tests.hand_net import make_net
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 MASS, C, REST = 0.01, 4.0, 1.0
 TIGHT = 1e-10
@@ -169,7 +169,7 @@ def test_energy_is_kept_or_booked_under_every_law_by_every_member(method, dampin
         )  # fmt: skip
         ran = Bench(net, 0.5, method=method, tolerance=tolerance, ledger=True).run()
         assert ran.end.kind == "reached"
-        springs = ran.situation.behaviour()
+        springs = ran.state.behaviour()
         r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
         stored = springs.energy(np.linalg.norm(r, axis=2) - REST).sum(axis=1)
         kinetic = 0.5 * MASS * (ran.velocity**2).sum(axis=(1, 2))
@@ -180,7 +180,7 @@ def test_energy_is_kept_or_booked_under_every_law_by_every_member(method, dampin
 def test_springs_with_laws_have_limits_though_none_may_break():
     """Code for laws looks at them in any case."""
     net = bob(0.1, spring("polynomial", cube=1.0))
-    layout = Layout(net, watched=False, ledger=False)
-    layout.update(Situation.start(net, gravity=np.zeros(3), drag=0.0))
-    found = layout.net(INTEGRATORS["dop853"])
+    inputs = KernelInputs(net, watched=False, ledger=False)
+    inputs.update(State.start(net, gravity=np.zeros(3), drag=0.0))
+    found = inputs.net(INTEGRATORS["dop853"])
     assert found.near.tolist() == found.near_crush.tolist() == [np.inf]

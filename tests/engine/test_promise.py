@@ -6,7 +6,7 @@ import pytest
 from tests.engine.running import Bench, block, chain, lifted_tube, pair
 from tests.engine.test_closed_forms import relaxation
 from tests.hand_net import make_net
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 TIMES = 400
 
@@ -90,7 +90,7 @@ def test_forces_that_swing_are_seen_between_steps_that_are_whole_periods():
     for method, tolerance in (("velocity verlet", 1e-3), ("dop853", 1e-6)):
         bench = Bench(pair(stiffness=0.0), 1.0, method=method, tolerance=tolerance)
         omega = 2.0 * np.pi * 1000.0
-        bench.push([1], (1.0, 0.0, 0.0), Course("sine", 0.0, np.inf, frequency=1000.0))
+        bench.push([1], (1.0, 0.0, 0.0), TimeProfile("sine", 0.0, np.inf, frequency=1000.0))
         ran = bench.run()
         time = ran.time
         expected = time / omega - np.sin(omega * time) / omega**2
@@ -110,7 +110,7 @@ def test_keeping_energies_leaves_a_run_from_rest_able_to_go_on(method, stiffness
             tolerance=1e-4,
             ledger=ledger,
         )
-        bench.push([0], (1.0, 0.0, 0.0), Course("sine", 0.0, np.inf, frequency=3.0))
+        bench.push([0], (1.0, 0.0, 0.0), TimeProfile("sine", 0.0, np.inf, frequency=3.0))
         ran = bench.run()
         assert ran.end.kind == "reached"
         steps.append(ran.engine.statistics.accepted)

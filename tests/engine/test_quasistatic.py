@@ -71,7 +71,7 @@ def test_a_force_that_is_let_in_at_once_does_twice_the_work_that_is_stored():
 
 def test_springs_rupture_at_the_relaxation_that_finds_them_overstretched():
     outcome, _ = carry_out(*drawn_out(strength=0.2))
-    torn = [(t, h) for t, h in outcome.happenings if h.kind == "rupture"]
+    torn = [(t, h) for t, h in outcome.logged_events if h.kind == "rupture"]
     # 0.2 N are reached at 0.75 s; all three springs carry the same, up to rounding.
     assert torn[0][0] in (pytest.approx(0.75), pytest.approx(0.8))
 
@@ -82,7 +82,7 @@ def test_conditions_are_asked_at_every_relaxation():
 
     network, plan = drawn_out(triggers=[when(stretched, event(0.0, "fix hand", DRAWN))])
     outcome, _ = carry_out(network, plan)
-    (fired,) = [t for t, h in outcome.happenings if h.kind == "trigger"]
+    (fired,) = [t for t, h in outcome.logged_events if h.kind == "trigger"]
     assert fired == pytest.approx(0.5)
 
 
@@ -90,7 +90,7 @@ def test_what_hangs_is_balanced():
     network, plan = drawn_out(gravity=DOWN)
     outcome, _ = carry_out(network, plan)
     assert outcome.kind == "done"
-    assert residual(outcome.situation) < 1e-8
+    assert residual(outcome.state) < 1e-8
 
 
 def test_a_net_that_nothing_holds_gets_stuck_at_a_node():

@@ -5,11 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.engine.members import MEMBERS, ON_TIERS, affordable, those
-from tests.engine.running import TIERS, Bench, block, chain, pair
+from tests.engine.members import MEMBERS, ON_BACKENDS, affordable, those
+from tests.engine.running import BACKENDS, Bench, block, chain, pair
 from tests.hand_net import make_net
-from tissuec.engine.step_events import Within
-from tissuec.model.profiles import Course
+from tissuec.engine.step_events import AcceptedStep
+from tissuec.model.profiles import TimeProfile
 
 
 def break_and_go_on(bench, until):
@@ -21,12 +21,12 @@ def break_and_go_on(bench, until):
             assert end.kind == "reached"
             return found
         found.append((end.time, end.springs.tolist()))
-        bench.situation.alive[end.springs] = False
-        bench.engine.restart(bench.situation)
+        bench.state.alive[end.springs] = False
+        bench.engine.restart(bench.state)
 
 
-@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
-def test_swinging_pair_breaks_when_its_tension_reaches_the_strength(method, tier):
+@pytest.mark.parametrize(("method", "backend"), ON_BACKENDS)
+def test_swinging_pair_breaks_when_its_tension_reaches_the_strength(method, backend):
     # Drawn 10 % pressed, T = -10 N cos(w t) reaches 6 N at a known time.
     omega = np.sqrt(200.0)
     tolerance = affordable(method)
@@ -36,20 +36,20 @@ def test_swinging_pair_breaks_when_its_tension_reaches_the_strength(method, tier
         method=method,
         tolerance=tolerance,
         ruptures=True,
-        tier=tier,
+        backend=backend,
     )
     end = bench.advance(1.0)
     exact = np.arccos(-0.6) / omega
     assert (end.kind, end.springs.tolist()) == ("ruptured", [0])
     # Twice the position error of 0.1 m over the speed of the elongation there, 1.1 m/s.
     assert end.time == pytest.approx(exact, abs=0.2 * tolerance + 1e-12)
-    assert bench.situation.time == end.time
-    length = np.diff(bench.situation.position[:, 0])[0]
+    assert bench.state.time == end.time
+    length = np.diff(bench.state.position[:, 0])[0]
     assert 100.0 * (length - 1.0) == pytest.approx(6.0, rel=1e-9)
 
 
-@pytest.mark.parametrize(("method", "tier"), ON_TIERS)
-def test_swinging_pair_is_crushed_when_its_pressure_reaches_the_limit(method, tier):
+@pytest.mark.parametrize(("method", "backend"), ON_BACKENDS)
+def test_swinging_pair_is_crushed_when_its_pressure_reaches_the_limit(method, backend):
     # Drawn 10 % stretched, T = 10 N cos(w t) falls to -6 N at a known time.
     tolerance = affordable(method)
     bench = Bench(
@@ -58,14 +58,14 @@ def test_swinging_pair_is_crushed_when_its_pressure_reaches_the_limit(method, ti
         method=method,
         tolerance=tolerance,
         ruptures=True,
-        tier=tier,
+        backend=backend,
     )
     end = bench.advance(1.0)
     exact = np.arccos(-0.6) / np.sqrt(200.0)
     assert (end.kind, end.springs.tolist()) == ("ruptured", [0])
     # As above: twice the position error of 0.1 m over the speed of the elongation.
     assert end.time == pytest.approx(exact, abs=0.2 * tolerance + 1e-12)
-    length = np.diff(bench.situation.position[:, 0])[0]
+    length = np.diff(bench.state.position[:, 0])[0]
     assert 100.0 * (length - 1.0) == pytest.approx(-6.0, rel=1e-9)
 
 
@@ -103,14 +103,14 @@ def test_the_first_of_springs_that_rupture_within_a_moment_is_found(order):
     assert end.time == pytest.approx(np.arcsin(5.0 * omega / 100.0) / omega, rel=1e-6)
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_lowest_pressure_between_two_ends_of_a_step_is_not_missed(tier):
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_lowest_pressure_between_two_ends_of_a_step_is_not_missed(backend):
     for limit, expected in (
         (10.0 * (1.0 - 1e-4), "ruptured"),
         (10.0 * (1.0 + 1e-4), "reached"),
     ):
         net = pair(stretch=0.1, crush=limit)
-        bench = Bench(net, 1.0, tolerance=2e-5, ruptures=True, tier=tier)
+        bench = Bench(net, 1.0, tolerance=2e-5, ruptures=True, backend=backend)
         bench.advance(0.035)
         assert bench.advance(0.25).kind == expected
 
@@ -124,11 +124,11 @@ def test_spring_above_its_crushing_force_at_the_start_breaks_at_once():
 def test_nets_that_are_not_crushed_are_stepped_without_looking_for_it():
     torn = Bench(pair(strength=60.0), 1.0, tolerance=1e-6, ruptures=True)
     torn.advance(0.01)
-    assert torn.engine._layout.features.watched
-    assert not torn.engine._layout.features.crushed
+    assert torn.engine._inputs.features.watched
+    assert not torn.engine._inputs.features.crushed
     both = Bench(pair(crush=60.0), 1.0, tolerance=1e-6, ruptures=True)
     both.advance(0.01)
-    assert both.engine._layout.features.crushed
+    assert both.engine._inputs.features.crushed
 
 
 @pytest.mark.parametrize("method", those(conservative=False))
@@ -137,7 +137,7 @@ def test_dashpot_counts_towards_the_tension(method):
     net = pair(stretch=0.0, damping=20.0, strength=6.0)
     tolerance = affordable(method)
     bench = Bench(net, 2.0, method=method, tolerance=tolerance, ruptures=True, fixed=[0])
-    bench.move([1], [0.2, 0.0, 0.0], Course("ramp", 0.0, 2.0))
+    bench.move([1], [0.2, 0.0, 0.0], TimeProfile("ramp", 0.0, 2.0))
     end = bench.advance(2.0)
     assert end.kind == "ruptured"
     assert end.time == pytest.approx((6.0 - 20.0 * 0.1) / (100.0 * 0.1), rel=1e-11)
@@ -161,7 +161,7 @@ def test_peak_between_two_ends_of_a_step_is_not_missed(method):
 def test_broken_pair_flies_apart_at_the_speed_it_had():
     bench = Bench(pair(stretch=-0.1, strength=6.0), 1.0, tolerance=1e-9, ruptures=True)
     ((time, _),) = break_and_go_on(bench, 1.0)
-    bench.engine.finish(bench.situation)
+    bench.engine.finish(bench.state)
     ran = bench.ran(None)
     omega = np.sqrt(200.0)
     speed = 0.1 * omega * np.sin(np.arccos(-0.6))  # of the length
@@ -189,7 +189,7 @@ def test_springs_of_a_symmetric_net_break_together_and_each_one_only_once():
 def test_chain_tears_spring_after_spring_without_standing_still():
     net = chain(12, stiffness=100.0, mass=0.01, strength=np.linspace(0.2, 0.26, 13))
     bench = Bench(net, 1.0, tolerance=1e-6, ruptures=True, fixed=[0])
-    bench.move([13], [0.2, 0.0, 0.0], Course("ramp", 0.0, 1.0))
+    bench.move([13], [0.2, 0.0, 0.0], TimeProfile("ramp", 0.0, 1.0))
     found = break_and_go_on(bench, 1.0)
     assert len(found) >= 1
     assert all(later > earlier for (earlier, _), (later, _) in pairwise(found))
@@ -222,40 +222,40 @@ def test_cut_of_a_prestressed_chain_lets_the_ends_draw_apart_as_a_quarter_wave()
     )
     bench = Bench(net, 0.2, tolerance=1e-9, fixed=[0, 2])
     bench.advance(0.05)
-    bench.situation.alive[1] = False
-    bench.engine.restart(bench.situation)
+    bench.state.alive[1] = False
+    bench.engine.restart(bench.state)
     ran = bench.run()
     after = np.maximum(ran.time - 0.05, 0.0)
     expected = 0.015 + 0.005 * np.cos(100.0 * after)
     assert ran.position[:, 1, 0] == pytest.approx(expected, abs=1e-10)
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_few_dead_springs_are_as_good_as_gone(tier):
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_few_dead_springs_are_as_good_as_gone(backend):
     net = block(4, shrink=0.97, spin=(1.0, 2.0, 3.0))
     assert net.spring_count > 100  # so that one dead spring is set to zero in place
-    bench = Bench(net, 0.2, step=1e-3, tier=tier)
-    bench.engine.restart(bench.situation)
-    bench.situation.alive[7] = False
-    bench.engine.restart(bench.situation)
+    bench = Bench(net, 0.2, step=1e-3, backend=backend)
+    bench.engine.restart(bench.state)
+    bench.state.alive[7] = False
+    bench.engine.restart(bench.state)
     ran = bench.run()
-    fresh = Bench(net, 0.2, step=1e-3, tier=tier)
-    fresh.situation.alive[7] = False
+    fresh = Bench(net, 0.2, step=1e-3, backend=backend)
+    fresh.state.alive[7] = False
     assert np.array_equal(ran.position, fresh.run().position)
-    whole = Bench(net, 0.2, step=1e-3, tier=tier).run()
+    whole = Bench(net, 0.2, step=1e-3, backend=backend).run()
     assert np.abs(ran.position - whole.position).max() > 1e-5
 
 
 def test_springs_between_nodes_that_keep_still_leave_the_sums():
     bench = Bench(chain(4), 1.0, step=0.01, fixed=[0, 1, 2], ruptures=True)
-    bench.engine.restart(bench.situation)
-    assert sorted(bench.engine._layout.springs.ids) == [2, 3, 4]
+    bench.engine.restart(bench.state)
+    assert sorted(bench.engine._inputs.springs.ids) == [2, 3, 4]
 
 
 @pytest.mark.parametrize("start", [0.0, 2.0, 1e6])
 def test_the_largest_load_within_the_shortest_of_steps_is_found(start):
     """Where a step is but some roundings long, halving it further would never end."""
-    within = Within.__new__(Within)
+    within = AcceptedStep.__new__(AcceptedStep)
     within.start, within.end = start, start + 8.0 * np.spacing(start)
     top = start + 3.0 * np.spacing(start)
     within.loads = lambda when, limit: np.array([-abs(when - top)])

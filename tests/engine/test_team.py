@@ -16,8 +16,8 @@ from tissuec.engine import threads
 from tissuec.engine.engine import Engine
 from tissuec.engine.execution.companion import threads_beside
 from tissuec.engine.method import Method
-from tissuec.engine.threads import PARTS, Team, useful
-from tissuec.mechanics.situation import Situation
+from tissuec.engine.threads import PARTS, ThreadTeam, useful
+from tissuec.mechanics.state import State
 
 #: Enough nodes for five blocks of springs in runs.
 SCENE = """language 1
@@ -66,8 +66,8 @@ def keen(monkeypatch):
 
 def shaken(network, name, threads, *, steps=6):
     """Return all numbers of a run from random velocities, and its engine."""
-    situation = Situation.start(network, gravity=np.zeros(3), drag=0.0)
-    situation.velocity[:] = np.random.default_rng(5).normal(0.0, 0.1, situation.velocity.shape)
+    state = State.start(network, gravity=np.zeros(3), drag=0.0)
+    state.velocity[:] = np.random.default_rng(5).normal(0.0, 0.1, state.velocity.shape)
     step, found = METHODS[name], []
     method = Method(name, 1e-6, step, 1.0, ledger=True, watch_strength=True, threads=threads)
     times = step * np.arange(steps + 1)
@@ -76,9 +76,9 @@ def shaken(network, name, threads, *, steps=6):
         found.extend(np.array(column) for column in samples)
 
     engine = Engine(network, method, times, record)
-    assert engine.advance(situation, steps * step).kind == "reached"
-    engine.finish(situation)
-    return [*found, situation.position, situation.velocity], engine
+    assert engine.advance(state, steps * step).kind == "reached"
+    engine.finish(state)
+    return [*found, state.position, state.velocity], engine
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -138,8 +138,8 @@ def test_small_nets_keep_no_thread_busy():
 
 
 def test_loops_have_a_part_for_every_thread_that_is_held_up():
-    assert len(Team(1, 10).record.found) == 1
-    assert len(Team(3, 10).record.found) == 3 * PARTS
+    assert len(ThreadTeam(1, 10).record.found) == 1
+    assert len(ThreadTeam(3, 10).record.found) == 3 * PARTS
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ def height(position):
 def lifted(method, *, threshold, surveyed, more=False):
     """Return a run that stops where a node passes a height, and goes on, and what was asked."""
     bench = lifted_tube(0.4, method=method, tolerance=METHODS[method], ledger=True)
-    start = height(bench.situation.position)
+    start = height(bench.state.position)
     asked, ends = [], []
 
     def watch(time, position, velocity):
@@ -30,8 +30,8 @@ def lifted(method, *, threshold, surveyed, more=False):
     while not ends or ends[-1].kind == "triggered":
         condition = None if ends else watch
         vectorised = survey if surveyed and not ends else None
-        ends.append(bench.engine.advance(bench.situation, 0.4, condition, None, vectorised))
-    bench.engine.finish(bench.situation)
+        ends.append(bench.engine.advance(bench.state, 0.4, condition, None, vectorised))
+    bench.engine.finish(bench.state)
     return bench.ran(ends[0]), [(end.kind, end.time) for end in ends], asked
 
 

@@ -19,16 +19,16 @@ from tissuec.core.source import Source, Span
 from tissuec.forces import FORCES, Acted, Field, acts_of
 from tissuec.forces.drag import Drag
 from tissuec.forces.jets import Jet
-from tissuec.forces.load import Load, Term
+from tissuec.forces.load import Load, LoadTerm
 from tissuec.forces.weight import Weight
 from tissuec.geometry.nearest import TRIANGLE
 from tissuec.kernels.calls import kernel_on
 from tissuec.kernels.records import Floats
-from tissuec.mechanics.situation import Situation
-from tissuec.model.profiles import Course
+from tissuec.mechanics.state import State
+from tissuec.model.profiles import TimeProfile
 from tissuec.validate.forces import FORMULAS
 
-RISING = Course("smooth", 0.0, 2.0)
+RISING = TimeProfile("smooth", 0.0, 2.0)
 NOW = 1.2  # [s]
 
 
@@ -78,7 +78,9 @@ def touching():
 
 def blowing():
     net = net_of(plate(6, 4e-3, jitter=0.2))
-    return Example(jet_in(net, course=RISING), net.position, 0.02, stores=False, balances=False)
+    return Example(
+        jet_in(net, profile=RISING), net.position, 0.02, stores=False, balances=False
+    )
 
 
 def on_some(kind, *entries):
@@ -98,8 +100,8 @@ def alone(kind, *numbers):
 
 MASSES = np.linspace(0.0, 0.5, 6)  # as if the first node were held
 TERMS = (
-    Term(np.array([0.2, 0.0, -0.1]), RISING),
-    Term(np.ones(3), Course("constant", 0.0, 2.0)),
+    LoadTerm(np.array([0.2, 0.0, -0.1]), RISING),
+    LoadTerm(np.ones(3), TimeProfile("constant", 0.0, 2.0)),
 )
 NODAL = {
     "weight": lambda: alone(Weight, MASSES, np.array([0.3, 0.0, -9.81])),
@@ -153,12 +155,12 @@ def by_kernel(example, *, compiled=True):
 def test_numbers_of_nodes_do_not_matter(with_kernel):
     example = with_kernel
     found, power = by_kernel(example)
-    field, state = example.field, (example.position, example.velocity)
-    expected = forces(field, *state)
+    field, motion = example.field, (example.position, example.velocity)
+    expected = forces(field, *motion)
     scale = np.abs(expected).max()
     assert scale > 0.0
     assert found == pytest.approx(expected, abs=1e-12 * scale)
-    booked = field.powers(NOW, *state)
+    booked = field.powers(NOW, *motion)
     assert power == pytest.approx(booked, rel=1e-10, abs=1e-12 * scale)
 
 
@@ -198,13 +200,13 @@ def test_what_is_lost_is_not_negative(example):
 
 def test_what_loses_energy_or_puts_it_in_is_told(example, monkeypatch):
     effect, count = example.field, len(example.position)
-    monkeypatch.setattr(Situation, "effects", property(lambda self: (effect,)))
-    situation = Situation.start(
+    monkeypatch.setattr(State, "effects", property(lambda self: (effect,)))
+    state = State.start(
         make_net(example.position, np.zeros((0, 2))), gravity=np.zeros(3), drag=0.0
     )
-    assert len(situation.position) == count
+    assert len(state.position) == count
     lost = effect.powers(NOW, example.position, example.velocity)[1]
-    assert bool(situation.loss) == (lost > 0.0 or type(effect) is Jet)
+    assert bool(state.loss) == (lost > 0.0 or type(effect) is Jet)
 
 
 @pytest.mark.parametrize("shift", [0, 1])
@@ -260,15 +262,15 @@ def test_the_reference_has_a_formula_that_agrees(example, request):
     if kind not in FORCES:
         return  # compared elsewhere: tests/validate/test_own_forces.py
     own, field, count = FORMULAS[kind](example.field), example.field, len(example.position)
-    state = example.position, example.velocity
+    motion = example.position, example.velocity
     found = np.zeros_like(example.position)
-    own.add_forces(NOW, *state, found)
-    assert found == pytest.approx(forces(field, *state), abs=1e-12 * np.abs(found).max())
+    own.add_forces(NOW, *motion, found)
+    assert found == pytest.approx(forces(field, *motion), abs=1e-12 * np.abs(found).max())
     assert own.energy(NOW, example.position) == pytest.approx(
         float(field.energy(NOW, example.position)), rel=1e-12
     )
-    powers = own.pumping(NOW, *state), own.dissipated(NOW, *state)
-    assert powers == pytest.approx(field.powers(NOW, *state), rel=1e-12)
+    powers = own.pumping(NOW, *motion), own.dissipated(NOW, *motion)
+    assert powers == pytest.approx(field.powers(NOW, *motion), rel=1e-12)
     one, other = (
         each.matrix(NOW, example.position, np.arange(count), count).toarray()
         for each in (own, field)
@@ -324,7 +326,7 @@ def pull_home(time, x, v, f, power, home):
 @pytest.fixture
 def hung(monkeypatch):
     """Return two masses that a field draws to one place."""
-    monkeypatch.setattr(Situation, "fields", property(lambda self: (Attraction(),)))
+    monkeypatch.setattr(State, "fields", property(lambda self: (Attraction(),)))
     net = make_net([[0.01, 0.0, 0.0], [0.0, 0.02, 0.0]], np.zeros((0, 2)), mass=0.5)
     return Bench(net, 1.0, tolerance=1e-9, times=np.linspace(0.0, 1.0, 21))
 

@@ -7,7 +7,7 @@ import tissuec
 from tests.hand_plan import carry_out
 from tests.validate.scenes import compiled_scene, silent
 from tests.whole_runs import AfterAsking
-from tissuec.compiler.checks import situation_at_start
+from tissuec.compiler.checks import state_at_start
 from tissuec.learn.derivatives.event_recording import refusal
 from tissuec.mechanics.settling import settle
 from tissuec.validate.validation import validate
@@ -66,10 +66,10 @@ def test_work_of_the_weight_is_stored_or_lost(sunk):
 
 
 def test_at_rest_it_bears_the_weight():
-    situation = situation_at_start(compiled_scene(sheet()))
-    settle(situation, np.ones(situation.network.node_count, dtype=bool))
+    state = state_at_start(compiled_scene(sheet()))
+    settle(state, np.ones(state.network.node_count, dtype=bool))
     depth = DENSITY * THICKNESS * G / STIFFNESS
-    assert situation.position[:, 2] == pytest.approx(-depth, rel=1e-9)
+    assert state.position[:, 2] == pytest.approx(-depth, rel=1e-9)
 
 
 def test_modes_that_strain_no_spring_are_those_of_a_mass_on_a_damped_spring():
@@ -105,10 +105,10 @@ def test_a_run_that_is_gone_on_with_keeps_the_force():
     network, plan = compiled.network, compiled.plan
     whole, _ = carry_out(network, plan)
     first, before = carry_out(network, plan, interrupt=AfterAsking(2))
-    assert first.kind == "interrupted" and 0.0 < first.situation.time < 0.06
+    assert first.kind == "interrupted" and 0.0 < first.state.time < 0.06
     rest, _ = carry_out(network, plan, resume=before.state)
     assert rest.kind == "done"
-    assert np.array_equal(rest.situation.position, whole.situation.position)
+    assert np.array_equal(rest.state.position, whole.state.position)
 
 
 def test_exact_derivatives_are_refused_by_name():

@@ -55,31 +55,31 @@ BRANCHES = {"constant": (6.0, 2.0), "time": (0.3, 0.05)}
 BOTH = BRANCHES | {"limit": 1.0, "viscosity": 20.0}
 
 
-def state(net):
-    """Return a situation of a net in which everything is somewhere, with what it remembers."""
-    situation = start(net)
+def random_state(net):
+    """Return a state of a net in which everything is somewhere, with what it remembers."""
+    state = start(net)
     random = np.random.default_rng(5)
     hidden = net.memory
     count = 3 * (hidden.stop - hidden.start)
-    situation.velocity[hidden] = random.normal(size=(count // 3, 3))
-    situation.position[: hidden.start] += 0.2 * random.normal(size=(hidden.start, 3))
-    return situation
+    state.velocity[hidden] = random.normal(size=(count // 3, 3))
+    state.position[: hidden.start] += 0.2 * random.normal(size=(hidden.start, 3))
+    return state
 
 
 # --- equations ---
 
 
 def test_forces_are_minus_the_slope_of_the_energy_at_what_is_remembered():
-    situation = state(tangle(**BOTH))
-    velocity = situation.velocity.copy()
+    state = random_state(tangle(**BOTH))
+    velocity = state.velocity.copy()
     velocity[:6] = 0.0
-    force = observables.inner_forces(situation, 0.0, situation.position, velocity).node
+    force = observables.inner_forces(state, 0.0, state.position, velocity).node
     for node in range(6):
         for axis in range(3):
-            step = np.zeros_like(situation.position)
+            step = np.zeros_like(state.position)
             step[node, axis] = 1e-5
             ahead, behind = (
-                observables.elastic_energy(situation, situation.position + s, velocity)
+                observables.elastic_energy(state, state.position + s, velocity)
                 for s in (step, -step)
             )
             # Central difference: step² times a third derivative, and rounding over the step.
@@ -89,12 +89,12 @@ def test_forces_are_minus_the_slope_of_the_energy_at_what_is_remembered():
 def test_power_of_the_forces_is_what_energy_and_losses_take():
     """-F·v = d(energy)/dt + lost, with rates of all that is remembered, by differences."""
     net = tangle(**BOTH)
-    situation = state(net)
-    memory, position, velocity = net.inelastic, situation.position, situation.velocity
+    state = random_state(net)
+    memory, position, velocity = net.inelastic, state.position, state.velocity
     moving = velocity.copy()
     moving[net.memory] = 0.0
     has = memory.slot >= 0
-    rates, (_, lost) = accelerated(situation)
+    rates, (_, lost) = accelerated(state)
     rates = rates.ravel()
     assert lost > 0.0
     assert (rates[memory.slot[-1][has[-1]]] != 0.0).any()
@@ -103,27 +103,27 @@ def test_power_of_the_forces_is_what_energy_and_losses_take():
         there = velocity.copy()
         there.reshape(-1)[memory.slot[has]] += sign * 1e-6 * rates[memory.slot[has]]
         at = position + sign * 1e-6 * moving
-        energies.append(observables.elastic_energy(situation, at, there))
+        energies.append(observables.elastic_energy(state, at, there))
     gained = (energies[0] - energies[1]) / 2e-6
-    force = observables.inner_forces(situation, 0.0, position, velocity).node
+    force = observables.inner_forces(state, 0.0, position, velocity).node
     assert -np.vdot(force, moving) == pytest.approx(gained + lost, rel=1e-7)
 
 
 def test_the_reference_has_the_same_forces_energies_and_rates():
     net = tangle(**BOTH)
-    situation = state(net)
-    equations = Equations(situation, 1.0)
-    y = equations.gather(situation.position, situation.velocity, 0.0, 0.0)
+    state = random_state(net)
+    equations = Equations(state, 1.0)
+    y = equations.gather(state.position, state.velocity, 0.0, 0.0)
     moved, velocity = equations.spread(0.0, y)
-    assert velocity[net.memory] == pytest.approx(situation.velocity[net.memory], rel=1e-14)
+    assert velocity[net.memory] == pytest.approx(state.velocity[net.memory], rel=1e-14)
     springs = equations.pull(0.0, moved, velocity)
-    tension = observables.tension(situation, situation.position, situation.velocity)
+    tension = observables.tension(state, state.position, state.velocity)
     assert springs.tension == pytest.approx(tension, rel=1e-12)
-    energies = observables.energies(situation, 0.0, situation.position, situation.velocity)
+    energies = observables.energies(state, 0.0, state.position, state.velocity)
     own = equations.energies(0.0, moved, velocity)
     assert own.elastic == pytest.approx(float(energies.elastic), rel=1e-13)
     memory, rate = net.inelastic, equations.rate(0.0, y)
-    rates, (_, lost) = accelerated(situation)
+    rates, (_, lost) = accelerated(state)
     rates = rates.ravel()
     has = memory.slot >= 0
     assert rate[36:-2] == pytest.approx(rates[memory.slot[has]] / memory.rate[has], rel=1e-11)
@@ -131,9 +131,9 @@ def test_the_reference_has_the_same_forces_energies_and_rates():
 
 
 def test_jacobian_of_the_reference_is_the_derivative_of_its_rates():
-    situation = state(tangle(**BOTH))
-    equations = Equations(situation, 1.0)
-    y = equations.gather(situation.position, situation.velocity, 0.0, 0.0)
+    state = random_state(tangle(**BOTH))
+    equations = Equations(state, 1.0)
+    y = equations.gather(state.position, state.velocity, 0.0, 0.0)
     matrix = equations.jacobian(0.0, y).toarray()
     step = 1e-6
     differences = np.array(
@@ -148,13 +148,13 @@ def test_jacobian_of_the_reference_is_the_derivative_of_its_rates():
 
 def test_rates_of_a_mass_on_a_wall():
     net = make_net([[0.0, 0, 0], [1.0, 0, 0]], [[0, 1]], mass=0.5, stiffness=8.0)
-    situation = start(remembering(net, constant=(10.0,), time=(0.02,)))
-    situation.holders["fix"] = np.array([0])
+    state = start(remembering(net, constant=(10.0,), time=(0.02,)))
+    state.holders["fix"] = np.array([0])
     # 5 % is added to what power iterations find.
-    assert spectral_radius(situation) == pytest.approx(np.sqrt(1.05 * 18.0 / 0.5), rel=1e-6)
-    assert damping_radius(situation) == pytest.approx(50.0)
-    situation.holders["fix"] = np.array([0, 1])
-    assert spectral_radius(situation) == pytest.approx(25.0)
+    assert spectral_radius(state) == pytest.approx(np.sqrt(1.05 * 18.0 / 0.5), rel=1e-6)
+    assert damping_radius(state) == pytest.approx(50.0)
+    state.holders["fix"] = np.array([0, 1])
+    assert spectral_radius(state) == pytest.approx(25.0)
 
 
 # --- methods ---
@@ -275,7 +275,7 @@ def test_the_branch_counts_when_a_spring_ruptures():
     script = "from 0 s to 10 ms: move bob by (2, 0, 0) mm using constant speed"
     text = rod(memory=STANDARD + limit, script=script, body="; rupture is allowed")
     found = ran(text)
-    (time,) = [t for t, h in found.outcome.happenings if h.kind == "rupture"]
+    (time,) = [t for t, h in found.outcome.logged_events if h.kind == "rupture"]
     # 0.15 N = v (c t + c1 τ (1 - exp(-t/τ))), by Newton's method; c alone would reach 0.2 N.
     t = 1e-3
     for _ in range(20):
@@ -295,7 +295,7 @@ def test_a_run_that_is_resumed_gives_the_same_bytes():
     calls = iter([False] * 4 + [True] * 1000)
     stopped = run(network, plan, Recorder(network, plan, before), interrupt=lambda: next(calls))
     assert stopped.kind == "interrupted"
-    assert 0.07 <= stopped.situation.time < 0.2  # after the changes
+    assert 0.07 <= stopped.state.time < 0.2  # after the changes
     resumed = run(network, plan, Recorder(network, plan, after), resume=before.state)
     assert resumed.kind == "done"
     one, two = whole.frame_arrays(), after.frame_arrays()
@@ -365,11 +365,11 @@ def test_only_springs_of_what_settles_relax():
         [[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0], [3.0, 0, 0]], [[0, 1], [1, 2], [2, 3]],
         stiffness=8.0, rest=0.9,
     )  # fmt: skip
-    situation = start(remembering(net, constant=(10.0,), time=(0.02,)))
-    situation.holders["fix"] = np.array([0, 3])
-    settle(situation, np.isin(np.arange(situation.network.node_count), [1]))
-    memory = situation.inelastic
-    q = memory.variables(flat(situation.velocity))[0]
+    state = start(remembering(net, constant=(10.0,), time=(0.02,)))
+    state.holders["fix"] = np.array([0, 3])
+    settle(state, np.isin(np.arange(state.network.node_count), [1]))
+    memory = state.inelastic
+    q = memory.variables(flat(state.velocity))[0]
     assert q[2] == 0.0
     assert q[:2] == pytest.approx([0.1, 0.1])
 
@@ -429,14 +429,14 @@ def test_changes_reach_what_springs_remember():
         make_net([[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0]], [[0, 1], [1, 2]]),
         constant=(10.0,), time=(0.02,),
     )  # fmt: skip
-    situation = start(net)
+    state = start(net)
     groups = {"first": [0]}
     change = order("change relaxing constant", groups, of="first", to=4.0)
-    change.apply(situation, None)
-    assert situation.inelastic.constant.tolist() == [[4.0, 10.0]]
+    change.apply(state, None)
+    assert state.inelastic.constant.tolist() == [[4.0, 10.0]]
     assert net.inelastic.constant.tolist() == [[10.0, 10.0]]
-    order("change relaxation time", groups, of="first", by=0.5).apply(situation, None)
-    assert situation.inelastic.time.tolist() == [[0.01, 0.02]]
+    order("change relaxation time", groups, of="first", by=0.5).apply(state, None)
+    assert state.inelastic.time.tolist() == [[0.01, 0.02]]
     missing = order("change yield force", groups, of="first", to=4.0)
     expected = "1 spring of first began without a yield force and a yield viscosity; "
     assert missing.flaw(net).startswith(expected)

@@ -6,13 +6,13 @@ from msgspec.structs import replace
 
 from tests.hand_net import make_net
 from tissuec.engine.integrators import INTEGRATORS, banded
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.operations import FUNCTIONS, OPERATIONS, operations
 from tissuec.forces import springs_kernel
 from tissuec.kernels.record_tables import RecordTable
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 NODES, SPRINGS = 9, 24
 CURVED = Law(
@@ -44,8 +44,8 @@ def net(request, monkeypatch):
         made = replace(made, laws=(LINEAR, CURVED), law=law)
     for name, function in code.functions(made.laws).items():
         monkeypatch.setattr(springs_kernel, name, function)
-    layout = Layout(made, watched=True, ledger=True)
-    layout.update(Situation.start(made, gravity=np.array([0.0, 0.0, -9.81]), drag=0.3))
+    layout = KernelInputs(made, watched=True, ledger=True)
+    layout.update(State.start(made, gravity=np.array([0.0, 0.0, -9.81]), drag=0.3))
     return layout
 
 
@@ -54,13 +54,13 @@ def table(layout, *more):
     return RecordTable(layout.net(INTEGRATORS["dop853"])._replace(operations=called))
 
 
-def state(layout):
-    situation = layout.situation
-    return layout.inwards(situation.position), layout.inwards(situation.velocity)
+def random_state(layout):
+    state = layout.state
+    return layout.inwards(state.position), layout.inwards(state.velocity)
 
 
 def test_forces_powers_and_nearness_are_those_of_the_loops(net):
-    acting, (x, v) = table(net), state(net)
+    acting, (x, v) = table(net), random_state(net)
     said = []
     for strength in (1e9, 0.1):
         acting.near[:] = strength
@@ -73,7 +73,7 @@ def test_forces_powers_and_nearness_are_those_of_the_loops(net):
 
 
 def test_arrays_of_one_and_two_axes_are_written(net):
-    acting, (x, v) = table(net), state(net)
+    acting, (x, v) = table(net), random_state(net)
     for name, shape in (("tension", (SPRINGS,)), ("find_sides", (3, SPRINGS))):
         found, expected = np.zeros((2, *shape))
         given = (0.0, x, v) if name == "find_sides" else (x, v)
@@ -85,8 +85,8 @@ def test_arrays_of_one_and_two_axes_are_written(net):
 
 
 def test_numbers_are_returned(net):
-    acting, (x, v) = table(net), state(net)
-    mass, speed = net.situation.mass, net.situation.velocity
+    acting, (x, v) = table(net), random_state(net)
+    mass, speed = net.state.mass, net.state.velocity
     expected = 0.5 * float(np.sum(mass[:, None] * speed**2))
     assert OPERATIONS["kinetic"](v, acting) == pytest.approx(expected, rel=1e-14)
     assert OPERATIONS["slack"](x, x, acting) == FUNCTIONS["slack"](x, x, acting) > 0.0
@@ -95,7 +95,7 @@ def test_numbers_are_returned(net):
 
 def test_matrices_are_made_solved_with_and_refused(net):
     solver = RecordTable(net.solver())
-    acting, (x, v) = table(net, "assemble", "solve"), state(net)
+    acting, (x, v) = table(net, "assemble", "solve"), random_state(net)
     right = np.random.default_rng(2).normal(size=x.size)
     found, expected = right.copy(), right.copy()
     assert OPERATIONS["assemble"](0.1, x, v, acting, solver) is True

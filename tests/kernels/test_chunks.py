@@ -6,9 +6,9 @@ import pytest
 from tests.hand_net import make_net
 from tissuec.engine import chunks
 from tissuec.engine.integrators import INTEGRATORS, iterative
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces import springs_kernel
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 NODES, SPRINGS = 2600, 8000
 ESDIRK = INTEGRATORS["esdirk43"]
@@ -45,10 +45,10 @@ def acting(rng):
         rest=rng.uniform(0.5, 2.0, len(ends)),
         strength=np.full(len(ends), 1e3),
     )
-    situation = Situation.start(network, gravity=np.zeros(3), drag=0.3)
-    situation.holders["fix"] = np.arange(0, NODES, 9)
-    layout = Layout(network, watched=True, ledger=True)
-    layout.update(situation)
+    state = State.start(network, gravity=np.zeros(3), drag=0.3)
+    state.holders["fix"] = np.arange(0, NODES, 9)
+    layout = KernelInputs(network, watched=True, ledger=True)
+    layout.update(state)
     return layout, rng.normal(size=3 * NODES), rng.normal(size=3 * NODES)
 
 

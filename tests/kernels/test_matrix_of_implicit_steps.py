@@ -11,11 +11,11 @@ from tests.engine.running import Bench, block, chain
 from tests.hand_net import make_net
 from tissuec.engine import unknowns
 from tissuec.engine.integrators import INTEGRATORS, banded, iterative
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces import springs_kernel
 from tissuec.laws import LINEAR, REST, SPRING_LAWS, VISCOSITY_LAWS, E, Law, code
 from tissuec.laws.formula import exp
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 MEMBER = INTEGRATORS["trbdf2"]  # nets ask for one to know what is near
 
@@ -87,21 +87,21 @@ SCENES = {
 }
 
 
-def dense(situation, q):
+def dense(state, q):
     """Return S = M + q (D + drag) + q² K over all nodes, shape (3 node, 3 node)."""
-    net, count = situation.network, situation.network.node_count
-    matrix = np.diag(np.repeat(situation.mass + q * situation.braking, 3))
+    net, count = state.network, state.network.node_count
+    matrix = np.diag(np.repeat(state.mass + q * state.braking, 3))
     for s, (a, b) in enumerate(net.ends):
-        r = situation.position[b] - situation.position[a]
+        r = state.position[b] - state.position[a]
         length = np.linalg.norm(r)
         n = r / length if length else np.zeros(3)
-        spring = situation.behaviour(np.array([s]))
-        e = np.array([length - situation.rest[s]])
-        w = np.array([n @ (situation.velocity[b] - situation.velocity[a])])
+        spring = state.behaviour(np.array([s]))
+        e = np.array([length - state.rest[s]])
+        w = np.array([n @ (state.velocity[b] - state.velocity[a])])
         steep = max(float(spring.slope(e)[0] + spring.brake_by_e(e, w)[0]), 0.0)
         along = q * float(spring.brake_slope(e, w)[0]) + q * q * steep
         # Of tension over length only what is not negative; without rest length it is c.
-        share = spring.pull(e)[0] / length if length else steep * (situation.rest[s] == 0.0)
+        share = spring.pull(e)[0] / length if length else steep * (state.rest[s] == 0.0)
         across = q * q * max(float(share), 0.0)
         k = along * np.outer(n, n) + across * (np.eye(3) - np.outer(n, n))
         for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
@@ -124,29 +124,29 @@ class Prepared:
         net, held, drag = SCENES[scene]
         if iterate:
             monkeypatch.setattr(unknowns, "LARGEST_FACTOR", -1.0)
-        self.situation = Situation.start(net, gravity=np.zeros(3), drag=drag)
-        self.situation.holders["fix"] = np.array(held, dtype=np.int64)
-        self.layout = Layout(net, watched=False, ledger=False)
-        self.layout.update(self.situation)
+        self.state = State.start(net, gravity=np.zeros(3), drag=drag)
+        self.state.holders["fix"] = np.array(held, dtype=np.int64)
+        self.layout = KernelInputs(net, watched=False, ledger=False)
+        self.layout.update(self.state)
         self.solver = self.layout.solver()
         self.solver.made[0] = self.q = q
-        self.x = self.layout.inwards(self.situation.position)
-        self.v = self.layout.inwards(self.situation.velocity)
-        self.free = np.repeat(~self.situation.held, 3)
+        self.x = self.layout.inwards(self.state.position)
+        self.v = self.layout.inwards(self.state.velocity)
+        self.free = np.repeat(~self.state.held, 3)
 
     def solved(self, kernels, net, seed=0):
         """Return S⁻¹ M r of random r in the order of the network, and r, both flat."""
         assert kernels.assemble(self.q, self.x, self.v, net, self.solver)
-        right = np.random.default_rng(seed).normal(size=(len(self.situation.mass), 3))
+        right = np.random.default_rng(seed).normal(size=(len(self.state.mass), 3))
         vector = self.layout.inwards(right)
         assert kernels.solve(vector, net, self.solver)
         return self.layout.outwards(vector).ravel(), right.ravel()
 
     def expected(self, right):
-        matrix = dense(self.situation, self.q)
+        matrix = dense(self.state, self.q)
         out = np.zeros_like(right)
         held = np.ix_(self.free, self.free)
-        mass = np.repeat(self.situation.mass, 3)
+        mass = np.repeat(self.state.mass, 3)
         out[self.free] = np.linalg.solve(matrix[held], (mass * right)[self.free])
         return out
 
@@ -174,7 +174,7 @@ def test_band_holds_the_entries_of_the_matrix(scene):
     order = np.empty(size // 3, dtype=np.int64)
     order[slot[slot >= 0]] = made.layout.order[slot >= 0]
     at = (3 * order[:, None] + np.arange(3)).ravel()
-    expected = dense(made.situation, made.q)[np.ix_(at, at)]
+    expected = dense(made.state, made.q)[np.ix_(at, at)]
     assert found == pytest.approx(expected, rel=1e-13, abs=1e-13)
 
 
@@ -193,7 +193,7 @@ def test_conjugate_gradients_leave_no_more_than_their_precision(monkeypatch):
     made = Prepared("block", iterate=True, monkeypatch=monkeypatch)
     found, right = made.solved(iterative, made.layout.net(MEMBER))
     expected = made.expected(right)
-    matrix = dense(made.situation, made.q)[np.ix_(made.free, made.free)]
+    matrix = dense(made.state, made.q)[np.ix_(made.free, made.free)]
     off = (found - expected)[made.free]
     # In the norm of the energy, up to the root of the condition of the preconditioned matrix.
     scale = np.sqrt(expected[made.free] @ matrix @ expected[made.free])
@@ -206,8 +206,8 @@ def test_undefined_positions_and_indefinite_matrices_are_refused():
     net = made.layout.net(MEMBER)
     assert not banded.assemble(made.q, made.x, made.v, net, made.solver)
     negative = Prepared("random")
-    negative.situation.drag = -1e6
-    negative.layout.update(negative.situation)
+    negative.state.drag = -1e6
+    negative.layout.update(negative.state)
     net = negative.layout.net(MEMBER)
     assert not banded.assemble(negative.q, negative.x, negative.v, net, negative.solver)
 

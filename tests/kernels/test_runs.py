@@ -7,7 +7,7 @@ import pytest
 
 from tissuec.engine.chunks import chunks_of
 from tissuec.engine.spring_runs import BLOCK_NODES, packed, places_of
-from tissuec.engine.threads import Team
+from tissuec.engine.threads import ThreadTeam
 from tissuec.forces import accelerations, springs_kernel
 from tissuec.forces import runs_kernel as kernel
 from tissuec.kernels.records import Operations
@@ -70,7 +70,7 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
         law=np.zeros(len(low), dtype=np.int32),
         ledger=ledger,
         inelastic=False,
-        team=Team(2, nodes).record,
+        team=ThreadTeam(2, nodes).record,
         **values,
     )
     x, v = rng.normal(size=3 * nodes), rng.normal(size=3 * nodes)

@@ -48,7 +48,7 @@ def reader(record, path):
     return terms
 
 
-@pytest.mark.parametrize("record", [records.Touches, records.Work])
+@pytest.mark.parametrize("record", [records.ContactTable, records.Work])
 def test_compiled_code_reads_what_a_record_holds(record):
     lines = "".join(f"    found += {term}\n" for term in reader(record, "record"))
     names = {}

@@ -212,7 +212,7 @@ def tried(name: str, share: float, folder: Path) -> Result:
     compiled, _ = compile_request(request)
     began = time.process_time()
     try:
-        learnt = learn(compiled, compiled.lessons[0], request)
+        learnt = learn(compiled, compiled.fit_problems[0], request)
         said = _complaint(learnt)
         off = _off(learnt, [_in_si(family, k, truth[k]) for k in family.learnt])
     except Unlearnable as failure:

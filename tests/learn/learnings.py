@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tissuec.learn.fit.outcome import Blind, Estimates, Fitted, Learnt
+from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt, UnidentifiableCombination
 from tissuec.pipeline import Request, compile_request
 from tissuec.script.fit_problem import WORDS
 
@@ -18,13 +18,13 @@ body block {{
 set pressed = nodes of block where x < 1 mm
 environment {{ gravity = (0, 0, 0) m/s^2; contact is off; damping = 0 N*s/m }}
 simulate {{ duration = 10 ms; integrator is automatic; tolerance = 1e-3 }}
-learn {lesson} {{
+learn {fit_problem} {{
   data = ["one.csv", "two.csv"]
   hold out "two.csv"
   fit = force(pressed) using column "force_N" in N
   {adjust}
   seed = 7
-  write "learned/{lesson}.tis"
+  write "learned/{fit_problem}.tis"
 }}
 """
 #: Numbers by what they stand for: by which factor each is changed.
@@ -32,11 +32,11 @@ CHANGED = 1.2345678
 
 
 def compiled_of(
-    folder: Path, adjust: str, *, tissue="fat", lesson="fat", top="", regions="", end=""
+    folder: Path, adjust: str, *, tissue="fat", fit_problem="fat", top="", regions="", end=""
 ):
     """Return the compiled scene of a file in a folder, and the request for it."""
     text = f"language 1\n{top}\n" + BODY.format(
-        tissue=tissue, lesson=lesson, adjust=adjust, regions=regions
+        tissue=tissue, fit_problem=fit_problem, adjust=adjust, regions=regions
     )
     path = folder / "scene.tis"
     path.write_text(text + end, encoding="utf-8")
@@ -57,9 +57,9 @@ def estimates(adjust, start, *, factor=CHANGED, part=0.01, names=None, parts=(),
     return Estimates(adjust, names, start, value, value - half, value + half, told, parts)
 
 
-def learnt(lesson, every, **changes):
+def learnt(fit_problem, every, **changes):
     """Return a learning that came to its end, with one file learnt from and one held out."""
-    text = lesson.fits[0].text
+    text = fit_problem.fits[0].text
     facts = {
         "zeros": {},
         "error": 0.5,
@@ -80,7 +80,7 @@ def learnt(lesson, every, **changes):
         "converged": True,
         "wall_time": 1.5,
     }
-    return Learnt(lesson=lesson, estimates=tuple(every), **(facts | changes))
+    return Learnt(fit_problem=fit_problem, estimates=tuple(every), **(facts | changes))
 
 
 def starts(compiled, adjust):
@@ -106,10 +106,10 @@ def starts(compiled, adjust):
 
 
 def learnt_of(compiled, **changes):
-    """Return a learning in which every number of the first lesson grew by one factor."""
-    lesson = compiled.lessons[0]
+    """Return a learning in which every number of the first fit problem grew by one factor."""
+    fit_problem = compiled.fit_problems[0]
     every = []
-    for adjust in lesson.adjusts:
+    for adjust in fit_problem.adjusts:
         if adjust.what == WORDS:
             continue
         parts = ()
@@ -120,7 +120,7 @@ def learnt_of(compiled, **changes):
         names = tuple(f"{adjust.what} {k} of {adjust.of}" for k in range(len(start)))
         names = names if len(start) > 1 else None
         every.append(estimates(adjust, start, parts=parts, names=names))
-    return learnt(lesson, every, **changes)
+    return learnt(fit_problem, every, **changes)
 
 
-BLIND = Blind("only their ratios are known", "give one mass", np.inf)
+BLIND = UnidentifiableCombination("only their ratios are known", "give one mass", np.inf)

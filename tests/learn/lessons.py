@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.hand_net import make_net, span
 from tissuec.core.units import FORCE, LENGTH
-from tissuec.script.fit_problem import Axis, Column, Data, Fit, Lesson
+from tissuec.script.fit_problem import Data, DataAxis, DataColumn, Fit, FitProblem
 from tissuec.script.measures import MEASURES, Subject
 
 NONE = np.zeros(0, dtype=np.int64)
@@ -13,7 +13,7 @@ NET = make_net([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]], [[0, 1], [1, 2], [2
 
 
 def column(name, unit=1.0):
-    return Column(name, unit, span(name))
+    return DataColumn(name, unit, span(name))
 
 
 def fit(measure, *names, nodes=(0, 1, 2, 3), unit=1.0, along=None, every=None, of="net"):
@@ -34,10 +34,10 @@ def fit(measure, *names, nodes=(0, 1, 2, 3), unit=1.0, along=None, every=None, o
     )
 
 
-def lesson(*fits, time=None, moved=None):
-    """Return a lesson of fits, whose axis is a column of time, or of displacements."""
-    axis = Axis(None if moved is None else np.array(moved), time, span("axis"))
-    return Lesson(
+def fit_problem(*fits, time=None, moved=None):
+    """Return a fit problem of fits, whose axis is a column of time, or of displacements."""
+    axis = DataAxis(None if moved is None else np.array(moved), time, span("axis"))
+    return FitProblem(
         name="fat",
         data=(),
         axis=axis,

@@ -6,18 +6,18 @@ from scipy import sparse
 LONG = np.longdouble
 
 
-def positions(course, numbers, steps_of, times):
+def positions(schedule, numbers, steps_of, times):
     """Return the places of all nodes at the ends of steps, shape (time, node, 3).
 
     Args:
-        course: Legs, of which only what is frozen is used.
+        schedule: Legs, of which only what is frozen is used.
         numbers: Long doubles by name: mass, stiffness, damping, rest, position, velocity.
         steps_of: How many equal steps each leg has.
         times: Of samples, each at the end of a step [s].
     """
     x, v = numbers["position"].reshape(-1, 3), numbers["velocity"].reshape(-1, 3)
     found = [x] if times[0] == 0.0 else []
-    for leg, count in zip(course.legs, steps_of, strict=True):
+    for leg, count in zip(schedule.legs, steps_of, strict=True):
         x, v = _leg(leg, numbers, count, x, v, times, found)
     return np.array(found)
 

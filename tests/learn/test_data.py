@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from tests.examples import examples
-from tests.learn.lessons import NET, column, data, fit, lesson
+from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
 from tissuec.learn.data import columns
 from tissuec.learn.data.experiment import Experiment, Series
@@ -32,7 +32,7 @@ def folder(tmp_path_factory):
 def read(folder, text, *fits, **axis):
     path = folder / "bench.csv"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_experiment(data(path), lesson(*(fits or (FORCE,)), **axis), NET)
+    return read_experiment(data(path), fit_problem(*(fits or (FORCE,)), **axis), NET)
 
 
 def refused(folder, text, *fits, **axis):
@@ -300,7 +300,7 @@ def test_a_fit_without_columns_is_refused_in_a_table(folder):
 def test_a_missing_file_is_told_with_one_like_it(tmp_path):
     (tmp_path / "bench_01.csv").write_text(CART)
     with pytest.raises(CompileError) as caught:
-        read_experiment(data(tmp_path / "bench_1.csv"), lesson(FORCE), NET)
+        read_experiment(data(tmp_path / "bench_1.csv"), fit_problem(FORCE), NET)
     (finding,) = caught.value.diagnostics
     assert finding.code == "TIS604" and "no such file" in finding.message
     assert "bench_01.csv" in finding.hint

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from tests.damage import attribute, regroup, remove, reshape, retype
 from tests.damage import replace as replaced
 from tests.hand_net import make_net
-from tests.learn.lessons import NET, data, fit, lesson
+from tests.learn.lessons import NET, data, fit, fit_problem
 from tissuec.core.errors import CompileError
 from tissuec.learn.data.reading import read_experiment
 from tissuec.results.recording import LogChannel, Recording
@@ -27,7 +27,7 @@ LOGS = (
 
 
 def read(path, *fits, **axis):
-    return read_experiment(data(path), lesson(*fits, **axis), NET).series
+    return read_experiment(data(path), fit_problem(*fits, **axis), NET).series
 
 
 def refused(path, *fits, **axis):
@@ -68,7 +68,7 @@ def test_a_result_gives_the_places_of_the_nodes_in_its_frames(result):
 def test_nodes_of_a_result_are_known_by_body_and_id(result):
     # Another drawing: node 103 stands first, and 101 is missing.
     net = replace(NET, node_ids=np.array([103, 100, 102, 7]))
-    (one,) = read_experiment(data(result), lesson(POSITIONS), net).series
+    (one,) = read_experiment(data(result), fit_problem(POSITIONS), net).series
     np.testing.assert_array_equal(one.nodes, [0, 1, 2])
     np.testing.assert_array_equal(one.values, places(4, 4)[:, [3, 0, 2]])
 
@@ -179,7 +179,7 @@ def test_particles_without_ids_are_those_of_the_set_or_of_its_body(foreign):
     assert told.startswith('sim.h5 has no observable "force of tip"')
     other = make_net(np.zeros((9, 3)), [])
     with pytest.raises(CompileError, match=r"the 4 particles of sim\.h5 have no ids"):
-        read_experiment(data(path), lesson(fit("positions", nodes=range(9))), other)
+        read_experiment(data(path), fit_problem(fit("positions", nodes=range(9))), other)
 
 
 FORCE_TIP = fit("force", of="tip")

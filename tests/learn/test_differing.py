@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from tests.learn.lessons import lesson
+from tests.learn.lessons import fit_problem
 from tests.learn.trials import (
     adjust,
     differing,
@@ -17,7 +17,7 @@ from tests.learn.trials import (
 )
 from tissuec.learn.derivatives.model import slots_of
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.fit.problem import Problem, Trial
+from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.search import Search
 
 PUSH = "  from 10 ms to 60 ms: push right with (0, 0.05, 0.1) N using smooth profile"
@@ -139,8 +139,8 @@ def test_what_the_engine_was_run_with_is_found_again(name):
     truth = np.array([np.log(1.02)])
     data = measured_at(blank, differing(compiled, asked, blank).predict(truth))
     model = differing(compiled, asked, data)
-    task = replace(lesson(*(one.fit for one in data)), adjusts=asked, passes=1)
-    problem = Problem(task, [Trial(experiment(data), model)], model.shaping.size, [])
+    task = replace(fit_problem(*(one.fit for one in data)), adjusts=asked, passes=1)
+    problem = Problem(task, [FittedExperiment(experiment(data), model)], model.shaping.size, [])
     search = Search(problem, model.shaping.bounds(), lambda standing: None)
     found = search.go(search.begin())
     # Data and predictions come from runs with errors of 1e-6 of the displacements.

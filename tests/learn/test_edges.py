@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from tests.learn.test_learning import FIT, START, lesson
+from tests.learn.test_learning import FIT, START, fit_problem
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.checkpoint import kept
 from tissuec.learn.fit.learning import Unlearnable, learn
@@ -19,7 +19,7 @@ WARNED = (RuntimeWarning, UserWarning)
 
 
 def begin(folder, rows, entries, **start):
-    arguments = lesson(folder, FIT + entries, START | start)
+    arguments = fit_problem(folder, FIT + entries, START | start)
     (folder / "measured.csv").write_text(HEAD + rows)
     return arguments
 

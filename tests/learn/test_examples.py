@@ -20,7 +20,7 @@ def examples(repository):
 def learnt(path: Path):
     request = Request.file(path)
     compiled, _ = compile_request(request)
-    return learn(compiled, compiled.lessons[0], request)
+    return learn(compiled, compiled.fit_problems[0], request)
 
 
 def assert_known(found, true):

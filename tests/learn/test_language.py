@@ -1,4 +1,4 @@
-"""What a learn block says is what a lesson asks for."""
+"""What a learn block says is what a fit problem asks for."""
 
 from math import inf
 from pathlib import Path
@@ -107,12 +107,12 @@ def compiled(tmp_path):
 
 
 @pytest.fixture
-def lesson(compiled):
+def fit_problem(compiled):
     """Return a function that reads one learn block of some entries."""
 
     def read(*entries, name="fat", data=DATA, fit=FIT, adjust=ADJUST, expects=""):
         body = "\n".join([data, fit, adjust, *entries])
-        (found,) = compiled(f"learn {name} {{\n{body}\n}}\n{expects}").lessons
+        (found,) = compiled(f"learn {name} {{\n{body}\n}}\n{expects}").fit_problems
         return found
 
     return read
@@ -129,13 +129,15 @@ def refused(read, *args, **entries):
 
 
 def test_the_whole_of_the_language_is_read(compiled, tmp_path):
-    (lesson,) = compiled(GOOD).lessons
-    assert lesson.name == "fat"
-    assert [data.path.name for data in lesson.data] == [f"bench_0{n}.csv" for n in (1, 2, 3)]
-    assert [data.held_out for data in lesson.data] == [False, False, True]
-    assert lesson.data[2].overrides == ("depth = 2 mm",)
-    assert len(lesson.fits) == 4
-    assert [(a.what, a.of, a.per) for a in lesson.adjusts] == [
+    (fit_problem,) = compiled(GOOD).fit_problems
+    assert fit_problem.name == "fat"
+    assert [data.path.name for data in fit_problem.data] == [
+        f"bench_0{n}.csv" for n in (1, 2, 3)
+    ]
+    assert [data.held_out for data in fit_problem.data] == [False, False, True]
+    assert fit_problem.data[2].overrides == ("depth = 2 mm",)
+    assert len(fit_problem.fits) == 4
+    assert [(a.what, a.of, a.per) for a in fit_problem.adjusts] == [
         ("spring constant", "fat", "tissue"), ("viscosity", "fat", "tissue"),
         ("spring constant", "gum", "tissue"), ("stiffening", "gum", "tissue"),
         ("bend", "scarred", "tissue"), ("viscosity", "liver", "region"),
@@ -144,13 +146,13 @@ def test_the_whole_of_the_language_is_read(compiled, tmp_path):
         ("start position", "cart", "set"), ("start velocity", "cart", "set"),
         ("words", "hardness", "word"),
     ]  # fmt: skip
-    assert lesson.revise == ("soft tissue",)
-    assert (lesson.last_part, lesson.passes, lesson.seed) == (0.2, 200, 7)
-    assert (lesson.tolerance, lesson.step) == (1e-9, pytest.approx(5e-5, rel=1e-15))
-    assert (lesson.integrator, lesson.method) == ("velocity verlet", "least squares")
-    assert not lesson.scaled
-    assert lesson.write == tmp_path / "learned" / "fat.tis"
-    assert len(lesson.demands) == 1
+    assert fit_problem.revise == ("soft tissue",)
+    assert (fit_problem.last_part, fit_problem.passes, fit_problem.seed) == (0.2, 200, 7)
+    assert (fit_problem.tolerance, fit_problem.step) == (1e-9, pytest.approx(5e-5, rel=1e-15))
+    assert (fit_problem.integrator, fit_problem.method) == ("velocity verlet", "least squares")
+    assert not fit_problem.scaled
+    assert fit_problem.write == tmp_path / "learned" / "fat.tis"
+    assert len(fit_problem.demands) == 1
 
 
 def test_what_belongs_to_one_thing_is_not_adjusted_by_two_lines(compiled):
@@ -162,8 +164,8 @@ def test_a_learn_block_keeps_its_layout():
     assert format_source(source) == source.text
 
 
-def test_what_is_not_written_has_a_meaning(lesson):
-    found = lesson()
+def test_what_is_not_written_has_a_meaning(fit_problem):
+    found = fit_problem()
     assert found.axis.nodes is None
     assert found.axis.column is None
     assert (found.last_part, found.revise, found.demands, found.write) == (0.0, (), (), None)
@@ -174,7 +176,7 @@ def test_what_is_not_written_has_a_meaning(lesson):
 
 def test_a_run_leaves_learning_aside(compiled):
     without, learning = compiled(""), compiled(GOOD)
-    assert without.lessons == ()
+    assert without.fit_problems == ()
     assert not learning.plan.expectations
     assert np.array_equal(without.network.stiffness, learning.network.stiffness)
 
@@ -190,7 +192,7 @@ def test_several_blocks_are_lessons_of_their_own(compiled):
         'expect error(data) < 8 %\nexpect error("bench_02.csv") < 8 %\n'
         "expect error(held out) < 8 %\n"
     )
-    first, second = compiled(one + two + expects).lessons
+    first, second = compiled(one + two + expects).fit_problems
     assert [len(found.demands) for found in (first, second)] == [2, 2]
 
 
@@ -208,7 +210,7 @@ def test_files_lie_beside_the_text_that_names_them(compiled, tmp_path):
         f'learn gum {{ data = "further/deep.csv"; {FIT}; adjust mass; write "further/a.tis" }}'
     )
     path.write_text(f'language 1\nuse "./scene"\n{block}\n', encoding="utf-8")
-    (found,) = compile_request(Request(read_source(path, "lesson.tis")))[0].lessons
+    (found,) = compile_request(Request(read_source(path, "lesson.tis")))[0].fit_problems
     assert found.data[0].path == folder / "deep.csv"
     assert found.write == folder / "a.tis"
 
@@ -219,11 +221,11 @@ def test_a_text_that_a_result_keeps_needs_no_data(tmp_path):
     names = ("fuzzy/words.tis", "fuzzy/soft_tissue.tis")
     kept = Kept({name: (library / name).read_text(encoding="utf-8") for name in names})
     request = Request(Source("scene.tis", SCENE + block), files=kept)
-    assert compile_request(request)[0].lessons[0].data[0].path == Path("gone.csv")
+    assert compile_request(request)[0].fit_problems[0].data[0].path == Path("gone.csv")
 
 
-def test_what_was_different_can_be_set(lesson, compiled, tmp_path):
-    found = lesson('data "bench_03.csv" { depth = depth_2 * 1.5; bend = 5 kN/m^3 }',
+def test_what_was_different_can_be_set(fit_problem, compiled, tmp_path):
+    found = fit_problem('data "bench_03.csv" { depth = depth_2 * 1.5; bend = 5 kN/m^3 }',
                    expects="param depth_2 = 1 mm")  # fmt: skip
     overrides = found.data[-1].overrides
     assert overrides == ("depth = depth_2 * 1.5", "bend = 5 kN/m^3")
@@ -233,22 +235,22 @@ def test_what_was_different_can_be_set(lesson, compiled, tmp_path):
     assert float(depth.amount) == pytest.approx(1.5e-3, rel=1e-15)  # one product
 
 
-def test_results_need_no_columns(lesson):
+def test_results_need_no_columns(fit_problem):
     fit = "fit = positions(liver)\nfit = force(pressed)"
-    found = lesson(data='data = ["run.h5", "old.VTKHDF"]', fit=fit)
+    found = fit_problem(data='data = ["run.h5", "old.VTKHDF"]', fit=fit)
     assert [one.columns for one in found.fits] == [(), ()]
     mixed = 'data = ["run.h5", "bench_01.csv"]'
-    assert refused(lesson, data=mixed, fit=fit) == ["TIS802", "TIS802"]
+    assert refused(fit_problem, data=mixed, fit=fit) == ["TIS802", "TIS802"]
 
 
-def test_data_of_one_name_are_refused(lesson, tmp_path):
+def test_data_of_one_name_are_refused(fit_problem, tmp_path):
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "bench_01.csv").touch()
-    assert refused(lesson, 'data "b/bench_01.csv"') == ["TIS307"]
+    assert refused(fit_problem, 'data "b/bench_01.csv"') == ["TIS307"]
 
 
-def test_a_displacement_takes_the_place_of_the_time(lesson, compiled):
-    found = lesson('displacement of pressed using column "u_um" in um')
+def test_a_displacement_takes_the_place_of_the_time(fit_problem, compiled):
+    found = fit_problem('displacement of pressed using column "u_um" in um')
     assert found.axis.column.unit == pytest.approx(1e-6, rel=1e-15)
     assert np.array_equal(found.axis.nodes, compiled("").nodes_of("pressed"))
 
@@ -256,14 +258,14 @@ def test_a_displacement_takes_the_place_of_the_time(lesson, compiled):
 # --- fits -------------------------------------------------------------------------------------
 
 
-def fit_of(lesson, text):
-    (found,) = lesson(fit=f"fit = {text}").fits
+def fit_of(fit_problem, text):
+    (found,) = fit_problem(fit=f"fit = {text}").fits
     return found
 
 
-def test_a_fit_is_a_measure_with_columns(lesson, compiled):
+def test_a_fit_is_a_measure_with_columns(fit_problem, compiled):
     found = fit_of(
-        lesson, 'force(pressed) using column "f" in mN every 10 ms to 2 mN weighing 0.5'
+        fit_problem, 'force(pressed) using column "f" in mN every 10 ms to 2 mN weighing 0.5'
     )
     assert (found.text, found.measure, found.along) == (
         "force(pressed)",
@@ -276,9 +278,11 @@ def test_a_fit_is_a_measure_with_columns(lesson, compiled):
     assert np.array_equal(found.subjects[0].nodes, compiled("").nodes_of("pressed"))
 
 
-def test_a_column_stands_behind_a_fit_or_below_it(lesson):
-    behind = fit_of(lesson, 'force(pressed) using column "f" in mN every 10 ms weighing 2')
-    below = fit_of(lesson, 'force(pressed)\nagainst column "f" in mN every 10 ms weighing 2')
+def test_a_column_stands_behind_a_fit_or_below_it(fit_problem):
+    behind = fit_of(fit_problem, 'force(pressed) using column "f" in mN every 10 ms weighing 2')
+    below = fit_of(
+        fit_problem, 'force(pressed)\nagainst column "f" in mN every 10 ms weighing 2'
+    )
     for name in ("text", "measure", "every", "weight", "dimension"):
         assert getattr(below, name) == getattr(behind, name)
     assert [(c.name, c.unit) for c in below.columns] == [
@@ -289,46 +293,46 @@ def test_a_column_stands_behind_a_fit_or_below_it(lesson):
 @pytest.mark.parametrize(
     "text", ["position(cart) along (3, 0, 4)", "position(cart along (3, 0, 4))"]
 )
-def test_a_direction_stands_in_brackets_or_behind_them(lesson, text):
-    found = fit_of(lesson, f'{text} using column "x" in mm with free zero')
+def test_a_direction_stands_in_brackets_or_behind_them(fit_problem, text):
+    found = fit_of(fit_problem, f'{text} using column "x" in mm with free zero')
     assert found.text == text
     assert found.free_zero
     assert found.along == pytest.approx([0.6, 0.0, 0.8], rel=1e-15)  # of length 1
 
 
-def test_positions_are_those_of_every_node(lesson, compiled):
-    found = fit_of(lesson, 'positions(cart) using columns "node x y z" in mm')
+def test_positions_are_those_of_every_node(fit_problem, compiled):
+    found = fit_of(fit_problem, 'positions(cart) using columns "node x y z" in mm')
     assert (found.measure, found.dimension) == (None, LENGTH)
     assert np.array_equal(found.subjects[0].nodes, compiled("").nodes_of("cart"))
     units = [(one.name, one.unit) for one in found.columns]
     assert units == [("node", 1.0), ("x", 1e-3), ("y", 1e-3), ("z", 1e-3)]
-    assert len(fit_of(lesson, 'positions(front) using columns "x y z" in m').columns) == 3
+    assert len(fit_of(fit_problem, 'positions(front) using columns "x y z" in m').columns) == 3
 
 
-def test_forces_are_in_one_column_or_three(lesson):
+def test_forces_are_in_one_column_or_three(fit_problem):
     for columns, count in (('column "f"', 1), ('columns "fx fy fz"', 3)):
-        found = fit_of(lesson, f"force(forceps A) using {columns} in N")
+        found = fit_of(fit_problem, f"force(forceps A) using {columns} in N")
         assert len(found.columns) == count
         assert found.subjects[0].nodes is None
 
 
-def test_plain_numbers_need_no_unit(lesson):
-    (bare,) = fit_of(lesson, 'strain(liver) using column "e"').columns
-    (percent,) = fit_of(lesson, 'strain(liver) using column "e" in 1 %').columns
+def test_plain_numbers_need_no_unit(fit_problem):
+    (bare,) = fit_of(fit_problem, 'strain(liver) using column "e"').columns
+    (percent,) = fit_of(fit_problem, 'strain(liver) using column "e" in 1 %').columns
     assert (bare.unit, percent.unit) == (1.0, 0.01)
 
 
 # --- what may change --------------------------------------------------------------------------
 
 
-def adjust_of(lesson, text):
-    (found,) = lesson(adjust=f"adjust {text}").adjusts
+def adjust_of(fit_problem, text):
+    (found,) = fit_problem(adjust=f"adjust {text}").adjusts
     return found
 
 
-def test_limits_and_what_was_expected_are_in_si_units(lesson):
+def test_limits_and_what_was_expected_are_in_si_units(fit_problem):
     found = adjust_of(
-        lesson, "spring constant of fat from 1 N/m to 1 kN/m around 20 N/m by 30 %"
+        fit_problem, "spring constant of fat from 1 N/m to 1 kN/m around 20 N/m by 30 %"
     )
     assert (found.low, found.high, found.prior) == (1.0, 1000.0, (20.0, 0.3))
     assert (found.dimension, found.per, len(found.members)) == (STIFFNESS, "tissue", 0)
@@ -345,8 +349,8 @@ def test_limits_and_what_was_expected_are_in_si_units(lesson):
         ("words of spring constant", -inf, inf), ("mass to 3 mg", 0.0, 3e-6),
     ],
 )  # fmt: skip
-def test_numbers_have_the_limits_of_what_they_are(lesson, what, low, high):
-    found = adjust_of(lesson, what)
+def test_numbers_have_the_limits_of_what_they_are(fit_problem, what, low, high):
+    found = adjust_of(fit_problem, what)
     assert (found.low, found.high) == pytest.approx((low, high), rel=1e-15)
     assert found.prior is None
 
@@ -369,8 +373,10 @@ def test_numbers_have_the_limits_of_what_they_are(lesson, what, low, high):
         ("rest length of gum", "gum", "set", "springs of gum"),  # the body
     ],
 )  # fmt: skip
-def test_nodes_and_springs_are_those_that_are_named(lesson, compiled, text, of, per, members):
-    found, scene = adjust_of(lesson, text), compiled("")
+def test_nodes_and_springs_are_those_that_are_named(
+    fit_problem, compiled, text, of, per, members
+):
+    found, scene = adjust_of(fit_problem, text), compiled("")
     assert (found.of, found.per) == (of, per)
     match members.split(" of "):
         case ["springs", name]:
@@ -385,15 +391,17 @@ def test_nodes_and_springs_are_those_that_are_named(lesson, compiled, text, of, 
     assert np.array_equal(found.members, expected)
 
 
-def test_a_start_may_have_a_direction(lesson):
-    found = adjust_of(lesson, "start velocity of cart along (0, 2, 0) from -1 m/s to 1 m/s")
+def test_a_start_may_have_a_direction(fit_problem):
+    found = adjust_of(
+        fit_problem, "start velocity of cart along (0, 2, 0) from -1 m/s to 1 m/s"
+    )
     assert np.array_equal(found.along, [0.0, 1.0, 0.0])
     assert (found.dimension, found.low, found.high) == (VELOCITY, -1.0, 1.0)
-    assert adjust_of(lesson, "start position of cart").along is None
+    assert adjust_of(fit_problem, "start position of cart").along is None
 
 
-def test_rules_may_be_revised_without_anything_adjusted(lesson):
-    found = lesson(adjust="revise rules of soft tissue")
+def test_rules_may_be_revised_without_anything_adjusted(fit_problem):
+    found = fit_problem(adjust="revise rules of soft tissue")
     assert (found.adjusts, found.revise) == ((), ("soft tissue",))
 
 
@@ -409,8 +417,8 @@ def test_rules_may_be_revised_without_anything_adjusted(lesson):
         ("adjust start position of cart\nadjust start position of front", "TIS804"),
     ],
 )
-def test_nothing_is_adjusted_twice(lesson, lines, code):
-    assert refused(lesson, adjust=lines) == [code]
+def test_nothing_is_adjusted_twice(fit_problem, lines, code):
+    assert refused(fit_problem, adjust=lines) == [code]
 
 
 @pytest.mark.parametrize(
@@ -423,18 +431,18 @@ def test_nothing_is_adjusted_twice(lesson, lines, code):
         "adjust start position of cart along (0, 1, 0)",
     ],
 )
-def test_different_things_are_adjusted_together(lesson, lines):
-    assert len(lesson(adjust=lines).adjusts) == 2
+def test_different_things_are_adjusted_together(fit_problem, lines):
+    assert len(fit_problem(adjust=lines).adjusts) == 2
 
 
 # --- expectations -----------------------------------------------------------------------------
 
 
-def test_an_expectation_is_judged_by_errors(lesson):
+def test_an_expectation_is_judged_by_errors(fit_problem):
     expects = (
         'expect error(held out) < 8 % over run\nexpect error("bench_01.csv") < error(data)'
     )
-    first, second = lesson("hold out = 20 %", expects=expects).demands
+    first, second = fit_problem("hold out = 20 %", expects=expects).demands
     errors = {"held out": 0.031, "data": 0.02, "bench_01.csv": 0.01}
     assert first.holds(errors)
     assert first.describe(errors) == "error(held out) = 3.1 %"
@@ -444,9 +452,9 @@ def test_an_expectation_is_judged_by_errors(lesson):
     assert second.describe(errors) == 'error("bench_01.csv") = 1 %, error(data) = 2 %'
 
 
-def test_errors_can_be_joined_and_compared_with_numbers_of_the_scene(lesson):
+def test_errors_can_be_joined_and_compared_with_numbers_of_the_scene(fit_problem):
     expects = "param bound = 5 %\nexpect error(data) between 0 and bound or error(data) == 1"
-    (demand,) = lesson(expects=expects).demands
+    (demand,) = fit_problem(expects=expects).demands
     assert [demand.holds({"data": error}) for error in (0.05, 0.06, 1.0)] == [True, False, True]
 
 
@@ -487,7 +495,7 @@ def test_what_only_follows_from_a_mistake_is_not_told(compiled, tmp_path, right,
 @pytest.mark.parametrize(
     ("entry", "form"), [(name, form) for name, one in SENTENCES.items() for form in one.forms]
 )
-def test_every_form_of_the_table_can_be_written(lesson, entry, form, tmp_path):
+def test_every_form_of_the_table_can_be_written(fit_problem, entry, form, tmp_path):
     for name in ("one.csv", "two.csv", "three.csv"):
         (tmp_path / name).touch()
     text = form.replace("NAME", "depth").replace("SET", "cart").replace("TISSUE", "fat")
@@ -498,9 +506,9 @@ def test_every_form_of_the_table_can_be_written(lesson, entry, form, tmp_path):
         given, more = {"fit": f"fit = force(pressed)\n{text}"}, []
     if "three" in text and entry == "hold out":
         given = {"data": 'data = ["one.csv", "three.csv"]'}
-    assert lesson(*more, **given).adjusts
+    assert fit_problem(*more, **given).adjusts
 
 
-def test_dimensions_of_words_are_those_of_their_scales(lesson):
-    assert adjust_of(lesson, "words of hardness").dimension == NUMBER
-    assert adjust_of(lesson, "words of spring constant").dimension == STIFFNESS
+def test_dimensions_of_words_are_those_of_their_scales(fit_problem):
+    assert adjust_of(fit_problem, "words of hardness").dimension == NUMBER
+    assert adjust_of(fit_problem, "words of spring constant").dimension == STIFFNESS

@@ -14,7 +14,7 @@ from tissuec.cli.guard import run_guarded
 from tissuec.core import progress as progress_lines
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.learn.fit import learning
-from tissuec.learn.fit.learning import Compared, Progress, Unlearnable
+from tissuec.learn.fit.learning import Compared, LearnProgress, Unlearnable
 from tissuec.pipeline import Request, check_request
 
 GUM = "tissue gum { spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 10 mg }\n"
@@ -34,8 +34,8 @@ class Learner:
         self.changes, self.calls, self.error = changes, [], None
         self.told = ()
 
-    def __call__(self, compiled, lesson, request, *, state, fresh, progress):
-        self.calls.append((lesson.name, state, fresh))
+    def __call__(self, compiled, fit_problem, request, *, state, fresh, progress):
+        self.calls.append((fit_problem.name, state, fresh))
         for one in self.told:
             progress(one)
         if isinstance(self.error, KeyboardInterrupt):
@@ -49,7 +49,12 @@ class Learner:
 @pytest.fixture
 def here(tmp_path, monkeypatch):
     compiled_of(
-        tmp_path, "adjust spring constant of gum", top=GUM, tissue="gum", lesson="gum", end=END
+        tmp_path,
+        "adjust spring constant of gum",
+        top=GUM,
+        tissue="gum",
+        fit_problem="gum",
+        end=END,
     )
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -191,7 +196,7 @@ def test_what_can_be_written_is_known_before_anything_is_learnt(tmp_path, call, 
         top='use "./words"\ntissue gum { described in gum; firmness is medium\n'
         "  viscosity = 10 mN*s/m; mass = 10 mg }\n",
         tissue="gum",
-        lesson="gum",
+        fit_problem="gum",
     )
     monkeypatch.chdir(tmp_path)
     learner = Learner()
@@ -253,8 +258,8 @@ def test_derivatives_are_held_against_differences(here, call, monkeypatch, apart
 def test_the_line_tells_passes_errors_and_the_time_left(here, call, monkeypatch):
     learner = Learner()
     learner.told = (
-        Progress(2, 10, 0.25, 3.0, 60.0, 0.042, 5.0),
-        Progress(0, 10, 1.0, 0.0, 0.0, None, 0.1),
+        LearnProgress(2, 10, 0.25, 3.0, 60.0, 0.042, 5.0),
+        LearnProgress(0, 10, 1.0, 0.0, 0.0, None, 0.1),
     )
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.setattr(progress_lines, "FIRST_AFTER", 0.0)

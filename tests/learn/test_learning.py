@@ -52,7 +52,7 @@ def measure(truth, path, noise=0.0, seed=0):
     write_positions(path, times, positions, ids, noise=noise, seed=seed, nodes=[1, 2, 3])
 
 
-def lesson(folder, entries, start=START, files=("measured.csv",)):
+def fit_problem(folder, entries, start=START, files=("measured.csv",)):
     """Return what ``learn`` takes."""
     for name in files:
         (folder / name).touch()
@@ -61,7 +61,7 @@ def lesson(folder, entries, start=START, files=("measured.csv",)):
     (folder / "scene.tis").write_text(text)
     request = Request.file(folder / "scene.tis")
     compiled, _ = compile_request(request)
-    return compiled, compiled.lessons[0], request
+    return compiled, compiled.fit_problems[0], request
 
 
 def numbers(learnt):
@@ -73,7 +73,7 @@ ADJUST = "adjust spring constant of chain per spring\n  adjust viscosity of line
 
 def test_numbers_come_back_from_data_without_noise(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv")
-    learnt = learn(*lesson(tmp_path, FIT + ADJUST))
+    learnt = learn(*fit_problem(tmp_path, FIT + ADJUST))
     # The steps that are learnt through differ from those of the data by less than 1e-8.
     assert numbers(learnt) == pytest.approx([12, 12, 12, 12, 0.01], rel=1e-6)
     assert learnt.converged and not learnt.blind
@@ -91,7 +91,7 @@ def test_numbers_come_back_from_data_without_noise(truth, tmp_path):
 )
 def test_every_optimiser_and_stepping_comes_to_the_same(truth, tmp_path, entry, allowed):
     measure(truth, tmp_path / "measured.csv")
-    learnt = learn(*lesson(tmp_path, f"{FIT}{ADJUST}  {entry}\n  tolerance = 1e-12\n"))
+    learnt = learn(*fit_problem(tmp_path, f"{FIT}{ADJUST}  {entry}\n  tolerance = 1e-12\n"))
     assert numbers(learnt) == pytest.approx([12, 12, 12, 12, 0.01], rel=allowed)
 
 
@@ -99,7 +99,7 @@ def test_every_optimiser_and_stepping_comes_to_the_same(truth, tmp_path, entry, 
 def test_intervals_hold_what_steps_do_wrong(truth, tmp_path, step):
     measure(truth, tmp_path / "measured.csv")
     entry = f"integrator is velocity verlet; step = {step} ms"
-    learnt = learn(*lesson(tmp_path, f"{FIT}{ADJUST}  {entry}\n"))
+    learnt = learn(*fit_problem(tmp_path, f"{FIT}{ADJUST}  {entry}\n"))
     assert not learnt.failure
     for estimate, true in zip(learnt.estimates, (12.0, 0.01), strict=True):
         assert (estimate.low < true).all() and (estimate.high > true).all()
@@ -111,13 +111,13 @@ def test_intervals_hold_what_steps_do_wrong(truth, tmp_path, step):
 def test_steps_that_are_too_coarse_are_a_failure(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv")
     entry = "integrator is velocity verlet; step = 25 ms"
-    learnt = learn(*lesson(tmp_path, f"{FIT}{ADJUST}  {entry}\n"))
+    learnt = learn(*fit_problem(tmp_path, f"{FIT}{ADJUST}  {entry}\n"))
     assert learnt.failure.startswith("halving the step changes predictions by 12.2 % of")
 
 
 def scatter(truth, folder, repeats):
     """Return spread and mean of estimates over repeats, in units of what is predicted."""
-    compiled, block, request = lesson(folder, FIT + ADJUST)
+    compiled, block, request = fit_problem(folder, FIT + ADJUST)
     logs, spreads = [], []
     for seed in range(repeats):
         measure(truth, folder / "measured.csv", noise=0.2e-3, seed=seed)
@@ -143,7 +143,7 @@ def test_without_any_force_only_ratios_are_told(truth, tmp_path):
         "adjust spring constant of chain per spring\n  adjust viscosity of chain per spring\n"
         "  adjust mass of inner per node\n"
     )
-    learnt = learn(*lesson(tmp_path, FIT + every))
+    learnt = learn(*fit_problem(tmp_path, FIT + every))
     assert [blind.sentence for blind in learnt.blind] == [
         "multiplying all masses, spring constants and viscosities by the same factor does "
         "not change the measurements: only their ratios are known"
@@ -158,7 +158,7 @@ def test_without_any_force_only_ratios_are_told(truth, tmp_path):
 def test_what_has_no_influence_is_named_and_stays(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv", noise=1e-5)
     learnt = learn(
-        *lesson(tmp_path, FIT + "adjust spring constant of line\n  adjust mass of ends\n")
+        *fit_problem(tmp_path, FIT + "adjust spring constant of line\n  adjust mass of ends\n")
     )
     assert learnt.blind[0].sentence == (
         "1 parameter has no influence on the measurements: mass of ends"
@@ -170,7 +170,7 @@ def test_what_has_no_influence_is_named_and_stays(truth, tmp_path):
 
 def test_an_interrupted_learning_comes_to_the_same_result(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv", noise=1e-5)
-    arguments = lesson(tmp_path, FIT + ADJUST + "  adjust mass of inner per node\n")
+    arguments = fit_problem(tmp_path, FIT + ADJUST + "  adjust mass of inner per node\n")
     whole = learn(*arguments)
 
     def stop(progress):
@@ -197,7 +197,7 @@ def test_several_experiments_with_their_own_params(truth, tmp_path):
     ids = fast.network.node_ids
     write_positions(tmp_path / "two.csv", *motion(fast, 10e-3), ids, nodes=[1, 2, 3])
     entries = FIT + ADJUST + '  data "two.csv" { shove = 0.4 m/s }\n  hold out "two.csv"\n'
-    learnt = learn(*lesson(tmp_path, entries, files=("one.csv",)))
+    learnt = learn(*fit_problem(tmp_path, entries, files=("one.csv",)))
     assert numbers(learnt) == pytest.approx([12, 12, 12, 12, 0.01], rel=1e-6)
     assert [(one.file, one.held_out) for one in learnt.fitted] == [
         ("one.csv", False), ("two.csv", True),
@@ -208,14 +208,14 @@ def test_several_experiments_with_their_own_params(truth, tmp_path):
 def test_expectations_and_limits_hold(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv", noise=0.2e-3)
     bound = learn(
-        *lesson(tmp_path, FIT + "adjust spring constant of line from 5 N/m to 11 N/m\n")
+        *fit_problem(tmp_path, FIT + "adjust spring constant of line from 5 N/m to 11 N/m\n")
     )
     assert numbers(bound) == pytest.approx([11], rel=1e-9)
     # An expectation about as sure as the data (0.2 %) moves the answer half way.
     start, sure = {**START, "d": 0.01}, 0.002
     entries = FIT + f"adjust spring constant of line around 11.9 N/m by {100 * sure} %\n"
-    free = learn(*lesson(tmp_path, FIT + "adjust spring constant of line\n", start))
-    pulled = learn(*lesson(tmp_path, entries, start))
+    free = learn(*fit_problem(tmp_path, FIT + "adjust spring constant of line\n", start))
+    pulled = learn(*fit_problem(tmp_path, entries, start))
     known = float(np.log(free.estimates[0].high / free.estimates[0].value)[0]) / 1.96
     share = sure**2 / (sure**2 + known**2)
     expected = np.exp(share * np.log(numbers(free)) + (1 - share) * np.log(11.9))
@@ -227,7 +227,7 @@ def test_a_motion_that_diverges_late_is_predicted_before_that(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv")
     stiff = {"c": 1e6, "d": 0.01, "m": 10}
     steps = "  integrator is velocity verlet; step = 1 ms\n"
-    session = prepare(*lesson(tmp_path, FIT + ADJUST + steps, stiff))
+    session = prepare(*fit_problem(tmp_path, FIT + ADJUST + steps, stiff))
     theta = np.zeros(session.shaping.size)
     (trial,) = session.learning
     trial.model.freeze(theta)
@@ -239,7 +239,7 @@ def test_a_motion_that_diverges_late_is_predicted_before_that(truth, tmp_path):
 
 def test_gradients_agree_with_differences(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv")
-    found = check_gradient(*lesson(tmp_path, FIT + ADJUST), directions=5)
+    found = check_gradient(*fit_problem(tmp_path, FIT + ADJUST), directions=5)
     assert max(one.apart for one in found) < 1e-7
 
 
@@ -311,7 +311,7 @@ def test_perturbed_words_are_recovered_through_the_motion(tmp_path):
     (tmp_path / "gel.tis").write_text(gel((10.8, 24, 48), block))
     request = Request.file(tmp_path / "gel.tis")
     compiled, _ = compile_request(request)
-    learnt = learn(compiled, compiled.lessons[0], request)
+    learnt = learn(compiled, compiled.fit_problems[0], request)
     assert max(one.error for one in learnt.fitted) < 0.02
     (text,) = learnt.words.values()
     assert "# kept" in text
@@ -369,7 +369,7 @@ def learn_tube(folder, every=2e-3, **form):
     times, positions = motion(compiled, every, replace(network, stiffness=true))
     seen = compiled.nodes_of("seen")
     write_positions(folder / "measured.csv", times, positions, network.node_ids, nodes=seen)
-    return compiled, positions, true, learn(compiled, compiled.lessons[0], request)
+    return compiled, positions, true, learn(compiled, compiled.fit_problems[0], request)
 
 
 PUSHED = {

@@ -11,11 +11,11 @@ from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.integrators.dirk import Dirk
 from tissuec.engine.integrators.explicit import Explicit
 from tissuec.engine.integrators.tableaus import runge_kutta
-from tissuec.learn.derivatives.event_recording import Freezer
+from tissuec.learn.derivatives.event_recording import EventRecorder
 from tissuec.learn.derivatives.kernels import compiled_laws
 from tissuec.learn.derivatives.method_choice import choose
 from tissuec.learn.derivatives.motion import Motion
-from tissuec.learn.parameters.numbers import VALUES, Order
+from tissuec.learn.parameters.numbers import VALUES, NumberOrder
 
 METHODS = {
     "velocity verlet": 1e-3, "trbdf2": 2e-3, "esdirk43": 2e-3, "dop853": 5e-3,
@@ -63,12 +63,14 @@ def scene():
 
 def motion_of(scene, name, step, times):
     network = scene.network
-    order = Order.of(network, 0)
+    order = NumberOrder.of(network, 0)
     vector = order.vector(network)
     laws = compiled_laws(network.laws, 0)
     chosen = choose(name, step, network, plan=scene.plan, duration=0.05, laws=laws)
-    course = Freezer(scene.plan, chosen.stepping, order, step).course(network, vector, 0.05)
-    return Motion(course, chosen.stepping, order, step, times), vector
+    schedule = EventRecorder(scene.plan, chosen.stepping, order, step).schedule(
+        network, vector, 0.05
+    )
+    return Motion(schedule, chosen.stepping, order, step, times), vector
 
 
 def apart_from_long_doubles(scene, directions):
@@ -85,11 +87,11 @@ def apart_from_long_doubles(scene, directions):
     target = motion.forward(vector).x + 1e-3 * random.standard_normal((len(times), 480))
     left = motion.forward(vector).x - target
     gradient = motion.backward(left, np.zeros_like(left))
-    counts = [round((leg.stop - leg.start) / 50e-6) for leg in motion.course.legs]
+    counts = [round((leg.stop - leg.start) / 50e-6) for leg in motion.schedule.legs]
 
     def error(moved):
         numbers = {n: motion.order.array(moved, n) for n in motion.order.sizes}
-        found = positions(motion.course, numbers, counts, times)
+        found = positions(motion.schedule, numbers, counts, times)
         return 0.5 * ((found.reshape(len(times), -1) - target.astype(LONG)) ** 2).sum()
 
     inner, found = np.arange(1990), []
@@ -170,7 +172,7 @@ def test_memory_grows_with_the_root_of_the_steps(scene):
     motion, vector = motion_of(scene, "velocity verlet", 12.5e-6, np.array([50e-3]))
     motion.forward(vector)
     assert motion.steps == 4000
-    assert len(motion._kept) <= 64 + len(motion.course.legs)
+    assert len(motion._kept) <= 64 + len(motion.schedule.legs)
     assert max(len(stretch.times) for stretch in motion.stretches) <= 65
 
 

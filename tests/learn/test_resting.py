@@ -11,10 +11,10 @@ from tissuec.learn.data.reading import read_experiment
 from tissuec.learn.derivatives.kernels import compiled_laws
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.observables import look_of
-from tissuec.learn.derivatives.static_model import Resting
-from tissuec.learn.fit.problem import Problem, Trial
+from tissuec.learn.derivatives.static_model import StaticModel
+from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.search import Search
-from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.pipeline import Request, compile_request
 from tissuec.scene.imports import read_source
 
@@ -54,14 +54,16 @@ def model(tmp_path):
         path = tmp_path / "scene.tis"
         path.write_text(text, encoding="utf-8")
         compiled, _ = compile_request(Request(read_source(path, "scene.tis")))
-        (lesson,) = compiled.lessons
-        experiment = read_experiment(lesson.data[0], lesson, compiled.network)
-        shaping = Shaping(compiled, lesson)
+        (fit_problem,) = compiled.fit_problems
+        experiment = read_experiment(fit_problem.data[0], fit_problem, compiled.network)
+        shaping = Parametrisation(compiled, fit_problem)
         laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
         looks = tuple(look_of(one.fit, one.nodes, laws) for one in experiment.series)
-        found = Resting(shaping, experiment.series, looks, lesson.axis.nodes, laws)
+        found = StaticModel(shaping, experiment.series, looks, fit_problem.axis.nodes, laws)
         found.freeze(np.zeros(shaping.size))
-        return found, Problem(lesson, [Trial(experiment, found)], shaping.size, [])
+        return found, Problem(
+            fit_problem, [FittedExperiment(experiment, found)], shaping.size, []
+        )
 
     return make
 
@@ -154,7 +156,7 @@ def test_the_constant_of_a_law_is_found_in_a_curve(model):
     search = Search(problem, shaping.bounds(), lambda _: None)
     end = search.go(search.begin())
     values = [shaping.blocks[n].value(end.theta[shaping.place(n)])[0] for n in range(2)]
-    # Data is exact, and the lesson ends at its own tolerance of the error.
+    # Data is exact, and the fit problem ends at its own tolerance of the error.
     assert values == pytest.approx([c, k], rel=1e-6)
 
 

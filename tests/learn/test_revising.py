@@ -66,12 +66,12 @@ def test_a_wrong_rule_is_found_and_words_stay(entry, tmp_path):
     fits = "\n  ".join(
         f'fit = position(end {k} along (1, 0, 0)) using column "{k}" in m' for k in KINDS
     )
-    lesson = LESSON.replace("FITS", fits).replace("ADJUST", entry)
+    fit_problem = LESSON.replace("FITS", fits).replace("ADJUST", entry)
     (tmp_path / "words.tis").write_text(WORDS.replace("HARD", "average"))
-    (tmp_path / "scene.tis").write_text(SCENE + lesson)
+    (tmp_path / "scene.tis").write_text(SCENE + fit_problem)
     request = Request.file(tmp_path / "scene.tis")
     compiled, _ = compile_request(request)
-    learnt = learn(compiled, compiled.lessons[0], request)
+    learnt = learn(compiled, compiled.fit_problems[0], request)
     (text,) = learnt.words.values()
     assert "if firmness is hard then spring constant is high" in text
     assert sum("concludes" in note for note in learnt.notes) == 1, learnt.notes

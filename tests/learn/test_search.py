@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.learn.known_truths import FAMILIES, SHAKEN
-from tests.learn.test_learning import ADJUST, FIT, TRUE, lesson, measure, numbers, truth
+from tests.learn.test_learning import ADJUST, FIT, TRUE, fit_problem, measure, numbers, truth
 from tissuec.laws.formula import Variable
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.learning import check_gradient, learn
@@ -33,7 +33,7 @@ def of_text(folder, text):
     (folder / "scene.tis").write_text(text)
     request = Request.file(folder / "scene.tis")
     compiled, _ = compile_request(request)
-    return compiled, compiled.lessons[0], request
+    return compiled, compiled.fit_problems[0], request
 
 
 @pytest.mark.parametrize("form", ["law", *FREE])
@@ -91,7 +91,7 @@ def test_a_power_with_a_variable_exponent_has_both_derivatives():
 def test_a_motion_without_numbers_does_not_spoil_the_one_before(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv")
     entries = FIT + ADJUST + "  integrator is velocity verlet; step = 1 ms\n"
-    model = prepare(*lesson(tmp_path, entries)).learning[0].model
+    model = prepare(*fit_problem(tmp_path, entries)).learning[0].model
     here, there = np.zeros(5), np.array([30.0, 30.0, 30.0, 30.0, 0.0])
     model.freeze(here)
     weights = np.ones(model.size)
@@ -103,7 +103,7 @@ def test_a_motion_without_numbers_does_not_spoil_the_one_before(truth, tmp_path)
 
 def test_steps_follow_the_numbers(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv")
-    model = prepare(*lesson(tmp_path, FIT + ADJUST)).learning[0].model
+    model = prepare(*fit_problem(tmp_path, FIT + ADJUST)).learning[0].model
     steps = []
     for factor in (1.0, 100.0):
         model.freeze(np.log([factor] * 4 + [1.0]))
@@ -116,7 +116,7 @@ def test_steps_follow_the_numbers(truth, tmp_path):
 def test_a_start_that_is_ten_times_off_comes_back(truth, tmp_path, start):
     measure(truth, tmp_path / "measured.csv", noise=1e-5)
     entries = "adjust spring constant of line\n  adjust viscosity of line\n"
-    learnt = learn(*lesson(tmp_path, FIT + entries, TRUE | start))
+    learnt = learn(*fit_problem(tmp_path, FIT + entries, TRUE | start))
     assert numbers(learnt) == pytest.approx([12, 0.01], rel=2e-2)
     assert not learnt.failure
 
@@ -125,7 +125,7 @@ def test_an_error_like_that_of_knowing_nothing_is_a_failure(truth, tmp_path):
     """What was measured is noise alone, as large as the motion."""
     _, times, positions = truth
     measure((truth[0], times, 0.0 * positions), tmp_path / "measured.csv", noise=5e-3)
-    session = prepare(*lesson(tmp_path, FIT + ADJUST))
+    session = prepare(*fit_problem(tmp_path, FIT + ADJUST))
     problem, theta = session.problem, np.zeros(5)
     problem.freeze(theta)
     assert "the fit explains nothing" in misfit(problem, theta)
@@ -133,7 +133,7 @@ def test_an_error_like_that_of_knowing_nothing_is_a_failure(truth, tmp_path):
 
 def test_a_motion_in_what_is_left_is_a_failure(truth, tmp_path):
     measure(truth, tmp_path / "measured.csv")
-    session = prepare(*lesson(tmp_path, FIT + ADJUST, TRUE))
+    session = prepare(*fit_problem(tmp_path, FIT + ADJUST, TRUE))
     problem, theta = session.problem, np.full(5, 0.2)
     problem.freeze(theta)
     assert "not noise" in misfit(problem, theta)
@@ -144,7 +144,7 @@ def test_a_motion_in_what_is_left_is_a_failure(truth, tmp_path):
 def test_intervals_hold_the_truth_of_exact_data(truth, tmp_path):
     """Nothing but the errors of the steps is left, and these are no noise."""
     measure(truth, tmp_path / "measured.csv")
-    learnt = learn(*lesson(tmp_path, FIT + ADJUST))
+    learnt = learn(*fit_problem(tmp_path, FIT + ADJUST))
     low, high = (
         np.concatenate([getattr(one, name) for one in learnt.estimates])
         for name in ("low", "high")
@@ -164,7 +164,7 @@ def test_constants_that_start_at_zero_are_scaled_by_the_data(tmp_path):
     (tmp_path / "data.csv").write_text("\n".join(["u,F", *rows]) + "\n")
     request = Request.file(tmp_path / "scene.tis")
     compiled, _ = compile_request(request)
-    learnt = learn(compiled, compiled.lessons[0], request)
+    learnt = learn(compiled, compiled.fit_problems[0], request)
     # The data are exact, and the search ends at a relative change of the error of 1e-9.
     assert numbers(learnt) == pytest.approx([c, square, cube], rel=1e-5)
     assert not learnt.blind and learnt.passes < 10
@@ -173,7 +173,7 @@ def test_constants_that_start_at_zero_are_scaled_by_the_data(tmp_path):
 def test_millimetres_that_are_read_as_metres_are_told(truth, tmp_path):
     scene, times, positions = truth
     measure((scene, times, 1e3 * positions), tmp_path / "measured.csv")
-    learnt = learn(*lesson(tmp_path, FIT + "adjust spring constant of line\n"))
+    learnt = learn(*fit_problem(tmp_path, FIT + "adjust spring constant of line\n"))
     assert learnt.failure or learnt.blind
     assert any(
         "is 1e+03 times as large as the first prediction" in note for note in learnt.notes
@@ -187,7 +187,7 @@ def test_an_experiment_that_is_not_met_is_a_failure_however_well_others_are(trut
     measure(truth, tmp_path / "one.csv")
     measure((scene, times, still - 0.1 * (positions - still)), tmp_path / "two.csv")
     entries = FIT + ADJUST + '  data "two.csv" { shove = 0.02 m/s }\n'
-    session = prepare(*lesson(tmp_path, entries, TRUE, files=("one.csv",)))
+    session = prepare(*fit_problem(tmp_path, entries, TRUE, files=("one.csv",)))
     problem, theta = session.problem, np.zeros(5)
     problem.freeze(theta)
     singles = [session.judged([trial], problem) for trial in session.learning]

@@ -24,7 +24,7 @@ GUM = """tissue gum {
 def compiled(tmp_path):
     adjust = "adjust = [spring constant, viscosity]"
     end = "expect error(held out) < 4 % over run\nexpect error(data) < 4 %\n"
-    return compiled_of(tmp_path, adjust, top=GUM, tissue="gum", lesson="gum", end=end)[0]
+    return compiled_of(tmp_path, adjust, top=GUM, tissue="gum", fit_problem="gum", end=end)[0]
 
 
 def test_the_whole_text(compiled):
@@ -52,7 +52,7 @@ def test_the_whole_text(compiled):
 def test_what_cannot_be_told_is_said_with_what_would_tell_it(compiled):
     one = learnt_of(compiled).estimates[0]
     unknown = estimates(one.adjust, one.start, told=[False])
-    found = learnt(compiled.lessons[0], [unknown], blind=(BLIND,))
+    found = learnt(compiled.fit_problems[0], [unknown], blind=(BLIND,))
     lines = as_text(found)
     assert lines[2].split("  ")[-2:] == ["not identified", "+23.5 %"]
     place = lines.index("not identified: only their ratios are known")
@@ -65,7 +65,7 @@ def test_what_cannot_be_told_is_said_with_what_would_tell_it(compiled):
 
 def test_what_was_zero_changes_by_a_difference(tmp_path):
     compiled, _ = compiled_of(tmp_path, "adjust prestress of gum", top=GUM, tissue="gum")
-    adjust = compiled.lessons[0].adjusts[0]
+    adjust = compiled.fit_problems[0].adjusts[0]
     one = estimates(adjust, [0.0])
     changed = type(one)(
         adjust, one.names, one.start, np.array([0.02]), np.array([0.019]), np.array([np.inf]),
@@ -80,7 +80,7 @@ def test_what_was_zero_changes_by_a_difference(tmp_path):
 def test_of_many_numbers_a_summary_is_told(tmp_path):
     adjust = "adjust spring constant of block per spring"
     compiled, _ = compiled_of(tmp_path, adjust, top=GUM, tissue="gum")
-    entry = compiled.lessons[0].adjusts[0]
+    entry = compiled.fit_problems[0].adjusts[0]
     count = len(entry.members)
     start, part = np.full(count, 40.0), np.linspace(0.01, 0.05, count)
     told = np.ones(count, dtype=bool)
@@ -137,7 +137,7 @@ def test_words_that_moved_are_told_and_shown(tmp_path):
     compiled, _ = compiled_of(
         tmp_path, "adjust words of spring constant", top='use "tissues/fat"'
     )
-    model = WordsModel(compiled.scene, compiled.lessons[0].adjusts)
+    model = WordsModel(compiled.scene, compiled.fit_problems[0].adjusts)
     theta = np.full(model.size, 0.2)
     moved = drifts(compiled.scene, model.texts(theta))
     assert [one.word for one in moved] == [one.word for one in model.drift(theta)]
@@ -145,7 +145,9 @@ def test_words_that_moved_are_told_and_shown(tmp_path):
     for one, other in zip(moved, model.drift(theta), strict=True):
         assert one.centre == pytest.approx(other.centre, abs=1e-6)
     texts = model.texts(theta)
-    found = learnt(compiled.lessons[0], [], words=texts, notes=(moved[0].sentence, "other"))
+    found = learnt(
+        compiled.fit_problems[0], [], words=texts, notes=(moved[0].sentence, "other")
+    )
     lines = as_text(found, moved)
     assert sum(moved[0].sentence in line for line in lines) == 1 and "note: other" in lines
     (diff,) = differences(compiled.scene, texts)

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from tests.learn.wordy import SETTING, everything, random_scene, scene_of, words_of
 from tissuec.core.source import Source
 from tissuec.lang.printer import format_source
-from tissuec.learn.vocabulary.edits import Edit, apply
+from tissuec.learn.vocabulary.edits import TextEdit, apply
 from tissuec.learn.vocabulary.model import WordsModel
 from tissuec.learn.vocabulary.reread import request_of, reread
 from tissuec.pipeline import Request, check_request
@@ -187,7 +187,7 @@ def test_edits_keep_what_is_between_them():
     module = scene_of(ONE).declarations.of("tissue")["flesh"].item
     first, *_, last = module.items
     new = apply(
-        [Edit(last.span, "weight = 1 %"), Edit(first.span, "described in simple # x\n")]
+        [TextEdit(last.span, "weight = 1 %"), TextEdit(first.span, "described in simple # x\n")]
     )
     assert new == {
         "words.tis": ONE.replace("weight = 17 %", "weight = 1 %").replace(

@@ -61,7 +61,7 @@ def written(folder, adjust, *, change=None, **options):
     found = learnt_of(compiled)
     if change is not None:
         found = change(compiled, found)
-    target = compiled.lessons[0].write
+    target = compiled.fit_problems[0].write
     files = place(compose(found, compiled, request, target), force=False)
     assert files[0] == target
     return target.read_text(), words_of(target), compiled
@@ -122,7 +122,7 @@ def test_the_origin_is_told_in_comments(tmp_path):
 
 def test_a_tissue_of_the_scene_itself_is_written_in_full(tmp_path):
     adjust = "adjust = [spring constant, prestress, stiffening]"
-    text, words, compiled = written(tmp_path, adjust, top=GUM, tissue="gum", lesson="gum")
+    text, words, compiled = written(tmp_path, adjust, top=GUM, tissue="gum", fit_problem="gum")
     assert "use " not in text and "tissue learned gum {" in text
     old, new = compiled.scene.tissues["gum"], words.tissues["learned gum"]
     assert new.given["viscosity"].value == old.given["viscosity"].value
@@ -154,7 +154,7 @@ def test_numbers_stand_in_the_place_of_words_that_only_the_scene_has(tmp_path):
 
 def test_a_single_tissue_is_called_like_the_block_where_that_is_free(tmp_path):
     _, words, _ = written(
-        tmp_path, "adjust viscosity of fat", top='use "tissues/fat"', lesson="phantom"
+        tmp_path, "adjust viscosity of fat", top='use "tissues/fat"', fit_problem="phantom"
     )
     assert "phantom" in words.tissues
 
@@ -162,7 +162,7 @@ def test_a_single_tissue_is_called_like_the_block_where_that_is_free(tmp_path):
 def test_a_name_that_another_tissue_has_is_not_given_again(tmp_path):
     top = GUM + "tissue learned gum like gum { mass = 1 mg }\n"
     _, words, _ = written(
-        tmp_path, "adjust viscosity of gum", top=top, tissue="gum", lesson="gum"
+        tmp_path, "adjust viscosity of gum", top=top, tissue="gum", fit_problem="gum"
     )
     assert list(words.tissues) == ["learned gum 2"]
 
@@ -170,7 +170,7 @@ def test_a_name_that_another_tissue_has_is_not_given_again(tmp_path):
 def test_each_part_of_a_body_has_a_tissue_of_its_own(tmp_path):
     adjust = "adjust viscosity of block per region; adjust spring constant of gum"
     text, words, _ = written(
-        tmp_path, adjust, top=SCARRED, tissue="gum", lesson="gum", regions=SCAR
+        tmp_path, adjust, top=SCARRED, tissue="gum", fit_problem="gum", regions=SCAR
     )
     assert "# for scar of block\ntissue learned scar {" in text
     assert set(words.tissues) == {"learned gum", "learned block", "learned scar"}
@@ -185,7 +185,7 @@ def test_each_part_of_a_body_has_a_tissue_of_its_own(tmp_path):
 
 def test_a_formula_is_written_with_its_constants_as_numbers(tmp_path):
     text, words, _ = written(
-        tmp_path, "adjust cube of gum", top=FREE, tissue="gum", lesson="gum"
+        tmp_path, "adjust cube of gum", top=FREE, tissue="gum", fit_problem="gum"
     )
     force = words.tissues["learned gum"].laws["spring law"].force
     at = 0.3
@@ -211,7 +211,7 @@ def test_what_another_param_says_on_the_command_line_is_not_lost(tmp_path):
     for overrides, start in (((), "tissue fat like gum {"), (("heavy=3 mg",), "tissue fat {")):
         request = Request.file(scene, overrides=overrides, libraries=library)
         compiled, _ = compile_request(request)
-        target = compiled.lessons[0].write
+        target = compiled.fit_problems[0].write
         preset = compose(learnt_of(compiled), compiled, request, target)
         assert start in preset.text
         place(preset, force=False)
@@ -221,9 +221,11 @@ def test_what_another_param_says_on_the_command_line_is_not_lost(tmp_path):
 
 def test_what_the_data_does_not_tell_is_marked(tmp_path):
     def unknown(compiled, found):
-        adjust = found.lesson.adjusts[0]
+        adjust = found.fit_problem.adjusts[0]
         start = starts_of(compiled, adjust)
-        return learnt(found.lesson, [estimates(adjust, start, told=[False])], blind=(BLIND,))
+        return learnt(
+            found.fit_problem, [estimates(adjust, start, told=[False])], blind=(BLIND,)
+        )
 
     text, _, _ = written(
         tmp_path, "adjust viscosity of gum", top=GUM, tissue="gum", change=unknown
@@ -263,9 +265,9 @@ def test_a_factor_of_a_set_is_a_comment(tmp_path):
 
 
 def moved(compiled, found):
-    model = WordsModel(compiled.scene, found.lesson.adjusts)
+    model = WordsModel(compiled.scene, found.fit_problem.adjusts)
     texts = model.texts(np.full(model.size, 0.2))
-    return learnt(found.lesson, found.estimates, words=texts)
+    return learnt(found.fit_problem, found.estimates, words=texts)
 
 
 def test_words_that_moved_lie_beside_the_preset(tmp_path):
@@ -307,7 +309,7 @@ def test_only_what_learning_wrote_is_replaced(tmp_path):
     compiled, request = compiled_of(
         tmp_path, "adjust viscosity of fat", top='use "tissues/fat"'
     )
-    target = compiled.lessons[0].write
+    target = compiled.fit_problems[0].write
     preset = compose(learnt_of(compiled), compiled, request, target)
     for _ in range(2):
         place(preset, force=False)

@@ -6,17 +6,17 @@ import numpy as np
 from msgspec.structs import replace
 
 from tests.hand_net import span
-from tests.learn.lessons import NONE, lesson
+from tests.learn.lessons import NONE, fit_problem
 from tissuec.compiler.compile import Compiled
 from tissuec.core.source import Source
 from tissuec.core.units import FORCE, LENGTH, STIFFNESS
 from tissuec.learn.data.experiment import Experiment, Series
-from tissuec.learn.derivatives.dynamic_model import Moving
-from tissuec.learn.derivatives.finite_differences import Differing
+from tissuec.learn.derivatives.dynamic_model import DynamicModel
+from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 from tissuec.learn.derivatives.kernels import compiled_laws
 from tissuec.learn.derivatives.method_choice import choose
 from tissuec.learn.derivatives.observables import look_of
-from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.pipeline import Request, compile_request
 from tissuec.script.fit_problem import Adjust, Data, Fit
 from tissuec.script.measures import MEASURES, Subject
@@ -122,15 +122,15 @@ def measured_at(all_series, numbers):
     return tuple(found)
 
 
-def differing(compiled, adjusts, all_series) -> Differing:
-    asked = replace(lesson(*(s.fit for s in all_series)), adjusts=tuple(adjusts))
-    return Differing(Shaping(compiled, asked), tuple(all_series))
+def differing(compiled, adjusts, all_series) -> FiniteDifferenceModel:
+    asked = replace(fit_problem(*(s.fit for s in all_series)), adjusts=tuple(adjusts))
+    return FiniteDifferenceModel(Parametrisation(compiled, asked), tuple(all_series))
 
 
 def moving(compiled, adjusts, all_series, *, method="dop853", step=None):
     """Return a model with exact derivatives, what happens being found already."""
-    asked = replace(lesson(*(s.fit for s in all_series)), adjusts=tuple(adjusts))
-    shaping = Shaping(compiled, asked)
+    asked = replace(fit_problem(*(s.fit for s in all_series)), adjusts=tuple(adjusts))
+    shaping = Parametrisation(compiled, asked)
     laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
     stop = max(one.times[-1] for one in all_series)
     network = compiled.network
@@ -143,7 +143,7 @@ def moving(compiled, adjusts, all_series, *, method="dop853", step=None):
         laws=laws,
     )
     looks = tuple(look_of(one.fit, one.nodes, laws) for one in all_series)
-    model = Moving(shaping, tuple(all_series), looks, *chosen)
+    model = DynamicModel(shaping, tuple(all_series), looks, *chosen)
     model.freeze(np.zeros(shaping.size))
     return model
 

@@ -6,7 +6,7 @@ import pytest
 from tests.matter.elastic import findings
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.learn.parameters.substitution import Place, recompiled
+from tissuec.learn.parameters.substitution import UsePlace, recompiled
 from tissuec.pipeline import Request, compile_request
 
 GEL = "density = 1000 kg/m^3; retardation time = 5 ms"
@@ -98,7 +98,7 @@ def test_parts_of_a_bar_in_a_row_resist_as_springs_in_a_row():
 
 def test_what_is_learnt_of_a_tissue_reaches_springs_between_regions():
     body = f"{BLOCK}; interface is softer; interface from bottom to piece {{ tissue is glue }}"
-    learnt = recompiled(compiled(body), {(Place("glue"), "young's modulus"): 0.7e3}, {})
+    learnt = recompiled(compiled(body), {(UsePlace("glue"), "young's modulus"): 0.7e3}, {})
     other = compiled(body, TISSUES.replace("0.5 kPa", "0.7 kPa"))
     assert np.array_equal(learnt.network.stiffness, other.network.stiffness)
 

@@ -48,7 +48,7 @@ def test_what_a_coarse_coupon_taught_holds_for_a_fine_one(tmp_path):
     rows = np.stack([u, 1e3 * force * u / 40.0 * (1.0 + noise)], axis=1)
     np.savetxt(tmp_path / "pull.csv", rows, delimiter=",", header="u_mm,force_mN", comments="")
     coarse, request = compiled(5.0, 10)
-    found = learn(coarse, coarse.lessons[0], request)
+    found = learn(coarse, coarse.fit_problems[0], request)
     (estimates,) = found.estimates
     (young,), (low,), (high,) = estimates.value, estimates.low, estimates.high
     # The interval knows of the noise alone; meshes of 2 and 4 cells differ by 1.1 % when held

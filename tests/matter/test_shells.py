@@ -65,10 +65,10 @@ def test_a_strip_sags_as_a_cantilever_of_its_thickness(columns):
         f"second edge = (0, {2 * spacing}, 0) m; columns = {columns}; rows = 3; "
         "diagonals is both }"
     )
-    situation = start(network, gravity=(0.0, 0.0, -0.01))
-    situation.holders["fix"] = np.flatnonzero(network.position[:, 0] < 1.1 * spacing)
-    settle(situation, np.ones(network.node_count, dtype=bool))
-    sag = -situation.position[network.position[:, 0] > 0.0399, 2].mean()
+    state = start(network, gravity=(0.0, 0.0, -0.01))
+    state.holders["fix"] = np.flatnonzero(network.position[:, 0] < 1.1 * spacing)
+    settle(state, np.ones(network.node_count, dtype=bool))
+    sag = -state.position[network.position[:, 0] > 0.0399, 2].mean()
     length = 0.04 - spacing / 2.0
     expected = 12.0 * DENSITY * 0.01 * length**4 / (8.0 * YOUNG * THICKNESS**2)
     assert sag == pytest.approx(expected, rel=0.05)

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from scipy.sparse import csr_matrix, diags
 
 from tests.derivatives import slopes
-from tests.engine.running import TIERS, Bench
+from tests.engine.running import BACKENDS, Bench
 from tests.hand_net import span
 from tests.matter.elastic import drawn_out, moved, quarters, stiffness, volumes
 from tests.matter.shapes import as_obj, as_vtk, surface, tetrahedra
@@ -20,7 +20,7 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics import observables
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 from tissuec.pipeline import Request, compile_request
 from tissuec.script.verbs.preserve import Preserve
 from tissuec.validate.validation import validate
@@ -183,18 +183,18 @@ def test_forces_are_minus_the_derivative_of_the_energy_and_push_nothing_as_a_who
     assert found[nodes] == pytest.approx(expected, abs=1e-5 * np.abs(found).max())
 
 
-@pytest.mark.parametrize("tier", TIERS)
-def test_kernels_and_energy_ledger_agree_while_it_swells(tier):
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_kernels_and_energy_ledger_agree_while_it_swells(backend):
     compiled = bar(0.15, 10.0, 0.45)
     network = compiled.network
     network = replace(network, damping=np.zeros_like(network.damping))
-    bench = Bench(network, 0.004, tolerance=1e-8, tier=tier, ledger=True)
-    swollen = kept(compiled).swollen(0.2, Course("smooth", 0.0, 0.004))
-    bench.situation.enclosures["piece"] = swollen
+    bench = Bench(network, 0.004, tolerance=1e-8, backend=backend, ledger=True)
+    swollen = kept(compiled).swollen(0.2, TimeProfile("smooth", 0.0, 0.004))
+    bench.state.enclosures["piece"] = swollen
     ran = bench.run(0.004)
     energies = np.array(
         [
-            float(observables.energies(bench.situation, t, x, v).total)
+            float(observables.energies(bench.state, t, x, v).total)
             for t, x, v in zip(ran.time, ran.position, ran.velocity, strict=True)
         ]
     )

@@ -35,18 +35,18 @@ def pressed(stiffening, load):
     rest = [1 + load / 100, 1 + load / 100, 1, 1, 1, 1]
     stiffness = [100.0, 100.0, *[stiffening] * 4]
     net = make_net(position, ends, stiffness=stiffness, rest=rest)
-    situation = start(net)
-    situation.holders["fix"] = np.array([0, 2, 3, 4, 5, 6])
-    return situation
+    state = start(net)
+    state.holders["fix"] = np.array([0, 2, 3, 4, 5, 6])
+    return state
 
 
 @pytest.mark.parametrize(("part", "is_stable"), [(0.99, True), (1.01, False)])
 def test_a_braced_joint_is_stable_up_to_its_known_load(part, is_stable):
     """The middle moves sideways against 2 k, while a pressure P takes 2 P / L away."""
     stiffening = 3.0
-    situation = pressed(stiffening, part * stiffening)
-    assert rests_pressed(situation)
-    assert (unstable_node(situation) is None) == is_stable
+    state = pressed(stiffening, part * stiffening)
+    assert rests_pressed(state)
+    assert (unstable_node(state) is None) == is_stable
 
 
 def test_a_net_without_pressure_or_in_motion_does_not_rest_under_pressure():

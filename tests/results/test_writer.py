@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.recording import ENERGIES, LogChannel
-from tissuec.results.store import Column
+from tissuec.results.store import GrowingDataset
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 
@@ -180,7 +180,7 @@ def test_an_interruption_inside_a_write_gives_up_only_what_was_not_flushed(
     example.write(writer, last=10)
     writer.flush()
     example.write(writer, first=10, last=12)
-    plain, calls = Column.write, []
+    plain, calls = GrowingDataset.write, []
 
     def interrupted(column):
         calls.append(column)
@@ -188,7 +188,7 @@ def test_an_interruption_inside_a_write_gives_up_only_what_was_not_flushed(
             raise KeyboardInterrupt
         plain(column)
 
-    monkeypatch.setattr(Column, "write", interrupted)
+    monkeypatch.setattr(GrowingDataset, "write", interrupted)
     with pytest.raises(KeyboardInterrupt), writer:
         writer.flush()
     monkeypatch.undo()

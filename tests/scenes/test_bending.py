@@ -11,11 +11,11 @@ from tests.hand_net import span
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.checks import floppy
 from tissuec.engine.execution.recorder import wishes
-from tissuec.forces.load import Load, Term
+from tissuec.forces.load import Load, LoadTerm
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.settling import settle
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.meshes.generators import MESHES
 from tissuec.meshes.generators.bending import across_edges
 
@@ -46,7 +46,7 @@ def network(*arguments, **more):
 
 
 def start(net):
-    return Situation.start(net, gravity=np.zeros(3), drag=0.0)
+    return State.start(net, gravity=np.zeros(3), drag=0.0)
 
 
 # --- which there are ------------------------------------------------------------------------
@@ -152,8 +152,8 @@ def test_a_chain_that_is_stretched_evenly_breaks_all_over_at_one_strain(constant
 def ovalisation(sides, part=1e-5):
     """Return the stiffness of a ring's softest deformation, and what theory makes of it."""
     net = network(TUBE.format(2, sides), f"bending = {part}")
-    situation = start(net)
-    balance = Balance(situation, np.ones(net.node_count, dtype=bool))
+    state = start(net)
+    balance = Balance(state, np.ones(net.node_count, dtype=bool))
     matrix = balance.matrix(balance.bars(balance.start), exact=True).toarray()
     # Both rings alike and in their planes, so that nothing between them is strained.
     both = np.kron(np.vstack([np.eye(sides)] * 2), np.eye(3)[:, 1:]) / np.sqrt(2.0)
@@ -214,14 +214,14 @@ def test_a_cantilever_hangs_as_one_of_stiff_links_and_hinges():
 
     expected = minimize(energy, np.full(7, 0.1), method="BFGS", options={"gtol": 1e-6}).x
     net = network(body=f"bending = {part}")
-    situation = start(net)
-    situation.holders["fix"] = np.flatnonzero(net.position[:, 0] < 1.5e-3)
-    situation.position[:, 2] = np.maximum(net.position[:, 0] - 1e-3, 0.0) * 0.1
+    state = start(net)
+    state.holders["fix"] = np.flatnonzero(net.position[:, 0] < 1.5e-3)
+    state.position[:, 2] = np.maximum(net.position[:, 0] - 1e-3, 0.0) * 0.1
     tip = np.flatnonzero(net.position[:, 0] > 7.5e-3)
-    pull = Term(np.array([0.0, 0.0, force]), EVERLASTING)
-    situation.loads["push"] = Load(tip, (pull,), span())
-    settle(situation, np.ones(net.node_count, dtype=bool))
-    found = situation.position[tip, 2]
+    pull = LoadTerm(np.array([0.0, 0.0, force]), EVERLASTING)
+    state.loads["push"] = Load(tip, (pull,), span())
+    settle(state, np.ones(net.node_count, dtype=bool))
+    found = state.position[tip, 2]
     high = side * np.sin(np.cumsum(expected)).sum()
     assert high > 0.3 * 7 * side
     # Links give way by a few parts in a thousand of what hinges do.

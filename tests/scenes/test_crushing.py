@@ -48,16 +48,16 @@ def ran(text):
 
 
 def broken(outcome):
-    return [(t, h) for t, h in outcome.happenings if h.kind in ("rupture", "crush")]
+    return [(t, h) for t, h in outcome.logged_events if h.kind in ("rupture", "crush")]
 
 
 def test_swinging_spring_is_crushed_at_the_known_time_and_said_to_be():
     _, outcome = ran(scene(expect="expect not ruptured(second) over run"))
-    ((time, happening),) = broken(outcome)
+    ((time, logged_event),) = broken(outcome)
     assert time == pytest.approx(TIME, rel=1e-8)
-    assert (happening.kind, happening.springs) == ("crush", (0,))
-    assert happening.cause == "the compression exceeded the crushing force"
-    assert happening.span.one_line == "crushing force = 60 mN"
+    assert (logged_event.kind, logged_event.springs) == ("crush", (0,))
+    assert logged_event.cause == "the compression exceeded the crushing force"
+    assert logged_event.span.one_line == "crushing force = 60 mN"
     assert outcome.failures == ()
 
 

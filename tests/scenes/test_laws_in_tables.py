@@ -7,7 +7,7 @@ from tests.validate.scenes import compiled_scene, validated
 from tissuec.core.errors import CompileError
 from tissuec.laws import LINEAR
 from tissuec.mechanics import observables
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 SCENE = """language 1
 {laws}
@@ -41,8 +41,8 @@ def scene(cells=MIXED, *, laws=LAWS, gum="spring constant = 20 N/m; ", tissue=""
 def pulls(compiled):
     """Return the tensions at rest: each spring is drawn 1 mm too long [N]."""
     net = compiled.network
-    situation = Situation.start(net, gravity=np.zeros(3), drag=0.0)
-    return observables.tension(situation, net.position, np.zeros_like(net.position))
+    state = State.start(net, gravity=np.zeros(3), drag=0.0)
+    return observables.tension(state, net.position, np.zeros_like(net.position))
 
 
 def finding(text):

@@ -35,7 +35,7 @@ from tissuec.kernels.records import Net, Operations
 from tissuec.laws import LINEAR, code
 from tissuec.validate import validation
 from tissuec.validate.engine_run import output_times, thinned
-from tissuec.validate.uncertainty import Known, known_reference
+from tissuec.validate.uncertainty import EstimatedReference, known_reference
 
 FACTOR = 1.01
 PATIENCE = 60  # processor time for one mutant [s]; one that takes longer goes astray
@@ -285,7 +285,7 @@ def as_python() -> None:
 
     kernel_inputs.kernel_address, accelerations.add_field = kernel_address, add_field
     engine.loop_operations = found
-    engine.bound_drive = lambda integrator, tier: bound(integrator, backends.loop.drive)
+    engine.bound_drive = lambda integrator, backend: bound(integrator, backends.loop.drive)
     engine.bound_inside = lambda integrator: backends.Inside(
         bound(integrator, backends.loop.look), bound(integrator, integrator.prepare)
     )
@@ -317,7 +317,7 @@ def compiled(name: str) -> Compiled:
 
 
 @cache
-def known(name: str) -> Known:
+def known(name: str) -> EstimatedReference:
     """Return the reference of a scene, which shares nothing with what mutants change."""
     scene = compiled(name)
     network, plan = scene.network, scene.plan

@@ -24,9 +24,9 @@ def test_rows_at_which_an_event_has_happened_in_one_solution_only_do_not_count()
     assert TIMES[apart] == pytest.approx([0.1, 0.11, 0.12, 0.2])
     scene, run, solution = both()
     run.force[12] += 1.0
-    situation, groups = run.outcome.situation, force_groups(scene.plan, solution)
+    state, groups = run.outcome.state, force_groups(scene.plan, solution)
     for valid, large in ((np.ones(31, dtype=bool), True), (np.arange(31) != 12, False)):
-        found = support_forces(run, solution, situation, groups, valid, None)
+        found = support_forces(run, solution, state, groups, valid, None)
         assert all((quantity.error > 1.0) is large for quantity in found)
 
 

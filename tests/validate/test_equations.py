@@ -11,7 +11,7 @@ RNG = np.random.default_rng(7)
 
 
 def tangle(*, damping=0.3):
-    """Return a situation of six nodes and nine random springs, two nodes held, under load."""
+    """Return a state of six nodes and nine random springs, two nodes held, under load."""
     ends = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (5, 0), (0, 3), (1, 4), (2, 5)]
     network = make_net(
         RNG.normal(size=(6, 3)),
@@ -22,32 +22,32 @@ def tangle(*, damping=0.3):
         rest=RNG.uniform(0.5, 1.5, 9),
         velocity=RNG.normal(size=(6, 3)),
     )
-    situation = start(network, gravity=(0.3, 0.0, -9.81), drag=0.2)
+    state = start(network, gravity=(0.3, 0.0, -9.81), drag=0.2)
     groups = {"held": [1], "moved": [4], "pushed": [0, 3]}
-    order("fix held", groups).apply(situation, Silent())
+    order("fix held", groups).apply(state, Silent())
     move = order("move moved", groups, duration=1.0, by=(1.0, 2.0, 3.0), using="smooth")
-    move.apply(situation, Silent())
-    order("push pushed", groups, with_=(1.0, 0.0, 2.0)).apply(situation, Silent())
-    situation.alive = np.arange(9) != 6
-    return situation
+    move.apply(state, Silent())
+    order("push pushed", groups, with_=(1.0, 0.0, 2.0)).apply(state, Silent())
+    state.alive = np.arange(9) != 6
+    return state
 
 
 class Silent:
-    """An agenda that forgets."""
+    """An queue that forgets."""
 
     def add(self, time, action): ...
 
     def land(self, times): ...
 
 
-def unknowns(situation, equations):
-    return equations.gather(situation.position, situation.velocity, 0.0, 0.0)
+def unknowns(state, equations):
+    return equations.gather(state.position, state.velocity, 0.0, 0.0)
 
 
 def test_jacobian_is_the_derivative_of_the_rate():
-    situation = tangle()
-    equations = Equations(situation, 1.0)
-    y, time, h = unknowns(situation, equations), 0.4, 1e-6
+    state = tangle()
+    equations = Equations(state, 1.0)
+    y, time, h = unknowns(state, equations), 0.4, 1e-6
     exact = equations.jacobian(time, y).toarray()[:-2]
     steps = h * np.eye(len(y))
     rates = [equations.rate(time, y + s) - equations.rate(time, y - s) for s in steps]
@@ -57,8 +57,8 @@ def test_jacobian_is_the_derivative_of_the_rate():
 
 
 def test_forces_are_minus_the_slope_of_the_elastic_energy():
-    situation = tangle(damping=0.0)
-    equations = Equations(situation, 1.0)
+    state = tangle(damping=0.0)
+    equations = Equations(state, 1.0)
     moved, still = RNG.normal(size=(6, 3)), np.zeros((6, 3))
     forces = equations.node_forces(equations.pull(0.0, moved, still))
     h = 1e-6
@@ -72,26 +72,24 @@ def test_forces_are_minus_the_slope_of_the_elastic_energy():
 
 
 def test_independent_formulas_agree_with_those_of_logs():
-    situation = tangle()
-    equations = Equations(situation, 1.0)
-    moved = situation.position - situation.network.position
-    springs = equations.pull(0.0, moved, situation.velocity)
-    theirs = observables.inner_forces(
-        situation, 0.0, situation.position, situation.velocity
-    ).node
+    state = tangle()
+    equations = Equations(state, 1.0)
+    moved = state.position - state.network.position
+    springs = equations.pull(0.0, moved, state.velocity)
+    theirs = observables.inner_forces(state, 0.0, state.position, state.velocity).node
     assert equations.node_forces(springs) == pytest.approx(theirs, rel=1e-12, abs=1e-12)
-    ours = equations.energies(situation.time, moved, situation.velocity)
+    ours = equations.energies(state.time, moved, state.velocity)
     assert ours == pytest.approx(
-        observables.energies(situation, situation.time, situation.position, situation.velocity),
+        observables.energies(state, state.time, state.position, state.velocity),
         rel=1e-12,
     )
 
 
 def test_energy_rises_by_work_less_what_is_lost():
     """d/dt (kinetic + elastic + gravity) along the motion is exactly dW/dt - dD/dt."""
-    situation = tangle()
-    equations = Equations(situation, 1.0)
-    y, time, h = unknowns(situation, equations), 0.4, 1e-5
+    state = tangle()
+    equations = Equations(state, 1.0)
+    y, time, h = unknowns(state, equations), 0.4, 1e-5
 
     def total(t, z):
         return equations.energies(t, *equations.spread(t, z)).total

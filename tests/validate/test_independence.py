@@ -52,7 +52,7 @@ def imported(name):
 @pytest.mark.parametrize("name", SOLVER)
 def test_solver_imports_nothing_that_it_judges(name):
     for module in imported(name):
-        is_state = module.startswith("tissuec.mechanics.situation")
+        is_state = module.startswith("tissuec.mechanics.state")
         package, *parts = module.split(".")
         assert package != "tissuec" or is_state or not {*parts[:1]} & {*FORBIDDEN}, module
 

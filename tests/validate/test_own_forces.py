@@ -16,8 +16,8 @@ from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import apply, exp
 from tissuec.validate.forces.contact import ContactForce, nearest
 from tissuec.validate.forces.jets import JetForce, points_of
-from tissuec.validate.forces.laws import Laws
-from tissuec.validate.forces.volumes import Volume
+from tissuec.validate.forces.laws import ReferenceLaws
+from tissuec.validate.forces.volumes import VolumeField
 
 SPRINGS = {
     "tension only": {},
@@ -38,7 +38,7 @@ def both(law, rng, count=40):
     numbers = rng.uniform(5.0, 50.0, count), rng.uniform(0.1, 2.0, count)
     which, rest = np.ones(count, dtype=int), rng.uniform(0.01, 0.05, count)
     laws = (LINEAR, law)
-    return Laws(laws, which, *numbers, rest), Behaviour(laws, which, *numbers, rest)
+    return ReferenceLaws(laws, which, *numbers, rest), Behaviour(laws, which, *numbers, rest)
 
 
 @pytest.mark.parametrize("name", [*SPRINGS, *FORMULAS])
@@ -95,7 +95,7 @@ def test_volumes_press_and_resist_alike():
     rng = np.random.default_rng(5)
     position, triangles = ball(1, 0.02)
     engine = enclosure(position, triangles.astype(np.int64))
-    own = Volume(engine)
+    own = VolumeField(engine)
     moved = position + 0.002 * rng.normal(size=position.shape) + 5.0
     assert own.volumes(moved) == pytest.approx(engine.volumes(moved), rel=1e-12)
     forces, others = np.zeros_like(moved), np.zeros_like(moved)

@@ -177,10 +177,10 @@ def test_springs_above_a_lowered_fraction_force_break_at_once():
 
 def test_forced_node_follows_the_closed_form():
     """m a = F sin Ωt gives x = F / (m Ω²) (Ωt - sin Ωt)."""
-    from tissuec.model.profiles import Course
+    from tissuec.model.profiles import TimeProfile
 
     network, times, angular = lonely(), times_until(1.0), 2.0 * np.pi * 3.0
-    sine = (Course("sine", 0.0, np.inf, frequency=3.0),)
+    sine = (TimeProfile("sine", 0.0, np.inf, frequency=3.0),)
     push = event(0.0, "push it", {"it": [0]}, using=sine, **{"with": (0.5, 0.0, 0.0)})
     solution = reference(network, make_plan(network, 1.0, [push]), times, rtol=RTOL)
     exact = 0.5 / (MASS * angular**2) * (angular * times - np.sin(angular * times))

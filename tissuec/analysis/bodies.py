@@ -13,14 +13,14 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.analysis.vibration.modes import modes_of
-from tissuec.compiler.checks import situation_at_start
+from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.core.errors import SimulationError, TissueError, alternatives, counted
 from tissuec.core.names import key_of
 from tissuec.matter.breaking import breaking_strains
 from tissuec.matter.elasticity import Elasticity, Unit, of_solid, of_wall, wall_springs
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.meshes.stiffness_sharing import node_areas
 from tissuec.model.network import BodyPart, Indices
 
@@ -154,10 +154,10 @@ def properties_of(
             hint = alternatives(body, names, what="bodies")
             raise TissueError(f'there is no body "{body}"; {hint}')
         parts = {key_of(body): parts[key_of(body)]}
-    drawn = situation_at_start(compiled)
-    rest: Situation | str
+    drawn = state_at_start(compiled)
+    rest: State | str
     try:
-        rest = situation_at_start(compiled, settles=True)
+        rest = state_at_start(compiled, settles=True)
         rest.place_held()
     except SimulationError as error:
         rest = str(error)
@@ -172,17 +172,17 @@ class _Examined:
     """One body.
 
     Args:
-        situation: As it is drawn, after the events at 0 s.
+        state: As it is drawn, after the events at 0 s.
     """
 
-    def __init__(self, part: BodyPart, drawing: Drawing, situation: Situation):
-        self.part, self.drawing, self.situation = part, drawing, situation
+    def __init__(self, part: BodyPart, drawing: Drawing, state: State):
+        self.part, self.drawing, self.state = part, drawing, state
         self.mesh, self.notes = drawing.mesh, list[str]()
-        is_there = situation.alive[part.springs] & (drawing.length > 0.0)
+        is_there = state.alive[part.springs] & (drawing.length > 0.0)
         self.own = np.flatnonzero(is_there)  # springs, numbered within the body
         self.ends, self.length = self.mesh.ends[self.own], drawing.length[self.own]
         self.springs = part.springs.start + self.own
-        self.behaviour = situation.behaviour(self.springs)
+        self.behaviour = state.behaviour(self.springs)
         # A little longer than drawn, so that springs count which resist tension only.
         stretched = self.length * (1.0 + _SLIGHT) - self.behaviour.rest
         self.constant = self.behaviour.steepness(stretched)
@@ -198,7 +198,7 @@ class _Examined:
             return "solid"
         return "wall" if len(self.mesh.skin) else "bars"
 
-    def properties(self, rest: Situation | str, frequencies: int) -> BodyProperties:
+    def properties(self, rest: State | str, frequencies: int) -> BodyProperties:
         """Return all there is to say.
 
         Args:
@@ -213,7 +213,7 @@ class _Examined:
             tissues=tuple(self._tissues()),
             nodes=part.nodes.stop - part.nodes.start,
             springs=part.springs.stop - part.springs.start,
-            mass=float(self.situation.mass[part.nodes].sum()),
+            mass=float(self.state.mass[part.nodes].sum()),
             volume=volume,
             area=area,
             length=length,
@@ -278,11 +278,11 @@ class _Examined:
         mesh, part = self.mesh, self.part
         assert mesh.volume is not None
         cells = None
-        if (enclosure := self.situation.enclosure(part.name)) is not None:
-            number = np.full(self.situation.network.node_count, -1)
+        if (enclosure := self.state.enclosure(part.name)) is not None:
+            number = np.full(self.state.network.node_count, -1)
             size = part.nodes.stop - part.nodes.start
             number[part.nodes] = np.arange(size)
-            cells = enclosure.resistance(self.situation.network.position, number, size)
+            cells = enclosure.resistance(self.state.network.position, number, size)
         volume, boundary = float(mesh.volume.sum()), np.unique(mesh.skin)
         return of_solid(mesh.position, self.ends, self.constant, cells, boundary, volume)
 
@@ -319,7 +319,7 @@ class _Examined:
 
     def _breaking(self, elasticity: Elasticity | None) -> Breaking | None:
         chosen = np.isin(self.own, self._bars()) & ~self.drawing.bends[self.own]
-        strain = breaking_strains(self.behaviour, self.situation.strength[self.springs])[chosen]
+        strain = breaking_strains(self.behaviour, self.state.strength[self.springs])[chosen]
         strain = strain[np.isfinite(strain)]
         if not len(strain):
             return None
@@ -334,8 +334,8 @@ class _Examined:
 
     # --- motion -------------------------------------------------------------------------------
 
-    def _vibrations(self, rest: Situation | str, count: int) -> Iterator[Vibration]:
-        if not isinstance(rest, Situation):
+    def _vibrations(self, rest: State | str, count: int) -> Iterator[Vibration]:
+        if not isinstance(rest, State):
             self.notes.append(f"frequencies are left out: {rest}")
             return
         chosen = np.zeros(len(rest.position), dtype=bool)

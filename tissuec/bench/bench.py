@@ -6,13 +6,13 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.bench.ours import EngineSolver
-from tissuec.bench.points import Gap, Point, Tell, measure
-from tissuec.bench.problem import Problem
+from tissuec.bench.points import MeasuredPoint, MissingPoint, Tell, measure
+from tissuec.bench.problem import BenchProblem
 from tissuec.bench.ratios import Ratio, ratios
 from tissuec.bench.rivals import rivals
-from tissuec.bench.scales import Scales
+from tissuec.bench.scales import MotionScales
 from tissuec.bench.trial import Solver
-from tissuec.bench.truth import Truth, find_truth
+from tissuec.bench.truth import BestSolution, find_truth
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError, alternatives
 from tissuec.engine.integrators import INTEGRATORS
@@ -21,7 +21,7 @@ from tissuec.script.plan import AUTOMATIC
 LEVELS = tuple(10.0**power for power in range(-2, -12, -1))
 
 
-class Bench(Struct, frozen=True, eq=False):
+class BenchResult(Struct, frozen=True, eq=False):
     """What was measured.
 
     Attributes:
@@ -31,11 +31,11 @@ class Bench(Struct, frozen=True, eq=False):
         left_out: Sentences on solvers that were not asked.
     """
 
-    problem: Problem
-    truth: Truth
+    problem: BenchProblem
+    truth: BestSolution
     floor: float
-    points: tuple[Point, ...]
-    gaps: tuple[Gap, ...]
+    points: tuple[MeasuredPoint, ...]
+    gaps: tuple[MissingPoint, ...]
     left_out: tuple[str, ...]
 
     def ratios(self, name: str = AUTOMATIC) -> list[Ratio]:
@@ -52,7 +52,7 @@ def bench(
     repeat: int,
     budget: float,
     tell: Tell,
-) -> Bench:
+) -> BenchResult:
     """Return the points of a scene.
 
     Args:
@@ -65,19 +65,19 @@ def bench(
     Raises:
         TissueError: A name is unknown, or no reference came out.
     """
-    problem = Problem.of(compiled)
+    problem = BenchProblem.of(compiled)
     ordered = sorted(set(tolerances), reverse=True)
     ours: list[Solver] = [EngineSolver(problem, name) for name in (AUTOMATIC, *INTEGRATORS)]
     drawn = np.repeat(problem.network.position[None], len(problem.times), axis=0)
     # A name that is unknown is told before the long work of a reference.
-    chosen([*ours, *rivals(problem, Scales.of(problem, drawn))[0]], methods)
+    chosen([*ours, *rivals(problem, MotionScales.of(problem, drawn))[0]], methods)
     truth = find_truth(problem, ordered[-1], budget, tell=tell)
-    others, left_out = rivals(problem, Scales.of(problem, truth.position))
+    others, left_out = rivals(problem, MotionScales.of(problem, truth.position))
     solvers = chosen([*ours, *others], methods)
     points, gaps = measure(
         problem, solvers, ordered, truth.position, repeat=repeat, budget=budget, tell=tell
     )
-    return Bench(
+    return BenchResult(
         problem, truth, truth.uncertainty(points), tuple(points), tuple(gaps), tuple(left_out)
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from tissuec.bench.driven import DrivenSolver
 from tissuec.bench.kernel import Kernel
-from tissuec.bench.trial import Deadline, Failed
+from tissuec.bench.trial import Deadline, SolverFailed
 from tissuec.model.network import Floats
 
 METHODS = ("BDF", "Adams")
@@ -54,7 +54,7 @@ class CvodeSolver(DrivenSolver, frozen=True):
         with _silence():
             found = solver.solve(np.concatenate([first, inner, last]), kernel.initial)
         if not found.success or not np.isfinite(found.y).all():
-            raise Failed(str(found.message))
+            raise SolverFailed(str(found.message))
         return found.y[np.searchsorted(found.t, times)], found.y[-1]
 
 

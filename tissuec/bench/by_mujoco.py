@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from tissuec.bench.problem import Problem
-from tissuec.bench.start import situation_at_start
-from tissuec.bench.trial import Deadline, Failed, Trial
-from tissuec.mechanics.situation import Situation
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.start import state_at_start
+from tissuec.bench.trial import Deadline, SolverFailed, SolverRun
+from tissuec.mechanics.state import State
 
 INTEGRATORS = ("Euler", "implicitfast", "RK4")
 ORDERS = {"Euler": 1.0, "implicitfast": 1.0, "RK4": 4.0}
@@ -24,17 +24,17 @@ STAGES = {"Euler": 1, "implicitfast": 1, "RK4": 4}
 LARGEST = 2000  # nodes; its arrays grow with the square of their number
 
 
-def refusal(problem: Problem) -> str:
+def refusal(problem: BenchProblem) -> str:
     """Return why MuJoCo cannot solve a scene; empty if it can."""
-    situation = situation_at_start(problem)
-    if not situation.behaviour().is_linear:
+    state = state_at_start(problem)
+    if not state.behaviour().is_linear:
         return "there are springs that are not linear"
     if any(event.time > 0.0 for event in problem.plan.events):
         return "things happen after 0 s"
-    if situation.motions:
+    if state.motions:
         return "it moves nodes along paths without the velocity of the path"
-    loads = situation.loads.values()
-    if any(term.course.kind != "constant" for load in loads for term in load.terms):
+    loads = state.loads.values()
+    if any(term.profile.kind != "constant" for load in loads for term in load.terms):
         return "a force changes in time"
     if problem.network.node_count > LARGEST:
         return f"the net has more than {LARGEST} nodes"
@@ -44,7 +44,7 @@ def refusal(problem: Problem) -> str:
 class MujocoSolver(Struct, frozen=True, eq=False):
     """One of MuJoCo's integrators; 1 % of a period at tolerance 1e-2, finer by its order."""
 
-    problem: Problem
+    problem: BenchProblem
     integrator: str
     ours: bool = False
 
@@ -52,17 +52,17 @@ class MujocoSolver(Struct, frozen=True, eq=False):
     def name(self) -> str:
         return f"MuJoCo {self.integrator}"
 
-    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
+    def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
         """Return a run at a tolerance; see ``Solver``."""
         mujoco: Any = import_module("mujoco")
 
-        situation = situation_at_start(self.problem)
-        model = mujoco.MjModel.from_xml_string(self._text(situation))
+        state = state_at_start(self.problem)
+        model = mujoco.MjModel.from_xml_string(self._text(state))
         data = mujoco.MjData(model)
-        free = np.flatnonzero(~situation.held)
+        free = np.flatnonzero(~state.held)
         data.qpos[:] = 0.0
-        data.qvel[:] = situation.velocity[free].ravel()
-        for load in situation.loads.values():
+        data.qvel[:] = state.velocity[free].ravel()
+        for load in state.loads.values():
             data.xfrc_applied[1 + load.nodes, :3] += load.at(0.0)
         started = clock.process_time()
         step = self._step(tolerance)
@@ -74,11 +74,11 @@ class MujocoSolver(Struct, frozen=True, eq=False):
                 deadline.check()
                 mujoco.mj_step(model, data, nstep=min(1000, count - chunk))
             steps, time = steps + count, when
-            position.append(self._position(situation, free, data))
+            position.append(self._position(state, free, data))
         seconds = clock.process_time() - started
         if not np.isfinite(position[-1]).all() or data.time < 0.99 * time:
-            raise Failed("MuJoCo's motion grew without bounds")
-        return Trial(seconds, STAGES[self.integrator] * steps, np.array(position))
+            raise SolverFailed("MuJoCo's motion grew without bounds")
+        return SolverRun(seconds, STAGES[self.integrator] * steps, np.array(position))
 
     def _step(self, tolerance: float) -> float:
         """Return the step for a tolerance [s]."""
@@ -89,18 +89,18 @@ class MujocoSolver(Struct, frozen=True, eq=False):
         fine = (tolerance / 1e-2) ** (1.0 / ORDERS[self.integrator])
         return float(0.1 * period * fine)
 
-    def _position(self, situation: Situation, free: np.ndarray, data: Any) -> np.ndarray:
-        position = situation.position.copy()
+    def _position(self, state: State, free: np.ndarray, data: Any) -> np.ndarray:
+        position = state.position.copy()
         position[free] += data.qpos.reshape(-1, 3)
         return position
 
-    def _text(self, situation: Situation) -> str:
+    def _text(self, state: State) -> str:
         """Return the model: a body for each node, a tendon for each living spring."""
-        gravity = _numbers(situation.gravity)
+        gravity = _numbers(state.gravity)
         bodies = "\n".join(
-            _body(node, situation) for node in range(self.problem.network.node_count)
+            _body(node, state) for node in range(self.problem.network.node_count)
         )
-        tendons = "\n".join(_tendon(spring, situation) for spring in _acting(situation))
+        tendons = "\n".join(_tendon(spring, state) for spring in _acting(state))
         return f"""<mujoco>
 <option integrator="{self.integrator}" gravity="{gravity}" timestep="1e-4" jacobian="sparse">
 <flag contact="disable" constraint="disable"/></option>
@@ -109,14 +109,14 @@ class MujocoSolver(Struct, frozen=True, eq=False):
 </mujoco>"""
 
 
-def _acting(situation: Situation) -> np.ndarray:
-    ends = situation.network.ends
-    return np.flatnonzero(situation.alive & ~situation.held[ends].all(axis=1))
+def _acting(state: State) -> np.ndarray:
+    ends = state.network.ends
+    return np.flatnonzero(state.alive & ~state.held[ends].all(axis=1))
 
 
-def _body(node: int, situation: Situation) -> str:
-    mass, place = float(situation.mass[node]), _numbers(situation.position[node])
-    drag = float(situation.braking[node])
+def _body(node: int, state: State) -> str:
+    mass, place = float(state.mass[node]), _numbers(state.position[node])
+    drag = float(state.braking[node])
     slides = "".join(
         f'<joint type="slide" axis="{axis}" damping="{drag!r}"/>'
         for axis in ("1 0 0", "0 1 0", "0 0 1")
@@ -125,16 +125,16 @@ def _body(node: int, situation: Situation) -> str:
     return (
         f'<body name="b{node}" pos="{place}">'
         f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{inertia}"/>'
-        f'{"" if situation.held[node] else slides}<site name="s{node}"/></body>'
+        f'{"" if state.held[node] else slides}<site name="s{node}"/></body>'
     )
 
 
-def _tendon(spring: int, situation: Situation) -> str:
-    first, second = situation.network.ends[spring]
+def _tendon(spring: int, state: State) -> str:
+    first, second = state.network.ends[spring]
     return (
-        f'<spatial stiffness="{float(situation.stiffness[spring])!r}" '
-        f'damping="{float(situation.damping[spring])!r}" '
-        f'springlength="{float(situation.rest[spring])!r}">'
+        f'<spatial stiffness="{float(state.stiffness[spring])!r}" '
+        f'damping="{float(state.damping[spring])!r}" '
+        f'springlength="{float(state.rest[spring])!r}">'
         f'<site site="s{first}"/><site site="s{second}"/></spatial>'
     )
 

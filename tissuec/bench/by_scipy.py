@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 from tissuec.bench.driven import DrivenSolver
 from tissuec.bench.kernel import Kernel
-from tissuec.bench.trial import Deadline, Failed
+from tissuec.bench.trial import Deadline, SolverFailed
 from tissuec.model.network import Floats
 
 EXPLICIT = ("RK23", "RK45", "DOP853")
@@ -36,7 +36,7 @@ class SciPySolver(DrivenSolver, frozen=True):
                 **self._matrix(kernel),
             )
         if not found.success or not np.isfinite(found.y).all():
-            raise Failed(str(found.message))
+            raise SolverFailed(str(found.message))
         return found.y.T[:-1], found.y[:, -1]
 
     def _matrix(self, kernel: Kernel) -> dict[str, Any]:

@@ -6,9 +6,9 @@ from msgspec import Struct
 
 from tissuec.bench.kernel import Kernel
 from tissuec.bench.player import walk
-from tissuec.bench.problem import Problem
-from tissuec.bench.scales import Scales
-from tissuec.bench.trial import Deadline, Trial
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.scales import MotionScales
+from tissuec.bench.trial import Deadline, SolverRun
 from tissuec.model.network import Floats
 
 FINEST = 1e-13
@@ -23,16 +23,16 @@ class DrivenSolver(Struct, frozen=True, eq=False):
 
     library: ClassVar[str]
 
-    problem: Problem
+    problem: BenchProblem
     method: str
-    scales: Scales
+    scales: MotionScales
     ours: bool = False
 
     @property
     def name(self) -> str:
         return f"{self.library} {self.method}"
 
-    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
+    def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
         """Return a run at a tolerance; see ``Solver``."""
 
         def integrate(kernel: Kernel, times: Floats) -> tuple[Floats, Floats]:

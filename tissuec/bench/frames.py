@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.bench.problem import Problem
+from tissuec.bench.problem import BenchProblem
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder, Samples
 from tissuec.model.network import Floats
 
 
-class Frames(Recorder):
+class PositionRecorder(Recorder):
     """Keeps the positions at the times of a problem."""
 
-    def __init__(self, problem: Problem):
+    def __init__(self, problem: BenchProblem):
         super().__init__(problem.network, problem.plan, MemoryRecording())
         self.times = problem.times
         self._rows: list[Floats] = []

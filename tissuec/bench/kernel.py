@@ -14,13 +14,13 @@ from scipy import sparse
 
 from tissuec.bench.trial import Deadline
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.operations import operations
 from tissuec.engine.rate import Unknowns
 from tissuec.kernels.loading import address
 from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import Floats, Integers
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 Rate = Callable[[float, int, int], None]
 OPERATIONS = ("force", "place")
@@ -30,8 +30,8 @@ class Kernel:
     """What moves a net until the next event or knot.
 
     Args:
-        layout: Of the network; it is updated to the situation.
-        situation: Where the stretch begins.
+        layout: Of the network; it is updated to the state.
+        state: Where the stretch begins.
         until: The next event [s].
 
     Attributes:
@@ -39,16 +39,16 @@ class Kernel:
         evaluations: How often the forces were asked for.
     """
 
-    def __init__(self, layout: Layout, situation: Situation, until: float):
-        layout.update(situation)
-        self.start, self.stop = situation.time, layout.next_knot(situation.time, until)
+    def __init__(self, layout: KernelInputs, state: State, until: float):
+        layout.update(state)
+        self.start, self.stop = state.time, layout.next_knot(state.time, until)
         layout.start, layout.until = self.start, self.stop
         self._layout, self.evaluations = layout, 0
         slot = layout.solver().slot
         self.nodes = np.flatnonzero(slot >= 0)[np.argsort(slot[slot >= 0])]
-        self._origin = layout.inwards(situation.network.position)
-        still = np.where((layout.held & ~layout.moved)[:, None], 0.0, situation.velocity)
-        self._x, self._v = layout.inwards(situation.position), layout.inwards(still)
+        self._origin = layout.inwards(state.network.position)
+        still = np.where((layout.held & ~layout.moved)[:, None], 0.0, state.velocity)
+        self._x, self._v = layout.inwards(state.position), layout.inwards(still)
         needed = replace(layout.features, watched=False, crushed=False, ledger=False)
         called = operations(frozenset(OPERATIONS), needed)
         net = layout.net(INTEGRATORS["dop853"])
@@ -83,14 +83,14 @@ class Kernel:
 
         return f
 
-    def leave(self, situation: Situation, y: Floats) -> None:
-        """Make the unknowns at the stop the state of a situation."""
+    def leave(self, state: State, y: Floats) -> None:
+        """Set a state to the unknowns at the stop."""
         free = self._layout.order[self.nodes]
         pairs = y.reshape(-1, 3, 2)
-        situation.time = self.stop
-        situation.position[free] = situation.network.position[free] + pairs[..., 0]
-        situation.velocity[free] = pairs[..., 1]
-        situation.place_held()
+        state.time = self.stop
+        state.position[free] = state.network.position[free] + pairs[..., 0]
+        state.velocity[free] = pairs[..., 1]
+        state.place_held()
 
     def positions(self, rows: Floats, position: Floats) -> None:
         """Set the free nodes of positions [m] to those of unknowns.
@@ -100,7 +100,7 @@ class Kernel:
             position: Shape (row, node, 3); only free nodes are written.
         """
         free = self._layout.order[self.nodes]
-        drawn = self._layout.situation.network.position[free]
+        drawn = self._layout.state.network.position[free]
         position[:, free] = drawn + rows.reshape(len(rows), -1, 3, 2)[..., 0]
 
     @property

@@ -4,9 +4,9 @@ import time as clock
 
 from msgspec import Struct
 
-from tissuec.bench.frames import Frames
-from tissuec.bench.problem import Problem
-from tissuec.bench.trial import Deadline, Failed, OutOfTime, Trial
+from tissuec.bench.frames import PositionRecorder
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.trial import Deadline, OutOfTime, SolverFailed, SolverRun
 from tissuec.engine.execution.run import run
 from tissuec.script.plan import AUTOMATIC
 
@@ -18,7 +18,7 @@ class EngineSolver(Struct, frozen=True, eq=False):
         method: "automatic" or a member of ``INTEGRATORS``.
     """
 
-    problem: Problem
+    problem: BenchProblem
     method: str
     ours: bool = True
 
@@ -26,9 +26,9 @@ class EngineSolver(Struct, frozen=True, eq=False):
     def name(self) -> str:
         return self.method
 
-    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
+    def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
         """Return a run at a tolerance; see ``Solver``."""
-        problem, frames = self.problem, Frames(self.problem)
+        problem, frames = self.problem, PositionRecorder(self.problem)
         started = clock.process_time()
         outcome = run(
             problem.network,
@@ -40,7 +40,7 @@ class EngineSolver(Struct, frozen=True, eq=False):
         if outcome.kind == "interrupted":
             raise OutOfTime("the budget of time was used up")
         if outcome.kind != "done":
-            raise Failed(outcome.message)
+            raise SolverFailed(outcome.message)
         if self.method not in (AUTOMATIC, statistics.method):
-            raise Failed(f"{statistics.method} took over: {statistics.reason}")
-        return Trial(seconds, statistics.evaluations, frames.position)
+            raise SolverFailed(f"{statistics.method} took over: {statistics.reason}")
+        return SolverRun(seconds, statistics.evaluations, frames.position)

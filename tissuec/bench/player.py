@@ -6,14 +6,14 @@ from collections.abc import Callable
 import numpy as np
 from msgspec import Struct
 
-from tissuec.bench.frames import Frames
+from tissuec.bench.frames import PositionRecorder
 from tissuec.bench.kernel import Kernel
-from tissuec.bench.problem import Problem
-from tissuec.bench.trial import Trial
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.trial import SolverRun
 from tissuec.engine.execution.actions import Stage
-from tissuec.engine.execution.run_state import Standing
-from tissuec.engine.kernel_inputs import Layout
-from tissuec.mechanics.situation import Situation
+from tissuec.engine.execution.run_state import RunState
+from tissuec.engine.kernel_inputs import KernelInputs
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 
 # From a kernel and times within its stretch, shape (row,), to the unknowns at these times,
@@ -30,24 +30,24 @@ class _Leg(Struct, frozen=True, eq=False):
     unknowns: Floats
 
 
-def walk(problem: Problem, integrate: Integrate) -> Trial:
+def walk(problem: BenchProblem, integrate: Integrate) -> SolverRun:
     """Return the run of a problem whose stretches something else integrates."""
     started = clock.process_time()
-    frames = Frames(problem)
-    standing = Standing.begin(problem.network, problem.plan, frames.memory)
-    stage = Stage(problem.network, problem.plan, frames, standing)
-    layout = Layout(problem.network, watched=False, ledger=False)
-    situation, legs, row = standing.situation, [], 0
+    frames = PositionRecorder(problem)
+    run_state = RunState.begin(problem.network, problem.plan, frames.memory)
+    stage = Stage(problem.network, problem.plan, frames, run_state)
+    layout = KernelInputs(problem.network, watched=False, ledger=False)
+    state, legs, row = run_state.state, [], 0
     duration = problem.plan.simulation.duration
     stage.begin()
-    while situation.time < duration:
-        kernel = Kernel(layout, situation, min(standing.agenda.next, duration))
+    while state.time < duration:
+        kernel = Kernel(layout, state, min(run_state.queue.next, duration))
         stop = int(np.searchsorted(problem.times, kernel.stop))
         times = problem.times[row:stop]
-        held = _held(situation, times)
+        held = _held(state, times)
         rows, end = integrate(kernel, times)
         legs.append(_Leg(kernel, held, row, rows))
-        kernel.leave(situation, end)
+        kernel.leave(state, end)
         stage.happen()
         row = stop
     seconds = clock.process_time() - started
@@ -56,13 +56,13 @@ def walk(problem: Problem, integrate: Integrate) -> Trial:
         part = position[leg.first : leg.first + len(leg.unknowns)]
         part[:] = leg.held
         leg.kernel.positions(leg.unknowns, part)
-    position[row:] = situation.position
-    return Trial(seconds, sum(leg.kernel.evaluations for leg in legs), position)
+    position[row:] = state.position
+    return SolverRun(seconds, sum(leg.kernel.evaluations for leg in legs), position)
 
 
-def _held(situation: Situation, times: Floats) -> Floats:
+def _held(state: State, times: Floats) -> Floats:
     """Return where held and driven nodes are at times within a stretch, (row, node, 3)."""
-    position = np.repeat(situation.position[None], len(times), axis=0)
-    for motion in situation.motions.values():
+    position = np.repeat(state.position[None], len(times), axis=0)
+    for motion in state.motions.values():
         position[:, motion.nodes] = motion.at(times)[0]
     return position

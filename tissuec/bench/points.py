@@ -6,15 +6,15 @@ from statistics import median
 
 from msgspec import Struct
 
-from tissuec.bench.problem import Problem
-from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.trial import Deadline, OutOfTime, Solver, SolverFailed, SolverRun
 from tissuec.core.errors import counted
 from tissuec.model.network import Floats
 
 Tell = Callable[[str], None]
 
 
-class Point(Struct, frozen=True, eq=False):
+class MeasuredPoint(Struct, frozen=True, eq=False):
     """A solver at a tolerance.
 
     Attributes:
@@ -33,7 +33,7 @@ class Point(Struct, frozen=True, eq=False):
     position: Floats
 
 
-class Gap(Struct, frozen=True):
+class MissingPoint(Struct, frozen=True):
     """A solver without a point at a tolerance, and why."""
 
     name: str
@@ -42,7 +42,7 @@ class Gap(Struct, frozen=True):
 
 
 def measure(
-    problem: Problem,
+    problem: BenchProblem,
     solvers: Sequence[Solver],
     tolerances: Sequence[float],
     truth: Floats,
@@ -50,7 +50,7 @@ def measure(
     repeat: int,
     budget: float,
     tell: Tell,
-) -> tuple[list[Point], list[Gap]]:
+) -> tuple[list[MeasuredPoint], list[MissingPoint]]:
     """Return the points that could be measured, and why others could not.
 
     Each point is run once untimed, so that nothing waits for a compiler; then all points take
@@ -63,13 +63,13 @@ def measure(
         budget: Time of the processor that a run may take [s].
         tell: Told what is being done.
     """
-    found: dict[tuple[int, float], Trial] = {}
-    gaps: list[Gap] = []
+    found: dict[tuple[int, float], SolverRun] = {}
+    gaps: list[MissingPoint] = []
     for number, solver in enumerate(solvers):
         tell(f"{solver.name} …")
         for tolerance, outcome in _explore(solver, tolerances, budget):
             tell(f"  {tolerance:g}: {_brief(outcome)}")
-            if isinstance(outcome, Trial):
+            if isinstance(outcome, SolverRun):
                 found[number, tolerance] = outcome
             elif (outcome.name, outcome.why) not in {(gap.name, gap.why) for gap in gaps}:
                 gaps.append(outcome)
@@ -82,7 +82,7 @@ def measure(
             trial = solvers[number].solve(tolerance, Deadline(inf))
             seconds[number, tolerance].append(trial.seconds)
     points = [
-        Point(
+        MeasuredPoint(
             name=solvers[number].name,
             ours=solvers[number].ours,
             tolerance=tolerance,
@@ -98,27 +98,27 @@ def measure(
 
 def _explore(
     solver: Solver, tolerances: Sequence[float], budget: float
-) -> Iterator[tuple[float, Trial | Gap]]:
+) -> Iterator[tuple[float, SolverRun | MissingPoint]]:
     """Run a solver from coarse to fine until it takes too long; yield what came of it."""
     for tolerance in tolerances:
         try:
             yield tolerance, _twice(solver, tolerance, budget)
         except OutOfTime:
             why = f"takes more than {budget:g} s, and finer ones would take more"
-            yield tolerance, Gap(solver.name, tolerance, why)
+            yield tolerance, MissingPoint(solver.name, tolerance, why)
             return
-        except Failed as failure:
-            yield tolerance, Gap(solver.name, tolerance, str(failure))
+        except SolverFailed as failure:
+            yield tolerance, MissingPoint(solver.name, tolerance, str(failure))
 
 
-def _brief(outcome: Trial | Gap) -> str:
+def _brief(outcome: SolverRun | MissingPoint) -> str:
     """Return what came of a run, in a few words."""
-    if isinstance(outcome, Gap):
+    if isinstance(outcome, MissingPoint):
         return outcome.why
     return f"{outcome.seconds:.3g} s, {counted(outcome.evaluations, 'evaluation')}"
 
 
-def _twice(solver: Solver, tolerance: float, budget: float) -> Trial:
+def _twice(solver: Solver, tolerance: float, budget: float) -> SolverRun:
     """Return a run; tried again if it took too long, perhaps by compiling."""
     try:
         return solver.solve(tolerance, Deadline(budget))

@@ -11,7 +11,7 @@ from tissuec.validate.engine_run import output_times, thinned
 from tissuec.validate.uncertainty import relative_positions
 
 
-class Problem(Struct, frozen=True, eq=False):
+class BenchProblem(Struct, frozen=True, eq=False):
     """A scene without what it writes and expects.
 
     Attributes:
@@ -23,7 +23,7 @@ class Problem(Struct, frozen=True, eq=False):
     times: Floats
 
     @classmethod
-    def of(cls, compiled: Compiled) -> "Problem":
+    def of(cls, compiled: Compiled) -> "BenchProblem":
         """Return the problem of a compiled scene."""
         network, plan = compiled.network, compiled.plan
         nothing = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)

@@ -6,7 +6,7 @@ from math import exp, log
 
 from msgspec import Struct
 
-from tissuec.bench.points import Point
+from tissuec.bench.points import MeasuredPoint
 
 
 class Ratio(Struct, frozen=True):
@@ -31,7 +31,7 @@ class Ratio(Struct, frozen=True):
 
 
 def ratios(
-    points: Sequence[Point], name: str, errors: Iterable[float], floor: float
+    points: Sequence[MeasuredPoint], name: str, errors: Iterable[float], floor: float
 ) -> list[Ratio]:
     """Return how a method of the engine compares at some errors.
 
@@ -54,7 +54,7 @@ def ratios(
 
 
 def fastest(
-    points: Sequence[Point], names: Iterable[str], error: float, floor: float
+    points: Sequence[MeasuredPoint], names: Iterable[str], error: float, floor: float
 ) -> tuple[str, float] | None:
     """Return who needs the least time for an error, and that time [s]."""
     times = {name: time_at(points, name, error, floor) for name in sorted(names)}
@@ -62,7 +62,9 @@ def fastest(
     return min(known.items(), key=lambda item: item[1]) if known else None
 
 
-def time_at(points: Sequence[Point], name: str, error: float, floor: float) -> float | None:
+def time_at(
+    points: Sequence[MeasuredPoint], name: str, error: float, floor: float
+) -> float | None:
     """Return the time that a solver needs for an error [s], None if it was never that exact.
 
     Points that another one of the solver beats in both are passed over.

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from tissuec.bench.bench import Bench
-from tissuec.bench.points import Point
+from tissuec.bench.bench import BenchResult
+from tissuec.bench.points import MeasuredPoint
 from tissuec.bench.ratios import Ratio
 from tissuec.core.errors import counted
 
@@ -11,7 +11,7 @@ POINTS = ("method", "tolerance", "error", "time", "evaluations")
 RATIOS = ("error", "best other", "time", "automatic", "ratio", "best of ours", "time", "ratio")
 
 
-def as_text(bench: Bench) -> list[str]:
+def as_text(bench: BenchResult) -> list[str]:
     """Return tables and remarks, line by line."""
     network, truth = bench.problem.network, bench.truth
     lines = [
@@ -28,7 +28,7 @@ def as_text(bench: Bench) -> list[str]:
     return [*lines, *([""] if remarks or bench.left_out else []), *remarks, *bench.left_out]
 
 
-def as_dict(bench: Bench) -> dict[str, Any]:
+def as_dict(bench: BenchResult) -> dict[str, Any]:
     """Return all numbers, in SI units."""
     network, truth = bench.problem.network, bench.truth
     return {
@@ -82,7 +82,7 @@ def seconds(value: float) -> str:
     return f"{value:.3g} s" if value >= 1.0 else f"{1e3 * value:.3g} ms"
 
 
-def _point(point: Point, floor: float) -> tuple[str, ...]:
+def _point(point: MeasuredPoint, floor: float) -> tuple[str, ...]:
     error = f"{point.error:.1e}" if point.error > floor else f"< {floor:.1e}"
     time = seconds(point.seconds)
     return point.name, f"{point.tolerance:g}", error, time, str(point.evaluations)

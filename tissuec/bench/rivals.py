@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 
 from tissuec.bench import by_cvode, by_mujoco, by_scipy
-from tissuec.bench.problem import Problem
-from tissuec.bench.scales import Scales
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.scales import MotionScales
 from tissuec.bench.trial import Solver
 
 SURPRISES = (
@@ -22,7 +22,7 @@ MEMORY = (
 CONTACT = "other solvers are left out: what is near to what must be listed anew on the way"
 
 
-def rivals(problem: Problem, scales: Scales) -> tuple[list[Solver], list[str]]:
+def rivals(problem: BenchProblem, scales: MotionScales) -> tuple[list[Solver], list[str]]:
     """Return the other solvers that can solve a problem, and sentences about those left out."""
     if problem.has_surprises:
         return [], [SURPRISES]
@@ -38,7 +38,7 @@ def rivals(problem: Problem, scales: Scales) -> tuple[list[Solver], list[str]]:
 Offer = tuple[list[Solver], str]
 
 
-def _by_scipy(problem: Problem, scales: Scales) -> Offer:
+def _by_scipy(problem: BenchProblem, scales: MotionScales) -> Offer:
     coordinates = 3 * problem.network.node_count
     methods: Iterable[str] = (*by_scipy.EXPLICIT, *by_scipy.IMPLICIT)
     why = ""
@@ -51,14 +51,14 @@ def _by_scipy(problem: Problem, scales: Scales) -> Offer:
     return [by_scipy.SciPySolver(problem, method, scales) for method in methods], why
 
 
-def _by_cvode(problem: Problem, scales: Scales) -> Offer:
+def _by_cvode(problem: BenchProblem, scales: MotionScales) -> Offer:
     if find_spec("sksundae") is None:
         return [], _missing("CVODE", "scikit-sundae")
     methods = by_cvode.METHODS
     return [by_cvode.CvodeSolver(problem, method, scales) for method in methods], ""
 
 
-def _by_mujoco(problem: Problem) -> Offer:
+def _by_mujoco(problem: BenchProblem) -> Offer:
     if find_spec("mujoco") is None:
         return [], _missing("MuJoCo", "mujoco")
     if why := by_mujoco.refusal(problem):

@@ -4,18 +4,18 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.bench.kernel import Kernel
-from tissuec.bench.problem import Problem
+from tissuec.bench.problem import BenchProblem
 from tissuec.model.network import Floats
 
 
-class Scales(Struct, frozen=True):
+class MotionScales(Struct, frozen=True):
     """Largest displacement [m] and speed [m/s] of a motion."""
 
     displacement: float
     speed: float
 
     @classmethod
-    def of(cls, problem: Problem, position: Floats) -> "Scales":
+    def of(cls, problem: BenchProblem, position: Floats) -> "MotionScales":
         """Return the scales of a solution, its speeds by differences of positions.
 
         Args:

@@ -1,15 +1,15 @@
-"""Where a run starts: the situation behind the orders of 0 s."""
+"""Where a run starts: the state behind the orders of 0 s."""
 
-from tissuec.bench.frames import Frames
-from tissuec.bench.problem import Problem
+from tissuec.bench.frames import PositionRecorder
+from tissuec.bench.problem import BenchProblem
 from tissuec.engine.execution.actions import Stage
-from tissuec.engine.execution.run_state import Standing
-from tissuec.mechanics.situation import Situation
+from tissuec.engine.execution.run_state import RunState
+from tissuec.mechanics.state import State
 
 
-def situation_at_start(problem: Problem) -> Situation:
-    """Return the situation after the events of 0 s."""
-    frames = Frames(problem)
-    standing = Standing.begin(problem.network, problem.plan, frames.memory)
-    Stage(problem.network, problem.plan, frames, standing).begin()
-    return standing.situation
+def state_at_start(problem: BenchProblem) -> State:
+    """Return the state after the events of 0 s."""
+    frames = PositionRecorder(problem)
+    run_state = RunState.begin(problem.network, problem.plan, frames.memory)
+    Stage(problem.network, problem.plan, frames, run_state).begin()
+    return run_state.state

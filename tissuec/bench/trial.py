@@ -10,7 +10,7 @@ from tissuec.kernels import loading
 from tissuec.model.network import Floats
 
 
-class Failed(TissueError):
+class SolverFailed(TissueError):
     """A solver could not go on; the message says why."""
 
 
@@ -40,7 +40,7 @@ class Deadline:
             raise OutOfTime("the budget of time was used up")
 
 
-class Trial(Struct, frozen=True, eq=False):
+class SolverRun(Struct, frozen=True, eq=False):
     """A finished run.
 
     Attributes:
@@ -67,7 +67,7 @@ class Solver(Protocol):
     @property
     def ours(self) -> bool: ...
 
-    def solve(self, tolerance: float, deadline: Deadline) -> Trial:
+    def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
         """Return a run at a tolerance.
 
         Raises:

@@ -8,10 +8,10 @@ from msgspec.structs import replace
 
 from tissuec.bench.by_scipy import SciPySolver
 from tissuec.bench.ours import EngineSolver
-from tissuec.bench.points import Point, Tell
-from tissuec.bench.problem import Problem
-from tissuec.bench.scales import Scales
-from tissuec.bench.trial import Deadline, Failed, OutOfTime, Solver, Trial
+from tissuec.bench.points import MeasuredPoint, Tell
+from tissuec.bench.problem import BenchProblem
+from tissuec.bench.scales import MotionScales
+from tissuec.bench.trial import Deadline, OutOfTime, Solver, SolverFailed, SolverRun
 from tissuec.core.errors import TissueError
 from tissuec.model.network import Floats
 from tissuec.script.plan import AUTOMATIC
@@ -30,7 +30,7 @@ class Unknown(TissueError):
     """No solution came out that anything could be measured against."""
 
 
-class Truth(Struct, frozen=True, eq=False):
+class BestSolution(Struct, frozen=True, eq=False):
     """A solution.
 
     Attributes:
@@ -46,19 +46,19 @@ class Truth(Struct, frozen=True, eq=False):
     second: str = ""
     apart: float = inf
 
-    def uncertainty(self, points: Iterable[Point]) -> float:
+    def uncertainty(self, points: Iterable[MeasuredPoint]) -> float:
         """Return how far the nearest solution by any other solver is from this one."""
         others = (p for p in points if p.name not in (self.method, AUTOMATIC))
         return min([self.apart, *(point.error for point in others)])
 
 
 def find_truth(
-    problem: Problem,
+    problem: BenchProblem,
     finest: float,
     budget: float,
     patience: float = PATIENCE,
     tell: Tell = lambda text: None,
-) -> Truth:
+) -> BestSolution:
     """Return the solution of the first method that comes to the end, and a second opinion.
 
     Args:
@@ -76,12 +76,12 @@ def find_truth(
     solver, trial = _first(ours, tolerance, budget, tell)
     if solver is None or trial is None:
         raise Unknown(f"no reference with a tolerance of {tolerance:g} came out in time")
-    truth = Truth(solver.name, tolerance, trial.position)
+    truth = BestSolution(solver.name, tolerance, trial.position)
     if problem.has_surprises or problem.remembers:
         others = [other for other in ours if other is not solver]
         judge, second = _first(others, tolerance, second_budget, tell)
     else:
-        scales = Scales.of(problem, trial.position)
+        scales = MotionScales.of(problem, trial.position)
         scipy = [SciPySolver(problem, method, scales) for method in OTHERS]
         judge, second = _first(scipy, tolerance / FINER, second_budget, tell)
     if judge is None or second is None:
@@ -92,7 +92,7 @@ def find_truth(
 
 def _first(
     solvers: Sequence[Solver], tolerance: float, budget: float, tell: Tell
-) -> tuple[Solver | None, Trial | None]:
+) -> tuple[Solver | None, SolverRun | None]:
     """Return the first solver that comes to the end, with its run.
 
     They take turns with more and more time, because on stiff scenes the one that is quick
@@ -106,7 +106,7 @@ def _first(
             tell(f"reference: {solver.name} at {tolerance:g}, for up to {seconds:.3g} s …")
             try:
                 return solver, solver.solve(tolerance, Deadline(seconds))
-            except Failed:
+            except SolverFailed:
                 left.remove(solver)
             except OutOfTime:
                 if share == 1.0:

@@ -9,7 +9,7 @@ import click
 from tissuec.core.units import TIME, parse_unit
 
 
-class Moment(click.ParamType):
+class TimeArgument(click.ParamType):
     """A time, in seconds or with its unit."""
 
     name = "time"

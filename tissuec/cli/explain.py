@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from tissuec.analysis.bodies import BodyProperties
     from tissuec.compiler.compile import Compiled
     from tissuec.compiler.prediction import Prediction
-    from tissuec.compiler.provenance import Row
+    from tissuec.compiler.provenance import ProvenanceRow
     from tissuec.scene.model import Tissue
-    from tissuec.scene.resolve import Words
+    from tissuec.scene.resolve import ResolvedProgram
 
 CODE = re.compile(r"(TIS|W)\d+", re.IGNORECASE)
 COLUMNS = (17, 24, 10, 32)  # least widths, so that the tables of most tissues look alike
@@ -107,7 +107,7 @@ def _bodies_of(compiled: "Compiled") -> "tuple[BodyProperties, ...]":
 
 
 def _document(
-    words: "Words",
+    words: "ResolvedProgram",
     tissues: "list[Tissue]",
     plan: "Prediction | None",
     bodies: "tuple[BodyProperties, ...] | None",
@@ -125,7 +125,7 @@ def _document(
     return document
 
 
-def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
+def _chosen(words: "ResolvedProgram", name: str | None) -> "list[Tissue]":
     """Return the tissue asked for; otherwise those that are used, or all where none is."""
     from tissuec.compiler.provenance import used_tissues
     from tissuec.core.names import key_of
@@ -139,7 +139,7 @@ def _chosen(words: "Words", name: str | None) -> "list[Tissue]":
     return [known[key]]
 
 
-def _print_params(words: "Words") -> None:
+def _print_params(words: "ResolvedProgram") -> None:
     from tissuec.compiler.provenance import SET
 
     for parameter in words.constants.parameters():
@@ -159,7 +159,7 @@ def _print_tissue(tissue: "Tissue") -> None:
         echo(f"  {name:<17}none: {reason}")
 
 
-def _cells(row: "Row") -> Iterator[tuple[str, ...]]:
+def _cells(row: "ProvenanceRow") -> Iterator[tuple[str, ...]]:
     """Yield the lines of an entry; the second reason and further ones without its head."""
     if row.kind == "property":  # no rule speaks for it, which leaves a column free
         yield row.name, row.value, row.how, row.reasons[0].place

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from tissuec.cli.arguments import Moment
+from tissuec.cli.arguments import TimeArgument
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
 from tissuec.core.errors import TissueError, alternatives, counted
 
 if TYPE_CHECKING:
     from tissuec.model.network import Floats
-    from tissuec.results.shapes import Shape
+    from tissuec.results.shapes import ExportedShape
     from tissuec.results.trajectory import Trajectory
 
 FRAMES = ("vtu", "obj", "ply")
@@ -44,7 +44,9 @@ STDOUT = "-"
     type=int,
     help="Frame to write as VTU, OBJ or PLY, counted from 0; negative from the end.",
 )
-@click.option("--time", "time", type=Moment(), help="The frame nearest to this time instead.")
+@click.option(
+    "--time", "time", type=TimeArgument(), help="The frame nearest to this time instead."
+)
 @click.option("--all", "every", is_flag=True, help="All frames, in one numbered file each.")
 def command(
     settings: Settings,
@@ -147,7 +149,7 @@ class _Series(NamedTuple):
     """What there is a shape of in each frame."""
 
     times: "Floats"
-    shape: "Callable[[int], Shape]"
+    shape: "Callable[[int], ExportedShape]"
     save: "Callable[[Path], None] | None"  # all frames in one file
 
 

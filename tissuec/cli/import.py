@@ -14,7 +14,7 @@ from tissuec.core.errors import TissueError, counted
 from tissuec.core.fields import LocatedFile
 
 if TYPE_CHECKING:
-    from tissuec.meshes.repair import Shape
+    from tissuec.meshes.repair import RepairedMesh
 
 _MOST_GROUPS = 20  # that are listed in a scene; --json has all of them
 _CELLS_ACROSS = 8  # of a proposed filling, along the shortest side
@@ -77,7 +77,7 @@ def _factor(unit: str) -> float:
     return found.factor
 
 
-def _facts(shape: "Shape") -> dict:
+def _facts(shape: "RepairedMesh") -> dict:
     """Return what is in a mesh file, repaired, in SI units."""
     from tissuec.geometry.edges import Edges, volume
 
@@ -96,7 +96,7 @@ def _facts(shape: "Shape") -> dict:
     }
 
 
-def _scene(shape: "Shape", name: str, unit: str) -> str:
+def _scene(shape: "RepairedMesh", name: str, unit: str) -> str:
     low, high = shape.position.min(axis=0), shape.position.max(axis=0)
     facts = _facts(shape)
     filling = ""

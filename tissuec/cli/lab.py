@@ -17,13 +17,13 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )
-from tissuec.cli.plot import Reading
+from tissuec.cli.plot import OptionReader
 from tissuec.core.errors import TissueError
 from tissuec.core.units import LENGTH
 from tissuec.view.plots.options import reader
 
 if TYPE_CHECKING:
-    from tissuec.analysis.lab.laboratory import Examination, Row
+    from tissuec.analysis.lab.laboratory import Examination, TestRow
 
 HEADS = ("test", "quantity", "coarse", "fine", "given", "known", "verdict")
 LEAST = (14, 18, 12, 12, 12, 12)
@@ -42,13 +42,13 @@ def _length(text: str) -> float:
 @click.option(
     "--thickness",
     metavar="LENGTH",
-    type=Reading(_length),
+    type=OptionReader(_length),
     help='Test strips of a sheet of this thickness, such as "1 mm", and not bars.',
 )
 @click.option(
     "--spacing",
     metavar="LENGTH",
-    type=Reading(_length),
+    type=OptionReader(_length),
     default="2.5 mm",
     show_default=True,
     help="Length of cells, for tissues whose quantities belong to springs.",
@@ -127,7 +127,7 @@ def _print(found: "Examination") -> None:
     echo(f"  {f'{wrong} of {len(found.rows)} rows are wrong' if wrong else 'no contradiction'}")
 
 
-def _cells(row: "Row") -> tuple[str, ...]:
+def _cells(row: "TestRow") -> tuple[str, ...]:
     given = "" if row.given is None else row.shown(row.given)
     known = ", ".join(one.shown for one in row.known)
     values = (row.shown(row.coarse), row.shown(row.fine))

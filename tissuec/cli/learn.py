@@ -31,17 +31,17 @@ if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.learn.fit.outcome import Learnt
     from tissuec.pipeline import Request
-    from tissuec.script.fit_problem import Lesson
+    from tissuec.script.fit_problem import FitProblem
 
 GRADIENT = 1e-6  # relative difference from which on an exact derivative is wrong
 KEPT = ".learning"  # behind the name of a preset: what goes on after an interruption
 
 
-class Wishes(Struct, frozen=True):
+class LearnOptions(Struct, frozen=True):
     """What the options of the command ask for.
 
     Attributes:
-        again: The command line that goes on with an interrupted learning, by lesson.
+        again: The command line that goes on with an interrupted learning, by fit_problem.
     """
 
     output: Path | None
@@ -105,36 +105,40 @@ def command(
         return WRONG_TEXT
     if not settings.json:
         report(warnings, settings)
-    lessons = _chosen(compiled.lessons, name, scene)
-    if options["output"] is not None and len(lessons) > 1:
+    fit_problems = _chosen(compiled.fit_problems, name, scene)
+    if options["output"] is not None and len(fit_problems) > 1:
         raise click.UsageError("-o names the preset of one learn block; name the block, too")
     again = _again(scene, name, wording.set_options(overrides, libraries), strict, options)
-    wishes = Wishes(again=again, **options)
+    wishes = LearnOptions(again=again, **options)
     codes: list[int] = []
     documents: list[dict[str, Any]] = []
-    for lesson in lessons:
-        code, document = _carry_out(compiled, lesson, request, wishes, settings)
+    for fit_problem in fit_problems:
+        code, document = _carry_out(compiled, fit_problem, request, wishes, settings)
         codes.append(code)
-        facts = {"scene": str(scene), "lesson": lesson.name, "ok": code == DONE}
+        facts = {"scene": str(scene), "lesson": fit_problem.name, "ok": code == DONE}
         documents.append(facts | {"diagnostics": as_json(warnings)} | document)
         if code > SIGNALLED:
             break
     if settings.json:
-        print_json(documents[0] if len(lessons) == 1 else documents)
+        print_json(documents[0] if len(fit_problems) == 1 else documents)
     return max(codes)
 
 
-def _chosen(lessons: Sequence["Lesson"], name: str | None, scene: Path) -> Sequence["Lesson"]:
+def _chosen(
+    fit_problems: Sequence["FitProblem"], name: str | None, scene: Path
+) -> Sequence["FitProblem"]:
     """Return the learn blocks that are meant."""
     from tissuec.core.names import key_of
 
-    if not lessons:
+    if not fit_problems:
         raise click.UsageError(f'"{scene}" has no learn block')
     if name is None:
-        return lessons
-    found = [lesson for lesson in lessons if key_of(lesson.name) == key_of(name)]
+        return fit_problems
+    found = [
+        fit_problem for fit_problem in fit_problems if key_of(fit_problem.name) == key_of(name)
+    ]
     if not found:
-        names = [lesson.name for lesson in lessons]
+        names = [fit_problem.name for fit_problem in fit_problems]
         hint = did_you_mean(name, names) or f"there are: {', '.join(names)}"
         raise click.UsageError(f'"{scene}" has no learn block called "{name}"; {hint}')
     return found
@@ -158,9 +162,9 @@ def _again(
 
 def _carry_out(
     compiled: "Compiled",
-    lesson: "Lesson",
+    fit_problem: "FitProblem",
     request: "Request",
-    wishes: Wishes,
+    wishes: LearnOptions,
     settings: Settings,
 ) -> tuple[int, dict[str, Any]]:
     """Learn one block, or check its derivatives; returns the exit code and the document."""
@@ -168,8 +172,8 @@ def _carry_out(
 
     try:
         if wishes.gradient:
-            return _check_gradient(compiled, lesson, request, settings)
-        return _learn(compiled, lesson, request, wishes, settings)
+            return _check_gradient(compiled, fit_problem, request, settings)
+        return _learn(compiled, fit_problem, request, wishes, settings)
     except CompileError as error:
         if not settings.json:
             report(error.diagnostics, settings)
@@ -194,9 +198,9 @@ def _carry_out(
 
 def _learn(
     compiled: "Compiled",
-    lesson: "Lesson",
+    fit_problem: "FitProblem",
     request: "Request",
-    wishes: Wishes,
+    wishes: LearnOptions,
     settings: Settings,
 ) -> tuple[int, dict[str, Any]]:
     from tissuec.learn.fit.expectations import judged
@@ -207,22 +211,22 @@ def _learn(
     from tissuec.learn.report.passes import Passes
     from tissuec.learn.report.words import differences, drifts
 
-    target = wishes.output or lesson.write
+    target = wishes.output or fit_problem.write
     if target is not None:
         _keep_others(target, compiled, force=wishes.force)
-        planned = compose(rehearsal(compiled, lesson, request), compiled, request, target)
+        planned = compose(rehearsal(compiled, fit_problem, request), compiled, request, target)
         if not wishes.force:
             refuse_others(planned.files)
-    state = _state(target, lesson, request)
+    state = _state(target, fit_problem, request)
     state.parent.mkdir(parents=True, exist_ok=True)
     if state.exists() and not wishes.fresh and not settings.json:
         settings.say(
             f"resumes from {state} if texts and data are unchanged (--fresh starts again)"
         )
     shown = settings.shows_progress
-    with Passes(f"learn {lesson.name}", shown=shown) as line:
+    with Passes(f"learn {fit_problem.name}", shown=shown) as line:
         learnt = learn(
-            compiled, lesson, request, state=state, fresh=wishes.fresh, progress=line.at
+            compiled, fit_problem, request, state=state, fresh=wishes.fresh, progress=line.at
         )
     scene = compiled.scene
     moved = drifts(scene, learnt.words)
@@ -263,12 +267,12 @@ def _keep_others(target: Path, compiled: "Compiled", *, force: bool) -> None:
         refuse_others([target])
 
 
-def _state(target: Path | None, lesson: "Lesson", request: "Request") -> Path:
+def _state(target: Path | None, fit_problem: "FitProblem", request: "Request") -> Path:
     """Return where passes are kept: beside the preset, or in the current directory."""
     if target is not None:
         return target.with_name(target.name + KEPT)
     stem = Path(request.source.name).stem
-    return Path(f"{stem}.{'_'.join(lesson.name.split())}{KEPT}")
+    return Path(f"{stem}.{'_'.join(fit_problem.name.split())}{KEPT}")
 
 
 def _write(
@@ -276,7 +280,7 @@ def _write(
     compiled: "Compiled",
     request: "Request",
     target: Path | None,
-    wishes: Wishes,
+    wishes: LearnOptions,
     settings: Settings,
 ) -> list[str]:
     """Write the preset, if it goes anywhere; returns the names of the files."""
@@ -315,15 +319,15 @@ def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
 
 
 def _check_gradient(
-    compiled: "Compiled", lesson: "Lesson", request: "Request", settings: Settings
+    compiled: "Compiled", fit_problem: "FitProblem", request: "Request", settings: Settings
 ) -> tuple[int, dict[str, Any]]:
     """Tell how far exact derivatives are from differences; FAILED if too far."""
     from tissuec.learn.fit.learning import check_gradient
     from tissuec.learn.report.gradient import as_lines, is_good
 
-    found = check_gradient(compiled, lesson, request)
+    found = check_gradient(compiled, fit_problem, request)
     worst = max((row.apart for row in found), default=0.0)
     code = DONE if is_good(found, GRADIENT) else FAILED
     if not settings.json:
-        echo("\n".join(as_lines(lesson.name, found, GRADIENT)))
+        echo("\n".join(as_lines(fit_problem.name, found, GRADIENT)))
     return code, {"gradient": [row._asdict() for row in found], "worst": worst}

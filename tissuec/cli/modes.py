@@ -15,7 +15,7 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )
-from tissuec.cli.plot import Reading
+from tissuec.cli.plot import OptionReader
 from tissuec.core.units import FREQUENCY
 from tissuec.view.plots.options import reader
 
@@ -35,7 +35,7 @@ COLUMNS = (6, 12, 10, 15)  # least widths
 )
 @click.option(
     "--above",
-    type=Reading(reader(FREQUENCY)),
+    type=OptionReader(reader(FREQUENCY)),
     metavar="FREQUENCY",
     help="Leave out the modes at and below this frequency; 0 leaves out those that nothing "
     "resists.",

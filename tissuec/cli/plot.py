@@ -15,7 +15,7 @@ from tissuec.view.plots.options import Option, options_of
 SMALLEST, LARGEST = 30.0, 2000.0  # [mm]
 
 
-class Reading(click.ParamType):
+class OptionReader(click.ParamType):
     """What an option of a plot is read by."""
 
     def __init__(self, read: Callable[[str], Any]):
@@ -71,7 +71,7 @@ def _as_click(name: str, options: dict[str, Option], default: Any) -> Any:
     if isinstance(default, bool):
         return click.option(*spellings, name, is_flag=True, default=None, help=text)
     return click.option(
-        *spellings, name, multiple=isinstance(default, tuple), type=Reading(one.read),
+        *spellings, name, multiple=isinstance(default, tuple), type=OptionReader(one.read),
         metavar="|".join(dict.fromkeys(one.metavar for one in options.values())), help=text,
     )  # fmt: skip
 
@@ -80,7 +80,7 @@ def _as_click(name: str, options: dict[str, Option], default: Any) -> Any:
 @click.argument("files", nargs=-1, required=True)
 @click.option(
     "--kind",
-    type=Reading(read_kind),
+    type=OptionReader(read_kind),
     metavar="KIND",
     help=f"What is drawn: {', '.join(PLOTS)}; what suits the file if not given.",
 )
@@ -91,7 +91,10 @@ def _as_click(name: str, options: dict[str, Option], default: Any) -> Any:
     help="Picture to write: .png, .svg or .pdf; named after the file if not given.",
 )
 @click.option(
-    "--size", type=Reading(read_size), metavar="WIDTHxHEIGHT", help="Of the picture, in mm."
+    "--size",
+    type=OptionReader(read_size),
+    metavar="WIDTHxHEIGHT",
+    help="Of the picture, in mm.",
 )
 @click.option(
     "--dpi",

@@ -19,7 +19,7 @@ from tissuec.core.errors import TissueError
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
-    from tissuec.view.report.content import Story
+    from tissuec.view.report.content import ReportContent
 
 SUFFIX = ".report.html"
 
@@ -107,10 +107,10 @@ def _pages(results: Sequence[Path], output: Path | None) -> dict[Path, Path]:
 def _write(
     result: Path, page: Path, validation: Path | None, libraries: tuple[Path, ...],
     settings: Settings, *, validates: bool,
-) -> "tuple[Story, int]":  # fmt: skip
+) -> "tuple[ReportContent, int]":  # fmt: skip
     """Write one page; return what it tells, and the exit code."""
     from tissuec.results.trajectory import Trajectory
-    from tissuec.view.report.content import Story
+    from tissuec.view.report.content import ReportContent
     from tissuec.view.report.page import render
     from tissuec.view.report.recompiled import retell
 
@@ -126,7 +126,7 @@ def _write(
                 raise TissueError(f'cannot validate "{result}": {reasons}')
             document = validated(retelling.compiled, "DOP853", None, settings)
             code = CODES[document["verdict"]]
-        story = Story(trajectory, validation=document, retelling=retelling)
+        story = ReportContent(trajectory, validation=document, retelling=retelling)
         page.write_text(render(story), encoding="utf-8")
     return story, code
 
@@ -146,7 +146,7 @@ def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
     return document
 
 
-def _document(result: Path, page: Path, story: "Story") -> dict[str, Any]:
+def _document(result: Path, page: Path, story: "ReportContent") -> dict[str, Any]:
     return {
         "ok": True,
         "result": str(result),

@@ -210,12 +210,12 @@ def _with_progress(
     compiled: "Compiled", request: "Request", target: Path, settings: Settings, *,
     resume: bool, companion: "Mode", threads: int | None,
 ) -> "Result":  # fmt: skip
-    from tissuec.core.progress import Progress
+    from tissuec.core.progress import RunProgress
     from tissuec.pipeline import simulate
 
     duration = compiled.plan.simulation.duration
     name, shown = request.source.name, settings.shows_progress
-    with Progress(name, duration, shown=shown) as progress:
+    with RunProgress(name, duration, shown=shown) as progress:
         return simulate(
             compiled,
             target,
@@ -239,23 +239,23 @@ def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings
     methods = wording.methods(changes or [(0.0, statistics.method)])
     net = wording.net(network.body_nodes, network.spring_count)
     steps = wording.stepping(
-        methods, statistics.accepted, statistics.tier, statistics.threads, outcome.wall_time
+        methods, statistics.accepted, statistics.backend, statistics.threads, outcome.wall_time
     )
     settings.say(f"  {net}; {steps}")
     for note in outcome.notes:
         settings.say(f"  note: {note}")
     counts: Counter[str] = Counter()
     slipped: set[str] = set()
-    for time, happening in outcome.happenings:
-        counts[happening.kind] += len(happening.springs)
+    for time, logged_event in outcome.logged_events:
+        counts[logged_event.kind] += len(logged_event.springs)
         # What slips once may go on doing so in many small steps.
-        is_first = happening.kind == "slip" and happening.cause not in slipped
+        is_first = logged_event.kind == "slip" and logged_event.cause not in slipped
         if is_first:
-            slipped.add(happening.cause)
-        if settings.verbose or is_first or happening.kind in ("trigger", "note"):
-            springs = _springs(compiled.network, happening.springs)
-            what = f"{happening.kind}{springs}: {happening.cause}"
-            settings.say(f"  {show(time, TIME)}: {what} ({happening.span.place})")
+            slipped.add(logged_event.cause)
+        if settings.verbose or is_first or logged_event.kind in ("trigger", "note"):
+            springs = _springs(compiled.network, logged_event.springs)
+            what = f"{logged_event.kind}{springs}: {logged_event.cause}"
+            settings.say(f"  {show(time, TIME)}: {what} ({logged_event.span.place})")
     for kind, count in counts.items():
         if count:
             settings.say(f"  {kind}: {counted(count, 'spring')}")
@@ -314,7 +314,7 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
                 "cause": h.cause,
                 "place": h.span.place,
             }
-            for t, h in outcome.happenings
+            for t, h in outcome.logged_events
         ],
         "expectations": len(expectations),
         "failures": [

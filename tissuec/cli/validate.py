@@ -21,7 +21,7 @@ from tissuec.cli.common import (
     tell_mistakes,
 )
 from tissuec.core.errors import CompileError
-from tissuec.core.progress import Progress
+from tissuec.core.progress import RunProgress
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
@@ -128,6 +128,6 @@ class Stages(ExitStack):
             self.stage = stage
             self.settings.say(f"{stage} …")
             shown = not (self.settings.quiet or self.settings.json)
-            line = Progress(stage, self.duration, shown=shown, compiles=stage == "run")
+            line = RunProgress(stage, self.duration, shown=shown, compiles=stage == "run")
             self.line = self.enter_context(line)
         self.line.at(time)

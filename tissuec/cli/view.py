@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from msgspec import Struct
 
-from tissuec.cli.arguments import Moment, Pair
+from tissuec.cli.arguments import Pair, TimeArgument
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, show_page
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.units import TIME, show
@@ -17,7 +17,7 @@ from tissuec.view.player.options import COLOURS, Options
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
-    from tissuec.view.player.film import Film
+    from tissuec.view.player.film import PlayerData
 
 PAGES = (".html", ".htm")
 #: Options that draw pictures -> the end of their files.
@@ -42,7 +42,7 @@ def _picture(name: str, text: str) -> Callable:
     help="Page to write (one result only).",
 )
 @click.option("--frames", type=click.IntRange(min=2), help="At most so many frames.")
-@click.option("--every", type=Moment(), help='At least so long between frames: "20 ms".')
+@click.option("--every", type=TimeArgument(), help='At least so long between frames: "20 ms".')
 @click.option(
     "--nodes",
     type=click.IntRange(min=10),
@@ -51,7 +51,9 @@ def _picture(name: str, text: str) -> Callable:
 @click.option(
     "--colour", type=click.Choice(COLOURS), default="tension", help="What colours the springs."
 )
-@click.option("--time", type=Moment(), help="Where the page stands at first, or which picture.")
+@click.option(
+    "--time", type=TimeArgument(), help="Where the page stands at first, or which picture."
+)
 @click.option(
     "--from",
     "view",
@@ -102,7 +104,7 @@ def command(
     for path in (*pages.values(), *pictures.values()):
         for result in results:
             keep_input(path, result)
-    wish, documents = Wish(options, pictures, size, forces), []
+    wish, documents = ViewOptions(options, pictures, size, forces), []
     for result in results:
         page = pages.get(result)
         if page is not None:
@@ -172,7 +174,7 @@ def _check_replaceable(page: Path) -> None:
             )
 
 
-class Wish(Struct, frozen=True):
+class ViewOptions(Struct, frozen=True):
     """What is made of each result.
 
     Attributes:
@@ -188,7 +190,9 @@ class Wish(Struct, frozen=True):
     forces: bool
 
 
-def _show(result: Path, page: Path | None, wish: Wish, settings: Settings) -> dict[str, Any]:
+def _show(
+    result: Path, page: Path | None, wish: ViewOptions, settings: Settings
+) -> dict[str, Any]:
     """Write what is asked for of one result, and return what there is to say of it."""
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.player.reading import read_film
@@ -222,7 +226,11 @@ def _check_extras(pictures: dict[str, Path]) -> None:
 
 
 def _write_page(
-    page: Path, film: "Film", trajectory: "Trajectory", options: Options, settings: Settings
+    page: Path,
+    film: "PlayerData",
+    trajectory: "Trajectory",
+    options: Options,
+    settings: Settings,
 ) -> dict[str, Any]:
     from tissuec.view.player.page import render_film
 
@@ -244,9 +252,9 @@ def _write_page(
 def _draw(
     kind: str,
     path: Path,
-    film: "Film",
+    film: "PlayerData",
     trajectory: "Trajectory",
-    wish: Wish,
+    wish: ViewOptions,
     settings: Settings,
 ) -> dict[str, Any]:
     from tissuec.view.player.animation import write_gif, write_video

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.selections import Mask
-from tissuec.compiler.sets import Groups, Placed
+from tissuec.compiler.sets import Groups, PlacedBody
 from tissuec.core.errors import alternatives
 from tissuec.lang import syntax as s
 from tissuec.model.network import Indices
@@ -25,7 +25,7 @@ class Target(Struct, frozen=True, eq=False):
     name: str
     nodes: Indices | None
     springs: Indices
-    body: Placed | None = None
+    body: PlacedBody | None = None
 
 
 class Targets:
@@ -124,7 +124,7 @@ class Targets:
             for region in placed.drawing.body.regions
         ]
 
-    def bodies_of(self, tissue: Tissue) -> Iterator[Placed]:
+    def bodies_of(self, tissue: Tissue) -> Iterator[PlacedBody]:
         """Yield the bodies that have nodes of a tissue."""
         return (
             placed for placed in self.groups.bodies.values() if _inside(placed, tissue).any()
@@ -143,7 +143,7 @@ class Targets:
         return np.concatenate(nodes), np.concatenate(springs)
 
 
-def _inside(placed: Placed, tissue: Tissue) -> Mask:
+def _inside(placed: PlacedBody, tissue: Tissue) -> Mask:
     """Return which nodes of a body are of a tissue, shape (node,)."""
     drawing = placed.drawing
     made = (drawing.body.tissue, *(region.tissue for region in drawing.body.regions))

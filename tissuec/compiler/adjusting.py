@@ -8,7 +8,7 @@ import numpy as np
 
 from tissuec.compiler.adjust_limits import LIMITING, Found, limited
 from tissuec.compiler.adjust_targets import Target, Targets
-from tissuec.compiler.laws_adjusted import Constant, constants_of, uses
+from tissuec.compiler.laws_adjusted import LawConstant, constants_of, uses
 from tissuec.core.errors import alternatives
 from tissuec.core.fields import Measure
 from tissuec.core.names import key_of
@@ -29,11 +29,11 @@ class AdjustReader:
     """Reads the ``adjust`` entries of one learn block.
 
     Args:
-        lesson: Name of the block, which stands for a tissue where none is named.
+        fit_problem: Name of the block, which stands for a tissue where none is named.
     """
 
-    def __init__(self, targets: Targets, lesson: s.Name):
-        self.targets, self.lesson = targets, lesson
+    def __init__(self, targets: Targets, fit_problem: s.Name):
+        self.targets, self.fit_problem = targets, fit_problem
         self.scene, self.findings = targets.scene, targets.findings
         self.scope = targets.scene.constants
 
@@ -94,10 +94,10 @@ class AdjustReader:
     def _own(self, name: s.Name) -> Found:
         """Return something of the tissue that the block has the name of."""
         self._refuse_breaking(name)
-        tissue = None if name.key in PLACED else self.targets.tissue(self.lesson)
+        tissue = None if name.key in PLACED else self.targets.tissue(self.fit_problem)
         if tissue is None:
-            self.findings.pass_over_doubtful(self.lesson.key)
-            why = f"there is no tissue called {self.lesson.text}, as the block is"
+            self.findings.pass_over_doubtful(self.fit_problem.key)
+            why = f"there is no tissue called {self.fit_problem.text}, as the block is"
             if name.key in PLACED:
                 why = f"a {name.key} is one of a set, body or region"
             self.findings.reject(
@@ -171,7 +171,7 @@ class AdjustReader:
                 name.span,
                 hint=alternatives(key, known, what="it has"),
             )
-        found: Constant = constants[key]
+        found: LawConstant = constants[key]
         if found.kind is None:
             message = f"{name.text} is no single number, and so cannot be adjusted"
             self.findings.reject("TIS801", message, name.span)

@@ -13,7 +13,7 @@ from tissuec.forces.branches import NAMES as INELASTIC
 from tissuec.laws import Law
 from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
-from tissuec.model.network import Floats, Indices, Provenance, Thread
+from tissuec.model.network import Floats, Indices, Provenance, ThreadBody
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
 from tissuec.scene.values import LARGEST_NUMBER
@@ -42,7 +42,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     node_ids: Indices
     spring_ids: Indices
     bending: int  # how many springs, the last ones, resist bending only
-    thread: Thread | None  # numbered within the body
+    thread: ThreadBody | None  # numbered within the body
     poisson: Poisson | None  # of a solid whose cells keep their volume
     hinges: Hinges | None  # of a wall that resists bending, numbered within the body
 

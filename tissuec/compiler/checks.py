@@ -24,13 +24,13 @@ from tissuec.lang.walk import walk
 from tissuec.matter.breaking import breaking_strains
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import rests_pressed
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.script.plan import RELAXATION
-from tissuec.script.verbs import Action, Failed
+from tissuec.script.verbs import Action, ActionFailed
 from tissuec.script.verbs.change import ChangeParameter
 from tissuec.script.verbs.cut import Cut
 from tissuec.script.verbs.move import Move
@@ -98,7 +98,7 @@ def floppy(
         count: Counts them; whoever checks often can remember what was counted.
     """
     network = compiled.network
-    held = situation_at_start(compiled).held
+    held = state_at_start(compiled).held
     for body, ends in _bodies(compiled):
         if not len(ends) or body.thread is not None:  # threads are meant to fold
             continue
@@ -123,15 +123,15 @@ def floppy(
             )
 
 
-def unstable_node(situation: Situation) -> int | None:
+def unstable_node(state: State) -> int | None:
     """Return the node that moves most as a net buckles; see ``mechanics.stability``."""
     from tissuec.mechanics import stability  # SciPy: only where it is needed
 
-    return stability.unstable_node(situation)
+    return stability.unstable_node(state)
 
 
 def unstable(
-    compiled: Compiled, find: Callable[[Situation], int | None] = unstable_node
+    compiled: Compiled, find: Callable[[State], int | None] = unstable_node
 ) -> Iterator[Diagnostic]:
     """W307: the net rests at 0 s where it would buckle.
 
@@ -141,10 +141,10 @@ def unstable(
     plan = compiled.plan
     if any(event.time == 0.0 and isinstance(event.action, Settle) for event in plan.events):
         return
-    situation = situation_at_start(compiled)
-    if not rests_pressed(situation):
+    state = state_at_start(compiled)
+    if not rests_pressed(state):
         return
-    if (node := find(situation)) is None:
+    if (node := find(state)) is None:
         return
     network = compiled.network
     body = next(body for body in network.bodies if node < body.nodes.stop)
@@ -159,7 +159,7 @@ def unstable(
 
 def uncounted(compiled: Compiled) -> list[str]:
     """Return the bodies that are too large to have their floppy modes counted."""
-    held = situation_at_start(compiled).held
+    held = state_at_start(compiled).held
     return [
         body.name
         for body in compiled.network.bodies
@@ -271,9 +271,9 @@ def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
     simulation = compiled.plan.simulation
     if simulation.step is None or simulation.integrator == RELAXATION:
         return
-    situation = situation_at_start(compiled)
-    omega = spectral_radius(situation)
-    zeta = damping_radius(situation) / (2.0 * omega) if omega else 0.0
+    state = state_at_start(compiled)
+    omega = spectral_radius(state)
+    zeta = damping_radius(state) / (2.0 * omega) if omega else 0.0
     limit = INTEGRATORS[simulation.integrator].stability_limit(omega, zeta)
     if simulation.step > limit:
         yield Diagnostic(
@@ -413,7 +413,7 @@ def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
 
 def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W410: a cut that goes by a held body, further away than it comes before."""
-    situation = situation_at_start(compiled)
+    state = state_at_start(compiled)
     moved = 0.0  # [m]
     for event in compiled.plan.events:
         match event.action:
@@ -421,29 +421,29 @@ def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
                 moved += float(np.linalg.norm(shift))
             case Move() | Turn() | Push():
                 return
-            case Cut() as cut if _goes_by(cut, situation, moved):
+            case Cut() as cut if _goes_by(cut, state, moved):
                 yield Diagnostic(
                     "W410",
                     f"the blade does not reach {cut.group.name} as drawn: nothing is cut",
                     cut.span,
-                    extents(situation.position[_ends_of(cut, situation)]),
+                    extents(state.position[_ends_of(cut, state)]),
                 )
 
 
-def _goes_by(cut: Cut, situation: Situation, moved: float) -> bool:
+def _goes_by(cut: Cut, state: State, moved: float) -> bool:
     """Return whether a cut meets a held group neither as it is drawn, nor as large again."""
-    nodes = _ends_of(cut, situation)
-    if cut.blade is None or not len(nodes) or not situation.held[nodes].any():
+    nodes = _ends_of(cut, state)
+    if cut.blade is None or not len(nodes) or not state.held[nodes].any():
         return False
-    position = situation.position
+    position = state.position
     if moved > 0.5 * float(np.ptp(position[nodes], axis=0).max()):
         return False
-    larger = replace(situation, position=2.0 * position - position[nodes].mean(axis=0))
-    return not any(len(cut.found(one)[0]) for one in (situation, larger))
+    larger = replace(state, position=2.0 * position - position[nodes].mean(axis=0))
+    return not any(len(cut.found(one)[0]) for one in (state, larger))
 
 
-def _ends_of(cut: Cut, situation: Situation) -> Indices:
-    return np.unique(situation.network.ends[cut.group.indices])
+def _ends_of(cut: Cut, state: State) -> Indices:
+    return np.unique(state.network.ends[cut.group.indices])
 
 
 CHECKS: tuple[Check, ...] = (
@@ -486,8 +486,8 @@ def tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
     return tuple(tissues.values())
 
 
-def situation_at_start(compiled: Compiled, *, settles: bool = False) -> Situation:
-    """Return the situation after the events of the script at 0 s.
+def state_at_start(compiled: Compiled, *, settles: bool = False) -> State:
+    """Return the state after the events of the script at 0 s.
 
     Args:
         settles: Whether what is told to settle does; otherwise it stays as it is drawn.
@@ -496,20 +496,20 @@ def situation_at_start(compiled: Compiled, *, settles: bool = False) -> Situatio
         SimulationError: It ``settles``, and a run would end here.
     """
     plan = compiled.plan
-    situation = plan.start(compiled.network)
+    state = plan.start(compiled.network)
     for event in plan.events:
         if event.time > 0.0 or (isinstance(event.action, Settle) and not settles):
             continue
         try:
-            event.action.apply(situation, _Forgetful())
-        except Failed as failure:  # a run tells it in its own words
+            event.action.apply(state, _InitialQueue())
+        except ActionFailed as failure:  # a run tells it in its own words
             if settles:
-                raise SimulationError(explain_action(failure, situation)) from failure
-    return situation
+                raise SimulationError(explain_action(failure, state)) from failure
+    return state
 
 
-class _Forgetful:
-    """An agenda for looking at 0 s only."""
+class _InitialQueue:
+    """An queue for looking at 0 s only."""
 
     def add(self, time: float, action: Action) -> None:
         pass

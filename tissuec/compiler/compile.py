@@ -22,7 +22,7 @@ from tissuec.compiler.internal_variables import inelastic_of, with_memory
 from tissuec.compiler.joints import JointArrays, build_joints
 from tissuec.compiler.outputs import OutputReader
 from tissuec.compiler.script import Script, ScriptReader
-from tissuec.compiler.sets import Groups, Placed
+from tissuec.compiler.sets import Groups, PlacedBody
 from tissuec.compiler.threads import idle_knots, renumbered
 from tissuec.core.arrays import uniform
 from tissuec.core.errors import counted
@@ -40,8 +40,8 @@ from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
-from tissuec.script.fit_problem import Lesson
-from tissuec.script.plan import RELAXATION, Event, Expectation, Plan, Simulation
+from tissuec.script.fit_problem import FitProblem
+from tissuec.script.plan import RELAXATION, Expectation, Plan, ScheduledAction, Simulation
 from tissuec.script.verbs import Demanding, Group
 from tissuec.script.verbs.change import ChangeParameter
 from tissuec.script.verbs.preserve import Preserve
@@ -55,14 +55,14 @@ class Compiled(Struct, frozen=True, eq=False):
 
     Attributes:
         groups: Sets and bodies by name, for checks and reports.
-        lessons: The learn blocks, in the order of the text.
+        fit_problems: The learn blocks, in the order of the text.
     """
 
     scene: Scene
     network: Network
     plan: Plan
     groups: Groups
-    lessons: tuple[Lesson, ...] = ()
+    fit_problems: tuple[FitProblem, ...] = ()
 
     def __repr__(self) -> str:
         name, network = self.scene.source.name, self.network
@@ -124,14 +124,16 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     expects, of_learning = split_expectations(scene.declarations.expects)
     start = _kept_volumes(network, built)
     plan = _plan(scene, network, conditions, expects, start, is_whole=is_whole)
-    lessons: tuple[Lesson, ...] = ()
-    if scene.lessons or of_learning:
-        from tissuec.compiler.fit_problems import compile_lessons  # where something is learnt
+    fit_problems: tuple[FitProblem, ...] = ()
+    if scene.fit_problems or of_learning:
+        from tissuec.compiler.fit_problems import (
+            compile_fit_problems,  # where something is learnt
+        )
 
-        lessons = compile_lessons(scene, conditions, of_learning)
+        fit_problems = compile_fit_problems(scene, conditions, of_learning)
     findings.raise_errors()
     assert len(built) == len(scene.declarations.of("body"))  # only errors leave out any
-    return Compiled(scene, network, plan, groups, lessons)
+    return Compiled(scene, network, plan, groups, fit_problems)
 
 
 def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
@@ -281,17 +283,17 @@ def _join_provenance(parts: Sequence[Provenance]) -> Provenance:
     return Provenance(joined, origins)
 
 
-def _place(drawings: Sequence[Drawing]) -> Mapping[str, Placed]:
-    placed: dict[str, Placed] = {}
+def _place(drawings: Sequence[Drawing]) -> Mapping[str, PlacedBody]:
+    placed: dict[str, PlacedBody] = {}
     node = spring = 0
     for drawing in drawings:
-        placed[key_of(drawing.body.name)] = Placed(drawing, node, spring)
+        placed[key_of(drawing.body.name)] = PlacedBody(drawing, node, spring)
         node += len(drawing.mesh.position)
         spring += len(drawing.mesh.ends)
     return placed
 
 
-def _events(script: Script) -> list[Event]:
+def _events(script: Script) -> list[ScheduledAction]:
     """Return the events of a script, also those behind conditions."""
     return [
         *script.events,
@@ -299,14 +301,14 @@ def _events(script: Script) -> list[Event]:
     ]
 
 
-def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[Event]:
+def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[ScheduledAction]:
     """Return what lets bodies keep their volume as the Poisson's ratio of their tissue asks."""
     events = []
     for part, one in zip(network.bodies, built, strict=True):
         if one.poisson is not None:
             whole = Group(part.name, np.arange(part.nodes.start, part.nodes.stop))
             preserve = Preserve(whole, one.poisson.modulus, one.poisson.span)
-            events.append(Event(0.0, preserve))
+            events.append(ScheduledAction(0.0, preserve))
     return events
 
 
@@ -333,7 +335,7 @@ def _plan(
     network: Network,
     conditions: Conditions,
     expects: Sequence[Expect],
-    start: Sequence[Event],
+    start: Sequence[ScheduledAction],
     *,
     is_whole: bool,
 ) -> Plan:

@@ -5,7 +5,13 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.compiler.observed import Judgement, MeasureScope, Place, Reading, place_of
+from tissuec.compiler.observed import (
+    CompiledCondition,
+    MeasureScope,
+    ObservedMeasure,
+    Place,
+    place_of,
+)
 from tissuec.compiler.sets import KINDS, Groups, unnamed
 from tissuec.core.errors import alternatives, proposal
 from tissuec.core.source import Span
@@ -80,7 +86,7 @@ class Conditions:
 
         return Expectation(judgement, judgement.describe, start, stop, pinned, item.span)
 
-    def reading(self, node: s.Call | s.Name) -> Reading:
+    def reading(self, node: s.Call | s.Name) -> ObservedMeasure:
         """Return what one measure is taken of, or reject it."""
         if isinstance(node, s.Call):
             return self._read(node.function.key, node, node.arguments)
@@ -92,19 +98,21 @@ class Conditions:
         """Return the subjects of a measure in an output sentence."""
         return tuple(self._subject(measure, name) for name in names)
 
-    def _judgement(self, node: s.Expression, readings: Mapping[Place, Reading]) -> Judgement:
+    def _judgement(
+        self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
+    ) -> CompiledCondition:
         truth = MeasureScope(readings, self.scope, None).decide(node)
         if truth.ndim:
             self.findings.reject(
                 "TIS312", "a condition is one truth, not one per component", node.span
             )
-        return Judgement(node, readings, self.scope)
+        return CompiledCondition(node, readings, self.scope)
 
     # --- measures -----------------------------------------------------------------------------
 
-    def _readings(self, node: s.Expression) -> dict[Place, Reading]:
+    def _readings(self, node: s.Expression) -> dict[Place, ObservedMeasure]:
         """Return every measure in a condition by the place of its node."""
-        readings: dict[Place, Reading] = {}
+        readings: dict[Place, ObservedMeasure] = {}
         for part in walk(node, enters=_is_mathematical):
             match part:
                 case s.Name(key=key) if key in MEASURES and MEASURES[key].subjects == 0:
@@ -116,7 +124,7 @@ class Conditions:
 
     def _read(
         self, key: str, node: s.Call | s.Name, arguments: Sequence[s.Argument]
-    ) -> Reading:
+    ) -> ObservedMeasure:
         if key == "count":
             key, arguments = self._counted(node, arguments)
         if key not in MEASURES:
@@ -147,7 +155,7 @@ class Conditions:
                 self._no_subject(argument.value.span.text, argument.span)
         if len(subjects) != measure.subjects:
             self.findings.reject("TIS702", f"{key} is written {measure.form}", node.span)
-        return Reading(measure, tuple(subjects), time, along)
+        return ObservedMeasure(measure, tuple(subjects), time, along)
 
     def _refuse_mistaken(self, name: s.Name) -> None:
         """Reject what could be taken for a measure, and is none."""

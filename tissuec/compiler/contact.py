@@ -12,7 +12,7 @@ from tissuec.compiler.ambient_damping import skin_areas, thread_areas
 from tissuec.compiler.threads import bonds
 from tissuec.core.errors import Note, counted
 from tissuec.core.units import LENGTH, STIFFNESS, show
-from tissuec.geometry.edge_supports import Edges
+from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import shared_elements
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 from tissuec.model.network import (
@@ -130,7 +130,7 @@ def contact_of(
         radius=faces.radius,
         spared=faces.spared,
         bonds=faces.bonds,
-        edges=Edges.of(network.ends, rings),
+        edges=SupportedEdges.of(network.ends, rings),
         joined=_joined(network, law),
         stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,

@@ -16,7 +16,7 @@ from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths
 from tissuec.meshes.generators import Mesh, Threaded
 from tissuec.meshes.generators.imported import Imported, MeshFileError
-from tissuec.model.network import Floats, Thread
+from tissuec.model.network import Floats, ThreadBody
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
@@ -53,7 +53,7 @@ class Drawing(Struct, frozen=True, eq=False):
     part: NDArray[np.int32]
     length: Floats
     own: int
-    thread: Thread | None = None
+    thread: ThreadBody | None = None
     spring_part: NDArray[np.int64] | None = None
 
     @property

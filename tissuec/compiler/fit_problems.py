@@ -9,17 +9,25 @@ from tissuec.compiler.adjust_targets import Targets
 from tissuec.compiler.adjusting import AdjustReader
 from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.fit_targets import FitReader
-from tissuec.compiler.learn_expectations import DemandReader, Judged
+from tissuec.compiler.learn_expectations import DemandReader, ExpectableErrors
 from tissuec.compiler.matter import can_be_matter
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
 from tissuec.scene.learn_entries import SCALED
-from tissuec.scene.learn_model import WrittenLesson
+from tissuec.scene.learn_model import WrittenFitProblem
 from tissuec.scene.model import Scene
 from tissuec.scene.quantities import OF_MATTER, QUANTITIES
-from tissuec.script.fit_problem import REST_LENGTH, WORDS, Adjust, Axis, Demand, Fit, Lesson
+from tissuec.script.fit_problem import (
+    REST_LENGTH,
+    WORDS,
+    Adjust,
+    DataAxis,
+    Demand,
+    Fit,
+    FitProblem,
+)
 
 #: What changes the same numbers of springs.
 _SAME = {"prestress": REST_LENGTH}
@@ -27,9 +35,9 @@ _SAME = {"prestress": REST_LENGTH}
 _PARALLEL = 1.0 - 1e-12
 
 
-def compile_lessons(
+def compile_fit_problems(
     scene: Scene, conditions: Conditions, expects: Sequence[s.Expect]
-) -> tuple[Lesson, ...]:
+) -> tuple[FitProblem, ...]:
     """Return the learn blocks of a scene, as far as they are right.
 
     Args:
@@ -38,21 +46,21 @@ def compile_lessons(
     findings = conditions.findings
     targets = Targets(scene, conditions.groups)
     judged = {
-        key: Judged.of(written.names, written.data, written.last_part)
-        for key, written in scene.lessons.items()
+        key: ExpectableErrors.of(written.names, written.data, written.last_part)
+        for key, written in scene.fit_problems.items()
     }
     demands = _demands(conditions, judged, expects)
-    found: list[Lesson] = []
-    for key, written in scene.lessons.items():
+    found: list[FitProblem] = []
+    for key, written in scene.fit_problems.items():
         before = findings.failures
-        lesson = _LessonBuilder(written, targets, conditions).build(demands[key])
+        fit_problem = _FitProblemBuilder(written, targets, conditions).build(demands[key])
         if written.is_whole and findings.failures == before:
-            found.append(lesson)
+            found.append(fit_problem)
     return tuple(found)
 
 
 def _demands(
-    conditions: Conditions, judged: Mapping[str, Judged], expects: Sequence[s.Expect]
+    conditions: Conditions, judged: Mapping[str, ExpectableErrors], expects: Sequence[s.Expect]
 ) -> dict[str, list[Demand]]:
     reader = DemandReader(conditions.scope, judged)
     found: dict[str, list[Demand]] = {key: [] for key in judged}
@@ -63,21 +71,21 @@ def _demands(
     return found
 
 
-class _LessonBuilder:
+class _FitProblemBuilder:
     """Binds one learn block."""
 
-    def __init__(self, written: WrittenLesson, targets: Targets, conditions: Conditions):
+    def __init__(self, written: WrittenFitProblem, targets: Targets, conditions: Conditions):
         self.written, self.targets, self.conditions = written, targets, conditions
         self.findings: Findings = conditions.findings
 
-    def build(self, demands: Sequence[Demand]) -> Lesson:
-        """Return the lesson; where anything of it was rejected, it is not whole."""
+    def build(self, demands: Sequence[Demand]) -> FitProblem:
+        """Return the fit problem; where anything of it was rejected, it is not whole."""
         written, settings = self.written, self.written.settings
         axis, fits = self._fits()
         adjusts = self._adjusts()
         if written.write is not None:
             self._warn_of_mesh(adjusts)
-        return Lesson(
+        return FitProblem(
             name=written.name.text,
             data=written.data,
             axis=axis,
@@ -97,7 +105,7 @@ class _LessonBuilder:
             span=written.span,
         )
 
-    def _fits(self) -> tuple[Axis, list[Fit]]:
+    def _fits(self) -> tuple[DataAxis, list[Fit]]:
         reader, axis = FitReader(self.conditions, self.written.data), None
         with self.findings.item():
             axis = reader.axis(self.written.axis, self.written.span)
@@ -105,7 +113,7 @@ class _LessonBuilder:
         for item, against in self.written.fits:
             with self.findings.item():
                 fits.append(reader.fit(item, against))
-        return axis or Axis(None, None, self.written.span), fits
+        return axis or DataAxis(None, None, self.written.span), fits
 
     def _adjusts(self) -> list[Adjust]:
         reader = AdjustReader(self.targets, self.written.name)

@@ -10,7 +10,7 @@ from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
 from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_model import AGAINST, FIT
-from tissuec.script.fit_problem import POSITIONS, Axis, Column, Data, Fit
+from tissuec.script.fit_problem import POSITIONS, Data, DataAxis, DataColumn, Fit
 from tissuec.script.measures import MEASURES, Measure, Subject
 from tissuec.script.measures.vector import Vector
 
@@ -36,10 +36,10 @@ class FitReader:
         self.is_timeless = False
         self.texts: dict[str, Span] = {}
 
-    def axis(self, item: s.Sentence | None, where: Span) -> Axis:
+    def axis(self, item: s.Sentence | None, where: Span) -> DataAxis:
         """Return what rows are sorted by; without a sentence, the times in the first column."""
         if item is None:
-            return Axis(None, None, where)
+            return DataAxis(None, None, where)
         entry = item.name.key
         self.is_timeless = entry != "time"
         allowed = ("of", "using", "in") if self.is_timeless else ("using", "in")
@@ -51,12 +51,12 @@ class FitReader:
         if more:
             clauses.reject("TIS802", f"a {entry} is in one column", names[0].span)
         if not self.is_timeless:
-            return Axis(None, column, item.span)
+            return DataAxis(None, column, item.span)
         moved = clauses.names("of")
         if not moved:
             clauses.reject("TIS304", "it is not written what is displaced")
         self._refuse_tool(moved[0], "a displacement is one of nodes of bodies")
-        return Axis(self.groups.nodes(moved[0]).indices, column, item.span)
+        return DataAxis(self.groups.nodes(moved[0]).indices, column, item.span)
 
     def fit(self, item: s.Assign, against: s.Sentence | None) -> Fit:
         """Return one thing that was measured, or reject it."""
@@ -185,7 +185,7 @@ class FitReader:
 
     def _check_columns(
         self,
-        columns: Sequence[Column],
+        columns: Sequence[DataColumn],
         measure: type[Measure] | None,
         subjects: Sequence[Subject],
         along: Floats | None,

@@ -12,7 +12,7 @@ from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Indices, ToolPart
-from tissuec.script.plan import Event, Trigger
+from tissuec.script.plan import ScheduledAction, Trigger
 from tissuec.script.verbs import Group, Mover
 from tissuec.script.verbs.fix import Fix
 from tissuec.script.verbs.free import Free
@@ -26,7 +26,7 @@ from tissuec.script.verbs.turn import Turn
 _NOTHING = np.zeros(0, dtype=np.int64)
 
 
-class Taken(Struct, frozen=True):
+class HeldNodes(Struct, frozen=True):
     """Nodes that a tool or set holds from some time on."""
 
     holder: str
@@ -35,7 +35,7 @@ class Taken(Struct, frozen=True):
     span: Span
 
 
-class Driven(Struct, frozen=True):
+class DrivenNodes(Struct, frozen=True):
     """Nodes that a mover drives for some time."""
 
     mover: str
@@ -46,7 +46,7 @@ class Driven(Struct, frozen=True):
 
 
 def check_holds(
-    events: Sequence[Event],
+    events: Sequence[ScheduledAction],
     triggers: Sequence[Trigger],
     tools: Sequence[ToolPart],
     *,
@@ -62,7 +62,7 @@ def check_holds(
             that fixed nodes are free.
         shaped: False if tools that are wrong may have shapes, and so move something.
     """
-    story = _Story(tools, triggers, shaped)
+    story = _HoldHistory(tools, triggers, shaped)
     said: set[tuple[str, Span | None]] = set()  # a repeated sentence is reported once
     for event in events:
         for finding in story.tell(event):
@@ -71,7 +71,7 @@ def check_holds(
                 yield finding
 
 
-class _Story:
+class _HoldHistory:
     """What is held and driven up to some event; a repeated sentence takes no more room."""
 
     def __init__(self, tools: Sequence[ToolPart], triggers: Sequence[Trigger], shaped: bool):
@@ -81,11 +81,11 @@ class _Story:
         self.shapes = {
             tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in tools
         }
-        self.taken: dict[tuple[str, Span], Taken] = {}
-        self.driven: dict[tuple[str, Span], Driven] = {}
+        self.taken: dict[tuple[str, Span], HeldNodes] = {}
+        self.driven: dict[tuple[str, Span], DrivenNodes] = {}
         self.fixed: dict[Span, Indices] = {}
 
-    def tell(self, event: Event) -> Iterator[Diagnostic]:
+    def tell(self, event: ScheduledAction) -> Iterator[Diagnostic]:
         """Enter an event, and yield what is wrong with it."""
         match event.action:
             case Fix(group=group, span=span):
@@ -100,7 +100,7 @@ class _Story:
                     yield _idle(mover, event.time, span)
                 self._take(mover.name, nodes, event.time, span)
                 lasting = np.inf if motion.duration is None else motion.duration
-                new = Driven(mover.name, nodes, event.time, event.time + lasting, span)
+                new = DrivenNodes(mover.name, nodes, event.time, event.time + lasting, span)
                 yield from _conflicts(new, tuple(self.driven.values()))
                 self.driven[mover.name, span] = new
                 if not self.may_free:
@@ -122,7 +122,7 @@ class _Story:
                 pass
 
     def _take(self, holder: str, nodes: Indices, time: float, span: Span) -> None:
-        self.taken.setdefault((holder, span), Taken(holder, nodes, time, span))
+        self.taken.setdefault((holder, span), HeldNodes(holder, nodes, time, span))
 
     def _moved(self, mover: Mover) -> Indices:
         if mover.nodes is not None:
@@ -131,7 +131,7 @@ class _Story:
         taken = (t.nodes for t in self.taken.values() if t.holder == mover.name)
         return np.unique(np.concatenate([shape, *taken]))
 
-    def _fixed(self, new: Driven) -> Iterator[Diagnostic]:
+    def _fixed(self, new: DrivenNodes) -> Iterator[Diagnostic]:
         """Yield that nodes are moved which a sentence fixes: the later order wins."""
         for span, nodes in self.fixed.items():
             if common := len(np.intersect1d(nodes, new.nodes)):
@@ -144,7 +144,7 @@ class _Story:
                     (Note("fixed here", span),),
                 )
 
-    def _end(self, is_over: Callable[[Driven], bool]) -> None:
+    def _end(self, is_over: Callable[[DrivenNodes], bool]) -> None:
         self.driven = {key: old for key, old in self.driven.items() if not is_over(old)}
 
     def _released(self, release: Release, time: float) -> Iterator[Diagnostic]:
@@ -157,7 +157,7 @@ def _idle(mover: Mover, time: float, span: Span) -> Diagnostic:
     return Diagnostic("W401", message, span, f"write before it: grasp … with {mover.name}")
 
 
-def _conflicts(new: Driven, driven: Sequence[Driven]) -> Iterator[Diagnostic]:
+def _conflicts(new: DrivenNodes, driven: Sequence[DrivenNodes]) -> Iterator[Diagnostic]:
     for old in driven:
         overlaps = new.start < old.stop * (1 - 1e-12) and old.mover != new.mover
         common = np.intersect1d(old.nodes, new.nodes) if overlaps else _NOTHING
@@ -172,7 +172,7 @@ def _conflicts(new: Driven, driven: Sequence[Driven]) -> Iterator[Diagnostic]:
             )
 
 
-def _unheld(release: Release, time: float, taken: Sequence[Taken]) -> Iterator[Diagnostic]:
+def _unheld(release: Release, time: float, taken: Sequence[HeldNodes]) -> Iterator[Diagnostic]:
     who = release.tool
     mine = [t for t in taken if who is None or t.holder == who]
     if release.group is not None:

@@ -17,7 +17,7 @@ from tissuec.scene.quantities import YOUNGS_MODULUS
 from tissuec.scene.schema import entries_of
 
 
-class Constant(Struct, frozen=True):
+class LawConstant(Struct, frozen=True):
     """A number in a law.
 
     Attributes:
@@ -50,9 +50,9 @@ def _variable(kind: LawKind, quantity: str, *, is_stress: bool) -> str:
     return next(used, "")
 
 
-def constants_of(tissue: Tissue, scene: Scene) -> dict[str, Constant]:
+def constants_of(tissue: Tissue, scene: Scene) -> dict[str, LawConstant]:
     """Return the constants of a tissue's laws, and params of its formulas, by key."""
-    found: dict[str, Constant] = {}
+    found: dict[str, LawConstant] = {}
     for kind in LAW_KINDS:
         law = tissue.laws.get(kind.word)
         if law is None:
@@ -62,7 +62,7 @@ def constants_of(tissue: Tissue, scene: Scene) -> dict[str, Constant]:
         elif law.name in kind.family:
             for entry in entries_of(kind.family[law.name]).values():
                 number = entry.kind if isinstance(entry.kind, Measure) else None
-                found[entry.name] = Constant(entry.name, number)
+                found[entry.name] = LawConstant(entry.name, number)
     return found
 
 
@@ -89,7 +89,7 @@ def _formula(law: WrittenLaw, scene: Scene) -> s.Function | None:
     return None
 
 
-def _params(formula: s.Function, scene: Scene) -> Iterator[Constant]:
+def _params(formula: s.Function, scene: Scene) -> Iterator[LawConstant]:
     """Yield the params of a formula, with the limits that they were declared with."""
     constants = scene.constants
     for parameter in constants.parameters():
@@ -102,4 +102,4 @@ def _params(formula: s.Function, scene: Scene) -> Iterator[Constant]:
                 float(constants.number(bound).amount) for bound in (bounds.low, bounds.high)
             )
         limits = Measure(parameter.value.dimension, at_least=low, at_most=high)
-        yield Constant(parameter.name, limits)
+        yield LawConstant(parameter.name, limits)

@@ -17,8 +17,8 @@ HELD_OUT, ALL = "held out", "data"
 FORM = "error(held out) < 8 %"
 
 
-class Judged(Struct, frozen=True):
-    """What of a lesson can be judged.
+class ExpectableErrors(Struct, frozen=True):
+    """What of a fit problem can be judged.
 
     Attributes:
         files: Names of the files, by the names as written.
@@ -29,13 +29,15 @@ class Judged(Struct, frozen=True):
     holds_out: bool
 
     @classmethod
-    def of(cls, names: Mapping[str, str], data: Sequence[Data], last_part: float) -> "Judged":
+    def of(
+        cls, names: Mapping[str, str], data: Sequence[Data], last_part: float
+    ) -> "ExpectableErrors":
         """Return what can be judged, of the names as written by those of files."""
         written = {name: file for file, name in names.items()}
         return cls(written, last_part > 0.0 or any(one.held_out for one in data))
 
     def name_of(self, key: s.Name) -> str | None:
-        """Return what an error is called in ``Errors``; None if this lesson has none such."""
+        """Return what an error is called in ``Errors``; None if there is none such."""
         if key.words:
             known = {ALL: True, HELD_OUT: self.holds_out}
             return key.key if key.quoted is None and known.get(key.key) else None
@@ -47,7 +49,7 @@ class ErrorScope(Scope):
 
     is_known = False
 
-    def __init__(self, constants: Scope, judged: Judged, errors: Errors | None):
+    def __init__(self, constants: Scope, judged: ExpectableErrors, errors: Errors | None):
         super().__init__(constants.findings)
         self.constants, self.judged, self.errors = constants, judged, errors
 
@@ -91,7 +93,7 @@ class _Judgement(Struct, frozen=True):
 
     condition: s.Expression
     constants: Scope
-    judged: Judged
+    judged: ExpectableErrors
 
     def __call__(self, errors: Errors) -> bool:
         scope = ErrorScope(self.constants, self.judged, errors)
@@ -109,12 +111,12 @@ class _Judgement(Struct, frozen=True):
 class DemandReader:
     """Reads expectations that ask for errors."""
 
-    def __init__(self, scope: Scope, lessons: Mapping[str, Judged]):
-        self.scope, self.lessons, self.findings = scope, lessons, scope.findings
+    def __init__(self, scope: Scope, fit_problems: Mapping[str, ExpectableErrors]):
+        self.scope, self.fit_problems, self.findings = scope, fit_problems, scope.findings
 
     def read(self, item: s.Expect) -> dict[str, Demand]:
-        """Return what is expected of each lesson that has what is asked for, by its name."""
-        if not self.lessons:
+        """Return what is expected of each fit problem that has it, by its name."""
+        if not self.fit_problems:
             if self.findings.may_be_misspelt("learn"):
                 self.findings.stop()
             self.findings.reject(
@@ -130,20 +132,20 @@ class DemandReader:
         names = [argument_of(call, self.scope) for call in errors_in(item.condition)]
         found = {
             key: self._demand(item, judged)
-            for key, judged in self.lessons.items()
+            for key, judged in self.fit_problems.items()
             if all(judged.name_of(name) is not None for name in names)
         }
         return found or self._refuse(names)
 
-    def _demand(self, item: s.Expect, judged: Judged) -> Demand:
+    def _demand(self, item: s.Expect, judged: ExpectableErrors) -> Demand:
         ErrorScope(self.scope, judged, None).decide(item.condition)
         judgement = _Judgement(item.condition, self.scope, judged)
         return Demand(judgement, judgement.describe, item.span)
 
     def _refuse(self, names: Sequence[s.Name]) -> dict[str, Demand]:
-        """Reject an expectation that no lesson can meet."""
-        known = [HELD_OUT, ALL, *(f for one in self.lessons.values() for f in one.files)]
-        every = self.lessons.values()
+        """Reject an expectation that no fit problem can meet."""
+        known = [HELD_OUT, ALL, *(f for one in self.fit_problems.values() for f in one.files)]
+        every = self.fit_problems.values()
         bad = next((n for n in names if not any(one.name_of(n) for one in every)), names[0])
         if bad.key == HELD_OUT and bad.quoted is None:
             self.findings.reject(

@@ -32,7 +32,7 @@ from tissuec.model.network import Floats, Origin, Provenance
 from tissuec.scene.bodies import INTERFACES
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import LAW_KINDS
-from tissuec.scene.model import Given, Tissue, WrittenLaws
+from tissuec.scene.model import AssignedQuantity, Tissue, WrittenLaws
 from tissuec.scene.quantities import (
     FIBRE_MODULUS,
     OF_MATTER,
@@ -66,7 +66,7 @@ class Material(Struct, frozen=True):
 
     name: str
     tissue: Tissue | None
-    prestress: Given | None  # overrides the tissue's
+    prestress: AssignedQuantity | None  # overrides the tissue's
     span: Span
 
 
@@ -394,12 +394,14 @@ class MaterialReader:
             Provenance(index.astype(np.int32), origins),
         )
 
-    def _origin(self, given: Given | None) -> Origin:
+    def _origin(self, given: AssignedQuantity | None) -> Origin:
         return Origin(given.span, given.how) if given else Origin(self.body.span, "none")
 
     # --- parts and their interfaces -----------------------------------------------------------
 
-    def _at_ends(self, name: str, given: Sequence[Given | None]) -> tuple[Floats, Floats]:
+    def _at_ends(
+        self, name: str, given: Sequence[AssignedQuantity | None]
+    ) -> tuple[Floats, Floats]:
         """Return a quantity as the part at either end of each spring has it."""
         quantity = QUANTITIES[name]
         value = [quantity.default if g is None else g.value for g in given]
@@ -424,7 +426,7 @@ class MaterialReader:
 
     # --- matter -------------------------------------------------------------------------------
 
-    def _from_matter(self, given: Given) -> Floats:
+    def _from_matter(self, given: AssignedQuantity) -> Floats:
         """Return what follows for springs from a quantity of matter, shape (spring,)."""
         match key_of(given.quantity.name):
             case "young's modulus":
@@ -468,7 +470,7 @@ class MaterialReader:
             self.findings,
         )  # fmt: skip
 
-    def _at_limit(self, given: Given) -> Floats:
+    def _at_limit(self, given: AssignedQuantity) -> Floats:
         """Return the force of springs at a stress, strain or energy [N], shape (spring,)."""
         constant, rest = self.stiffness[0], self.rest[0]
         match key_of(given.quantity.name):
@@ -487,7 +489,7 @@ class MaterialReader:
         (constant, _), (rest, _), (law, laws) = self.stiffness, self.rest, self.laws()
         return Behaviour(laws, law, constant, np.zeros_like(constant), rest)
 
-    def _relaxing_beside(self, share: Given) -> float:
+    def _relaxing_beside(self, share: AssignedQuantity) -> float:
         """Return the sum of all shares of the tissue that one belongs to."""
         given = self._beside_in_tissue(share)
         total = sum(given[key].value for key in SHARES if key in given)
@@ -501,7 +503,7 @@ class MaterialReader:
             )
         return total
 
-    def _modulus_beside(self, stress: Given) -> float:
+    def _modulus_beside(self, stress: AssignedQuantity) -> float:
         """Return the modulus of the tissue that a stress belongs to, along any fibres [Pa]."""
         beside = self._beside_in_tissue(stress)
         modulus = beside.get(YOUNGS_MODULUS)
@@ -516,7 +518,7 @@ class MaterialReader:
             notes=(Note(f"used by {self.body.name}", self.body.span),),
         )
 
-    def _beside_in_tissue(self, given: Given) -> Mapping[str, Given]:
+    def _beside_in_tissue(self, given: AssignedQuantity) -> Mapping[str, AssignedQuantity]:
         """Return all quantities of the tissue that one belongs to."""
         tissues = (m.tissue for m in self.materials if m.tissue is not None)
         return next(t.given for t in tissues if given in t.given.values())
@@ -542,7 +544,7 @@ class MaterialReader:
                     notes=(Note(f"used by {self.body.name}", self.body.span),),
                 )
 
-    def _added_by_fibres(self, given: Given) -> float:
+    def _added_by_fibres(self, given: AssignedQuantity) -> float:
         """Return what fibres of a tissue add to its Young's modulus, as a part of it."""
         beside = self._beside_in_tissue(given)
         if FIBRE_MODULUS not in beside:
@@ -559,7 +561,7 @@ class MaterialReader:
             )
         return fibres.value / modulus.value - 1.0
 
-    def _matter(self, given: Given, added: float | None = None) -> Matter:
+    def _matter(self, given: AssignedQuantity, added: float | None = None) -> Matter:
         """Return how the matter of the body is shared out, which a quantity asks for.
 
         Args:
@@ -594,7 +596,7 @@ class MaterialReader:
 
     # --- tissues ------------------------------------------------------------------------------
 
-    def _given(self, name: str, used: NDArray[np.integer]) -> list[Given | None]:
+    def _given(self, name: str, used: NDArray[np.integer]) -> list[AssignedQuantity | None]:
         """Return the quantity of each part; rejects a part in use that has none."""
         given = self._found(name)
         for number in _numbers_in(used):
@@ -609,7 +611,7 @@ class MaterialReader:
             if found[number] is None and QUANTITIES[name].default is None:
                 self._missing(name, self.materials[number])
 
-    def _unused(self, name: str, material: Material) -> Given:
+    def _unused(self, name: str, material: Material) -> AssignedQuantity:
         """Return the quantity 1 where a law of its own makes no use of it, or reject the part.
 
         The paper sets c = d = 1 for laws with constants of their own.
@@ -618,11 +620,11 @@ class MaterialReader:
         law = material.tissue and material.tissue.laws.get(word)
         if law is None or variable in variables(law.force):
             self._missing(name, material)
-        return Given(
+        return AssignedQuantity(
             QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
         )
 
-    def _found(self, name: str) -> list[Given | None]:
+    def _found(self, name: str) -> list[AssignedQuantity | None]:
         if name == "prestress":
             return [
                 m.prestress or (m.tissue and m.tissue.given.get(name)) for m in self.materials
@@ -661,7 +663,7 @@ def _names(key: str) -> list[str]:
     return [QUANTITIES[one].name for one in (key, *OF_MATTER[key])]
 
 
-def _said(tissue: Tissue, name: str) -> Given | None:
+def _said(tissue: Tissue, name: str) -> AssignedQuantity | None:
     """Return a quantity of a tissue, or that of matter from which it follows."""
     known = (tissue.given.get(key) for key in (name, *OF_MATTER[name]))
     return next((given for given in known if given is not None), None)

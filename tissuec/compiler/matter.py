@@ -26,7 +26,7 @@ from tissuec.matter.patch import fitted
 from tissuec.matter.plate import RIGIDITY, Plate, plate
 from tissuec.matter.solid import Solid
 from tissuec.matter.surface import surface
-from tissuec.matter.traction import POISSON, Floppy, Stiffness, measured
+from tissuec.matter.traction import POISSON, Floppy, MeasuredStiffness, measured
 from tissuec.meshes.generators import Mesh, Threaded
 from tissuec.meshes.generators.lattice import Lattice
 from tissuec.model.network import Floats
@@ -111,7 +111,7 @@ def _fitted(drawn: _Drawn) -> Floats:
 
 
 @lru_cache(maxsize=4)
-def _tested(drawn: _Drawn) -> tuple[Floats, Stiffness]:
+def _tested(drawn: _Drawn) -> tuple[Floats, MeasuredStiffness]:
     """Return the constants of springs per Young's modulus [m], and what tests of them found.
 
     Springs of a crystal are multiplied by one number.

@@ -18,7 +18,7 @@ Place = tuple[int, int]  # where a node of a condition begins and ends in its te
 DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
 
 
-class Reading(Struct, frozen=True, eq=False):
+class ObservedMeasure(Struct, frozen=True, eq=False):
     """One measure as a condition asks for it.
 
     Attributes:
@@ -52,7 +52,7 @@ class MeasureScope(Scope):
     is_known = False
 
     def __init__(
-        self, readings: Mapping[Place, Reading], constants: Scope, moment: Moment | None
+        self, readings: Mapping[Place, ObservedMeasure], constants: Scope, moment: Moment | None
     ):
         super().__init__(constants.findings)
         self.readings = readings
@@ -85,11 +85,11 @@ class MeasureScope(Scope):
         return Value.number(value, reading.measure.dimension)
 
 
-class Judgement(Struct, frozen=True, eq=False):
+class CompiledCondition(Struct, frozen=True, eq=False):
     """A condition as a function of a moment."""
 
     condition: s.Expression
-    readings: Mapping[Place, Reading]
+    readings: Mapping[Place, ObservedMeasure]
     constants: Scope
 
     def __call__(self, moment: Moment) -> bool:

@@ -17,7 +17,7 @@ from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Indices
 from tissuec.scene.expressions import Scope
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.plan import Log, Output, SurfaceOutput
+from tissuec.script.plan import LogRequest, Output, SurfaceOutput
 
 MOST_SAMPLES = 100_000_000
 
@@ -53,7 +53,7 @@ class OutputReader:
         self.every = math.inf
         self.energy = math.inf
         self.single = False
-        self.logs: list[Log] = []
+        self.logs: list[LogRequest] = []
         self.surfaces: list[SurfaceOutput] = []
 
     def read(self, items: Sequence[s.Item]) -> Output:
@@ -183,7 +183,7 @@ class OutputReader:
         name = " to ".join(subject.name for subject in subjects)
         title = f"{item.name.key} of {name}" if name else item.name.key
         self._once(title, item)
-        self.logs.append(Log(title, measure, subjects, every, item.span))
+        self.logs.append(LogRequest(title, measure, subjects, every, item.span))
 
     def _without_idle(self, subject: Subject) -> Subject:
         is_idle = np.isin(subject.springs, self.idle)

@@ -18,7 +18,7 @@ from tissuec.compiler.matter import Matter
 from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Body, Given
+from tissuec.scene.model import AssignedQuantity, Body
 
 _NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
 
@@ -40,8 +40,8 @@ class Poisson(Struct, frozen=True):
 def poisson_of(
     body: Body,
     matter: Matter,
-    ratios: Sequence[Given | None],
-    moduli: Sequence[Given | None],
+    ratios: Sequence[AssignedQuantity | None],
+    moduli: Sequence[AssignedQuantity | None],
     findings: Findings,
 ) -> Poisson | None:
     """Return how a body has its Poisson's ratio; what it cannot have is rejected.
@@ -78,8 +78,8 @@ def _shown(ratio: float) -> str:
 def _flaw(
     matter: Matter,
     ratio: float,
-    ratios: Sequence[Given | None],
-    moduli: Sequence[Given | None],
+    ratios: Sequence[AssignedQuantity | None],
+    moduli: Sequence[AssignedQuantity | None],
 ) -> tuple[str, str] | None:
     """Return why a body cannot have a Poisson's ratio, and what to do; None if it can."""
     if any(one is None or not one.quantity.is_of_matter for one in moduli):

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from tissuec.compiler.checks import situation_at_start
+from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import counted
 from tissuec.engine.execution.recorder import wishes
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.integrators.procedures import stated
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose, measured_facts
 from tissuec.engine.method_trial import evaluation_time
@@ -55,17 +55,17 @@ class Prediction(Struct, frozen=True):
 def predict(compiled: Compiled) -> Prediction:
     """Return what the run of a compiled scene will do."""
     plan, network = compiled.plan, compiled.network
-    situation = situation_at_start(compiled)
+    state = state_at_start(compiled)
     simulation = plan.simulation
     method = Method(
         simulation.integrator, simulation.tolerance, simulation.step, simulation.duration,
         ledger=plan.needs_ledger, watch_strength=plan.breakable,
     )  # fmt: skip
-    layout = Layout(network, watched=plan.breakable, ledger=plan.needs_ledger)
-    layout.update(situation)
-    choice = choose(situation, method, layout.is_banded)
+    layout = KernelInputs(network, watched=plan.breakable, ledger=plan.needs_ledger)
+    layout.update(state)
+    choice = choose(state, method, layout.is_banded)
     integrator = None if choice.name == RELAXATION else INTEGRATORS[choice.name]
-    facts = measured_facts(situation)
+    facts = measured_facts(state)
     limit = np.inf
     if facts["omega"] and integrator is not None:
         limit = integrator.stability_limit(facts["omega"], facts["zeta"])
@@ -84,7 +84,7 @@ def predict(compiled: Compiled) -> Prediction:
         skipped=tuple(skipped(compiled)),
         steps=steps,
         evaluations=evaluations,
-        seconds=evaluations * evaluation_time(situation, len(layout.springs.ids)),
+        seconds=evaluations * evaluation_time(state, len(layout.springs.ids)),
         bytes=file_size(network, wishes(network, plan), plan.output, simulation.duration),
     )
 
@@ -124,7 +124,7 @@ def skipped(compiled: Compiled) -> Iterator[str]:
         yield "trajectory: none is asked for"
     if not plan.output.logs:
         yield "logs: none are asked for"
-    held = situation_at_start(compiled).held
+    held = state_at_start(compiled).held
     inner = int(held[network.ends].all(axis=1).sum())
     if inner:
         yield f"{counted(inner, 'spring')} between held nodes, left out of the sums"

@@ -12,7 +12,7 @@ from tissuec.core.units import FREQUENCY, LENGTH, UnitError, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.model.network import Floats
-from tissuec.model.profiles import Course, CourseKind
+from tissuec.model.profiles import CourseKind, TimeProfile
 from tissuec.scene.imports import read_source
 from tissuec.scene.library import LINK, LINKED, Library
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tissuec.compiler.sentences import SentenceOrder
 
 TABLE = "table"
-#: Written name -> kind of course. Motions and forces are spelled in their own words.
+#: Written name -> kind of profile. Motions and forces are spelled in their own words.
 PROFILES: dict[str, CourseKind] = {
     "constant": "constant",
     "constant speed": "ramp",
@@ -37,10 +37,10 @@ _SPOKEN = {
 _NEED_AN_END = ("ramp", "smooth")
 
 
-def read_courses(
+def read_profiles(
     clause: s.Clause | None, default: str, columns: int, order: "SentenceOrder"
-) -> tuple[Course, ...]:
-    """Return the courses that a clause names, beginning at 0 s; one per column of a table."""
+) -> tuple[TimeProfile, ...]:
+    """Return the profiles that a clause names, beginning at 0 s; one per column of a table."""
     name = default if clause is None else _profile_name(clause, order)
     word = clause.word if clause else None
     if name not in PROFILES:
@@ -60,11 +60,11 @@ def read_courses(
             hint = Hint("for example: using sine of 2 Hz", Edit("using sine of 2 Hz"))
             order.reject("TIS304", "the frequency of the sine is missing", hint=hint, word=word)
         frequency = order.number("of", FREQUENCY)
-        return (Course("sine", 0.0, stop, frequency),) * columns
+        return (TimeProfile("sine", 0.0, stop, frequency),) * columns
     if kind == TABLE:
         assert clause is not None
-        return _table_courses(clause, columns, stop, order)
-    return (Course(kind, 0.0, stop),) * columns
+        return _table_profiles(clause, columns, stop, order)
+    return (TimeProfile(kind, 0.0, stop),) * columns
 
 
 def _profiles(name: str, *, is_motion: bool) -> Hint:
@@ -83,9 +83,9 @@ def _profile_name(clause: s.Clause, order: "SentenceOrder") -> str:
     return clause.value.key
 
 
-def _table_courses(
+def _table_profiles(
     clause: s.Clause, columns: int, stop: float, order: "SentenceOrder"
-) -> tuple[Course, ...]:
+) -> tuple[TimeProfile, ...]:
     assert isinstance(clause.value, s.Name)
     factor = _length_unit(order) if columns > 1 else 1.0
     rows = _read_csv(clause, clause.value, 1 + columns, order)
@@ -107,7 +107,7 @@ def _table_courses(
         message = f"the numbers in {clause.value.quoted} change too steeply"
         order.reject("TIS313", message, hint="check the times and the units", word=clause.word)
     return tuple(
-        Course("table", 0.0, end, 0.0, times, column, slope)
+        TimeProfile("table", 0.0, end, 0.0, times, column, slope)
         for column, slope in zip(values.T.copy(), slopes, strict=True)
     )
 

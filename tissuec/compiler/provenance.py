@@ -10,9 +10,9 @@ from tissuec.core.units import LENGTH, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.scene.evidence import KNOWN, UNVERIFIED
-from tissuec.scene.model import Given, Known, Tissue
+from tissuec.scene.model import AssignedQuantity, KnownQuantity, Tissue
 from tissuec.scene.quantities import Spread
-from tissuec.scene.resolve import Words
+from tissuec.scene.resolve import ResolvedProgram
 
 SET = "set on the command line"
 
@@ -47,7 +47,7 @@ class Explained(Struct, frozen=True):
     reasons: tuple[Reason, ...]
 
 
-class Row(Struct, frozen=True):
+class ProvenanceRow(Struct, frozen=True):
     """One entry of the table of a tissue.
 
     Attributes:
@@ -65,23 +65,25 @@ class Row(Struct, frozen=True):
     reasons: tuple[Reason, ...]
 
 
-def tissue_rows(tissue: Tissue) -> list[Row]:
+def tissue_rows(tissue: Tissue) -> list[ProvenanceRow]:
     """Return all that there is to say of a tissue, entry by entry."""
     return [
         *(
-            Row("property", f.property, f.written, f"{f.number:.4g}", (_at(f.span.place),))
+            ProvenanceRow(
+                "property", f.property, f.written, f"{f.number:.4g}", (_at(f.span.place),)
+            )
             for f in tissue.facts
         ),
         *(
-            Row("quantity", e.quantity, e.shown, e.how, e.reasons)
+            ProvenanceRow("quantity", e.quantity, e.shown, e.how, e.reasons)
             for e in explain_tissue(tissue)
         ),
         *(
-            Row("law", word, law.name, "", (_at(law.span.place),))
+            ProvenanceRow("law", word, law.name, "", (_at(law.span.place),))
             for word, law in tissue.laws.items()
         ),
         *(
-            Row(
+            ProvenanceRow(
                 "known",
                 f"{KNOWN} {one.quantity.name}",
                 one.shown,
@@ -93,7 +95,7 @@ def tissue_rows(tissue: Tissue) -> list[Row]:
     ]
 
 
-def cited(known: Known) -> str:
+def cited(known: KnownQuantity) -> str:
     """Return the source of evidence, and whether it could not be looked up."""
     return known.source if known.is_verified else f"{known.source} ({UNVERIFIED})"
 
@@ -102,7 +104,7 @@ def _at(place: str) -> Reason:
     return Reason("", None, place, "")
 
 
-def as_dict(words: Words, tissues: list[Tissue]) -> dict[str, Any]:
+def as_dict(words: ResolvedProgram, tissues: list[Tissue]) -> dict[str, Any]:
     """Return params and tissues as plain data."""
     return {
         "params": {
@@ -131,7 +133,7 @@ def _tissue(tissue: Tissue) -> dict[str, Any]:
     }
 
 
-def _known(known: Known) -> dict[str, Any]:
+def _known(known: KnownQuantity) -> dict[str, Any]:
     return {
         "quantity": known.quantity.name,
         "stated": list(known.stated),
@@ -143,7 +145,7 @@ def _known(known: Known) -> dict[str, Any]:
     }
 
 
-def used_tissues(words: Words) -> list[Tissue]:
+def used_tissues(words: ResolvedProgram) -> list[Tissue]:
     """Return the tissues that bodies and joints are made of; all, where none is used."""
     used = {
         part.phrase.words[0].key
@@ -160,14 +162,14 @@ def explain_tissue(tissue: Tissue) -> tuple[Explained, ...]:
     return tuple(_explained(given) for given in tissue.given.values())
 
 
-def _explained(given: Given) -> Explained:
+def _explained(given: AssignedQuantity) -> Explained:
     quantity = given.quantity
     return Explained(
         quantity.name, given.value, shown_value(given), given.how, tuple(_reasons(given))
     )
 
 
-def shown_value(given: Given) -> str:
+def shown_value(given: AssignedQuantity) -> str:
     """Return a value with its unit and what it belongs to."""
     quantity = given.quantity
     if quantity.name == "prestress":
@@ -186,7 +188,7 @@ def belonging(spread: Spread, length: float | None) -> str:
     return "/node" if spread == "each node" else "/body"
 
 
-def _reasons(given: Given) -> Iterator[Reason]:
+def _reasons(given: AssignedQuantity) -> Iterator[Reason]:
     if not given.fired:
         yield Reason("", None, given.span.place, "")
     for fired in given.fired:

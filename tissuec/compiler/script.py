@@ -14,7 +14,7 @@ from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool
-from tissuec.script.plan import Event, Trigger
+from tissuec.script.plan import ScheduledAction, Trigger
 from tissuec.script.verbs import VERBS, Action
 
 MOST_REPETITIONS = 100_000
@@ -27,7 +27,7 @@ class Script(Struct):
         is_whole: Whether nothing was left out because it is wrong.
     """
 
-    events: list[Event] = field(default_factory=list)
+    events: list[ScheduledAction] = field(default_factory=list)
     triggers: list[Trigger] = field(default_factory=list)
     is_whole: bool = True
 
@@ -78,12 +78,12 @@ class ScriptReader:
         return script
 
     def _trigger(self, item: s.Timed, condition: s.Expression) -> Trigger:
-        events: list[Event] = []
+        events: list[ScheduledAction] = []
         self._body(item.body, _Slot(0.0, None), events)
         events.sort(key=lambda event: event.time)
         return Trigger(self.conditions.condition(condition), tuple(events), item.head)
 
-    def _item(self, item: s.Item, slot: _Slot, events: list[Event]) -> None:
+    def _item(self, item: s.Item, slot: _Slot, events: list[ScheduledAction]) -> None:
         match item:
             case s.Timed(trigger=None):
                 failures = self.findings.failures
@@ -103,7 +103,7 @@ class ScriptReader:
                 key = (id(item), slot.duration)
                 if key not in self.actions:
                     self.actions[key] = self._action(item, slot.duration)
-                events.append(Event(slot.start, self.actions[key]))
+                events.append(ScheduledAction(slot.start, self.actions[key]))
             case s.Sentence():
                 self.findings.reject(
                     "TIS304",
@@ -122,7 +122,9 @@ class ScriptReader:
                     hint="a script holds times with orders, such as at 0 s: fix …",
                 )
 
-    def _body(self, items: Sequence[s.Item], slot: _Slot, events: list[Event]) -> None:
+    def _body(
+        self, items: Sequence[s.Item], slot: _Slot, events: list[ScheduledAction]
+    ) -> None:
         for item in items:
             with self.findings.item():
                 self._item(item, slot, events)

@@ -5,14 +5,14 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.compiler.profiles import read_courses
+from tissuec.compiler.profiles import read_profiles
 from tissuec.compiler.sets import Groups
 from tissuec.core.errors import Edit, Hint, alternatives, did_you_mean
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool
 from tissuec.scene.values import Value, unit_vector
@@ -216,13 +216,13 @@ class SentenceOrder:
     def text(self, word: str) -> str:
         return self._name(word).text
 
-    def courses(self, *, default: str, columns: int = 1) -> tuple[Course, ...]:
+    def profiles(self, *, default: str, columns: int = 1) -> tuple[TimeProfile, ...]:
         # "along" a direction belongs to a force, "along table" to a path.
         along = self.clauses["along"].value if "along" in self.clauses else None
         is_path = isinstance(along, s.Name) and along.words == "table"
         word = "along" if is_path and "using" not in self.clauses else "using"
         self.asked.add(word)
-        return read_courses(self.clauses.get(word), default, columns, self)
+        return read_profiles(self.clauses.get(word), default, columns, self)
 
     def _object(self, after: str) -> s.Name:
         name = _behind(self.object, after) if after else self.object

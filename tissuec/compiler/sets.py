@@ -26,7 +26,7 @@ from tissuec.script.verbs import Group
 KINDS = ("nodes", "springs")
 
 
-class Placed(Struct, frozen=True, eq=False, dict=True):
+class PlacedBody(Struct, frozen=True, eq=False, dict=True):
     """A body with the numbers of its first node and spring in the network.
 
     It has its arrays once, however many sentences name it.
@@ -76,7 +76,9 @@ class NamedSet(Struct, frozen=True, eq=False):
 class Groups:
     """All sets, bodies and joints by name; each set is chosen once, when first asked for."""
 
-    def __init__(self, declarations: Declarations, bodies: Mapping[str, Placed], scope: Scope):
+    def __init__(
+        self, declarations: Declarations, bodies: Mapping[str, PlacedBody], scope: Scope
+    ):
         self.declared = declarations.of("set")
         self.bodies = bodies
         self.named_joints = declarations.of("joint")
@@ -259,7 +261,7 @@ class Groups:
             )
         return NamedSet(Group(item.name.text, part[chosen]), of_springs)
 
-    def _named_part(self, node: s.Expression, *, of_springs: bool) -> Placed | PlacedJoint:
+    def _named_part(self, node: s.Expression, *, of_springs: bool) -> PlacedBody | PlacedJoint:
         """Return the body, or where springs are chosen the joint, that a name stands for."""
         if isinstance(node, s.Name) and node.key in self.bodies:
             return self.bodies[node.key]

@@ -10,7 +10,7 @@ from tissuec.forces.bending import Hinges
 from tissuec.model.network import Floats
 from tissuec.model.topology import springs_between
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Given
+from tissuec.scene.model import AssignedQuantity
 
 #: Pairs of nodes of a hinge that springs may join: all but its two tips.
 _SIDES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]])
@@ -19,7 +19,7 @@ _SIDES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]])
 def hinges_of(
     drawing: Drawing,
     matter: Matter | None,
-    moduli: Sequence[Given | None],
+    moduli: Sequence[AssignedQuantity | None],
     stiffness: Floats,
     damping: Floats,
     findings: Findings,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tissuec.forces.branches import TIMES, VISCOSITY
 from tissuec.laws import LINEAR, VISCOSITY_LAWS, D, Law
 from tissuec.meshes.generators import Mesh, Threaded
-from tissuec.model.network import Floats, Indices, Network, Thread
+from tissuec.model.network import Floats, Indices, Network, ThreadBody
 
 SLIPPING = Law("slipping knot", LINEAR.elastic, D)
 """A spring of no stiffness whose dashpot pulls with the force d, however fast it is."""
@@ -26,7 +26,7 @@ def knot_pairs(mesh: Mesh, generator: Threaded) -> NDArray[np.int32]:
     return np.tile(np.array([[0, len(mesh.position) - 1]], dtype=np.int32), (count, 1))
 
 
-def thread_of(generator: object, ends: NDArray[np.int32]) -> Thread | None:
+def thread_of(generator: object, ends: NDArray[np.int32]) -> ThreadBody | None:
     """Return what of a body is a thread, numbered within it; None if it is none.
 
     Args:
@@ -38,19 +38,19 @@ def thread_of(generator: object, ends: NDArray[np.int32]) -> Thread | None:
     across = np.flatnonzero((ends == (0, last)).all(axis=1))
     hold, slip = (int(spring) for spring in across[-2:])
     pieces = slice(0, slip if generator.is_loop() else hold)
-    return Thread(pieces, hold, slip, generator.thread_radius(), generator.is_loop())
+    return ThreadBody(pieces, hold, slip, generator.thread_radius(), generator.is_loop())
 
 
-def renumbered(thread: Thread | None, by: int) -> Thread | None:
+def renumbered(thread: ThreadBody | None, by: int) -> ThreadBody | None:
     """Return a thread with other numbers of springs."""
     if thread is None:
         return None
     pieces = slice(thread.pieces.start + by, thread.pieces.stop + by)
-    return Thread(pieces, thread.hold + by, thread.slip + by, thread.radius, thread.closed)
+    return ThreadBody(pieces, thread.hold + by, thread.slip + by, thread.radius, thread.closed)
 
 
 def with_slipping(
-    arrays: dict[str, Floats], law: NDArray[np.int32], laws: tuple[Law, ...], thread: Thread
+    arrays: dict[str, Floats], law: NDArray[np.int32], laws: tuple[Law, ...], thread: ThreadBody
 ) -> tuple[dict[str, Floats], NDArray[np.int32], tuple[Law, ...]]:
     """Return arrays, laws of springs and all laws of a body with its knot in them."""
     hold, slip, law = thread.hold, thread.slip, law.copy()
@@ -84,7 +84,7 @@ def idle_knots(network: Network, tied: Container[str]) -> Indices:
     return np.array([*slips, *knots], dtype=np.int64)
 
 
-def bonds(thread: Thread) -> Sequence[tuple[int, tuple[int, int]]]:
+def bonds(thread: ThreadBody) -> Sequence[tuple[int, tuple[int, int]]]:
     """Return each piece of a thread and the springs of which one must be there, -1 for none."""
     pieces = range(thread.pieces.start, thread.pieces.stop)
     along = [(spring, (spring, -1)) for spring in pieces if spring != thread.hold]

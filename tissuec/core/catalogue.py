@@ -14,7 +14,7 @@ _HERE = "<here>"
 _MOST_IN_A_LINE = 96
 
 
-class Entry(Struct, frozen=True):
+class CodeEntry(Struct, frozen=True):
     """One code.
 
     Attributes:
@@ -59,18 +59,18 @@ def _document() -> Mapping[str, Any]:
 
 
 @cache
-def _entry(code: str) -> Entry:
+def _entry(code: str) -> CodeEntry:
     written = _document()[code]
     name = written.get("frame", "")
     frame = _document()["frames"][name].strip() if name else ""
     parts = {name: written[name].strip() for name in ("title", "text", "before", "after")}
-    return Entry(**parts, frame=frame, frame_name=name)
+    return CodeEntry(**parts, frame=frame, frame_name=name)
 
 
-class _Codes(Mapping[str, Entry]):
+class _Codes(Mapping[str, CodeEntry]):
     """The entries by code, read when first asked for."""
 
-    def __getitem__(self, code: str) -> Entry:
+    def __getitem__(self, code: str) -> CodeEntry:
         if code not in set(self):
             raise KeyError(code)
         return _entry(code)
@@ -82,7 +82,7 @@ class _Codes(Mapping[str, Entry]):
         return sum(1 for _ in self)
 
 
-CODES: Mapping[str, Entry] = _Codes()
+CODES: Mapping[str, CodeEntry] = _Codes()
 
 
 def example_files() -> Mapping[str, str]:
@@ -106,7 +106,7 @@ def reference() -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _place(entry: Entry) -> str:
+def _place(entry: CodeEntry) -> str:
     """Return where the pieces of an entry belong, for the page."""
     if not entry.frame:
         return "As a file of its own"

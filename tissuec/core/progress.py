@@ -18,7 +18,7 @@ LOADER = "tissuec.kernels.loading"  # which translates what is shipped, the firs
 WIDTH = 24
 
 
-class Line:
+class ProgressLine:
     """A line on stderr that is rewritten; nothing at all off a terminal.
 
     Args:
@@ -100,12 +100,12 @@ class Line:
             sys.stderr.flush()
 
 
-def compiling(name: str, *, shown: bool) -> Line:
+def compiling(name: str, *, shown: bool) -> ProgressLine:
     """Return the line that is shown while a large scene is compiled."""
-    return Line(name, shown=shown, meanwhile=lambda: "compiling the scene")
+    return ProgressLine(name, shown=shown, meanwhile=lambda: "compiling the scene")
 
 
-class Progress(Line):
+class RunProgress(ProgressLine):
     """The line of a run: how far it has come, how fast it goes, and how long it takes yet.
 
     Args:

@@ -1,1 +1,1 @@
-"""The engine: steps a situation from event to event with any integrator on either tier."""
+"""The engine: steps a state from event to event with any integrator on either backend."""

@@ -1,4 +1,4 @@
-"""The two tiers: the loop over steps as compiled code that is shipped, or interpreted.
+"""The two backends: the loop over steps as compiled code that is shipped, or interpreted.
 
 Methods that are not shipped, such as those of users, are interpreted. Operations on nets are
 compiled for both: an interpreted loop calls them by their addresses.
@@ -15,9 +15,9 @@ from msgspec import Struct
 from tissuec.engine import step_loop as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.integrators import Integrator
-from tissuec.engine.method import Tier
+from tissuec.engine.method import Backend
 from tissuec.engine.operations import OPERATIONS, Features, operations
-from tissuec.kernels.records import Operations, Progress, State, Task
+from tissuec.kernels.records import CompiledProgress, Operations, Progress, Task
 
 
 class Inside(Struct, frozen=True):
@@ -31,12 +31,12 @@ Drive = Callable[[Progress, Task, Any, Any, Any], tuple[int, Progress]]
 
 
 @cache
-def bound_drive(integrator: type[Integrator], tier: Tier) -> Drive:
+def bound_drive(integrator: type[Integrator], backend: Backend) -> Drive:
     """Return the loop over steps of an integrator.
 
     It takes the net as a table; if it is compiled, all records.
     """
-    return (_compiled_drive if tier == "compiled" else _interpreted_drive)(integrator)
+    return (_compiled_drive if backend == "compiled" else _interpreted_drive)(integrator)
 
 
 def _compiled_drive(integrator: type[Integrator]) -> Drive:
@@ -53,7 +53,7 @@ def _compiled_drive(integrator: type[Integrator]) -> Drive:
         progress: Progress, task: Task, work: Any, net: Any, buffer: Any
     ) -> tuple[int, Progress]:
         numbers = np.array(progress, dtype=np.float64)
-        tables = RecordTable(State(numbers)), RecordTable(task), work, net, buffer
+        tables = RecordTable(CompiledProgress(numbers)), RecordTable(task), work, net, buffer
         reason = enter(*(table.address for table in tables))
         pairs = zip(kinds, numbers.tolist(), strict=True)
         return reason, Progress(*(kind(number) for kind, number in pairs))
@@ -128,8 +128,8 @@ def method_names(integrator: type[Integrator]) -> dict[str, Any]:
     return replaced | {name.upper(): getattr(integrator, name) for name in numbers}
 
 
-def default_tier(integrator: type[Integrator]) -> Tier:
-    """Return the tier of an integrator: compiled, unless it is not shipped with tissuec."""
+def default_backend(integrator: type[Integrator]) -> Backend:
+    """Return the backend of an integrator: compiled, unless it is not shipped with tissuec."""
     from tissuec.kernels.bundles import of_method
     from tissuec.kernels.loading import is_shipped
 

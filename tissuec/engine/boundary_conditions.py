@@ -5,40 +5,40 @@ from math import inf
 
 import numpy as np
 
-from tissuec.forces.load import Load, Term
-from tissuec.kernels.records import Acts
-from tissuec.mechanics.situation import Motion, Situation
+from tissuec.forces.load import Load, LoadTerm
+from tissuec.kernels.records import BoundaryConditions
+from tissuec.mechanics.state import PrescribedMotion, State
 from tissuec.model.network import Floats, Indices
-from tissuec.model.profiles import Course, tabulated
+from tissuec.model.profiles import TimeProfile, tabulated
 
 LOOKS = (
     32  # at least so often a period of a path or force is looked at, or a full turn, or a ramp
 )
 
 
-def lengths(situation: Situation) -> list[Load]:
+def lengths(state: State) -> list[Load]:
     """Return how lengths of threads change, as loads on no node, to be evaluated as these."""
     along, none = np.array([1.0, 0.0, 0.0]), np.zeros(0, dtype=np.int64)
     return [
-        Load(none, (Term(along, reeling.course),), reeling.span)
-        for reeling in situation.reelings.values()
+        Load(none, (LoadTerm(along, reeling.profile),), reeling.span)
+        for reeling in state.reelings.values()
     ]
 
 
-def knots(motions: Iterable[Motion], courses: Iterable[Course]) -> Floats:
-    """Return the times at which a course passes into another curve [s], ascending.
+def knots(motions: Iterable[PrescribedMotion], profiles: Iterable[TimeProfile]) -> Floats:
+    """Return the times at which a profile passes into another curve [s], ascending.
 
     Args:
-        courses: Of all but motions.
+        profiles: Of all but motions.
     """
-    found = [*courses, *(term.course for motion in motions for term in motion.shifts)]
-    found += [motion.turn.course for motion in motions if motion.turn is not None]
-    return np.unique(np.concatenate([*(course.knots for course in found), np.zeros(0)]))
+    found = [*profiles, *(term.profile for motion in motions for term in motion.shifts)]
+    found += [motion.turn.profile for motion in motions if motion.turn is not None]
+    return np.unique(np.concatenate([*(profile.knots for profile in found), np.zeros(0)]))
 
 
 def longest_step(
-    motions: Iterable[Motion],
-    courses: Iterable[Course],
+    motions: Iterable[PrescribedMotion],
+    profiles: Iterable[TimeProfile],
     start: float,
     until: float,
     looks: int,
@@ -51,50 +51,50 @@ def longest_step(
 
     Args:
         motions: All of them.
-        courses: Of all else.
+        profiles: Of all else.
         start, until: The stretch, without knots inside [s].
         looks: How often a step is looked into.
     """
     middle = start + 0.5 * (until - start)
     longest = inf
-    for course in courses:
-        longest = min(longest, _feature(course, middle))
+    for profile in profiles:
+        longest = min(longest, _feature(profile, middle))
     for motion in motions:
         for term in motion.shifts:
-            longest = min(longest, _feature(term.course, middle))
+            longest = min(longest, _feature(term.profile, middle))
         turn = motion.turn
         if turn is not None:
-            longest = min(longest, _feature(turn.course, middle))
-            if turn.angle and (fastest := _fastest(turn.course, start, until)) > 0.0:
+            longest = min(longest, _feature(turn.profile, middle))
+            if turn.angle and (fastest := _fastest(turn.profile, start, until)) > 0.0:
                 longest = min(longest, 2.0 * np.pi / (fastest * abs(turn.angle)))
     return float(longest) * looks / LOOKS
 
 
-def _feature(course: Course, time: float) -> float:
+def _feature(profile: TimeProfile, time: float) -> float:
     """Return the length of a course's shortest feature at a time [s]."""
-    if course.start < time < course.stop:
-        if course.kind == "sine" and course.frequency:
-            return 1.0 / abs(course.frequency)
-        if course.kind in ("ramp", "smooth"):
-            return course.stop - course.start
+    if profile.start < time < profile.stop:
+        if profile.kind == "sine" and profile.frequency:
+            return 1.0 / abs(profile.frequency)
+        if profile.kind in ("ramp", "smooth"):
+            return profile.stop - profile.start
     return inf
 
 
-def _fastest(course: Course, start: float, until: float) -> float:
-    """Return about the largest rate of a course within a stretch [1/s]."""
-    if course.kind == "sine":
-        return 2.0 * np.pi * abs(course.frequency)
+def _fastest(profile: TimeProfile, start: float, until: float) -> float:
+    """Return about the largest rate of a profile within a stretch [1/s]."""
+    if profile.kind == "sine":
+        return 2.0 * np.pi * abs(profile.frequency)
     inside = start + (until - start) * np.linspace(0.0, 1.0, LOOKS + 1)[1:-1]
-    return max(abs(course.at(time)[1]) for time in inside)
+    return max(abs(profile.at(time)[1]) for time in inside)
 
 
 def pack_acts(
-    motions: Sequence[Motion],
+    motions: Sequence[PrescribedMotion],
     loads: Sequence[Load],
     place: Indices,
     start: float,
     until: float,
-) -> Acts:
+) -> BoundaryConditions:
     """Return motions and loads as tables for a stretch of time without knots inside.
 
     A velocity that jumps at an end of the stretch is the one within the stretch.
@@ -105,16 +105,16 @@ def pack_acts(
         start, until: The stretch [s].
     """
     count = len(motions) + len(loads)
-    courses: list[Course] = []
-    terms: list[tuple[Term, ...]] = []
+    profiles: list[TimeProfile] = []
+    terms: list[tuple[LoadTerm, ...]] = []
     turn_curve = np.full(count, -1)
     turn_centre, turn_axis = np.zeros((count, 3)), np.zeros((count, 3))
     turn_angle = np.zeros(count)
     for act, motion in enumerate(motions):
         terms.append(motion.shifts)
         if motion.turn is not None:
-            turn_curve[act] = len(courses)
-            courses.append(motion.turn.course)
+            turn_curve[act] = len(profiles)
+            profiles.append(motion.turn.profile)
             turn_centre[act], turn_axis[act] = motion.turn.centre, motion.turn.axis
             turn_angle[act] = motion.turn.angle
     terms += [load.terms for load in loads]
@@ -123,8 +123,8 @@ def pack_acts(
     base = [motion.base for motion in motions] + [
         np.zeros((len(load.nodes), 3)) for load in loads
     ]
-    term_curve = len(courses) + np.arange(len(flat))
-    return Acts(
+    term_curve = len(profiles) + np.arange(len(flat))
+    return BoundaryConditions(
         motions=len(motions),
         first=_offsets([len(group) for group in nodes]),
         nodes=place[np.concatenate([*nodes, np.zeros(0, dtype=np.int64)])],
@@ -136,7 +136,7 @@ def pack_acts(
         turn_centre=turn_centre,
         turn_axis=turn_axis,
         turn_angle=turn_angle,
-        **tabulated([*courses, *(term.course for term in flat)], start, until),
+        **tabulated([*profiles, *(term.profile for term in flat)], start, until),
     )
 
 

@@ -1,4 +1,4 @@
-"""The engine: steps a situation from event to event, gives out samples, and says why it stops.
+"""The engine: steps a state from event to event, gives out samples, and says why it stops.
 
 It owns no physics: integrators and kernels do the arithmetic, ``drive`` the loop over steps;
 here is what must be decided between calls of that loop.
@@ -12,21 +12,28 @@ import numpy as np
 from msgspec.structs import astuple
 
 from tissuec.engine import failures
-from tissuec.engine.backends import bound_drive, bound_inside, default_tier, loop_operations
+from tissuec.engine.backends import bound_drive, bound_inside, default_backend, loop_operations
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.integrators.procedures import PropagationChoices
-from tissuec.engine.kernel_inputs import Layout
-from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics, Tier
+from tissuec.engine.kernel_inputs import KernelInputs
+from tissuec.engine.method import (
+    Backend,
+    Interruption,
+    Method,
+    MethodChange,
+    Samples,
+    Statistics,
+)
 from tissuec.engine.method_choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
 from tissuec.engine.method_trial import (
     PATIENT,
-    Contest,
+    MethodTrial,
     candidate_for,
     cost_of,
     evaluation_time,
     trial_cost,
 )
-from tissuec.engine.sample_buffer import Outbox
+from tissuec.engine.sample_buffer import SampleBuffer
 from tissuec.engine.state import (
     arrays_of,
     first_step,
@@ -35,7 +42,7 @@ from tissuec.engine.state import (
     new_task,
     new_work,
 )
-from tissuec.engine.step_events import RESOLUTION, Survey, Watch, Within, bisect
+from tissuec.engine.step_events import RESOLUTION, AcceptedStep, Survey, Watch, bisect
 from tissuec.kernels.calls import raise_failure
 from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import (
@@ -53,13 +60,13 @@ from tissuec.kernels.records import (
     Progress,
 )
 from tissuec.mechanics import observables
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import AUTOMATIC
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 # Spring evaluations after which the loop comes back to be asked for a pause: about 0.2 s.
-CALL_SPRINGS: dict[Tier, int] = {"interpreted": 2_000_000, "compiled": 40_000_000}
+CALL_SPRINGS: dict[Backend, int] = {"interpreted": 2_000_000, "compiled": 40_000_000}
 # Steps that are looked at together for conditions, and coordinates of states in them, at most.
 MOST_TOGETHER, GLANCED = 16, 200_000
 
@@ -69,20 +76,20 @@ Pause = Callable[[float], bool]
 class Engine:
     """Steps one run.
 
-    ``restart`` takes over a situation, ``advance`` steps it to a time and comes back early when
+    ``restart`` takes over a state, ``advance`` steps it to a time and comes back early when
     springs rupture, a watched condition becomes true, or the motion cannot go on. On a rupture
-    the situation stands at its exact time with the springs still alive: the caller marks them
-    dead in ``mechanics.situation.alive`` and calls ``restart``, as after every other change.
+    the state stands at its exact time with the springs still alive: the caller marks them
+    dead in ``state.alive`` and calls ``restart``, as after every other change.
 
     Args:
         network: The network of the run.
         method: How it is to be stepped.
         sample_times: When to record [s], ascending without repetitions, shape (sample,).
         record: Called with each batch of samples. Unless a single step holds more samples than
-            half the buffer, the situation stands at a step's start then and ``checkpoint``
+            half the buffer, the state stands at a step's start then and ``checkpoint``
             gives what a later run can go on from.
-        tier: Forces one tier, for tests. Otherwise methods that are shipped are stepped by
-            compiled code.
+        backend: Forces one backend, for tests. Otherwise methods that are shipped are stepped
+            by compiled code.
     """
 
     def __init__(
@@ -92,20 +99,20 @@ class Engine:
         sample_times: Floats,
         record: Callable[[Samples], None],
         *,
-        tier: Tier | None = None,
+        backend: Backend | None = None,
     ):
         self.network, self.method = network, method
-        self.tier = tier
-        self._layout = Layout(
+        self.backend = backend
+        self._inputs = KernelInputs(
             network,
             watched=method.watch_strength,
             ledger=method.ledger,
             threads=method.threads,
         )
-        self._outbox = Outbox(sample_times, self._layout, record)
+        self._buffer = SampleBuffer(sample_times, self._inputs, record)
         self._choice: Choice | None = None
-        self._changes: list[Change] = []
-        self._contest = Contest()
+        self._changes: list[MethodChange] = []
+        self._trial = MethodTrial()
         self._stale = True
         self._segment: float | None = None
         self._asked = 0  # evaluations when a pause was last offered
@@ -127,7 +134,7 @@ class Engine:
         return Statistics(
             method=choice.name,
             reason=choice.reason,
-            tier=self._tier,
+            backend=self._backend,
             accepted=now.accepted,
             rejected=now.rejected,
             evaluations=int(effort[0] + effort[LOOKED]),
@@ -137,44 +144,42 @@ class Engine:
             smallest=now.smallest if now.accepted else 0.0,
             largest=now.largest,
             changes=tuple(self._changes),
-            threads=self._layout.team.record.threads,
+            threads=self._inputs.team.record.threads,
         )
 
-    def restart(self, situation: Situation) -> None:
-        """Take over a situation that was changed from outside, with its state and time."""
-        self._layout.update(situation)
+    def restart(self, state: State) -> None:
+        """Take over a state that was changed from outside, with its state and time."""
+        self._inputs.update(state)
         if self._choice is None:
-            self._begin(situation)
-        if self._integrator.conservative and (refusal := situation.loss):
+            self._begin(state)
+        if self._integrator.conservative and (refusal := state.loss):
             self._install(
                 Choice("dop853", f"{refusal}, for which {self.choice.name} is not made", {})
             )
-        self._load(situation)
+        self._load(state)
         if self.method.ledger:
-            least = max(self._task.least, least_pressure(situation, self._task.floor))
+            least = max(self._task.least, least_pressure(state, self._task.floor))
             self._task = self._task._replace(least=least)
-            present = observables.energies(
-                situation, situation.time, situation.position, situation.velocity
-            )
+            present = observables.energies(state, state.time, state.position, state.velocity)
             energy = float(present.kinetic + present.elastic)
             self._update(energy=max(self._progress.energy, energy))
-        springs = len(self._layout.springs.ids) if self.method.watch_strength else 0
+        springs = len(self._inputs.springs.ids) if self.method.watch_strength else 0
         if self._work.tension.shape[1] != springs:
             self._work = self._work._replace(tension=np.zeros((3, springs)))
-        cornered = len(self._layout.springs.ids) if self._layout.features.cornered else 0
+        cornered = len(self._inputs.springs.ids) if self._inputs.features.cornered else 0
         if self._work.sides.shape[2] != cornered:
             self._work = self._work._replace(sides=np.zeros((2, 3, cornered)))
-        self._equip(situation)
+        self._equip(state)
         self._forget_net()
         self._tables: dict[type[Any], RecordTable] = {}  # of further records
         self._stale, self._segment = False, None
         if not self._progress.step:
-            step = first_step(self._layout, self._integrator, self.method.duration)
+            step = first_step(self._inputs, self._integrator, self.method.duration)
             self._update(step=step)
 
     def advance(
         self,
-        situation: Situation,
+        state: State,
         until: float,
         watch: Watch | None = None,
         pause: Pause | None = None,
@@ -186,8 +191,8 @@ class Engine:
         start shows the state after all events there.
 
         Args:
-            situation: The one that ``restart`` took over; its state and time are advanced.
-            until: Time [s], not before that of the situation.
+            state: The one that ``restart`` took over; its state and time are advanced.
+            until: Time [s], not before that of the state.
             watch: Condition of time [s], positions and velocities (shape (node, 3)); the first
                 time at which it holds interrupts. It is asked at the start, at the end of each
                 step, and within the step that made it true.
@@ -197,35 +202,35 @@ class Engine:
                 of shapes (time,) and (time, node, 3). With it, many steps of a small net are
                 looked at together, and one by one only where it may hold.
         """
-        if self._stale or self._layout.situation is not situation:
-            self.restart(situation)
+        if self._stale or self._inputs.state is not state:
+            self.restart(state)
         if (failure := self._refusal()) is not None:
             return failure
-        if until < situation.time:
-            raise ValueError(f"cannot step back from {situation.time:g} s to {until:g} s")
+        if until < state.time:
+            raise ValueError(f"cannot step back from {state.time:g} s to {until:g} s")
         resumed = self._segment is not None and self._progress.time < self._segment
-        if not resumed and (early := self._at_once(situation, watch)) is not None:
+        if not resumed and (early := self._at_once(state, watch)) is not None:
             return early
         with np.errstate(all="ignore"):
-            result = self._advance(situation, until, watch, pause, survey)
-        self._synchronise(situation)
+            result = self._advance(state, until, watch, pause, survey)
+        self._synchronise(state)
         self._flush()
         self._stale = result.kind not in ("reached", "paused")
         return result
 
-    def finish(self, situation: Situation) -> None:
+    def finish(self, state: State) -> None:
         """Record the sample at the final time, after every event there."""
-        while self._outbox.is_due(self._progress, np.nextafter(situation.time, np.inf)):
-            self._progress = self._outbox.enter(
+        while self._buffer.is_due(self._progress, np.nextafter(state.time, np.inf)):
+            self._progress = self._buffer.enter(
                 self._progress,
-                self._layout.inwards(situation.position),
-                self._layout.inwards(situation.velocity),
+                self._inputs.inwards(state.position),
+                self._inputs.inwards(state.velocity),
                 self._work.ledger[self._progress.current],
             )
         self._flush()
 
     def checkpoint(self) -> dict[str, Any] | None:
-        """Return numbers and arrays to go on from, with the situation; None within a step."""
+        """Return numbers and arrays to go on from, with the state; None within a step."""
         now, work = self._progress, self._work
         if now.pending:
             return None
@@ -233,9 +238,9 @@ class Engine:
         return {
             **now._asdict(),
             "segment": np.nan if self._segment is None else self._segment,
-            "stretch": self._layout.start,
-            "acceleration": self._layout.outwards(work.a[now.current]),
-            "origin": self._layout.outwards(work.origin),
+            "stretch": self._inputs.start,
+            "acceleration": self._inputs.outwards(work.a[now.current]),
+            "origin": self._inputs.outwards(work.origin),
             "ledger": work.ledger[now.current].copy(),
             "power": work.power[1].copy(),
             "trend": work.trend.copy(),
@@ -247,82 +252,82 @@ class Engine:
             "made_at": work.solver.at.copy(),
             "made_speed": work.solver.speed.copy(),
             "bound": self._task.bound,
-            "tier": self._tier,
+            "tier": self._backend,
             "listed_at": self._listed_at,
             "listed_around": np.zeros((0, 3)) if around is None else around,
-            **{f"contest {name}": value for name, value in self._contest.state().items()},
+            **{f"contest {name}": value for name, value in self._trial.state().items()},
             "changes": json.dumps([astuple(change) for change in self._changes]),
             "method": self.choice.name,
             "reason": self.choice.reason,
         }
 
-    def restore(self, situation: Situation, state: Mapping[str, Any]) -> None:
-        """Go on from a checkpoint and the situation that belongs to it.
+    def restore(self, state: State, saved: Mapping[str, Any]) -> None:
+        """Go on from a checkpoint and the state that belongs to it.
 
         The next call of ``advance`` must have the same end as the one that was interrupted; the
         run then gives the same bytes as without interruption.
         """
-        self._choice = Choice(str(state["method"]), str(state["reason"]), {})
-        self._begin(situation)
-        self.restart(situation)
+        self._choice = Choice(str(saved["method"]), str(saved["reason"]), {})
+        self._begin(state)
+        self.restart(state)
         numbers = {
-            name: type(value)(state[name]) for name, value in self._progress._asdict().items()
+            name: type(value)(saved[name]) for name, value in self._progress._asdict().items()
         }
         self._progress = Progress(**numbers)._replace(filled=0, current=0)
-        self._work.effort[:], self._work.doubt[:] = state["effort"], state["doubt"]
+        self._work.effort[:], self._work.doubt[:] = saved["effort"], saved["doubt"]
         if self._integrator.implicit:
-            self._work.solver.at[:] = state["made_at"]
-            self._work.solver.speed[:] = state["made_speed"]
-            self._work.solver.made[:] = state["made"], 0.0, 1.0
+            self._work.solver.at[:] = saved["made_at"]
+            self._work.solver.speed[:] = saved["made_speed"]
+            self._work.solver.made[:] = saved["made"], 0.0, 1.0
         self._asked = self._evaluations
-        self._tier = self.tier or cast(Tier, str(state["tier"]))
-        self._contest = Contest.restore(
-            {name.removeprefix("contest "): value for name, value in state.items()}
+        self._backend = self.backend or cast(Backend, str(saved["tier"]))
+        self._trial = MethodTrial.restore(
+            {name.removeprefix("contest "): value for name, value in saved.items()}
         )
-        self._changes = [Change(*change) for change in json.loads(str(state["changes"]))]
-        work, layout = self._work, self._layout
-        work.a[0] = layout.inwards(np.asarray(state["acceleration"]))
-        work.v[0] = layout.inwards(situation.velocity)
-        work.origin[:] = layout.inwards(np.asarray(state["origin"]))
-        work.ledger[0], work.power[1] = state["ledger"], state["power"]
-        work.trend[:] = state["trend"]
-        segment = float(state["segment"])
+        self._changes = [MethodChange(*change) for change in json.loads(str(saved["changes"]))]
+        work, inputs = self._work, self._inputs
+        work.a[0] = inputs.inwards(np.asarray(saved["acceleration"]))
+        work.v[0] = inputs.inwards(state.velocity)
+        work.origin[:] = inputs.inwards(np.asarray(saved["origin"]))
+        work.ledger[0], work.power[1] = saved["ledger"], saved["power"]
+        work.trend[:] = saved["trend"]
+        segment = float(saved["segment"])
         self._segment = None if np.isnan(segment) else segment
-        layout.start, layout.until = float(state["stretch"]), segment
-        work.rate[0], self._cap = state["rate"], float(state["cap"])
+        inputs.start, inputs.until = float(saved["stretch"]), segment
+        work.rate[0], self._cap = saved["rate"], float(saved["cap"])
         # Steps are cut by how far nodes are from where they were listed: so those lists again.
-        self._listed_at, around = float(state["listed_at"]), np.asarray(state["listed_around"])
+        self._listed_at, around = float(saved["listed_at"]), np.asarray(saved["listed_around"])
         self._listed_around = around if len(around) else None
-        longest = min(layout.longest_step(self._integrator.looks), self._cap)
-        self._task = self._task._replace(bound=float(state["bound"]), longest=longest)
+        longest = min(inputs.longest_step(self._integrator.looks), self._cap)
+        self._task = self._task._replace(bound=float(saved["bound"]), longest=longest)
 
-    def _begin(self, situation: Situation) -> None:
+    def _begin(self, state: State) -> None:
         """Choose the integrator and make the arrays of the run."""
-        self._install(self._choice or choose(situation, self.method, self._layout.is_banded))
-        self._work.origin[:] = self._layout.inwards(situation.position)
-        start = new_progress(situation.time)
-        sample = int(np.searchsorted(self._outbox.buffer.times, situation.time))
+        self._install(self._choice or choose(state, self.method, self._inputs.is_banded))
+        self._work.origin[:] = self._inputs.inwards(state.position)
+        start = new_progress(state.time)
+        sample = int(np.searchsorted(self._buffer.buffer.times, state.time))
         self._progress = start._replace(sample=sample)
-        self._tier: Tier = self.tier or default_tier(self._integrator)
+        self._backend: Backend = self.backend or default_backend(self._integrator)
 
-    def _load(self, situation: Situation) -> None:
+    def _load(self, state: State) -> None:
         """Copy the state into the arrays; all of them hold the nodes that stand still."""
-        work, layout = self._work, self._layout
-        still = (layout.held & ~layout.moved)[:, None]
+        work, inputs = self._work, self._inputs
+        still = (inputs.held & ~inputs.moved)[:, None]
         still[self.network.memory] = False
-        position = layout.inwards(situation.position)
-        velocity = layout.inwards(np.where(still, 0.0, situation.velocity))
+        position = inputs.inwards(state.position)
+        velocity = inputs.inwards(np.where(still, 0.0, state.velocity))
         work.x[:], work.v[:], work.a[:] = position, velocity, 0.0
         work.trial_x[:], work.trial_v[:] = position, velocity
-        self._update(time=situation.time, fresh=1, memory=0.0, calm=0, pending=0)
+        self._update(time=state.time, fresh=1, memory=0.0, calm=0, pending=0)
 
     def _install(self, choice: Choice) -> None:
         """Go over to an integrator; the state stays where it is."""
         before = getattr(self, "_work", None)
         now = 0.0 if before is None else self._progress.time
-        self._changes.append(Change(now, choice.name, choice.reason))
+        self._changes.append(MethodChange(now, choice.name, choice.reason))
         self._choice, self._integrator = choice, INTEGRATORS[choice.name]
-        self._work = new_work(self._integrator, self.network, self._layout.team.record)
+        self._work = new_work(self._integrator, self.network, self._inputs.team.record)
         method = self.method
         if isinstance(method.choices, PropagationChoices):
             self._work.choices[:] = method.choices.row()
@@ -340,51 +345,51 @@ class Engine:
             self._work = self._work._replace(tension=before.tension, sides=before.sides)
             self._update(fresh=1, memory=0.0, calm=0, current=0)
 
-    def _equip(self, situation: Situation) -> None:
+    def _equip(self, state: State) -> None:
         """Give the integrator what depends on the net: unknowns or the fastest rate."""
         if self._integrator.implicit:
-            self._work = self._work._replace(solver=self._layout.solver())
+            self._work = self._work._replace(solver=self._inputs.solver())
         if self._integrator.stabilised:
-            self._work.rate[0], self._cap = self._pace(situation)
+            self._work.rate[0], self._cap = self._pace(state)
         self._facts: dict[str, float] | None = None
-        self._contest.begin(self._progress, self._work.effort, self.choice.name, self._cost)
+        self._trial.begin(self._progress, self._work.effort, self.choice.name, self._cost)
 
     @property
     def _cost(self) -> float:
         """Return the predicted time of all steps so far, at what they cost now [s]."""
-        springs, work = len(self._layout.springs.ids), self._work
+        springs, work = len(self._inputs.springs.ids), self._work
         return cost_of(work.effort, self._evaluation_time, springs, work.solver)
 
     @property
     def _evaluation_time(self) -> float:
         """Return the predicted time of a force evaluation [s]."""
-        return evaluation_time(self._layout.situation, len(self._layout.springs.ids))
+        return evaluation_time(self._inputs.state, len(self._inputs.springs.ids))
 
-    def _contend(self, situation: Situation) -> None:
+    def _contend(self, state: State) -> None:
         """Go over to another method if that comes further, where the choice is ours."""
         if self.method.name != AUTOMATIC or self.method.step is not None:
             return
-        if self._progress.pending or self._work.effort[0] < self._contest.look:
+        if self._progress.pending or self._work.effort[0] < self._trial.look:
             return
 
         def candidate(pace: float) -> tuple[str, float] | None:
-            if situation.inelastic is not None:
+            if state.inelastic is not None:
                 return None  # implicit methods refuse such springs
             ahead = self.method.duration - self._progress.time
-            if situation.fields and not self._integrator.implicit and ahead < PATIENT * pace:
+            if state.fields and not self._integrator.implicit and ahead < PATIENT * pace:
                 return None
-            self._synchronise(situation)
-            self._facts = self._facts or measured_facts(situation)
-            solver = self._layout.solver()
-            step, name, banded = self._progress.step, self.choice.name, self._layout.is_banded()
+            self._synchronise(state)
+            self._facts = self._facts or measured_facts(state)
+            solver = self._inputs.solver()
+            step, name, banded = self._progress.step, self.choice.name, self._inputs.is_banded()
             evaluation = self._evaluation_time
             found = candidate_for(name, step, pace, self._facts, evaluation, banded=banded)
             if found is None:
                 return None
-            springs = len(self._layout.springs.ids)
+            springs = len(self._inputs.springs.ids)
             return found, trial_cost(found, evaluation, springs, solver)
 
-        change = self._contest.decide(
+        change = self._trial.decide(
             self._progress,
             self._work.effort,
             self._cost,
@@ -393,34 +398,34 @@ class Engine:
             candidate,
         )
         if change is not None:
-            self._change(change, situation)
+            self._change(change, state)
 
-    def _change(self, choice: Choice, situation: Situation) -> None:
+    def _change(self, choice: Choice, state: State) -> None:
         """Go over to another method between two steps."""
-        self._synchronise(situation)
+        self._synchronise(state)
         was_implicit = self._integrator.implicit
         self._install(choice)
         self._forget_net()
-        self._equip(situation)
+        self._equip(state)
         if was_implicit and not self._integrator.implicit:
-            step = first_step(self._layout, self._integrator, self.method.duration)
+            step = first_step(self._inputs, self._integrator, self.method.duration)
             self._update(step=min(step, self._progress.step))
-        longest = min(self._layout.longest_step(self._integrator.looks), self._cap)
+        longest = min(self._inputs.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(longest=longest)
 
-    def _rescue(self, reason: int, situation: Situation) -> bool:
+    def _rescue(self, reason: int, state: State) -> bool:
         """Go on explicitly where an implicit method failed that was our own choice."""
         failed = reason in (UNSOLVED, UNDERFLOW, OUTSIZE)
         if not (failed and self._integrator.implicit and self.method.name == AUTOMATIC):
             return False
         why = f"{self.choice.name} could not solve the equations of a step"
-        self._contest.rival = ""
-        self._change(Choice("dop853", why, {}), situation)
+        self._trial.rival = ""
+        self._change(Choice("dop853", why, {}), state)
         return True
 
-    def _pace(self, situation: Situation) -> tuple[float, float]:
+    def _pace(self, state: State) -> tuple[float, float]:
         """Return the fastest rate [1/s] of a state, and the longest step at it [s]."""
-        facts = measured_facts(situation)
+        facts = measured_facts(state)
         omega, zeta = facts["omega"], facts["zeta"]
         if not omega:
             return facts["damping"], np.inf
@@ -432,7 +437,7 @@ class Engine:
 
     def _refusal(self) -> Interruption | None:
         """Return why the tolerance cannot be kept at all, or the net not be stepped, if so."""
-        if self._integrator.implicit and self._layout.springs.inelastic is not None:
+        if self._integrator.implicit and self._inputs.springs.inelastic is not None:
             reason = f"{self.choice.name} does not solve for how springs relax or yield"
             return Interruption("stuck", self._progress.time, message=reason)
         tolerance = self.method.tolerance
@@ -446,13 +451,13 @@ class Engine:
         return None
 
     def _begin_segment(self, until: float) -> None:
-        """Prepare a stretch without knots inside: one curve per course, uniform steps."""
-        now, layout = self._progress, self._layout
+        """Prepare a stretch without knots inside: one curve per profile, uniform steps."""
+        now, inputs = self._progress, self._inputs
         self._segment = until
-        layout.start, layout.until = now.time, until
-        longest = min(layout.longest_step(self._integrator.looks), self._cap)
+        inputs.start, inputs.until = now.time, until
+        longest = min(inputs.longest_step(self._integrator.looks), self._cap)
         self._task = self._task._replace(longest=longest)
-        if layout.is_changing:
+        if inputs.is_changing:
             # Velocities and forces may jump here; the accelerations so far are no longer true.
             self._update(fresh=1)
             self._forget_net()
@@ -461,21 +466,21 @@ class Engine:
             count = np.ceil((until - now.time) / self.method.step * (1.0 - 1e-12))
             self._update(step=(until - now.time) / max(count, 1.0))
 
-    def _at_once(self, situation: Situation, watch: Watch | None) -> Interruption | None:
+    def _at_once(self, state: State, watch: Watch | None) -> Interruption | None:
         """Return what interrupts at the start already, before any step."""
-        time = situation.time
+        time = state.time
         if self.method.watch_strength:
-            broken = failures.overloaded(situation)
+            broken = failures.overloaded(state)
             if len(broken):
                 self._stale = True
                 return Interruption("ruptured", time, springs=broken)
-        if watch is not None and watch(time, situation.position, situation.velocity):
+        if watch is not None and watch(time, state.position, state.velocity):
             return Interruption("triggered", time)
         return None
 
     def _advance(
         self,
-        situation: Situation,
+        state: State,
         until: float,
         watch: Watch | None,
         pause: Pause | None,
@@ -487,8 +492,8 @@ class Engine:
             if self._segment is None or self._progress.time >= self._segment:
                 if self._progress.time >= until:
                     return Interruption("reached", self._progress.time)
-                self._begin_segment(self._layout.next_knot(self._progress.time, until))
-            self._contend(situation)
+                self._begin_segment(self._inputs.next_knot(self._progress.time, until))
+            self._contend(state)
             together = 1 if watch is None else self._together
             if survey is not None and together > 1 and self._progress.time >= closely:
                 kept = self._progress, [array.copy() for array in arrays_of(self._work)]
@@ -504,7 +509,7 @@ class Engine:
             else:
                 reason = self._call(0 if watch is None else 1)
             if reason == FULL:
-                self._synchronise(situation)
+                self._synchronise(state)
                 self._flush()
             elif reason in (HELD, SURPASSED):
                 found = self._inside(reason == SURPASSED, watch)
@@ -513,11 +518,11 @@ class Engine:
             elif reason == STRAYED and self._listed_at != self._progress.time:
                 self._forget_net()
             elif reason == OUTSIZE and failures.is_flight(
-                self._work, self._progress, self._layout
+                self._work, self._progress, self._inputs
             ):
                 self._task = self._task._replace(bound=1e3 * self._task.bound)
-            elif reason not in (REACHED, PAUSED) and not self._rescue(reason, situation):
-                return failures.explain(reason, self._work, self._progress, self._layout)
+            elif reason not in (REACHED, PAUSED) and not self._rescue(reason, state):
+                return failures.explain(reason, self._work, self._progress, self._inputs)
             if not self._progress.pending:
                 self._asked = self._evaluations
                 if pause is not None and pause(self._progress.time):
@@ -530,14 +535,14 @@ class Engine:
         Only one with contact, threads or springs that relax or flow: they keep state outside of
         ``Work``, with which the run could not go back.
         """
-        needed = self._layout.features
+        needed = self._inputs.features
         if needed.touched or needed.reeled or needed.inelastic:
             return 1
         return min(MOST_TOGETHER, 1 + GLANCED // (GLANCES * self._work.zero.size))
 
     def _is_seen(self, survey: Survey) -> bool:
         """Return whether the condition may hold in the steps of the last call."""
-        buffer, outwards = self._outbox.buffer, self._layout.outwards
+        buffer, outwards = self._buffer.buffer, self._inputs.outwards
         found = slice(self._progress.glanced)
         if not self._progress.glanced:
             return False
@@ -551,22 +556,22 @@ class Engine:
             array[:] = kept
 
     def _call(self, hold: int) -> int:
-        """Run the loop over steps once on the tier that is due.
+        """Run the loop over steps once on the backend that is due.
 
         Args:
             hold: As in ``Task``.
         """
-        tier = self._tier
-        limit = self._asked + CALL_SPRINGS[tier] // (len(self._layout.springs.ids) + 100)
+        backend = self._backend
+        limit = self._asked + CALL_SPRINGS[backend] // (len(self._inputs.springs.ids) + 100)
         if self.method.name == AUTOMATIC and self.method.step is None:
-            limit = min(limit, self._contest.look)
-        task = self._task._replace(until=self._layout.until, evaluations=limit, hold=hold)
-        self._outbox.make_room(hold)
-        work, net, buffer = self._work, self._acting(), self._outbox.buffer
-        if tier == "compiled":
+            limit = min(limit, self._trial.look)
+        task = self._task._replace(until=self._inputs.until, evaluations=limit, hold=hold)
+        self._buffer.make_room(hold)
+        work, net, buffer = self._work, self._acting(), self._buffer.buffer
+        if backend == "compiled":
             work, buffer = self._table(work), self._table(buffer)
-        drive = bound_drive(self._integrator, tier)
-        with self._layout.team:
+        drive = bound_drive(self._integrator, backend)
+        with self._inputs.team:
             reason, progress = drive(self._progress, task, work, net, buffer)
         for table in net.fields.kept:
             raise_failure(table)
@@ -588,14 +593,14 @@ class Engine:
     def _acting(self) -> RecordTable:
         """Return what acts, with the operations on it."""
         if self._net is None:
-            layout, needed = self._layout, self._layout.features
+            inputs, needed = self._inputs, self._inputs.features
             if needed.touched:
                 if self._listed_around is None:
                     self._listed_at = self._progress.time
-                    self._listed_around = layout.outwards(self._work.x[self._progress.current])
-                layout.around = self._listed_around
+                    self._listed_around = inputs.outwards(self._work.x[self._progress.current])
+                inputs.around = self._listed_around
             called = loop_operations(self._integrator, needed)
-            net = layout.net(self._integrator)
+            net = inputs.net(self._integrator)
             self._net = RecordTable(net._replace(operations=called))
         return self._net
 
@@ -607,7 +612,7 @@ class Engine:
         """Return the first rupture or trigger within the accepted step, and move there."""
         inside = bound_inside(self._integrator)
         work = self._table(self._work)
-        within = Within(inside, self._progress, work, self._acting(), self._layout)
+        within = AcceptedStep(inside, self._progress, work, self._acting(), self._inputs)
         rupture = within.first_rupture(self._integrator.looks) if surpassed else None
         stop = within.end if rupture is None else rupture[0]
         triggered = None if watch is None else self._trigger(within, watch, stop)
@@ -619,14 +624,14 @@ class Engine:
         self._cut(within, stop)
         return Interruption("ruptured", stop, springs=rupture[1])
 
-    def _trigger(self, within: Within, watch: Watch, stop: float) -> float | None:
+    def _trigger(self, within: AcceptedStep, watch: Watch, stop: float) -> float | None:
         """Return the first time up to ``stop`` at which the condition is seen to hold."""
 
         def holds(when: float) -> bool:
             x, v, _ = within.state(when)
-            return watch(when, self._layout.outwards(x), self._layout.outwards(v))
+            return watch(when, self._inputs.outwards(x), self._inputs.outwards(v))
 
-        before, buffer = within.start, self._outbox.buffer
+        before, buffer = within.start, self._buffer.buffer
         last = self._progress.glanced
         self._update(glanced=0)
         for row in range(last - GLANCES, last):
@@ -634,7 +639,7 @@ class Engine:
             x, v = buffer.glance_position[row], buffer.glance_velocity[row]
             # A glance is cheap and a little wrong; what it finds is looked at closely.
             seen = when < stop and watch(
-                when, self._layout.outwards(x), self._layout.outwards(v)
+                when, self._inputs.outwards(x), self._inputs.outwards(v)
             )
             when = min(when, stop)
             if (seen or when == stop) and holds(when):
@@ -647,11 +652,11 @@ class Engine:
                 break
         return None
 
-    def _cut(self, within: Within, stop: float) -> None:
+    def _cut(self, within: AcceptedStep, stop: float) -> None:
         """Take over the accepted step up to a time within it, with its samples before that."""
-        while self._outbox.is_due(self._progress, stop):
-            when = float(self._outbox.buffer.times[self._progress.sample])
-            self._progress = self._outbox.enter(self._progress, *within.state(when))
+        while self._buffer.is_due(self._progress, stop):
+            when = float(self._buffer.buffer.times[self._progress.sample])
+            self._progress = self._buffer.enter(self._progress, *within.state(when))
         x, v, ledger = within.state(stop)
         work, now = self._work, self._progress.current
         work.x[now], work.v[now], work.ledger[now] = x, v, ledger
@@ -661,12 +666,12 @@ class Engine:
         """Give the samples so far to the recorder."""
         before = self._progress
         self._update(filled=0)  # the recorder may ask for a checkpoint
-        self._outbox.flush(before)
+        self._buffer.flush(before)
 
-    def _synchronise(self, situation: Situation) -> None:
-        """Copy time and state into the situation."""
+    def _synchronise(self, state: State) -> None:
+        """Copy time and state into the state."""
         now, work = self._progress, self._work
-        situation.time = now.time
-        situation.position[:] = self._layout.outwards(work.x[now.current])
-        situation.velocity[:] = self._layout.outwards(work.v[now.current])
-        situation.rest = situation.rest_at(situation.time)
+        state.time = now.time
+        state.position[:] = self._inputs.outwards(work.x[now.current])
+        state.velocity[:] = self._inputs.outwards(work.v[now.current])
+        state.rest = state.rest_at(state.time)

@@ -23,7 +23,7 @@ from tissuec.engine.spring_runs import (
     packed,
     places_of,
 )
-from tissuec.engine.threads import Team, useful
+from tissuec.engine.threads import ThreadTeam, useful
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
 from tissuec.forces.branches import Inelastic, tightened
@@ -32,21 +32,21 @@ from tissuec.forces.rest_length import reels
 from tissuec.kernels.calls import kernel_address
 from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import (
-    Acts,
+    BoundaryConditions,
     Chunks,
+    ContactTable,
     Fields,
-    Internal,
+    InternalVariables,
     Net,
-    Reels,
+    RestLengthActuators,
     Runs,
     Solver,
-    Touches,
 )
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import SPRINGS, Floats, Network
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
@@ -57,7 +57,7 @@ FLAGS = (
 )  # fmt: skip
 
 
-class Springs(Struct):
+class ActingSprings(Struct):
     """The springs that act, sorted by lower and then by upper node.
 
     Attributes:
@@ -98,8 +98,8 @@ class Springs(Struct):
         return tightened(self.behaviour(), self.inelastic, stretch, closing, velocity)
 
 
-class Layout:
-    """Translates situations into the arrays of the stepping code.
+class KernelInputs:
+    """Translates states into the arrays of the stepping code.
 
     Args:
         network: The network of the run.
@@ -133,7 +133,7 @@ class Layout:
             are_chunks(all_nodes) if in_chunks else are_several(high, block_size(low, high))
         ):
             count = 1
-        self.team = Team(count, all_nodes)
+        self.team = ThreadTeam(count, all_nodes)
         self._solver: Solver | None = None
 
     def _ends_of(self, ends: NDArray[np.integer]) -> tuple[Places, Places]:
@@ -141,21 +141,21 @@ class Layout:
         places = self.place.astype(np.int32)[ends]
         return places.min(axis=1), places.max(axis=1)
 
-    def update(self, situation: Situation) -> None:
-        """Take over everything that acts in a situation, but not its state."""
-        self.situation, self.around = situation, situation.position
-        driven = [motion.nodes for motion in situation.motions.values()]
-        self.moved = np.zeros(situation.network.node_count, dtype=bool)
+    def update(self, state: State) -> None:
+        """Take over everything that acts in a state, but not its state."""
+        self.state, self.around = state, state.position
+        driven = [motion.nodes for motion in state.motions.values()]
+        self.moved = np.zeros(state.network.node_count, dtype=bool)
         for nodes in driven:
             self.moved[nodes] = True
-        self.held = situation.held | self.moved
-        self._update_springs(situation)
-        inverse = np.where(self.held, 0.0, 1.0 / situation.mass)
+        self.held = state.held | self.moved
+        self._update_springs(state)
+        inverse = np.where(self.held, 0.0, 1.0 / state.mass)
         self.inverse_mass = inverse[self.order]
         push, steady = np.zeros((2, len(inverse), 3))
         drag, self.timed = np.zeros(len(inverse)), list[Load]()
-        state = situation.position, situation.velocity
-        for acting in situation.outer:
+        motion = state.position, state.velocity
+        for acting in state.outer:
             if acting.steady is not None:
                 steady += acting.steady
             if acting.drag is not None:
@@ -163,16 +163,16 @@ class Layout:
             self.timed += (load for load in acting.loads if not load.is_constant)
             for load in acting.loads:
                 if load.is_constant:
-                    load.add_forces(situation.time, *state, push)
+                    load.add_forces(state.time, *motion, push)
         push[self.held] = steady[self.held] = 0.0
         steady += push * inverse[:, None]
         self.drag = drag[self.order]
         self.push, self.steady = self.inwards(push), self.inwards(steady)
         self.driven = self.place[np.flatnonzero(self.moved)]
 
-    def _update_springs(self, situation: Situation) -> None:
+    def _update_springs(self, state: State) -> None:
         """Choose the springs that act and copy their present values."""
-        acting = self._select(situation)
+        acting = self._select(state)
         grown = bool(np.any(acting & ~self._acting))
         self._dead += int(np.count_nonzero(self._acting & ~acting))
         # Sums of energies would be grouped otherwise than in a run that is resumed.
@@ -181,7 +181,7 @@ class Layout:
             among = self._sorted
             ids = np.flatnonzero(acting) if among is None else among[acting[among]]
             self._ids = ids.astype(np.int32)
-            self._low, self._high = self._ends_of(situation.network.ends[self._ids])
+            self._low, self._high = self._ends_of(state.network.ends[self._ids])
             self._places = self._chunks = None
             self._dead = 0
         self._acting = acting
@@ -197,27 +197,27 @@ class Layout:
                 return np.broadcast_to(values[:1], ids.shape)
             return values if in_order else values[ids]
 
-        stiffness = present(situation.stiffness, 0.0)
-        law = present(situation.network.law, 0)
+        stiffness = present(state.stiffness, 0.0)
+        law = present(state.network.law, 0)
         jumps = (stiffness > 0.0) | (law > 0)
-        rest = situation.rest if in_order else situation.rest[ids]
-        inelastic = situation.memory(ids)
+        rest = state.rest if in_order else state.rest[ids]
+        inelastic = state.memory(ids)
         if inelastic is not None:
             inelastic = inelastic.only(alive).renumbered(self.place)
             # What flows or relaxes pulls at no length, too, and jumps as it turns over.
             rest, jumps = np.maximum(rest, LEAST), jumps | (inelastic.remembers & alive)
-        self.springs = Springs(
+        self.springs = ActingSprings(
             ids=ids,
             low=self._low,
             high=self._high,
             stiffness=stiffness,
-            damping=present(situation.damping, 0.0),
+            damping=present(state.damping, 0.0),
             # Without a force that could jump, it does not matter when one turns over.
             rest=np.ascontiguousarray(rest) if jumps.all() else np.where(jumps, rest, 0.0),
-            strength=present(situation.strength, np.inf) if self.watched else np.zeros(0),
-            crush=present(situation.crush, np.inf) if self.watched else np.zeros(0),
+            strength=present(state.strength, np.inf) if self.watched else np.zeros(0),
+            crush=present(state.crush, np.inf) if self.watched else np.zeros(0),
             law=law,
-            laws=situation.network.laws,
+            laws=state.network.laws,
             inelastic=inelastic,
         )
         # Kept, because features are asked for at every call of the stepping code.
@@ -227,17 +227,17 @@ class Layout:
         self._cornered = yields or self.springs.behaviour().has_corners
         self._crushed = self.watched and bool(np.isfinite(self.springs.crush).any())
 
-    def _select(self, situation: Situation) -> Bools:
+    def _select(self, state: State) -> Bools:
         """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
-        ends = situation.network.ends
-        acting = situation.alive & ~self.held[ends].all(axis=1)
+        ends = state.network.ends
+        acting = state.alive & ~self.held[ends].all(axis=1)
         # Driven nodes feel them, whoever asks for that or not: steps shall not depend on it.
-        acting |= situation.alive & self.moved[ends].any(axis=1)
-        if situation.inelastic is not None:
-            acting |= situation.alive & situation.inelastic.remembers
+        acting |= state.alive & self.moved[ends].any(axis=1)
+        if state.inelastic is not None:
+            acting |= state.alive & state.inelastic.remembers
         # Whoever draws them in does work on them, also where their ends are held.
-        for reeling in situation.reelings.values():
-            acting[reeling.springs] = situation.alive[reeling.springs]
+        for reeling in state.reelings.values():
+            acting[reeling.springs] = state.alive[reeling.springs]
         return acting
 
     @property
@@ -250,8 +250,8 @@ class Layout:
             ledger=self.ledger,
             banded=self._solver is not None and not self._solver.scratch.size,
             # Whatever may be drawn in, lest a second variant is compiled when it is.
-            reeled=self.situation.network.can_be_drawn_in,
-            touched=self.situation.contact is not None,
+            reeled=self.state.network.can_be_drawn_in,
+            touched=self.state.contact is not None,
             inelastic=self.springs.inelastic is not None,
             cornered=self._cornered,
             laws=self._laws,
@@ -262,7 +262,7 @@ class Layout:
     def _are_in_runs(self) -> bool:
         """Return whether springs are taken in runs: linear ones of constant lengths."""
         changing = self._laws or self.springs.inelastic is not None
-        if changing or self.situation.network.can_be_drawn_in:
+        if changing or self.state.network.can_be_drawn_in:
             return False
         return self.places.is_worthwhile
 
@@ -339,7 +339,7 @@ class Layout:
     ) -> dict[str, Any]:
         """Return what only some scenes have, None for what a scene has nothing of."""
         fields = self.fields()
-        touches = (table.record for table in fields.kept if type(table.record) is Touches)
+        touches = (table.record for table in fields.kept if type(table.record) is ContactTable)
         return {
             "reels": self.reels() if needed.reeled else None,
             "touches": next(touches, None),
@@ -372,32 +372,32 @@ class Layout:
             **(near if needed.watched else dict.fromkeys(near)),
         )
 
-    def acts(self) -> Acts:
+    def acts(self) -> BoundaryConditions:
         """Return motions and loads for the present stretch of time."""
-        motions = list(self.situation.motions.values())
+        motions = list(self.state.motions.values())
         return pack_acts(motions, self._loads, self.place, self.start, self.until)
 
     @property
     def _loads(self) -> list[Load]:
         """Return the loads that change in time, and behind them how lengths of threads do."""
-        return [*self.timed, *lengths(self.situation)]
+        return [*self.timed, *lengths(self.state)]
 
     @property
-    def _courses(self) -> list[Course]:
-        """Return the courses of all that changes in time but motions."""
-        found = [term.course for load in self._loads for term in load.terms]
-        found += [course for field in self.situation.fields for _, course in field.changes]
+    def _profiles(self) -> list[TimeProfile]:
+        """Return the profiles of all that changes in time but motions."""
+        found = [term.profile for load in self._loads for term in load.terms]
+        found += [profile for field in self.state.fields for _, profile in field.changes]
         return found
 
     @property
     def is_changing(self) -> bool:
         """Return whether what acts depends on the time, or on where nodes were listed."""
-        moving = self.situation.motions or self._courses
-        return bool(moving) or self.situation.contact is not None
+        moving = self.state.motions or self._profiles
+        return bool(moving) or self.state.contact is not None
 
     def fields(self) -> Fields:
         """Return what acts on nodes beside springs, around the positions ``around``."""
-        found = [(field.kernel, self._table_of(field)) for field in self.situation.fields]
+        found = [(field.kernel, self._table_of(field)) for field in self.state.fields]
         places = [kernel_address(kernel, table) for kernel, table in found]
         tables = [table.address for _, table in found]
         return Fields(
@@ -411,32 +411,32 @@ class Layout:
         acts = acts_of(field.changes, self.start, self.until)
         return RecordTable(field.table(self.place, acts, self.around))
 
-    def reels(self) -> Reels:
+    def reels(self) -> RestLengthActuators:
         """Return the springs whose rest lengths change."""
-        situation, springs = self.situation, self.springs
+        state, springs = self.state, self.springs
         row = np.full(self.spring_count, -1)
         # Dead springs keep the rest lengths with which they pass for none.
-        acting = situation.alive[springs.ids] & ((springs.stiffness > 0.0) | (springs.law > 0))
+        acting = state.alive[springs.ids] & ((springs.stiffness > 0.0) | (springs.law > 0))
         row[springs.ids[acting]] = np.flatnonzero(acting)
-        ends = self.place[situation.network.ends]
-        first = len(situation.motions) + len(self.timed)
-        return reels(list(situation.reelings.values()), row, ends, first)
+        ends = self.place[state.network.ends]
+        first = len(state.motions) + len(self.timed)
+        return reels(list(state.reelings.values()), row, ends, first)
 
-    def internal(self) -> Internal:
+    def internal(self) -> InternalVariables:
         """Return what springs remember."""
-        network = self.situation.network
+        network = self.state.network
         nodes = network.remembering(SPRINGS)
         assert self.springs.inelastic is not None
         return self.springs.inelastic.table(self.place[nodes], network.position[nodes])
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""
-        motions = self.situation.motions.values()
-        return longest_step(motions, self._courses, self.start, self.until, looks)
+        motions = self.state.motions.values()
+        return longest_step(motions, self._profiles, self.start, self.until, looks)
 
     def next_knot(self, time: float, until: float) -> float:
         """Return the next time at which a motion or load has a knot, at most ``until`` [s]."""
-        times = knots(self.situation.motions.values(), self._courses)
+        times = knots(self.state.motions.values(), self._profiles)
         later = times[(times > time) & (times < until)]
         return float(later[0]) if len(later) else until
 

@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from tissuec.engine.integrators.procedures import Choices
 from tissuec.model.network import Floats, Indices
 
-Tier = Literal["interpreted", "compiled"]
+Backend = Literal["interpreted", "compiled"]
 Kind = Literal["reached", "paused", "ruptured", "triggered", "diverged", "stuck"]
 
 
@@ -53,12 +53,12 @@ def _no_springs() -> Indices:
 
 
 class Interruption(Struct, frozen=True, eq=False):
-    """Why the engine came back, at ``time`` [s]; the situation stands there.
+    """Why the engine came back, at ``time`` [s]; the state stands there.
 
     Attributes:
         kind: "reached" the end asked for; "paused" because the caller wished so; springs
             "ruptured" at this very time; a watched condition became true ("triggered"); the
-            motion "diverged", and the situation keeps the last good state; the engine is
+            motion "diverged", and the state keeps the last good state; the engine is
             "stuck", since steps became too small.
         springs: Those that ruptured, ascending.
         spring: The culprit of a failure, if one can be named.
@@ -74,7 +74,7 @@ class Interruption(Struct, frozen=True, eq=False):
     message: str = ""
 
 
-class Change(Struct, frozen=True):
+class MethodChange(Struct, frozen=True):
     """An integrator takes over, at ``time`` [s]."""
 
     time: float
@@ -87,7 +87,7 @@ class Statistics(Struct, frozen=True):
 
     Attributes:
         method, reason: The integrator and why it was chosen.
-        tier: Of the loop over steps.
+        backend: Of the loop over steps.
         accepted, rejected: Steps.
         evaluations: Of the forces.
         factorisations, solutions: Of the matrix of implicit steps.
@@ -99,7 +99,7 @@ class Statistics(Struct, frozen=True):
 
     method: str
     reason: str
-    tier: Tier
+    backend: Backend
     accepted: int
     rejected: int
     evaluations: int
@@ -108,5 +108,5 @@ class Statistics(Struct, frozen=True):
     stalls: int
     smallest: float
     largest: float
-    changes: tuple[Change, ...] = ()
+    changes: tuple[MethodChange, ...] = ()
     threads: int = 1

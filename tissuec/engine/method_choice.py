@@ -15,7 +15,7 @@ from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import Method
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.mechanics.observables import lengths
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.script.plan import AUTOMATIC
 
 CROSSING = 2e-2
@@ -42,9 +42,9 @@ class Choice(Struct, frozen=True):
     facts: Mapping[str, float]
 
 
-def measured_facts(situation: Situation) -> dict[str, float]:
+def measured_facts(state: State) -> dict[str, float]:
     """Return ω̂ and λ̂ [1/s] and the damping ratio ζ̂ = λ̂ / 2ω̂ of the fastest motion."""
-    omega, damping = spectral_radius(situation), damping_radius(situation)
+    omega, damping = spectral_radius(state), damping_radius(state)
     return {
         "omega": omega,
         "damping": damping,
@@ -52,7 +52,7 @@ def measured_facts(situation: Situation) -> dict[str, float]:
     }
 
 
-def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) -> Choice:
+def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Choice:
     """Return the integrator for a scene; the one asked for by name, if any.
 
     Args:
@@ -61,10 +61,10 @@ def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) 
     if method.name != AUTOMATIC:
         return Choice(method.name, f'"{method.name}" was asked for', {})
     if method.step is not None:
-        return _by_step(situation, method.step)
+        return _by_step(state, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
-    if tolerance < CROSSING and not situation.loss:
-        facts = measured_facts(situation)
+    if tolerance < CROSSING and not state.loss:
+        facts = measured_facts(state)
         swept = facts["omega"] * method.duration
         if swept > LONG:
             reason = (
@@ -72,7 +72,7 @@ def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) 
                 "symplectic method grow in proportion to time only"
             )
             return Choice("srkn11", reason, facts)
-    if (creeping := _creeping(situation, method, is_banded)) is not None:
+    if (creeping := _creeping(state, method, is_banded)) is not None:
         return creeping
     if tolerance < CROSSING:
         reason = (
@@ -80,7 +80,7 @@ def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) 
             "where order 8 needs fewer force evaluations than order 2"
         )
         return Choice("dop853", reason, {})
-    facts = measured_facts(situation)
+    facts = measured_facts(state)
     if facts["zeta"] > 1.0:
         reason = (
             f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), "
@@ -91,18 +91,16 @@ def choose(situation: Situation, method: Method, is_banded: Callable[[], bool]) 
     return Choice("velocity verlet", reason, facts)
 
 
-def _creeping(
-    situation: Situation, method: Method, is_banded: Callable[[], bool]
-) -> Choice | None:
+def _creeping(state: State, method: Method, is_banded: Callable[[], bool]) -> Choice | None:
     """Return an implicit method for a net so damped that it mostly creeps, else None.
 
     The rates are measured only where bounds of them, from the sums at each node, allow it.
     """
-    if situation.inelastic is not None:
+    if state.inelastic is not None:
         return None
-    if _damping_ratio_of_nodes(situation) < CREEPING:
+    if _damping_ratio_of_nodes(state) < CREEPING:
         return None
-    facts = measured_facts(situation)
+    facts = measured_facts(state)
     limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
     if facts["zeta"] < CREEPING or method.duration < MANY * limit or not is_banded():
         return None
@@ -113,21 +111,21 @@ def _creeping(
     return Choice("esdirk43", reason, facts)
 
 
-def _damping_ratio_of_nodes(situation: Situation) -> float:
+def _damping_ratio_of_nodes(state: State) -> float:
     """Return λ / 2ω of the node with the largest Σ d/m, with its own ω² = Σ c/m."""
-    ends, alive = situation.network.ends, situation.alive
-    behaviour, count = situation.behaviour(), situation.network.node_count
-    elongation = lengths(ends, situation.position) - behaviour.rest
+    ends, alive = state.network.ends, state.alive
+    behaviour, count = state.behaviour(), state.network.node_count
+    elongation = lengths(ends, state.position) - behaviour.rest
     sluggish = np.where(alive, behaviour.sluggishness(elongation, 0.0 * elongation), 0.0)
     if not sluggish.any():
         return 0.0
     steep = np.where(alive, behaviour.steepness(elongation), 0.0)
     rates, squares = (
         np.where(
-            situation.held,
+            state.held,
             0.0,
             (np.bincount(ends[:, 0], each, count) + np.bincount(ends[:, 1], each, count))
-            / situation.mass,
+            / state.mass,
         )
         for each in (sluggish, steep)
     )
@@ -136,9 +134,9 @@ def _damping_ratio_of_nodes(situation: Situation) -> float:
     return float(rates[worst]) / (2.0 * sqrt(square)) if square > 0.0 else 0.0
 
 
-def _by_step(situation: Situation, step: float) -> Choice:
+def _by_step(state: State, step: float) -> Choice:
     """Return an integrator that is stable at a given step, the cheapest of several."""
-    facts = measured_facts(situation)
+    facts = measured_facts(state)
     limit = INTEGRATORS["velocity verlet"].stability_limit(facts["omega"], facts["zeta"])
     if step <= 0.9 * limit:
         reason = f"a step of {step:g} s is well below its stability limit of {limit:.3g} s"

@@ -18,7 +18,7 @@ from msgspec.structs import asdict
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method_choice import Choice
 from tissuec.kernels.records import Progress, Solver
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
 GLANCE = 12  # force evaluations after which a trial is looked at
@@ -37,8 +37,8 @@ SPRING, NODE, CALL = 4e-9, 6e-9, 3e-7
 FACTOR, BAND, GRADIENTS = 8e-11, 6e-10, 30 * 8e-9
 
 
-class Contest(Struct):
-    """The state of the contest; all of it goes into checkpoints.
+class MethodTrial(Struct):
+    """The state of the trial; all of it goes into checkpoints.
 
     Attributes:
         look: Force evaluations at which to look again.
@@ -145,20 +145,20 @@ class Contest(Struct):
         return asdict(self)
 
     @classmethod
-    def restore(cls, state: Mapping[str, Any]) -> "Contest":
+    def restore(cls, saved: Mapping[str, Any]) -> "MethodTrial":
         """Return what ``state`` gave; numbers may come back as those of NumPy."""
         fresh = cls()
-        return cls(**{name: type(value)(state[name]) for name, value in asdict(fresh).items()})
+        return cls(**{name: type(value)(saved[name]) for name, value in asdict(fresh).items()})
 
 
-def evaluation_time(situation: Situation, springs: int) -> float:
+def evaluation_time(state: State, springs: int) -> float:
     """Return the predicted time of a compiled force evaluation [s].
 
     Args:
         springs: That act.
     """
-    beside = sum(field.seconds for field in situation.fields)
-    return CALL + SPRING * springs + NODE * situation.network.node_count + beside
+    beside = sum(field.seconds for field in state.fields)
+    return CALL + SPRING * springs + NODE * state.network.node_count + beside
 
 
 def cost_of(effort: np.ndarray, evaluation: float, springs: int, solver: Solver) -> float:

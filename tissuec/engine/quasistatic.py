@@ -18,13 +18,13 @@ import numpy as np
 from tissuec.core.units import FORCE, show
 from tissuec.engine import failures
 from tissuec.engine.integrators.procedures import RelaxationChoices
-from tissuec.engine.method import Change, Interruption, Method, Samples, Statistics
+from tissuec.engine.method import Interruption, Method, MethodChange, Samples, Statistics
 from tissuec.engine.step_events import Survey, Watch
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.relaxation import relax
 from tissuec.mechanics.settling import Unsettled, refuse_falling
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import RELAXATION
 
@@ -67,7 +67,7 @@ class QuasiStatic:
         return Statistics(
             method=RELAXATION,
             reason=self._reason,
-            tier="interpreted",
+            backend="interpreted",
             accepted=self._relaxations,
             rejected=0,
             evaluations=self._sweeps,
@@ -76,33 +76,33 @@ class QuasiStatic:
             stalls=0,
             smallest=self._smallest if self._largest else 0.0,
             largest=self._largest,
-            changes=(Change(0.0, RELAXATION, self._reason),),
+            changes=(MethodChange(0.0, RELAXATION, self._reason),),
         )
 
-    def restart(self, situation: Situation) -> None:
-        self._stale, self._begun = True, situation.time
+    def restart(self, state: State) -> None:
+        self._stale, self._begun = True, state.time
 
     def advance(
         self,
-        situation: Situation,
+        state: State,
         until: float,
         watch: Watch | None = None,
         pause: Pause | None = None,
         survey: Survey | None = None,
     ) -> Interruption:
         while True:
-            if self._stale and (found := self._relax(situation, situation.time, watch)):
+            if self._stale and (found := self._relax(state, state.time, watch)):
                 return found
-            if situation.time >= until:
-                return Interruption("reached", situation.time)
-            self._take_samples(situation, np.nextafter(situation.time, np.inf))
-            if found := self._relax(situation, self._next(situation.time, until), watch):
+            if state.time >= until:
+                return Interruption("reached", state.time)
+            self._take_samples(state, np.nextafter(state.time, np.inf))
+            if found := self._relax(state, self._next(state.time, until), watch):
                 return found
-            if pause is not None and pause(situation.time):
-                return Interruption("paused", situation.time)
+            if pause is not None and pause(state.time):
+                return Interruption("paused", state.time)
 
-    def finish(self, situation: Situation) -> None:
-        self._take_samples(situation, np.inf)
+    def finish(self, state: State) -> None:
+        self._take_samples(state, np.inf)
 
     def checkpoint(self) -> dict[str, Any]:
         return {
@@ -114,11 +114,11 @@ class QuasiStatic:
             "sizes": np.array([self._smallest, self._largest]),
         }
 
-    def restore(self, situation: Situation, state: Mapping[str, Any]) -> None:
-        self._sample, self._begun = int(state["sample"]), float(state["begun"])
-        self._relaxations, self._sweeps = int(state["relaxations"]), int(state["sweeps"])
-        self._work, self._lost = map(float, state["ledger"])
-        self._smallest, self._largest = map(float, state["sizes"])
+    def restore(self, state: State, saved: Mapping[str, Any]) -> None:
+        self._sample, self._begun = int(saved["sample"]), float(saved["begun"])
+        self._relaxations, self._sweeps = int(saved["relaxations"]), int(saved["sweeps"])
+        self._work, self._lost = map(float, saved["ledger"])
+        self._smallest, self._largest = map(float, saved["sizes"])
         self._stale = False
 
     def _next(self, time: float, until: float) -> float:
@@ -135,26 +135,24 @@ class QuasiStatic:
         """Return whether free nodes have velocities."""
         return self._choices.activities == "velocities"
 
-    def _take_samples(self, situation: Situation, before: float) -> None:
+    def _take_samples(self, state: State, before: float) -> None:
         """Record the state for the samples that are due before a time [s]."""
         while self._sample < len(self._times) and self._times[self._sample] < before:
             one = np.array([self._times[self._sample]])
-            state = situation.position[None].copy(), situation.velocity[None].copy()
+            motion = state.position[None].copy(), state.velocity[None].copy()
             sums = np.array([self._work]), np.array([self._lost])
             self._sample += 1
-            self._record(Samples(one, *state, *sums, np.zeros(1)))
+            self._record(Samples(one, *motion, *sums, np.zeros(1)))
 
-    def _relax(
-        self, situation: Situation, time: float, watch: Watch | None
-    ) -> Interruption | None:
+    def _relax(self, state: State, time: float, watch: Watch | None) -> Interruption | None:
         """Go to a time and relax there; return what happens then."""
-        before, span = self._look(situation), time - situation.time
+        before, span = self._look(state), time - state.time
         if span > 0.0:
             self._smallest = min(self._smallest, span)
             self._largest = max(self._largest, span)
-        situation.time, self._stale = time, False
-        situation.place_held()
-        balance = Balance(situation, np.ones(self.network.node_count, dtype=bool))
+        state.time, self._stale = time, False
+        state.place_held()
+        balance = Balance(state, np.ones(self.network.node_count, dtype=bool))
         try:
             refuse_falling(balance)
         except Unsettled as failure:
@@ -165,48 +163,48 @@ class QuasiStatic:
             threshold = THRESHOLD * balance.largest(bars) + balance.noise(bars)
         start = balance.start
         if self._moves:
-            start += span * situation.velocity[balance.free]
+            start += span * state.velocity[balance.free]
         found = relax(balance, start, threshold=threshold, most=SWEEPS)
         self._relaxations += 1
         self._sweeps += found.sweeps
-        situation.position[balance.free] = found.x
-        situation.velocity[balance.free] = 0.0
+        state.position[balance.free] = found.x
+        state.velocity[balance.free] = 0.0
         if self._moves and span > 0.0:
-            situation.velocity[balance.free] = (found.x - balance.start) / span
+            state.velocity[balance.free] = (found.x - balance.start) / span
         if found.change > threshold and found.sweeps == SWEEPS:
             force = balance.force(balance.bars(found.x))
             node = int(balance.free[np.argmax((force**2).sum(axis=1))])
             left = show(found.change, FORCE)
             message = f"forces still change by {left} after {SWEEPS} sweeps"
             return Interruption("stuck", time, node=node, message=message)
-        self._book(before, self._look(situation))
-        broken = failures.overloaded(situation) if self.method.watch_strength else ()
+        self._book(before, self._look(state))
+        broken = failures.overloaded(state) if self.method.watch_strength else ()
         if len(broken):
             return Interruption("ruptured", time, springs=np.asarray(broken))
-        if watch is not None and watch(time, situation.position, situation.velocity):
+        if watch is not None and watch(time, state.position, state.velocity):
             return Interruption("triggered", time)
         return None
 
-    def _look(self, situation: Situation) -> "_Look":
+    def _look(self, state: State) -> "_Look":
         """Return what energies are booked from; nothing if they are not kept."""
         if not self.method.ledger:
             none = np.zeros(0)
             return _Look(none, none, none, none, 0.0)
-        position, still = situation.position, np.zeros_like(situation.velocity)
-        held = situation.held
+        position, still = state.position, np.zeros_like(state.velocity)
+        held = state.held
         force = np.zeros_like(position)
-        for load in situation.loads.values():
-            load.add_forces(situation.time, position, still, force)
-        inner = observables.inner_forces(situation, situation.time, position, still)
+        for load in state.loads.values():
+            load.add_forces(state.time, position, still, force)
+        inner = observables.inner_forces(state, state.time, position, still)
         force[held] = -inner.node[held]
-        for jet in situation.jets.values():
-            jet.add_forces(situation.time, position, still, force)
-        moving = situation.velocity if self._moves else still
-        energy = float(observables.energies(situation, situation.time, position, moving).total)
-        reeled = [reeling.springs for reeling in situation.reelings.values()]
+        for jet in state.jets.values():
+            jet.add_forces(state.time, position, still, force)
+        moving = state.velocity if self._moves else still
+        energy = float(observables.energies(state, state.time, position, moving).total)
+        reeled = [reeling.springs for reeling in state.reelings.values()]
         drawn = np.concatenate([*reeled, np.zeros(0, dtype=np.int64)])
-        pull = observables.tension(situation, position, still, drawn)
-        return _Look(position.copy(), force, situation.rest[drawn], -pull, energy)
+        pull = observables.tension(state, position, still, drawn)
+        return _Look(position.copy(), force, state.rest[drawn], -pull, energy)
 
     def _book(self, before: "_Look", after: "_Look") -> None:
         """Book the work of forces by the trapezoidal rule, and what is missing as lost."""

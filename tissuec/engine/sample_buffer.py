@@ -2,25 +2,25 @@
 
 from collections.abc import Callable
 
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Samples
 from tissuec.engine.state import glances, new_buffer
 from tissuec.kernels.records import GLANCES, Progress
 from tissuec.model.network import Floats
 
 
-class Outbox:
+class SampleBuffer:
     """Holds samples until there are enough to hand over.
 
     Args:
         times: When to record [s], ascending without repetitions, shape (sample,).
-        layout: How the stepping code keeps nodes.
+        inputs: How the stepping code keeps nodes.
         record: Takes the batches, in the order of the network.
     """
 
-    def __init__(self, times: Floats, layout: Layout, record: Callable[[Samples], None]):
-        self.buffer = new_buffer(times, len(layout.order), layout.spring_count)
-        self._layout, self._record = layout, record
+    def __init__(self, times: Floats, inputs: KernelInputs, record: Callable[[Samples], None]):
+        self.buffer = new_buffer(times, len(inputs.order), inputs.spring_count)
+        self._inputs, self._record = inputs, record
 
     def make_room(self, steps: int) -> None:
         """Have room for states within some steps."""
@@ -51,8 +51,8 @@ class Outbox:
             self._record(
                 Samples(
                     time=buffer.time[:count].copy(),
-                    position=self._layout.outwards(buffer.position[:count]),
-                    velocity=self._layout.outwards(buffer.velocity[:count]),
+                    position=self._inputs.outwards(buffer.position[:count]),
+                    velocity=self._inputs.outwards(buffer.velocity[:count]),
                     work=buffer.ledger[:count, 0].copy(),
                     dissipated=buffer.ledger[:count, 1].copy(),
                     error=buffer.error[:count].copy(),

@@ -11,7 +11,7 @@ import numpy as np
 
 from tissuec.engine.integrators.verlet import VelocityVerlet
 from tissuec.forces import Resisting
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 
 MARGIN = 1.05  # an iteration that stops early lies a little low
@@ -20,39 +20,39 @@ CLOSE = 5e-3  # growth of the eigenvalue in a round, as a part of it, that ends 
 NOTHING = 1e-12  # of an image, as a part of the eigenvalue, that is rounding only
 
 
-def spectral_radius(situation: Situation) -> float:
+def spectral_radius(state: State) -> float:
     """Return ω̂ [1/s], a bound of the angular frequencies of small motions about the state."""
-    now, position, velocity = situation.time, situation.position, situation.velocity
-    parts = [situation.acting.stiffening(position, velocity)]
-    parts += filter(None, (each.stiffening(now, position) for each in situation.effects))
+    now, position, velocity = state.time, state.position, state.velocity
+    parts = [state.acting.stiffening(position, velocity)]
+    parts += filter(None, (each.stiffening(now, position) for each in state.effects))
     # Where nothing swings, what only gives way is taken for a motion of damping ratio 1.
-    return sqrt(_largest(parts, _root(situation))) or 0.5 * _giving(situation)
+    return sqrt(_largest(parts, _root(state))) or 0.5 * _giving(state)
 
 
-def damping_radius(situation: Situation) -> float:
+def damping_radius(state: State) -> float:
     """Return λ̂ [1/s], a bound of the rates at which all that brakes does, and springs yield."""
-    position, velocity = situation.position, situation.velocity
-    each = [situation.acting.braking(position, velocity)]
-    each += (effect.braking(position) for effect in situation.effects)
+    position, velocity = state.position, state.velocity
+    each = [state.acting.braking(position, velocity)]
+    each += (effect.braking(position) for effect in state.effects)
     parts = list(filter(None, each))
     # Both together may be as fast as their sum, and are no faster.
-    return _giving(situation) + (_largest(parts, _root(situation)) if parts else 0.0)
+    return _giving(state) + (_largest(parts, _root(state)) if parts else 0.0)
 
 
-def _giving(situation: Situation) -> float:
+def _giving(state: State) -> float:
     """Return a bound of the rates at which springs relax and yield [1/s]."""
-    return situation.springs(np.flatnonzero(situation.alive)).giving(situation.position)
+    return state.springs(np.flatnonzero(state.alive)).giving(state.position)
 
 
-def verlet_limit(situation: Situation) -> float:
+def verlet_limit(state: State) -> float:
     """Return the largest stable step of velocity Verlet [s]."""
-    omega = spectral_radius(situation)
-    zeta = damping_radius(situation) / (2.0 * omega) if omega else 0.0
+    omega = spectral_radius(state)
+    zeta = damping_radius(state) / (2.0 * omega) if omega else 0.0
     return VelocityVerlet.stability_limit(omega, zeta)
 
 
-def _root(situation: Situation) -> Floats:
-    return np.where(situation.held, 0.0, 1.0 / np.sqrt(situation.mass))[:, None]
+def _root(state: State) -> Floats:
+    return np.where(state.held, 0.0, 1.0 / np.sqrt(state.mass))[:, None]
 
 
 def _largest(parts: Sequence[Resisting], root: Floats) -> float:

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.integrators.procedures import PropagationChoices
-from tissuec.engine.kernel_inputs import Layout
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.unknowns import no_solver
 from tissuec.kernels.records import GLANCES, Buffer, Progress, Task, Team, Work
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 
 BUFFER_BYTES = 32_000_000
@@ -169,22 +169,22 @@ def _least_energy(network: Network, floor: float, duration: float) -> float:
     return max(stored, carried)
 
 
-def least_pressure(situation: Situation, floor: float) -> float:
+def least_pressure(state: State, floor: float) -> float:
     """Return what enclosed volumes store by a displacement too small to measure by [J]."""
-    strain = 3.0 * floor / (situation.network.extent or 1.0)
-    parts = (part.modulus * float(part.drawn.sum()) for part in situation.enclosures.values())
+    strain = 3.0 * floor / (state.network.extent or 1.0)
+    parts = (part.modulus * float(part.drawn.sum()) for part in state.enclosures.values())
     return 0.5 * sum(parts) * strain**2
 
 
-def first_step(layout: Layout, integrator: type[Integrator], duration: float) -> float:
+def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: float) -> float:
     """Return a careful first step [s]: a part of the shortest time that a node can show.
 
     Gershgorin's bound on a node: ω² ≤ 2 Σ c / m and λ ≤ 2 Σ d / m over its springs.
     """
-    springs, nodes = layout.springs, len(layout.order)
+    springs, nodes = inputs.springs, len(inputs.order)
     stiff, viscous = springs.stiffness, springs.damping
-    if not layout.features.straight:
-        stiff, viscous = _slopes(layout)
+    if not inputs.features.straight:
+        stiff, viscous = _slopes(inputs)
     giving = 0.0
     if springs.inelastic is not None:
         giving = float(springs.inelastic.fastest(stiff).max(initial=0.0))
@@ -194,17 +194,17 @@ def first_step(layout: Layout, integrator: type[Integrator], duration: float) ->
         total = np.bincount(springs.low, constant, nodes) + np.bincount(
             springs.high, constant, nodes
         )
-        rates.append(2.0 * float((total * layout.inverse_mass).max(initial=0.0)))
+        rates.append(2.0 * float((total * inputs.inverse_mass).max(initial=0.0)))
     fastest = max(sqrt(rates[0]), rates[1], giving)
     return min(duration, 0.1 / fastest) if fastest else 1e-3 * duration
 
 
-def _slopes(layout: Layout) -> tuple[Floats, Floats]:
+def _slopes(inputs: KernelInputs) -> tuple[Floats, Floats]:
     """Return how stiff [N/m] and how viscous [N s/m] springs are now, shape (spring,)."""
-    springs, situation = layout.springs, layout.situation
+    springs, state = inputs.springs, inputs.state
     behaviour = springs.behaviour()
-    ends = layout.order[springs.low], layout.order[springs.high]
-    r, w = (of[ends[1]] - of[ends[0]] for of in (situation.position, situation.velocity))
+    ends = inputs.order[springs.low], inputs.order[springs.high]
+    r, w = (of[ends[1]] - of[ends[0]] for of in (state.position, state.velocity))
     length = np.sqrt(np.einsum("sk,sk->s", r, r))
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
     elongation = length - springs.rest

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.engine.backends import Inside
-from tissuec.engine.kernel_inputs import Layout, Springs
+from tissuec.engine.kernel_inputs import ActingSprings, KernelInputs
 from tissuec.engine.operations import OPERATIONS
 from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import Progress
@@ -15,14 +15,14 @@ from tissuec.model.network import Floats, Indices
 
 FINE = 32  # pieces in which a suspect spring is followed
 TOGETHER = 1e-11  # springs this near to a limit, relative to it, break together
-SUSPECT = 0.99  # of the limit: springs whose course over the step is followed
+SUSPECT = 0.99  # of the limit: springs whose profile over the step is followed
 RESOLUTION = 1e-12  # of the step, to which times are located
 
 Watch = Callable[[float, Floats, Floats], bool]
 Survey = Callable[[Floats, Floats, Floats], bool]
 
 
-class Within:
+class AcceptedStep:
     """The accepted step that has not been taken over yet.
 
     Args:
@@ -30,7 +30,7 @@ class Within:
         progress: With a pending step.
         work: The arrays of the run, as a table.
         net: What acts, as a table.
-        layout: Where nodes and springs stand.
+        inputs: Where nodes and springs stand.
     """
 
     def __init__(
@@ -39,9 +39,9 @@ class Within:
         progress: Progress,
         work: RecordTable,
         net: RecordTable,
-        layout: Layout,
+        inputs: KernelInputs,
     ):
-        self._inside, self._work, self._net, self._layout = inside, work, net, layout
+        self._inside, self._work, self._net, self._inputs = inside, work, net, inputs
         self.start, self.end, self._current = progress.time, progress.end, progress.current
         self._prepared = bool(progress.prepared)
 
@@ -63,13 +63,13 @@ class Within:
         x, v, _ = self.state(when)
         if when == self.end:  # else rest lengths are those of this time
             OPERATIONS["place"](when, x, v, self._net)
-        tension = np.empty(len(self._layout.springs.ids))
+        tension = np.empty(len(self._inputs.springs.ids))
         OPERATIONS["tension"](x, v, tension, self._net)
         return limits.sign * tension[limits.spring]
 
     def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
         """Return when the first spring surpasses a limit, and which do at that time."""
-        limits = self._suspects(Limits.of(self._layout.springs), looks)
+        limits = self._suspects(Limits.of(self._inputs.springs), looks)
         if not len(limits.spring):
             return None
         times = np.linspace(self.start, self.end, FINE + 1)
@@ -87,7 +87,7 @@ class Within:
         if first == np.inf:
             return None
         broken = self.loads(first, limits) >= limits.force * (1.0 - TOGETHER)
-        found = np.sort(self._layout.springs.ids[limits.spring[broken]])
+        found = np.sort(self._inputs.springs.ids[limits.spring[broken]])
         return first, found.astype(np.int64)
 
     def _suspects(self, limits: "Limits", looks: int) -> "Limits":
@@ -156,7 +156,7 @@ class Limits(NamedTuple):
     force: Floats
 
     @classmethod
-    def of(cls, springs: Springs) -> "Limits":
+    def of(cls, springs: ActingSprings) -> "Limits":
         """Return all limits that there are."""
         torn = np.flatnonzero(np.isfinite(springs.strength))
         crushed = np.flatnonzero(np.isfinite(springs.crush))

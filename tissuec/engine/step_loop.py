@@ -58,7 +58,7 @@ IMPLICIT = VelocityVerlet.implicit
 SOLVING = 0.02
 FIXED = 1e-11  # the same where steps are fixed, relative to the motion so far
 # Rupture is examined closely from this part of the strength on; covers the difference between
-# the parabola through three looks and the tension's true course.
+# the parabola through three looks and the tension's true profile.
 MARGIN = 0.999
 # Of Gauss and Legendre on the unit interval.
 GAUSS_POINTS = (

@@ -21,7 +21,7 @@ PARTS = 4  # of a loop for each thread: who is held up by something else leaves 
 WORDS, ALL_PARTS, GIVE_WAY = 32, 3, 24  # as in ``building/team.ll``
 
 
-class Team:
+class ThreadTeam:
     """The threads of one run, awake within ``with team:``.
 
     Args:

@@ -4,7 +4,7 @@ Each file has the numbers of one effect, its scalar loops, and all that the rest
 wants to know of it; long loops have a file of their own whose name ends in ``kernel``. Springs
 with their laws and branches come first. Everything else is an ``Effect``: a ``Nodal`` one acts
 on each node by itself (weight, drag, loads), a ``Field`` by where nodes are (volumes, bending,
-contact, jets, ``force`` blocks). Beside ``situation``, which holds them, and the reference,
+contact, jets, ``force`` blocks). Beside ``state``, which holds them, and the reference,
 which has formulas of its own, nothing knows them by more than that. Members of ``FORCES`` are
 the kinds of ``force NAME { kind is … }`` in a scene. ``accelerations`` sums up all of them.
 """
@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
-from tissuec.kernels.records import Acts
+from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
-from tissuec.model.profiles import Course, tabulated
+from tissuec.model.profiles import TimeProfile, tabulated
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -195,7 +195,7 @@ class Field(Effect, frozen=True):
         """
 
     @abstractmethod
-    def table(self, place: Indices, acts: Acts, position: Floats) -> Any:
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> Any:
         """Return what the kernel is given, a record of arrays.
 
         Args:
@@ -210,8 +210,8 @@ class Field(Effect, frozen=True):
         return inf
 
     @property
-    def changes(self) -> Sequence[tuple[float, Course]]:
-        """Return what changes in time by itself: amounts, and the courses they follow."""
+    def changes(self) -> Sequence[tuple[float, TimeProfile]]:
+        """Return what changes in time by itself: amounts, and the profiles they follow."""
         return ()
 
     @property
@@ -340,8 +340,10 @@ def stretches(position: Floats, reach: float) -> Iterator[slice]:
         yield slice(start, len(position))
 
 
-def acts_of(changes: Sequence[tuple[float, Course]], start: float, until: float) -> Acts:
-    """Return amounts times courses as tables, as the first component of one act on no node.
+def acts_of(
+    changes: Sequence[tuple[float, TimeProfile]], start: float, until: float
+) -> BoundaryConditions:
+    """Return amounts times profiles as tables, as the first component of one act on no node.
 
     Args:
         start, until: The stretch that they are for, without knots inside [s].
@@ -349,7 +351,7 @@ def acts_of(changes: Sequence[tuple[float, Course]], start: float, until: float)
     count, none = len(changes), np.zeros(0, dtype=np.int64)
     vector = np.zeros((count, 3))
     vector[:, 0] = [amount for amount, _ in changes]
-    return Acts(
+    return BoundaryConditions(
         motions=0,
         first=np.zeros(2, dtype=np.int64),
         nodes=none,
@@ -361,5 +363,5 @@ def acts_of(changes: Sequence[tuple[float, Course]], start: float, until: float)
         turn_centre=np.zeros((1, 3)),
         turn_axis=np.zeros((1, 3)),
         turn_angle=np.zeros(1),
-        **tabulated([course for _, course in changes], start, until),
+        **tabulated([profile for _, profile in changes], start, until),
     )

@@ -99,7 +99,7 @@ def add_field(
 
 
 def place(time: float, x: Floats, v: Floats, net: Net) -> None:
-    """Put driven nodes and lengths of threads where their courses have them at a time."""
+    """Put driven nodes and lengths of threads where their profiles have them at a time."""
     put_driven(time, x, v, net.acts)
     if net.reeled:
         reel(time, net.rest, net.reels, net.acts)

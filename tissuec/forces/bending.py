@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross
 from tissuec.forces import Field, Resisting
-from tissuec.kernels.records import Acts, Floats, IntegerRows, Rows
+from tissuec.kernels.records import BoundaryConditions, Floats, IntegerRows, Rows
 from tissuec.model.network import Indices
 
 if TYPE_CHECKING:
@@ -237,7 +237,7 @@ class Hinges(Field, frozen=True):
         """Return the scalar loops."""
         return fold
 
-    def table(self, place: Indices, acts: Acts, position: Floats) -> "HingeTable":
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "HingeTable":
         """Return the hinges with other numbers of nodes."""
         return HingeTable(
             np.ascontiguousarray(place[self.nodes]),

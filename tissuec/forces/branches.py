@@ -23,7 +23,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.kernels.records import Internal
+from tissuec.kernels.records import InternalVariables
 from tissuec.laws.evaluation import Behaviour
 
 Floats = NDArray[np.float64]
@@ -156,7 +156,7 @@ class Inelastic(Struct, frozen=True, eq=False):
         flowing = np.isfinite(self.limit) * (steepness + self.sudden) / self.viscosity
         return np.maximum((1.0 / self.time).max(axis=0, initial=0.0), flowing)
 
-    def table(self, nodes: Indices, home: Floats) -> Internal:
+    def table(self, nodes: Indices, home: Floats) -> InternalVariables:
         """Return what kernels are given, of the springs that act, by places of nodes.
 
         Args:
@@ -169,7 +169,7 @@ class Inelastic(Struct, frozen=True, eq=False):
         flow = np.full(has.shape[1], -1)
         flow[flowing] = len(spring) + np.arange(len(flowing))
         chosen = np.append(branch, np.full(len(flowing), -1)), np.append(spring, flowing)
-        return Internal(
+        return InternalVariables(
             first=np.concatenate([[0], np.cumsum(has[:-1].sum(axis=0))]).astype(np.int64),
             constant=self.constant[branch, spring],
             time=self.time[branch, spring],

@@ -2,10 +2,10 @@
 
 from math import copysign
 
-from tissuec.kernels.records import Floats, Integers, Internal
+from tissuec.kernels.records import Floats, Integers, InternalVariables
 
 
-def flowed(s: int, v: Floats, internal: Internal) -> float:
+def flowed(s: int, v: Floats, internal: InternalVariables) -> float:
     """Return by how much the rest length of a spring has flowed [m]."""
     k = internal.flow[s]
     if k < 0:
@@ -13,7 +13,7 @@ def flowed(s: int, v: Floats, internal: Internal) -> float:
     return float(v[internal.slot[k]] / internal.rate[k])
 
 
-def pull_of_branches(s: int, e: float, v: Floats, internal: Internal) -> float:
+def pull_of_branches(s: int, e: float, v: Floats, internal: InternalVariables) -> float:
     """Return Σ c1 (e - q) of a spring of elongation e [N]."""
     total = 0.0
     for k in range(internal.first[s], internal.first[s + 1]):
@@ -22,7 +22,7 @@ def pull_of_branches(s: int, e: float, v: Floats, internal: Internal) -> float:
     return total
 
 
-def give_way(s: int, e: float, pull: float, v: Floats, internal: Internal) -> float:
+def give_way(s: int, e: float, pull: float, v: Floats, internal: InternalVariables) -> float:
     """Note how fast a spring relaxes and flows; return the power that this takes out [W].
 
     Args:
@@ -44,7 +44,7 @@ def give_way(s: int, e: float, pull: float, v: Floats, internal: Internal) -> fl
     return lost
 
 
-def remember(a: Floats, internal: Internal) -> None:
+def remember(a: Floats, internal: InternalVariables) -> None:
     """Set the accelerations that are rates of what springs remember."""
     for k in range(internal.slot.size):
         a[internal.slot[k]] = internal.change[k]

@@ -41,10 +41,10 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.forces import Field, Resisting, in_line, stretches
 from tissuec.forces.contact_kernel import COLUMNS, touch
-from tissuec.geometry.edge_supports import Edges
+from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
-from tissuec.geometry.nearest import PLANE, TRIANGLE, Place, places
-from tissuec.kernels.records import Acts, Touches
+from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
+from tissuec.kernels.records import BoundaryConditions, ContactTable
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ FEW = 12  # faces up to which all pairs are looked at
 MOST_TOGETHER = 4096  # pairs that are looked at at once
 
 
-class Pairs(NamedTuple):
+class ContactPairs(NamedTuple):
     """Nodes and shapes that may touch, ascending by node, then by surface and shape.
 
     Attributes:
@@ -69,9 +69,9 @@ class Pairs(NamedTuple):
     weight: Floats
     radius: Floats
 
-    def some(self, which: NDArray[np.bool_] | Indices) -> "Pairs":
+    def some(self, which: NDArray[np.bool_] | Indices) -> "ContactPairs":
         """Return some of them."""
-        return Pairs(*(part[which] for part in self))
+        return ContactPairs(*(part[which] for part in self))
 
 
 class Contact(Field, frozen=True):
@@ -119,7 +119,7 @@ class Contact(Field, frozen=True):
     radius: Floats
     spared: Indices
     bonds: Indices
-    edges: Edges
+    edges: SupportedEdges
     joined: Indices
     stiffness: Floats
     layer: float
@@ -130,7 +130,7 @@ class Contact(Field, frozen=True):
     rate: float
     span: Span
     whole: NDArray[np.bool_] | None = None
-    pairs: Pairs | None = None
+    pairs: ContactPairs | None = None
 
     def with_whole(self, alive: NDArray[np.bool_]) -> "Contact":
         """Return the same without the faces whose springs are gone.
@@ -142,7 +142,7 @@ class Contact(Field, frozen=True):
 
     # --- what is near ---------------------------------------------------------------------
 
-    def near(self, position: Floats, margin: float) -> Pairs:
+    def near(self, position: Floats, margin: float) -> ContactPairs:
         """Return the nodes that are less than a margin [m] outside of shapes.
 
         Args:
@@ -152,7 +152,7 @@ class Contact(Field, frozen=True):
         node, face = node[allowed := self._allowed(node, face)], face[allowed]
         flat, radius = self.kind[face] == TRIANGLE, self.radius[face]
         radius = np.where(flat, np.maximum(radius, self.size[node]), radius)
-        pairs = Pairs(node, face, np.ones(len(node)), radius)
+        pairs = ContactPairs(node, face, np.ones(len(node)), radius)
         reach = margin * (1.0 + self._lever(position, node, face))
         pairs = pairs.some(
             (self.places(position, pairs).depth > -reach) & (~flat | (radius > 0.0))
@@ -161,12 +161,12 @@ class Contact(Field, frozen=True):
         close = self.places(position, shared).depth > -margin
         every = [np.concatenate(both) for both in zip(pairs, shared.some(close), strict=True)]
         order = np.lexsort((every[1], self.surface[every[1]], every[0]))
-        return Pairs(*every).some(order)
+        return ContactPairs(*every).some(order)
 
-    def _shared(self, pairs: Pairs) -> Pairs:
+    def _shared(self, pairs: ContactPairs) -> ContactPairs:
         """Return the elements that faces near a node share, and which count."""
         counted = weights(pairs.node, pairs.shape, self.parts)
-        return Pairs(
+        return ContactPairs(
             pairs.node[counted.row],
             counted.element,
             counted.weight.astype(float),
@@ -230,7 +230,7 @@ class Contact(Field, frozen=True):
             apart &= ~np.isin(keys, ends[:, 0] * size + ends[:, 1]).any(axis=1)
         return apart
 
-    def places(self, position: Floats, pairs: Pairs) -> Place:
+    def places(self, position: Floats, pairs: ContactPairs) -> NearestPlace:
         """Return where the nodes of pairs are in their shapes."""
         x, corners = position[self.nodes[pairs.node]], position[self.points[pairs.shape]]
         return places(x, self.kind[pairs.shape], corners, pairs.radius)
@@ -249,11 +249,11 @@ class Contact(Field, frozen=True):
         found[self.points[pairs.shape]] = True
         return found
 
-    def _pressed(self, position: Floats) -> tuple[Pairs, Place]:
+    def _pressed(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, and where they are."""
         return next(self._pressed_in(position[None]))
 
-    def _pressed_in(self, position: Floats) -> Iterator[tuple[Pairs, Place]]:
+    def _pressed_in(self, position: Floats) -> Iterator[tuple[ContactPairs, NearestPlace]]:
         """Yield the pairs that touch in each state, and where they are.
 
         Args:
@@ -277,12 +277,12 @@ class Contact(Field, frozen=True):
                     inside = np.flatnonzero(here > 0.0)
                     yield pairs.some(inside), place.some(inside + state * len(here))
 
-    def pressure(self, pairs: Pairs, depth: Floats) -> Floats:
+    def pressure(self, pairs: ContactPairs, depth: Floats) -> Floats:
         """Return k φ(δ) [N], shape (pair,)."""
         w, d = self.layer, np.maximum(depth, 0.0)
         return self.stiffness[pairs.node] * np.where(d < w, d * d / (2.0 * w), d - 0.5 * w)
 
-    def steepness(self, pairs: Pairs, depth: Floats) -> Floats:
+    def steepness(self, pairs: ContactPairs, depth: Floats) -> Floats:
         """Return k φ'(δ) [N/m], shape (pair,)."""
         return self.stiffness[pairs.node] * np.clip(depth / self.layer, 0.0, 1.0)
 
@@ -337,7 +337,7 @@ class Contact(Field, frozen=True):
         entries = values.reshape(row.shape)[moves], (row[moves], column[moves])
         return coo_matrix(entries, shape=(3 * size, 3 * size))
 
-    def _nearest(self, position: Floats) -> tuple[Pairs, Place]:
+    def _nearest(self, position: Floats) -> tuple[ContactPairs, NearestPlace]:
         """Return the pairs that touch, one for each nearest point; weights add up there.
 
         So what cancels in forces does so in stiffnesses without being counted as weakening.
@@ -398,13 +398,13 @@ class Contact(Field, frozen=True):
         """Return how far nodes may go before others are near shapes [m]."""
         return self.stride
 
-    def table(self, place: Indices, acts: Acts, position: Floats) -> Touches:
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ContactTable:
         """Return shapes and the nodes near them; it holds until one has moved by ``stride``."""
         pairs = self.near(position, 2.0 * self.stride)
         counts, home = np.bincount(pairs.node, minlength=len(self.nodes)), position[self.memory]
         listed = np.empty_like(position)
         listed[place] = position
-        return Touches(
+        return ContactTable(
             nodes=place[self.nodes],
             first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
             shape=pairs.shape,

@@ -6,7 +6,7 @@ Of each pair that touches, a row of ``met`` keeps what is needed of it more than
 from math import sqrt
 
 from tissuec.geometry.nearest import CAPSULE, PLANE
-from tissuec.kernels.records import Floats, Touches
+from tissuec.kernels.records import ContactTable, Floats
 
 SHARPNESS = 8  # power of r with which a bristle slips
 LARGEST = 2.0  # r that counts
@@ -30,7 +30,7 @@ OUTSIDE = (-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def touch(
-    time: float, x: Floats, v: Floats, f: Floats, power: Floats, touches: Touches
+    time: float, x: Floats, v: Floats, f: Floats, power: Floats, touches: ContactTable
 ) -> None:
     """Add the forces of shapes to those on nodes, and what damping and friction take out.
 
@@ -59,14 +59,14 @@ def touch(
     count(round(bends), touches)
 
 
-def count(bends: int, touches: Touches) -> None:
+def count(bends: int, touches: ContactTable) -> None:
     """Remember how many bends of their law all pressures together have passed."""
     touches.bends[0] = bends
     touches.bends[1] = min(touches.bends[1], bends)
     touches.bends[2] = max(touches.bends[2], bends)
 
 
-def end_of_surface(start: int, last: int, touches: Touches) -> int:
+def end_of_surface(start: int, last: int, touches: ContactTable) -> int:
     """Return the pair behind those that are of the same surface as the first of them."""
     stop, surface = start + 1, touches.surface[touches.shape[start]]
     while stop < last and touches.surface[touches.shape[stop]] == surface:
@@ -74,7 +74,7 @@ def end_of_surface(start: int, last: int, touches: Touches) -> int:
     return stop
 
 
-def look(k: int, first: int, last: int, x: Floats, v: Floats, touches: Touches) -> float:
+def look(k: int, first: int, last: int, x: Floats, v: Floats, touches: ContactTable) -> float:
     """Set the rows of the pairs of a node; return how many bends of their law they passed."""
     bends, met, i = 0.0, touches.met, 3 * touches.nodes[k]
     stiffness = touches.stiffness[k]
@@ -102,7 +102,7 @@ def look(k: int, first: int, last: int, x: Floats, v: Floats, touches: Touches) 
 
 
 def press_surface(
-    k: int, start: int, stop: int, touches: Touches
+    k: int, start: int, stop: int, touches: ContactTable
 ) -> tuple[float, float, float]:
     """Return what a surface does to a node at rest.
 
@@ -124,7 +124,7 @@ def press_surface(
 
 
 def push_back(
-    k: int, start: int, stop: int, first: int, factor: float, f: Floats, touches: Touches
+    k: int, start: int, stop: int, first: int, factor: float, f: Floats, touches: ContactTable
 ) -> float:
     """Add the pressure of a surface on a node; return the power that damping takes out [W]."""
     lost = 0.0
@@ -153,7 +153,13 @@ def push_back(
 
 
 def rub_past(
-    start: int, stop: int, first: int, factor: float, x: Floats, v: Floats, touches: Touches
+    start: int,
+    stop: int,
+    first: int,
+    factor: float,
+    x: Floats,
+    v: Floats,
+    touches: ContactTable,
 ) -> tuple[float, float, float]:
     """Return the sum of pressures times velocities along a surface [W].
 
@@ -200,7 +206,7 @@ def rub(
     x: Floats,
     v: Floats,
     f: Floats,
-    touches: Touches,
+    touches: ContactTable,
 ) -> float:
     """Add the friction on a node and what answers it; return the power that it takes out [W].
 
@@ -252,7 +258,7 @@ def drag_along(
     z2: float,
     x: Floats,
     f: Floats,
-    touches: Touches,
+    touches: ContactTable,
 ) -> None:
     """Add the friction of a surface on a node: its force, and the couple that answers both.
 
@@ -288,7 +294,7 @@ def drag_along(
             twist(touches.shape[pair], share * c0, share * c1, share * c2, x, f, touches)
 
 
-def arms(shape: int, x: Floats, touches: Touches) -> tuple[float, ...]:
+def arms(shape: int, x: Floats, touches: ContactTable) -> tuple[float, ...]:
     """Return what leads from the mean of the points of a face to each of them [m].
 
     The third one of a capsule is zero, being no point of its own.
@@ -312,7 +318,7 @@ def arms(shape: int, x: Floats, touches: Touches) -> tuple[float, ...]:
 
 
 def turned(
-    shape: int, t0: float, t1: float, t2: float, x: Floats, touches: Touches
+    shape: int, t0: float, t1: float, t2: float, x: Floats, touches: ContactTable
 ) -> tuple[bool, float, float, float]:
     """Return whether a face can turn, and the inverse of its inertia times a vector.
 
@@ -353,7 +359,7 @@ def turned(
 
 
 def spin(
-    shape: int, x: Floats, v: Floats, touches: Touches
+    shape: int, x: Floats, v: Floats, touches: ContactTable
 ) -> tuple[bool, float, float, float]:
     """Return whether a face can turn, and the rotation that fits its points best [1/s]."""
     a0, a1, a2, b0, b1, b2, c0, c1, c2 = arms(shape, x, touches)
@@ -372,7 +378,7 @@ def spin(
 
 
 def twist(
-    shape: int, c0: float, c1: float, c2: float, x: Floats, f: Floats, touches: Touches
+    shape: int, c0: float, c1: float, c2: float, x: Floats, f: Floats, touches: ContactTable
 ) -> None:
     """Add forces on the points of a face that are a couple together, and least in all [N]."""
     _, w0, w1, w2 = turned(shape, c0, c1, c2, x, touches)
@@ -390,7 +396,7 @@ def push(i: int, f: Floats, f0: float, f1: float, f2: float) -> None:
     f[i + 2] += f2
 
 
-def corners(shape: int, touches: Touches) -> tuple[int, int, int]:
+def corners(shape: int, touches: ContactTable) -> tuple[int, int, int]:
     """Return where the coordinates of the points of a shape begin."""
     points = touches.points
     return 3 * points[shape, 0], 3 * points[shape, 1], 3 * points[shape, 2]
@@ -403,7 +409,7 @@ def press_at(depth: float, stiffness: float, layer: float) -> float:
     return stiffness * (depth - 0.5 * layer)
 
 
-def meet(i: int, pair: int, x: Floats, touches: Touches) -> Meeting:
+def meet(i: int, pair: int, x: Floats, touches: ContactTable) -> Meeting:
     """Return where a node is in a shape; outside, only the depth counts."""
     shape = touches.shape[pair]
     a, b, c = corners(shape, touches)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tissuec.core import units
 from tissuec.core.fields import Measure
 from tissuec.forces import FORCES, Acted, Field, Resisting, diagonal
-from tissuec.kernels.records import Acts, Floats, Rows
+from tissuec.kernels.records import BoundaryConditions, Floats, Rows
 from tissuec.model.network import Indices
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class Bed(Field, frozen=True):
         """Return the scalar loops."""
         return hold
 
-    def table(self, place: Indices, acts: Acts, position: Floats) -> "BedTable":
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "BedTable":
         """Return what holds anywhere."""
         return BedTable(place[self.nodes], self.home, self.stiffness, self.damping)
 

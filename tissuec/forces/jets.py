@@ -54,10 +54,10 @@ from tissuec.forces.jets_kernel import (
     blow,
 )  # fmt: skip
 from tissuec.forces.volume import open_edges
-from tissuec.geometry.edge_supports import Edges
-from tissuec.kernels.records import Acts
+from tissuec.geometry.edge_supports import SupportedEdges
+from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import BodyPart, Floats, Indices, Network
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -70,7 +70,7 @@ AT_ONCE = 1_000_000  # pairs of triangles that are looked at together
 TRIANGLE_SECONDS = 3e-7  # that the kernel takes for a triangle, measured [s]
 
 
-class Skin(Struct, frozen=True, eq=False):
+class JetSurface(Struct, frozen=True, eq=False):
     """Triangles that a jet may meet.
 
     Attributes:
@@ -89,13 +89,13 @@ class Skin(Struct, frozen=True, eq=False):
     struck: NDArray[np.bool_]
     parts: Indices
     blur: Floats
-    edges: Edges
+    edges: SupportedEdges
     whole: NDArray[np.bool_]
 
     @classmethod
     def of(
         cls, network: Network, nodes: Indices, width: float, alive: NDArray[np.bool_]
-    ) -> "Skin":
+    ) -> "JetSurface":
         """Return all that a jet of a width b0 [m] may meet.
 
         Args:
@@ -107,7 +107,7 @@ class Skin(Struct, frozen=True, eq=False):
         # Less a little, so that rounding does not divide equal triangles differently.
         parts = np.clip(np.ceil(FINE * longest / width - 1e-9), 1, MOST).astype(np.int64)
         rings = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
-        edges = Edges.of(network.ends, rings)
+        edges = SupportedEdges.of(network.ends, rings)
         struck = np.asarray(np.isin(corners, nodes).all(axis=1))
         blur = np.minimum(BLUR * width, THIN * _height(network, corners))
         whole = np.asarray(edges.holding(alive).all(axis=1))
@@ -118,7 +118,7 @@ class Skin(Struct, frozen=True, eq=False):
         """Return the number of elements of each triangle, shape (triangle,)."""
         return 3 * self.parts**2
 
-    def torn(self, alive: NDArray[np.bool_]) -> "Skin":
+    def torn(self, alive: NDArray[np.bool_]) -> "JetSurface":
         """Return the same while the springs ``alive``, shape (spring,), are there."""
         whole = np.asarray(self.edges.holding(alive).all(axis=1))
         return self if np.array_equal(whole, self.whole) else replace(self, whole=whole)
@@ -147,7 +147,7 @@ def _height(network: Network, corners: Indices) -> Floats:
 
 
 def _sides(network: Network, corners: Indices) -> Indices:
-    """Return from where triangles can be pushed, as ``Skin.side``, body by body."""
+    """Return from where triangles can be pushed, as ``JetSurface.side``, body by body."""
     side = np.zeros(len(corners), dtype=np.int64)
     for _, own in _closed(network, corners):
         place = network.position[corners[own]]
@@ -181,7 +181,7 @@ def buried_in(network: Network, position: Floats, point: Floats) -> str:
     return ""
 
 
-class Axis(NamedTuple):
+class JetAxis(NamedTuple):
     """The axis of a jet.
 
     Attributes:
@@ -195,7 +195,7 @@ class Axis(NamedTuple):
     across: Floats
 
 
-class Way(NamedTuple):
+class JetCoordinates(NamedTuple):
     """Where points are in a jet, each of shape (…).
 
     Attributes:
@@ -236,8 +236,8 @@ class Jet(Field, frozen=True):
         density: ρ [kg/m³].
         growth: k.
         width: b0 [m]; wider than it should be where a mesh is very coarse.
-        flow: Q [m³/s] where the course is 1.
-        course: Of the flow; where it is negative, nothing flows.
+        flow: Q [m³/s] where the profile is 1.
+        profile: Of the flow; where it is negative, nothing flows.
         skin: What it may meet.
         span: The sentence.
     """
@@ -250,8 +250,8 @@ class Jet(Field, frozen=True):
     growth: float
     width: float
     flow: float
-    course: Course
-    skin: Skin
+    profile: TimeProfile
+    skin: JetSurface
     span: Span
 
     @property
@@ -271,23 +271,23 @@ class Jet(Field, frozen=True):
 
     def thrust(self, time: float) -> float:
         """Return the momentum flux J [N]."""
-        flow = max(self.flow * self.course.at(time)[0], 0.0)
+        flow = max(self.flow * self.profile.at(time)[0], 0.0)
         return self.density * flow * flow / (0.25 * np.pi * self.bore**2)
 
-    def axis(self, position: Floats) -> Axis:
+    def axis(self, position: Floats) -> JetAxis:
         """Return where the opening is now, and which way the jet goes."""
         start, ahead = position[self.opening]
         along = (ahead - start) / np.linalg.norm(ahead - start)
         one = cross(along, np.eye(3)[np.argmin(np.abs(along))])
         one /= np.linalg.norm(one)
-        return Axis(start, along, np.stack([one, cross(along, one)]))
+        return JetAxis(start, along, np.stack([one, cross(along, one)]))
 
-    def way(self, points: Floats, axis: Axis) -> Way:
+    def way(self, points: Floats, axis: JetAxis) -> JetCoordinates:
         """Return where points, shape (…, 3) [m], are in the jet."""
         seen = points - axis.start
         ahead = seen @ axis.along
         width = np.hypot(self.width, self.growth * ahead)
-        return Way(ahead, width, seen @ axis.across.T / width[..., None])
+        return JetCoordinates(ahead, width, seen @ axis.across.T / width[..., None])
 
     def met(self, position: Floats) -> Indices:
         """Return the triangles that are not torn and, some part of them, within the jet."""
@@ -304,7 +304,7 @@ class Jet(Field, frozen=True):
     def _pushed(
         self,
         thrust: float,
-        axis: Axis,
+        axis: JetAxis,
         met: Indices,
         elements: Elements,
         corners: Floats,
@@ -329,7 +329,7 @@ class Jet(Field, frozen=True):
         side = self.skin.side[met]
         return self.skin.struck[met] & ((side == 0) | (side * slope < 0.0))
 
-    def _lit(self, axis: Axis, met: Indices, elements: Elements, corners: Floats) -> Floats:
+    def _lit(self, axis: JetAxis, met: Indices, elements: Elements, corners: Floats) -> Floats:
         """Return the parts V of the jet that come to elements, shape (element,)."""
         _, normal, slope = _facing(corners, axis.along)
         normal, points = _along(normal, slope), elements.at(corners)
@@ -356,7 +356,9 @@ class Jet(Field, frozen=True):
         total = np.bincount(one, cover, len(points)).astype(float, copy=False)
         return 1.0 - _rise((total - LIT) / (DARK - LIT))
 
-    def _shaded(self, met: Indices, edge: Way, slope: Floats) -> tuple[Indices, Indices]:
+    def _shaded(
+        self, met: Indices, edge: JetCoordinates, slope: Floats
+    ) -> tuple[Indices, Indices]:
         """Return pairs of a triangle that is pushed and another one that is near it in ξ.
 
         Args:
@@ -442,11 +444,11 @@ class Jet(Field, frozen=True):
         return blow
 
     @property
-    def changes(self) -> tuple[tuple[float, Course], ...]:
+    def changes(self) -> tuple[tuple[float, TimeProfile], ...]:
         """Return the flow."""
-        return ((self.flow, self.course),)
+        return ((self.flow, self.profile),)
 
-    def table(self, place: Indices, acts: Acts, position: Floats) -> JetTable:
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> JetTable:
         """Return the jet with triangles that are not torn."""
         whole, skin = self.skin.whole, self.skin
         parts, count = skin.parts[whole], skin.count[whole]

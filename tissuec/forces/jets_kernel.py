@@ -10,7 +10,7 @@ from math import exp, inf, pi, sqrt
 from typing import NamedTuple
 
 from tissuec.kernels.boundary_conditions import total
-from tissuec.kernels.records import Acts, Floats, IntegerRows, Integers, Rows
+from tissuec.kernels.records import BoundaryConditions, Floats, IntegerRows, Integers, Rows
 
 CUT = 4.5  # widths b beside the axis beyond which nothing is left but rounding
 DEEP = 0.5  # of the blur of a shade: how far behind its triangle it is full
@@ -26,7 +26,7 @@ GRID = 32  # cells along each side of the field in which triangles are sorted
 class JetTable(NamedTuple):
     """A jet of fluid and what it may meet."""
 
-    acts: Acts  # the flow [m³/s] is the first component of the only one
+    acts: BoundaryConditions  # the flow [m³/s] is the first component of the only one
     opening: Integers  # nodes in the opening and ahead of it, shape (2,)
     bore: float  # [m]
     density: float  # [kg/m³]

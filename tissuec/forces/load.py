@@ -6,14 +6,14 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.forces import Nodal
 from tissuec.model.network import Floats, Indices
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 
-class Term(Struct, frozen=True, eq=False):
-    """One vector times one course: a displacement [m] or a force [N]."""
+class LoadTerm(Struct, frozen=True, eq=False):
+    """One vector times one profile: a displacement [m] or a force [N]."""
 
     vector: Floats  # shape (3,)
-    course: Course
+    profile: TimeProfile
 
 
 class Load(Nodal, frozen=True):
@@ -26,7 +26,7 @@ class Load(Nodal, frozen=True):
     """
 
     nodes: Indices
-    terms: tuple[Term, ...]
+    terms: tuple[LoadTerm, ...]
     span: Span
 
     def at(self, time: Floats | float) -> Floats:
@@ -36,7 +36,7 @@ class Load(Nodal, frozen=True):
     @property
     def is_constant(self) -> bool:
         """Return whether it does not change in time."""
-        return all(term.course.kind == "constant" for term in self.terms)
+        return all(term.profile.kind == "constant" for term in self.terms)
 
     @property
     def loads(self) -> "tuple[Load, ...]":
@@ -55,11 +55,11 @@ class Load(Nodal, frozen=True):
         return np.stack([done, np.zeros_like(done)], axis=-1)
 
 
-def total(terms: tuple[Term, ...], time: Floats | float) -> tuple[Floats, Floats]:
+def total(terms: tuple[LoadTerm, ...], time: Floats | float) -> tuple[Floats, Floats]:
     """Return the sum of terms and of their rates, each of shape (…, 3)."""
     value, rate = np.zeros((2, *np.shape(time), 3))
     for term in terms:
-        factor, slope = term.course.at(time)
+        factor, slope = term.profile.at(time)
         value += np.multiply.outer(factor, term.vector)
         rate += np.multiply.outer(slope, term.vector)
     return value, rate

@@ -1,6 +1,6 @@
 """Rest lengths that change in time: threads that are drawn in or paid out, joints likewise.
 
-Meanwhile the rest length of each spring follows a course,
+Meanwhile the rest length of each spring follows a profile,
 
     L0(t) = base + change s(t),
 
@@ -14,12 +14,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.source import Span
-from tissuec.kernels.records import Reels
+from tissuec.kernels.records import RestLengthActuators
 from tissuec.model.network import Floats, Indices
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 
-class Reeling(Struct, frozen=True, eq=False):
+class ChangingRestLengths(Struct, frozen=True, eq=False):
     """Springs that are drawn in or paid out.
 
     Attributes:
@@ -31,39 +31,41 @@ class Reeling(Struct, frozen=True, eq=False):
     springs: Indices
     base: Floats
     change: Floats
-    course: Course
+    profile: TimeProfile
     span: Span
 
     def rest(self, time: float) -> Floats:
         """Return the rest lengths at a time [m], shape (n,)."""
-        return self.base + self.course.at(time)[0] * self.change
+        return self.base + self.profile.at(time)[0] * self.change
 
     def rate(self, time: float) -> Floats:
         """Return the rates of the rest lengths [m/s], shape (n,)."""
-        return self.course.at(time)[1] * self.change
+        return self.profile.at(time)[1] * self.change
 
     def rate_of(self, spring: int, time: float) -> float:
         """Return the rate of one rest length [m/s], 0 for a spring that is none of these."""
         return float(self.rate(time)[self.springs == spring].sum())
 
-    def lengthened(self, spring: int, by: float) -> "Reeling":
+    def lengthened(self, spring: int, by: float) -> "ChangingRestLengths":
         """Return the same with one spring longer by a length [m], if it is one of these."""
         return replace(self, base=self.base + by * (self.springs == spring))
 
 
-def reels(parts: Sequence[Reeling], row: Indices, ends: Indices, first_act: int) -> Reels:
+def reels(
+    parts: Sequence[ChangingRestLengths], row: Indices, ends: Indices, first_act: int
+) -> RestLengthActuators:
     """Return springs whose rest lengths change as tables.
 
     Args:
         parts: What changes, in the order of the acts.
         row: Where the engine keeps each spring, -1 for those that do not act, shape (spring,).
         ends: Nodes of each spring as the engine keeps them, shape (spring, 2).
-        first_act: Number of the course of the first part among the acts.
+        first_act: Number of the profile of the first part among the acts.
     """
     springs = np.concatenate([*(part.springs for part in parts), np.zeros(0, dtype=np.int64)])
     acts = np.repeat(first_act + np.arange(len(parts)), [len(part.springs) for part in parts])
     acting = row[springs] >= 0
-    return Reels(
+    return RestLengthActuators(
         spring=row[springs][acting],
         low=ends[springs, 0][acting],
         high=ends[springs, 1][acting],

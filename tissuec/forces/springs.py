@@ -20,7 +20,7 @@ from tissuec.laws.evaluation import Behaviour
 from tissuec.model.network import Floats, Indices
 
 
-class Pull(NamedTuple):
+class SpringPull(NamedTuple):
     """What some springs do at a moment.
 
     Attributes:
@@ -35,7 +35,7 @@ class Pull(NamedTuple):
     tension: Floats
 
 
-class Springs(Struct, frozen=True, eq=False):
+class SpringSubset(Struct, frozen=True, eq=False):
     """Some springs of a net with their present numbers.
 
     Positions [m] and velocities [m/s] are those of all nodes, shape (…, node, 3), or (node, 3)
@@ -53,7 +53,7 @@ class Springs(Struct, frozen=True, eq=False):
     behaviour: Behaviour
     memory: Inelastic | None
 
-    def pull(self, position: Floats, velocity: Floats) -> Pull:
+    def pull(self, position: Floats, velocity: Floats) -> SpringPull:
         """Return lengths, directions and tensions."""
         gap = reach(self.ends, position)
         length = norm(gap)
@@ -65,7 +65,7 @@ class Springs(Struct, frozen=True, eq=False):
             tension = tightened(self.behaviour, self.memory, stretch, closing, own)
         else:
             tension = pulled(self.behaviour, self.memory, stretch, own)
-        return Pull(length, direction, np.where(self.alive & has_direction, tension, 0.0))
+        return SpringPull(length, direction, np.where(self.alive & has_direction, tension, 0.0))
 
     def energy(self, position: Floats, velocity: Floats) -> Floats:
         """Return what each stores with its branches, dead or not [J], shape (…, spring)."""

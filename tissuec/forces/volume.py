@@ -36,9 +36,9 @@ from tissuec.core.vectors import cross
 from tissuec.forces import Field, Resisting
 from tissuec.geometry.parallelograms import parallelograms
 from tissuec.kernels.boundary_conditions import total
-from tissuec.kernels.records import Acts, IntegerRows, Integers
+from tissuec.kernels.records import BoundaryConditions, IntegerRows, Integers
 from tissuec.model.network import BodyPart, Floats, Indices, Network
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 from tissuec.model.topology import springs_between
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class Swelling(Struct, frozen=True, eq=False):
     """A change of the volumes that should be enclosed, relative to the drawn ones."""
 
     amount: float
-    course: Course
+    profile: TimeProfile
 
 
 class Enclosure(Field, frozen=True):
@@ -132,15 +132,15 @@ class Enclosure(Field, frozen=True):
             walled=number[self.walled[walls]],
         )
 
-    def swollen(self, amount: float, course: Course) -> "Enclosure":
+    def swollen(self, amount: float, profile: TimeProfile) -> "Enclosure":
         """Return this enclosure with a further change of what it should enclose."""
-        return replace(self, swellings=(*self.swellings, Swelling(amount, course)))
+        return replace(self, swellings=(*self.swellings, Swelling(amount, profile)))
 
     def swell(self, time: float) -> tuple[float, float]:
         """Return how much more than drawn should be enclosed, as a part of it, and its rate."""
         value = rate = 0.0
         for swelling in self.swellings:
-            factor, slope = swelling.course.at(time)
+            factor, slope = swelling.profile.at(time)
             value += swelling.amount * factor
             rate += swelling.amount * slope
         return value, rate
@@ -270,11 +270,11 @@ class Enclosure(Field, frozen=True):
         return press
 
     @property
-    def changes(self) -> list[tuple[float, Course]]:
+    def changes(self) -> list[tuple[float, TimeProfile]]:
         """Return the relative changes of volume."""
-        return [(swelling.amount, swelling.course) for swelling in self.swellings]
+        return [(swelling.amount, swelling.profile) for swelling in self.swellings]
 
-    def table(self, place: Indices, acts: Acts, position: Floats) -> "CellTable":
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "CellTable":
         """Return all that is within the faces of cells: what grows by more is kept by less."""
         return CellTable(
             acts=acts,
@@ -417,7 +417,7 @@ _TURNS = (
 class CellTable(NamedTuple):
     """The cells of a body, whose faces have four corners and face outwards."""
 
-    acts: Acts  # the relative change of volume is the first component of the only one
+    acts: BoundaryConditions  # of its only one, the first component is the relative change
     corners: IntegerRows  # nodes of the faces, shape (face, 4)
     first: Integers  # faces of a cell are first[cell]:first[cell + 1], shape (cell + 1,)
     drawn: Floats  # volumes [m³], shape (cell,)

@@ -15,7 +15,7 @@ from tissuec.model.network import Indices
 from tissuec.model.topology import pieces
 
 
-class Strands(Struct, frozen=True, eq=False):
+class EdgeSupports(Struct, frozen=True, eq=False):
     """The strands at some nodes of a network, numbered by the node pairs that they join.
 
     Attributes:
@@ -31,7 +31,7 @@ class Strands(Struct, frozen=True, eq=False):
     of_spring: NDArray[np.integer]
 
     @classmethod
-    def at_nodes(cls, ends: NDArray[np.integer], nodes: NDArray[np.integer]) -> "Strands":
+    def at_nodes(cls, ends: NDArray[np.integer], nodes: NDArray[np.integer]) -> "EdgeSupports":
         """Return the strands with an end at some of ``nodes``.
 
         Args:
@@ -71,7 +71,7 @@ class Strands(Struct, frozen=True, eq=False):
         return np.bincount(held, minlength=len(self.keys)) > 0
 
 
-class Edges(Struct, frozen=True, eq=False):
+class SupportedEdges(Struct, frozen=True, eq=False):
     """Edges and what holds them.
 
     Attributes:
@@ -83,7 +83,7 @@ class Edges(Struct, frozen=True, eq=False):
         loose_ends: Their nodes, shape (edge, 2).
     """
 
-    strands: Strands
+    strands: EdgeSupports
     own: Indices
     by_way: Indices
     ways: Indices
@@ -91,14 +91,14 @@ class Edges(Struct, frozen=True, eq=False):
     loose_ends: Indices
 
     @classmethod
-    def of(cls, springs: NDArray[np.integer], edges: NDArray[np.integer]) -> "Edges":
+    def of(cls, springs: NDArray[np.integer], edges: NDArray[np.integer]) -> "SupportedEdges":
         """Return what holds edges.
 
         Args:
             springs: Nodes of each spring of the network, shape (spring, 2).
             edges: Pairs of nodes, shape (…, 2).
         """
-        strands = Strands.at_nodes(springs, edges)
+        strands = EdgeSupports.at_nodes(springs, edges)
         own = strands.along(edges)
         bare = np.flatnonzero(own.reshape(-1) < 0)
         ends = np.asarray(edges, dtype=np.int64).reshape(-1, 2)[bare]

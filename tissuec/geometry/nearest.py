@@ -11,7 +11,7 @@ from tissuec.geometry.edges import Floats, Indices
 CAPSULE, PLANE, TRIANGLE = range(3)
 
 
-class Place(NamedTuple):
+class NearestPlace(NamedTuple):
     """Where points are in shapes, for each pair of a point and a shape.
 
     Attributes:
@@ -30,12 +30,12 @@ class Place(NamedTuple):
     weights: Floats
     pressing: Floats
 
-    def some(self, which: NDArray[np.bool_] | Indices) -> "Place":
+    def some(self, which: NDArray[np.bool_] | Indices) -> "NearestPlace":
         """Return that of some pairs."""
-        return Place(*(part[which] for part in self))
+        return NearestPlace(*(part[which] for part in self))
 
 
-def places(x: Floats, kind: Indices, corners: Floats, radius: Floats) -> Place:
+def places(x: Floats, kind: Indices, corners: Floats, radius: Floats) -> NearestPlace:
     """Return where points are in shapes.
 
     Args:
@@ -52,7 +52,7 @@ def places(x: Floats, kind: Indices, corners: Floats, radius: Floats) -> Place:
             found = look(x[some], corners[some], radius[some])
             for part, values in zip(parts, found, strict=True):
                 part[some] = values
-    return Place(*parts)
+    return NearestPlace(*parts)
 
 
 def dot(one: Floats, two: Floats) -> Floats:

@@ -1,16 +1,16 @@
 """Prescribed motions and time-dependent loads, evaluated from tables inside kernels.
 
-Between two knots of all courses every course is one curve, a polynomial or a sine:
+Between two knots of all profiles every profile is one curve, a polynomial or a sine:
 s(t) = Σ powerₖ uᵏ + amplitude sin(angular u), u = t - origin. ``engine.boundary_conditions``
 writes these tables anew for each stretch between knots, so that kernels need no cases.
 """
 
 from math import cos, sin
 
-from tissuec.kernels.records import Acts, Floats
+from tissuec.kernels.records import BoundaryConditions, Floats
 
 
-def curve(which: int, time: float, acts: Acts) -> tuple[float, float]:
+def curve(which: int, time: float, acts: BoundaryConditions) -> tuple[float, float]:
     """Return value and rate [1/s] of a curve."""
     u = time - acts.origin[which]
     value = rate = 0.0
@@ -24,7 +24,9 @@ def curve(which: int, time: float, acts: Acts) -> tuple[float, float]:
     return value, rate
 
 
-def total(act: int, time: float, acts: Acts) -> tuple[float, float, float, float, float, float]:
+def total(
+    act: int, time: float, acts: BoundaryConditions
+) -> tuple[float, float, float, float, float, float]:
     """Return the sum of an act's terms and of their rates, three components each."""
     s0 = s1 = s2 = u0 = u1 = u2 = 0.0
     for term in range(acts.term_first[act], acts.term_first[act + 1]):
@@ -43,14 +45,14 @@ def total(act: int, time: float, acts: Acts) -> tuple[float, float, float, float
     return s0, s1, s2, u0, u1, u2
 
 
-def turning(act: int, time: float, acts: Acts) -> tuple[float, float, float]:
+def turning(act: int, time: float, acts: BoundaryConditions) -> tuple[float, float, float]:
     """Return cosine and sine of an act's angle and its rate [rad/s]."""
     factor, rate = curve(acts.turn_curve[act], time, acts)
     angle = acts.turn_angle[act]
     return cos(angle * factor), sin(angle * factor), angle * rate
 
 
-def put_driven(time: float, x: Floats, v: Floats, acts: Acts) -> None:
+def put_driven(time: float, x: Floats, v: Floats, acts: BoundaryConditions) -> None:
     """Put driven nodes where their motions have them."""
     for act in range(acts.motions):
         s0, s1, s2, u0, u1, u2 = total(act, time, acts)
@@ -64,7 +66,7 @@ def put_driven(time: float, x: Floats, v: Floats, acts: Acts) -> None:
             turn(act, time, x, v, acts)
 
 
-def turn(act: int, time: float, x: Floats, v: Floats, acts: Acts) -> None:
+def turn(act: int, time: float, x: Floats, v: Floats, acts: BoundaryConditions) -> None:
     """Add what an act's rotation does to its nodes.
 
     Rodrigues' formula: R r - r = (n × r) sin θ - (r - n n·r) (1 - cos θ).
@@ -91,7 +93,9 @@ def turn(act: int, time: float, x: Floats, v: Floats, acts: Acts) -> None:
         v[i + 2] += spin * (k2 * cosine - a2 * sine)
 
 
-def pull_free(time: float, v: Floats, f: Floats, inverse_mass: Floats, acts: Acts) -> float:
+def pull_free(
+    time: float, v: Floats, f: Floats, inverse_mass: Floats, acts: BoundaryConditions
+) -> float:
     """Add time-dependent loads to the forces of free nodes; return their power [W]."""
     power = 0.0
     for act in range(acts.motions, acts.first.size - 1):

@@ -16,7 +16,7 @@ import numpy as np
 from tissuec.kernels import vectors
 from tissuec.kernels.bundles import BUNDLES, of_field
 from tissuec.kernels.loading import address, is_shipped
-from tissuec.kernels.record_tables import Field, RecordTable, place_of, signature
+from tissuec.kernels.record_tables import RecordField, RecordTable, place_of, signature
 from tissuec.kernels.records import Net
 
 _RESULTS = {None: None, float: ctypes.c_double, bool: ctypes.c_uint8}
@@ -61,7 +61,7 @@ class Shipped:
         return call
 
     def _words(
-        self, fields: Iterable[Field], values: Sequence[Any]
+        self, fields: Iterable[RecordField], values: Sequence[Any]
     ) -> tuple[list[float], list[RecordTable]]:
         """Return what the function for C takes, and what must be kept until it returns."""
         tables: list[RecordTable] = []
@@ -109,7 +109,7 @@ class Operation(Shipped):
         return self._found[place]
 
 
-def _kinds(field: Field) -> list[Any]:
+def _kinds(field: RecordField) -> list[Any]:
     """Return the types of the words of an argument."""
     pointer, size = ctypes.c_void_p, ctypes.c_ssize_t
     if field.kind is np.ndarray:
@@ -123,7 +123,7 @@ VECTORS = {name: Shipped(getattr(vectors, name), "vectors") for name in BUNDLES[
 
 # --- kernels of fields -----------------------------------------------------------------------
 
-_VECTOR = Field(0, np.ndarray, np.dtype(float), 1)
+_VECTOR = RecordField(0, np.ndarray, np.dtype(float), 1)
 _OF_FIELDS = ctypes.CFUNCTYPE(
     None, ctypes.c_double, *(4 * _kinds(_VECTOR)), ctypes.c_void_p
 )  # fmt: skip

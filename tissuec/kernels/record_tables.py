@@ -29,7 +29,7 @@ R = TypeVar("R")
 _Nothing = c_char * 0  # where it is counts
 
 
-class Field(NamedTuple):
+class RecordField(NamedTuple):
     """Where a field of a record is, in words from its start, and what it is."""
 
     place: int
@@ -40,9 +40,9 @@ class Field(NamedTuple):
 
 
 @cache
-def layout(record: Record) -> tuple[dict[str, Field], int]:
+def layout(record: Record) -> tuple[dict[str, RecordField], int]:
     """Return the fields of a record and its number of words."""
-    fields: dict[str, Field] = {}
+    fields: dict[str, RecordField] = {}
     place = 0
     for name, annotation in get_type_hints(record, include_extras=True).items():
         fields[name] = _field(place, annotation, f"{record.__name__}.{name}")
@@ -50,17 +50,17 @@ def layout(record: Record) -> tuple[dict[str, Field], int]:
     return fields, place
 
 
-def _field(place: int, annotation: Any, what: str) -> Field:
+def _field(place: int, annotation: Any, what: str) -> RecordField:
     axes = 1
     if get_origin(annotation) is Annotated:
         annotation, axes = get_args(annotation)
     if get_origin(annotation) is np.ndarray:
         dtype = np.dtype(get_args(get_args(annotation)[1])[0])
-        return Field(place, np.ndarray, dtype, axes, what)
-    return Field(place, annotation)
+        return RecordField(place, np.ndarray, dtype, axes, what)
+    return RecordField(place, annotation)
 
 
-def signature(function: Callable[..., Any]) -> tuple[dict[str, Field], type | None]:
+def signature(function: Callable[..., Any]) -> tuple[dict[str, RecordField], type | None]:
     """Return the arguments of a function, each as a field, and what it returns."""
     hints = get_type_hints(function, include_extras=True)
     result = hints.pop("return")
@@ -71,7 +71,7 @@ def signature(function: Callable[..., Any]) -> tuple[dict[str, Field], type | No
     return fields, None if result is type(None) else result
 
 
-def place_of(array: Any, field: Field) -> int:
+def place_of(array: Any, field: RecordField) -> int:
     """Return where the numbers of an array are in memory.
 
     Raises:
@@ -87,7 +87,7 @@ def place_of(array: Any, field: Field) -> int:
     return int(array.__array_interface__["data"][0])
 
 
-def _size(field: Field) -> int:
+def _size(field: RecordField) -> int:
     """Return the words of a field."""
     if field.kind is np.ndarray:
         return 1 + field.axes

@@ -30,7 +30,7 @@ class Team(NamedTuple):
     near: Integers  # 1 where springs are near to breaking, shape (piece,)
 
 
-class Acts(NamedTuple):
+class BoundaryConditions(NamedTuple):
     """Prescribed motions and time-dependent loads as tables of numbers.
 
     Motions and loads share the layout: act ``i`` concerns ``nodes[first[i]:first[i + 1]]`` and
@@ -54,18 +54,18 @@ class Acts(NamedTuple):
     angular: Floats  # its angular frequency [1/s], zero without a sine, shape (curve,)
 
 
-class Reels(NamedTuple):
-    """Springs whose rest lengths change: base + change times a course."""
+class RestLengthActuators(NamedTuple):
+    """Springs whose rest lengths change: base + change times a profile."""
 
     spring: Integers  # places among the springs, shape (reel,)
     low: Integers  # nodes, shape (reel,)
     high: Integers
     base: Floats  # [m], shape (reel,)
     change: Floats  # [m], shape (reel,)
-    act: Integers  # whose first component is the course, shape (reel,)
+    act: Integers  # whose first component is the profile, shape (reel,)
 
 
-class Touches(NamedTuple):
+class ContactTable(NamedTuple):
     """Shapes and the nodes that they can touch; see ``tissuec.forces.contact``."""
 
     nodes: Integers  # shape (m,)
@@ -91,7 +91,7 @@ class Touches(NamedTuple):
     rate: float  # [1/s]
 
 
-class Internal(NamedTuple):
+class InternalVariables(NamedTuple):
     """What springs remember, first of branches; see ``tissuec.forces.branches``."""
 
     first: Integers  # branches of spring s are first[s]:first[s + 1], shape (spring + 1,)
@@ -202,10 +202,10 @@ class Net(NamedTuple):
     touched: bool  # there are instruments or threads that touch
     inelastic: bool  # some springs relax or flow
     cornered: bool  # some laws have corners
-    acts: Acts
-    reels: Reels
-    touches: Touches
-    internal: Internal
+    acts: BoundaryConditions
+    reels: RestLengthActuators
+    touches: ContactTable
+    internal: InternalVariables
     runs: Runs
     chunks: Chunks
     fields: Fields
@@ -339,7 +339,7 @@ class Progress(NamedTuple):
     glanced: int  # states within steps in the buffer
 
 
-class State(NamedTuple):
+class CompiledProgress(NamedTuple):
     """A ``Progress`` as compiled code takes and returns it."""
 
     numbers: Floats  # in the order of its fields; whole numbers are exact

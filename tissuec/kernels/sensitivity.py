@@ -96,7 +96,7 @@ class Forces(NamedTuple):
     values: Values
 
 
-class State(NamedTuple):
+class NodeState(NamedTuple):
     """Places, velocities and accelerations, or derivatives by them, shape (3 node,).
 
     Many changes of them are flat, shape (3 node change,), all of one component together.
@@ -107,7 +107,7 @@ class State(NamedTuple):
     a: Floats
 
 
-class States(NamedTuple):
+class NodeStates(NamedTuple):
     """Many of these, shape (state, 3 node)."""
 
     x: Rows
@@ -161,7 +161,7 @@ class Response(NamedTuple):
     by_rest: float
 
 
-def acceleration(forces: Forces, load: Floats, at: State) -> None:
+def acceleration(forces: Forces, load: Floats, at: NodeState) -> None:
     """Set the accelerations of all nodes [m/s²]; ``load`` are changing forces [N]."""
     laws, links, values = forces.laws, forces.links, forces.values
     x, v, a = at.x, at.v, at.a
@@ -196,7 +196,7 @@ def acceleration(forces: Forces, load: Floats, at: State) -> None:
             a[i] = links.steady[i] + inverse * (a[i] - drag * v[i])
 
 
-def response(s: int, forces: Forces, at: State) -> Response:
+def response(s: int, forces: Forces, at: NodeState) -> Response:
     """Return how a spring responds to changes of places, velocities and numbers."""
     laws, links, values = forces.laws, forces.links, forces.values
     x, v, law = at.x, at.v, links.law[s]
@@ -238,7 +238,7 @@ def by_constant_of(number: int, s: int, r: Response, forces: Forces) -> float:
     return by_constant(links.law[s], number, r.e, r.w, c, d, rest, laws, values)
 
 
-def pull_back(forces: Forces, at: State, due: State, by: Values) -> None:
+def pull_back(forces: Forces, at: NodeState, due: NodeState, by: Values) -> None:
     """Add the derivatives of Σ due.a · a to ``due.x``, ``due.v`` and ``by``.
 
     Args:
@@ -287,7 +287,7 @@ def pull_back(forces: Forces, at: State, due: State, by: Values) -> None:
         due.v[j + 2] += along * r.n2
 
 
-def push_forward(forces: Forces, at: State, seeds: Seeds, change: State) -> None:
+def push_forward(forces: Forces, at: NodeState, seeds: Seeds, change: NodeState) -> None:
     """Set ``change.a`` for many changes of places, velocities and numbers.
 
     Args:
@@ -367,7 +367,7 @@ def by_place(
     )
 
 
-def blocks(forces: Forces, at: State, of_x: Stack, of_v: Stack) -> None:
+def blocks(forces: Forces, at: NodeState, of_x: Stack, of_v: Stack) -> None:
     """Set what forces of springs on their lower nodes change by.
 
     Args:

@@ -11,9 +11,9 @@ from typing import NamedTuple
 from tissuec.kernels.records import Floats, Integers, Rows, Tableau
 from tissuec.kernels.sensitivity import (
     Forces,
+    NodeState,
+    NodeStates,
     Seeds,
-    State,
-    States,
     Values,
     acceleration,
     pull_back,
@@ -48,9 +48,9 @@ def length_of(row: int, steps: Steps) -> float:
     return steps.times[row + 1] - steps.times[row]
 
 
-def state(row: int, states: States) -> State:
+def state(row: int, states: NodeStates) -> NodeState:
     """Return one of many states."""
-    return State(states.x[row], states.v[row], states.a[row])
+    return NodeState(states.x[row], states.v[row], states.a[row])
 
 
 def moment_of(i: int, row: int, steps: Steps) -> int:
@@ -59,7 +59,7 @@ def moment_of(i: int, row: int, steps: Steps) -> int:
 
 
 def combine_stage(
-    i: int, row: int, forces: Forces, steps: Steps, start: State, known: Rows, to: State
+    i: int, row: int, forces: Forces, steps: Steps, start: NodeState, known: Rows, to: NodeState
 ) -> None:
     """Set places and velocities of a stage, or many changes of them, from those before it.
 
@@ -95,7 +95,7 @@ def combine_stage(
 
 
 def enter_stage(
-    i: int, row: int, forces: Forces, steps: Steps, start: State, known: Rows, to: State
+    i: int, row: int, forces: Forces, steps: Steps, start: NodeState, known: Rows, to: NodeState
 ) -> None:
     """Set places and velocities of a stage, those of driven nodes as prescribed."""
     combine_stage(i, row, forces, steps, start, known, to)
@@ -108,7 +108,7 @@ def enter_stage(
 
 
 def find_stages(
-    row: int, again: bool, forces: Forces, steps: Steps, trail: States, stages: States
+    row: int, again: bool, forces: Forces, steps: Steps, trail: NodeStates, stages: NodeStates
 ) -> None:
     """Set all stages before the result.
 
@@ -129,7 +129,7 @@ def find_stages(
             acceleration(forces, steps.load[moment_of(i, row, steps)], at)
 
 
-def step_forward(forces: Forces, steps: Steps, trail: States, stages: States) -> None:
+def step_forward(forces: Forces, steps: Steps, trail: NodeStates, stages: NodeStates) -> None:
     """Fill the rows of a trail behind the first one.
 
     Args:
@@ -149,11 +149,11 @@ def step_forward(forces: Forces, steps: Steps, trail: States, stages: States) ->
 def step_back(
     forces: Forces,
     steps: Steps,
-    trail: States,
-    entering: States,
-    stages: States,
-    dues: States,
-    due: State,
+    trail: NodeStates,
+    entering: NodeStates,
+    stages: NodeStates,
+    dues: NodeStates,
+    due: NodeState,
     by: Values,
 ) -> None:
     """Carry derivatives by the last row of a trail back to its first row.
@@ -180,7 +180,7 @@ def step_back(
         leave_step(row, forces, steps, dues, due)
 
 
-def begin_dues(forces: Forces, due: State, entering: State, dues: States) -> None:
+def begin_dues(forces: Forces, due: NodeState, entering: NodeState, dues: NodeStates) -> None:
     """Set what is due to the result of a step."""
     last = dues.x.shape[0] - 1
     x, v = dues.x[last], dues.v[last]
@@ -189,7 +189,7 @@ def begin_dues(forces: Forces, due: State, entering: State, dues: States) -> Non
     hold(forces, v)
 
 
-def weigh_stage(i: int, row: int, steps: Steps, dues: States) -> None:
+def weigh_stage(i: int, row: int, steps: Steps, dues: NodeStates) -> None:
     """Set what is due to the acceleration of a stage, and nothing to its state so far."""
     table, h = steps.tableau, length_of(row, steps)
     x, v, a = dues.x[i], dues.v[i], dues.a[i]
@@ -203,7 +203,9 @@ def weigh_stage(i: int, row: int, steps: Steps, dues: States) -> None:
                 a[k] += of_x * x[k] + of_v * v[k]
 
 
-def leave_step(row: int, forces: Forces, steps: Steps, dues: States, due: State) -> None:
+def leave_step(
+    row: int, forces: Forces, steps: Steps, dues: NodeStates, due: NodeState
+) -> None:
     """Set what is due to the beginning of a step by all of its stages."""
     h = length_of(row, steps)
     for k in range(due.x.size):
@@ -230,11 +232,11 @@ def step_change(
     last: int,
     forces: Forces,
     steps: Steps,
-    trail: States,
-    stages: States,
+    trail: NodeStates,
+    stages: NodeStates,
     seeds: Seeds,
-    change: State,
-    moved: State,
+    change: NodeState,
+    moved: NodeState,
     known: Rows,
 ) -> None:
     """Carry many changes of the state over the steps from one row of a trail to a later one.
@@ -251,7 +253,7 @@ def step_change(
         find_stages(row, True, forces, steps, trail, stages)
         for i in range(1 if table.carries else 0, table.result):
             combine_stage(i, row, forces, steps, here, known, there)
-            then = State(there.x, there.v, known[i])
+            then = NodeState(there.x, there.v, known[i])
             push_forward(forces, state(i, stages), seeds, then)
         combine_stage(table.result, row, forces, steps, here, known, there)
         if table.carries:

@@ -22,7 +22,7 @@ from tissuec.lang.spacing import blank_between
 _STEP = "  "
 
 
-class Piece(NamedTuple):
+class PrintedPiece(NamedTuple):
     """Something to print: a token, a comment, or the rows of a table on one line."""
 
     kind: str  # type of the token, "COMMENT", "ROWS" or "SEMICOLON"
@@ -48,7 +48,7 @@ def format_source(source: Source) -> str:
 # --- pieces -----------------------------------------------------------------------------------
 
 
-def _token_pieces(layout: Layout) -> Iterator[Piece]:
+def _token_pieces(layout: Layout) -> Iterator[PrintedPiece]:
     """Yield the tokens; of separators only the semicolons."""
     begins = True
     for token in tokens(lark_parser(), layout.text, 0, len(layout.text)):
@@ -56,10 +56,10 @@ def _token_pieces(layout: Layout) -> Iterator[Piece]:
         if token.type == "_NL":
             for offset, sign in enumerate(token.value, start):
                 if sign == ";":
-                    yield Piece("SEMICOLON", ";", offset, offset + 1, begins=False)
+                    yield PrintedPiece("SEMICOLON", ";", offset, offset + 1, begins=False)
             begins = True
         else:
-            yield Piece(token.type, _spelling(token), start, end, begins)
+            yield PrintedPiece(token.type, _spelling(token), start, end, begins)
             begins = token.type in ("LBRACE", "RBRACE")
 
 
@@ -72,7 +72,7 @@ def _spelling(token: Token) -> str:
     return token.value
 
 
-def _row_pieces(layout: Layout) -> Iterator[Piece]:
+def _row_pieces(layout: Layout) -> Iterator[PrintedPiece]:
     """Yield the rows of tables, those of one line together."""
     for rows in layout.rows.values():
         start, places, lines = rows.start, list[int](), list[str]()
@@ -83,7 +83,7 @@ def _row_pieces(layout: Layout) -> Iterator[Piece]:
                 lines.append(kept)
             start += len(line) + 1
         for place, line, printed in zip(places, lines, _aligned(lines), strict=True):
-            yield Piece("ROWS", printed, place, place + len(line), begins=True)
+            yield PrintedPiece("ROWS", printed, place, place + len(line), begins=True)
 
 
 def _aligned(lines: list[str]) -> list[str]:
@@ -98,7 +98,7 @@ def _aligned(lines: list[str]) -> list[str]:
     return [" ".join(cell.rjust(widths[i]) for i, cell in enumerate(row)) for row in rows]
 
 
-def _needed(pieces: list[Piece], text: str) -> Iterator[Piece]:
+def _needed(pieces: list[PrintedPiece], text: str) -> Iterator[PrintedPiece]:
     """Yield all pieces but semicolons that separate nothing."""
     previous = None
     for piece, following in zip(pieces, [*pieces[1:], None], strict=True):
@@ -115,7 +115,9 @@ def _needed(pieces: list[Piece], text: str) -> Iterator[Piece]:
         previous = piece
 
 
-def _with_comments(pieces: Iterator[Piece], comments: tuple[Comment, ...]) -> Iterator[Piece]:
+def _with_comments(
+    pieces: Iterator[PrintedPiece], comments: tuple[Comment, ...]
+) -> Iterator[PrintedPiece]:
     """Yield pieces and comments; a comment begins a statement if what follows it does."""
     waiting = list(reversed(comments))
     for piece in pieces:
@@ -126,14 +128,14 @@ def _with_comments(pieces: Iterator[Piece], comments: tuple[Comment, ...]) -> It
         yield _comment_piece(waiting.pop(), begins=True)
 
 
-def _comment_piece(comment: Comment, *, begins: bool) -> Piece:
-    return Piece("COMMENT", comment.text, comment.span.start, comment.span.end, begins)
+def _comment_piece(comment: Comment, *, begins: bool) -> PrintedPiece:
+    return PrintedPiece("COMMENT", comment.text, comment.span.start, comment.span.end, begins)
 
 
 # --- printing ---------------------------------------------------------------------------------
 
 
-def _printed(pieces: Iterator[Piece], text: str) -> Iterator[str]:
+def _printed(pieces: Iterator[PrintedPiece], text: str) -> Iterator[str]:
     """Yield pieces with what stands before each."""
     depth = 0
     before = previous = None
@@ -152,7 +154,7 @@ def _printed(pieces: Iterator[Piece], text: str) -> Iterator[str]:
         before, previous = previous, piece
 
 
-def _indentation(piece: Piece, depth: int) -> str:
+def _indentation(piece: PrintedPiece, depth: int) -> str:
     """Return the blanks before the first piece of a line."""
     if piece.kind == "RBRACE":
         return _STEP * (depth - 1)

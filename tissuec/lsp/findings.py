@@ -13,7 +13,7 @@ from tissuec.compiler.checks import floppy, late_breaking, unstable, unstable_no
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.lsp.documents import Desk, Memory
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.topology import FloppyModes, floppy_modes
 from tissuec.pipeline import Request, check_request
 
@@ -61,7 +61,7 @@ def check(desk: Desk, path: Path, *, thorough: bool = True) -> Checked:
     return Checked((*warnings, *further), compiled, is_thorough=True)
 
 
-def _not_now(_: Situation) -> NoReturn:
+def _not_now(_: State) -> NoReturn:
     raise _NotCounted
 
 

@@ -420,7 +420,7 @@ def functions() -> Terms:
 
 @cache
 def profiles() -> Terms:
-    """Return the courses of motions and forces in time."""
+    """Return the profiles of motions and forces in time."""
     return plain(CHOICE, PROFILES, "A course in time.")
 
 

@@ -17,7 +17,7 @@ from tissuec.scene.declarations import Declared
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, load
 from tissuec.scene.model import Tissue
-from tissuec.scene.resolve import Words, resolve_words
+from tissuec.scene.resolve import ResolvedProgram, resolve_words
 from tissuec.scene.words import NamedScale
 
 
@@ -51,7 +51,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
     source: Source
     desk: Desk
     program: Program | None
-    words: Words | None
+    words: ResolvedProgram | None
     _phrases: dict[int, list[Phrase]] = field(default_factory=dict)
 
     @cached_property
@@ -207,7 +207,7 @@ def view_of(desk: Desk, path: Path) -> View | None:
     )
 
 
-def _words(program: Program | None) -> Words | None:
+def _words(program: Program | None) -> ResolvedProgram | None:
     """Return numbers, vocabulary and tissues of a program; None if it has two vocabularies."""
     if program is None:
         return None

@@ -33,7 +33,7 @@ from tissuec.matter.solid import Solid
 from tissuec.matter.traction import (
     BENT,
     POISSON,
-    Stiffness,
+    MeasuredStiffness,
     compliance,
     forces_of_bending,
     forces_of_stresses,
@@ -54,7 +54,7 @@ _TIMES = np.where(_ONE == _OTHER, 1.0, np.sqrt(2.0))  # how often each stands in
 
 def calibrated(
     position: Floats, ends: NDArray[np.int32], solid: Solid, fibres: Fibres | None = None
-) -> tuple[Floats, Stiffness]:
+) -> tuple[Floats, MeasuredStiffness]:
     """Return constants of springs per Young's modulus [m], and what even stresses find.
 
     Args:

@@ -27,7 +27,7 @@ class Floppy(ValueError):
     """Nothing resists one of the stresses."""
 
 
-class Stiffness(NamedTuple):
+class MeasuredStiffness(NamedTuple):
     """How stiff a net is, beside the body that it stands for.
 
     Attributes:
@@ -48,9 +48,9 @@ class Stiffness(NamedTuple):
         """Return the largest of all."""
         return float(max(self.tension.max(), self.shear.max()))
 
-    def times(self, factor: float) -> "Stiffness":
+    def times(self, factor: float) -> "MeasuredStiffness":
         """Return that of springs whose constants are multiplied."""
-        return Stiffness(factor * self.tension, factor * self.shear)
+        return MeasuredStiffness(factor * self.tension, factor * self.shear)
 
 
 def measured(
@@ -60,7 +60,7 @@ def measured(
     solid: Solid,
     poisson: float = POISSON,
     fibres: Fibres | None = None,
-) -> Stiffness:
+) -> MeasuredStiffness:
     """Return how stiff springs make a body whose Young's modulus should be 1 Pa.
 
     With fibres, that is its modulus without them, and each stiffness is compared with its own.
@@ -88,7 +88,7 @@ def measured(
         if not 0.0 < stored < _FLOPPY * asked:
             raise Floppy("nothing resists " + ("tension" if one == other else "shear"))
         found.append(asked / stored)
-    return Stiffness(np.array(found[:3]), np.array(found[3:]))
+    return MeasuredStiffness(np.array(found[:3]), np.array(found[3:]))
 
 
 def forces_of_stresses(solid: Solid) -> Floats:

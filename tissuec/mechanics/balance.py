@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class Bars(NamedTuple):
     position: Floats
 
 
-class Star(NamedTuple):
+class NodeSprings(NamedTuple):
     """Some of the free nodes with the springs that pull at them.
 
     Attributes:
@@ -62,10 +62,10 @@ class Star(NamedTuple):
 
 
 class Balance:
-    """The nodes of a situation that may move, and what acts on them now.
+    """The nodes of a state that may move, and what acts on them now.
 
     Args:
-        situation: Read once, now, with its held nodes where they belong.
+        state: Read once, now, with its held nodes where they belong.
         chosen: Which nodes may move, unless somebody holds them, shape (node,).
 
     Attributes:
@@ -79,31 +79,31 @@ class Balance:
         load: Weight and external force on each free node [N], shape (free, 3).
     """
 
-    def __init__(self, situation: Situation, chosen: NDArray[np.bool_]):
-        is_free = chosen & ~situation.held
+    def __init__(self, state: State, chosen: NDArray[np.bool_]):
+        is_free = chosen & ~state.held
         self.free: Indices = np.flatnonzero(is_free)
-        ends = situation.network.ends
-        resists = (situation.stiffness > 0.0) | (situation.network.law > 0)
-        acts = situation.alive & resists & is_free[ends].any(axis=1)
+        ends = state.network.ends
+        resists = (state.stiffness > 0.0) | (state.network.law > 0)
+        acts = state.alive & resists & is_free[ends].any(axis=1)
         self.outer_ends = ends[acts]
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
         self.ends = number[self.outer_ends]
         self._springs = np.flatnonzero(acts)
-        self._behaviour_of = situation.behaviour
-        self.behaviour = situation.behaviour(self._springs)
-        self.rest = rest_lengths(situation, situation.velocity, np.flatnonzero(acts))
-        self.mass = situation.mass[self.free]
-        self.load = applied_forces(situation)[self.free]
-        self._number, self._time = number, situation.time
-        self._fields = situation.fields
-        self._position = situation.position.copy()
+        self._behaviour_of = state.behaviour
+        self.behaviour = state.behaviour(self._springs)
+        self.rest = rest_lengths(state, state.velocity, np.flatnonzero(acts))
+        self.mass = state.mass[self.free]
+        self.load = applied_forces(state)[self.free]
+        self._number, self._time = number, state.time
+        self._fields = state.fields
+        self._position = state.position.copy()
         self._start = self._position[self.free]
-        self._jets = tuple(situation.jets.values())
+        self._jets = tuple(state.jets.values())
         self._blown = np.zeros_like(self._start)
 
     @property
     def start(self) -> Floats:
-        """Return where the free nodes are in the situation [m], shape (free, 3)."""
+        """Return where the free nodes are in the state [m], shape (free, 3)."""
         return self._start.copy()
 
     @property
@@ -147,16 +147,16 @@ class Balance:
             total += pressed[self.free]
         return total
 
-    def star(self, nodes: Indices) -> Star:
+    def star(self, nodes: Indices) -> NodeSprings:
         """Return some of the free nodes with the springs that pull at them."""
         row = np.full(len(self.free) + 1, -1)  # the last is that of ends that stay
         row[nodes] = np.arange(len(nodes))
         rows = row[self.ends]
         springs = np.flatnonzero((rows >= 0).any(axis=1))
         chosen = self._behaviour_of(self._springs[springs]).with_rest(self.rest[springs])
-        return Star(nodes, springs, rows[springs], chosen)
+        return NodeSprings(nodes, springs, rows[springs], chosen)
 
-    def force_on(self, star: Star, x: Floats) -> Floats:
+    def force_on(self, star: NodeSprings, x: Floats) -> Floats:
         """Return the sum of all forces on some nodes [N], shape (n, 3).
 
         Args:
@@ -188,7 +188,7 @@ class Balance:
     def energy(self, x: Floats, bars: Bars) -> tuple[float, float]:
         """Return the energy and what rounding may change in it [J].
 
-        The loads count from where the free nodes are in the situation.
+        The loads count from where the free nodes are in the state.
         """
         elastic = self.behaviour.energy(bars.length - self.rest)
         done = self.present_load * (x - self._start)

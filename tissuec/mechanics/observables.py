@@ -1,7 +1,7 @@
 """Lengths, tensions, forces and energies of a net, for logs, conditions and the energy table.
 
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
-that a whole batch of samples is one call. Parameters are those of a :class:`Situation`, whose
+that a whole batch of samples is one call. Parameters are those of a :class:`State`, whose
 rest lengths may have the leading axes of the states.
 """
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tissuec.core.vectors import dot, norm
 from tissuec.forces.branches import flat
 from tissuec.forces.springs import reach
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 
 TOGETHER = 1 << 18  # springs that are looked at at once: more need much memory, and take longer
@@ -45,20 +45,18 @@ def elongation(ends: NDArray[np.int32], position: Floats, rest: Floats) -> Float
 
 
 def tension(
-    situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
+    state: State, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
     """Return the tension of some springs, all of them by default [N], shape (…, spring)."""
-    parts = _in_parts(situation.network if springs is None else springs)
-    found = [situation.springs(part).pull(position, velocity).tension for part in parts]
+    parts = _in_parts(state.network if springs is None else springs)
+    found = [state.springs(part).pull(position, velocity).tension for part in parts]
     return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
 
-def rest_lengths(
-    situation: Situation, velocity: Floats, springs: Indices | None = None
-) -> Floats:
+def rest_lengths(state: State, velocity: Floats, springs: Indices | None = None) -> Floats:
     """Return L0 with what it flowed [m], shape (spring,) or, where any flows, (…, spring)."""
-    rest = situation.rest if springs is None else situation.rest[..., springs]
-    memory = situation.memory(springs)
+    rest = state.rest if springs is None else state.rest[..., springs]
+    memory = state.memory(springs)
     return rest if memory is None else rest + memory.flowed(flat(velocity))
 
 
@@ -75,7 +73,7 @@ class Forces(NamedTuple):
 
 
 def inner_forces(
-    situation: Situation, time: Floats | float, position: Floats, velocity: Floats
+    state: State, time: Floats | float, position: Floats, velocity: Floats
 ) -> Forces:
     """Return what springs, pressure and contact do.
 
@@ -83,20 +81,20 @@ def inner_forces(
         time: [s], shape (…).
         position, velocity: [m], [m/s], shape (…, node, 3).
     """
-    forces = _spring_forces(situation, position, velocity)
-    for acting in situation.fields:
+    forces = _spring_forces(state, position, velocity)
+    for acting in state.fields:
         acting.add_forces(time, position, velocity, forces.node)
     return forces
 
 
-def _spring_forces(situation: Situation, position: Floats, velocity: Floats) -> Forces:
+def _spring_forces(state: State, position: Floats, velocity: Floats) -> Forces:
     """Return what springs do, summed in their order: it does not depend on the batch."""
-    network, samples = situation.network, position.shape[:-2]
+    network, samples = state.network, position.shape[:-2]
     total = np.zeros((prod(samples), network.node_count, 3))
     tension = np.empty((*samples, network.spring_count))
     for part in _in_parts(network):
         springs = slice(None) if part is None else part
-        acting = situation.springs(part).pull(position, velocity)
+        acting = state.springs(part).pull(position, velocity)
         tension[..., springs] = acting.tension
         forces = acting.tension[..., None] * acting.direction
         first, second = network.ends[springs].T
@@ -119,25 +117,25 @@ def _in_parts(springs: Network | Indices) -> Iterator[Indices | None]:
         yield np.arange(start, stop) if isinstance(springs, Network) else springs[start:stop]
 
 
-def applied_forces(situation: Situation) -> Floats:
+def applied_forces(state: State) -> Floats:
     """Return weight and external forces on every node now, jets aside [N], shape (node, 3)."""
-    position = situation.position
+    position = state.position
     total, still = np.zeros_like(position), np.zeros_like(position)
-    for acting in situation.outer:
-        acting.add_forces(situation.time, position, still, total)
+    for acting in state.outer:
+        acting.add_forces(state.time, position, still, total)
     return total
 
 
 def force_on(
-    situation: Situation,
+    state: State,
     time: Floats | float,
     position: Floats,
     velocity: Floats,
     nodes: Indices,
 ) -> Floats:
     """Return the sum of the inner forces on some nodes together [N], shape (…, 3)."""
-    total = pull_on(situation, position, velocity, nodes)
-    for acting in situation.fields:
+    total = pull_on(state, position, velocity, nodes)
+    for acting in state.fields:
         pressed = np.zeros(position.shape)
         acting.add_forces(time, position, velocity, pressed)
         total += pressed[..., nodes, :].sum(axis=-2)
@@ -145,7 +143,7 @@ def force_on(
 
 
 def torque_on(
-    situation: Situation,
+    state: State,
     time: Floats | float,
     position: Floats,
     velocity: Floats,
@@ -157,13 +155,13 @@ def torque_on(
     Args:
         about: A point [m], shape (…, 3).
     """
-    springs, sign = _boundary(situation.network, np.asarray(nodes, dtype=np.int64).tobytes())
-    acting = situation.springs(springs).pull(position, velocity)
-    ends = situation.network.ends[springs]
+    springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
+    acting = state.springs(springs).pull(position, velocity)
+    ends = state.network.ends[springs]
     inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])
     force = (sign * acting.tension)[..., None] * acting.direction
     total = _torque(position[..., inside, :], force, about)
-    for field in situation.fields:
+    for field in state.fields:
         pressed = np.zeros(position.shape)
         field.add_forces(time, position, velocity, pressed)
         total += _torque(position[..., nodes, :], pressed[..., nodes, :], about)
@@ -174,14 +172,14 @@ def _torque(place: Floats, force: Floats, about: Floats) -> Floats:
     return np.cross(place - about[..., None, :], force).sum(axis=-2)
 
 
-def pull_on(situation: Situation, position: Floats, velocity: Floats, nodes: Indices) -> Floats:
+def pull_on(state: State, position: Floats, velocity: Floats, nodes: Indices) -> Floats:
     """Return the sum of the spring forces on some nodes together [N], shape (…, 3).
 
     Springs with both ends among the nodes cancel and are left out, so a log of a few nodes
     costs only the springs that join them to the rest.
     """
-    springs, sign = _boundary(situation.network, np.asarray(nodes, dtype=np.int64).tobytes())
-    acting = situation.springs(springs).pull(position, velocity)
+    springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
+    acting = state.springs(springs).pull(position, velocity)
     return np.einsum("...s,...sk->...k", sign * acting.tension, acting.direction)
 
 
@@ -198,24 +196,22 @@ def _boundary(network: Network, nodes: bytes) -> tuple[Indices, Floats]:
     return springs, np.where(first[springs], 1.0, -1.0)
 
 
-def kinetic_energy(
-    situation: Situation, velocity: Floats, nodes: Indices | None = None
-) -> Floats:
+def kinetic_energy(state: State, velocity: Floats, nodes: Indices | None = None) -> Floats:
     """Return Σ ½ m v² over the free nodes (among ``nodes``) [J], shape (…)."""
-    free = _free(situation, nodes)
+    free = _free(state, nodes)
     moving = velocity[..., free, :]
-    return 0.5 * _sum_each(situation.mass[free] * dot(moving, moving))
+    return 0.5 * _sum_each(state.mass[free] * dot(moving, moving))
 
 
 def elastic_energy(
-    situation: Situation, position: Floats, velocity: Floats, springs: Indices | None = None
+    state: State, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
     """Return what alive springs (among ``springs``) and their branches store [J], shape (…)."""
-    chosen = np.flatnonzero(situation.alive) if springs is None else springs
-    chosen = chosen[situation.alive[chosen]]
+    chosen = np.flatnonzero(state.alive) if springs is None else springs
+    chosen = chosen[state.alive[chosen]]
     total = np.zeros(position.shape[:-2])
     for part in _in_parts(chosen):
-        energy = situation.springs(part).energy(position, velocity)
+        energy = state.springs(part).energy(position, velocity)
         total = total + _sum_each(energy)
     return total
 
@@ -238,19 +234,19 @@ class Energies(NamedTuple):
 
 
 def energies(
-    situation: Situation, time: Floats | float, position: Floats, velocity: Floats
+    state: State, time: Floats | float, position: Floats, velocity: Floats
 ) -> Energies:
     """Return the energies of the free nodes, of alive springs, of pressure and contact."""
-    elastic = elastic_energy(situation, position, velocity)
-    for acting in situation.fields:
+    elastic = elastic_energy(state, position, velocity)
+    for acting in state.fields:
         elastic = elastic + acting.energy(time, position)
     weight = np.zeros(position.shape[:-2])
-    for acting in situation.outer:
+    for acting in state.outer:
         weight = weight + acting.energy(time, position)
-    return Energies(kinetic_energy(situation, velocity), elastic, weight)
+    return Energies(kinetic_energy(state, velocity), elastic, weight)
 
 
-def _free(situation: Situation, nodes: Indices | None) -> Indices:
+def _free(state: State, nodes: Indices | None) -> Indices:
     """Return the free nodes, or those among ``nodes``, shape (free,)."""
-    held = situation.held
+    held = state.held
     return np.flatnonzero(~held) if nodes is None else nodes[~held[nodes]]

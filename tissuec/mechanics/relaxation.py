@@ -25,7 +25,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import shortest_path
 
-from tissuec.mechanics.balance import Balance, Bars, Star
+from tissuec.mechanics.balance import Balance, Bars, NodeSprings
 from tissuec.model.network import Floats
 
 WIDER = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the rest length, where nearby slopes are none
@@ -99,7 +99,7 @@ class Layer(NamedTuple):
         weight: What resists each of them [N/m], shape (node,).
     """
 
-    star: Star
+    star: NodeSprings
     weight: Floats
 
 
@@ -123,7 +123,7 @@ class Layers:
         joined = np.ones(len(low), dtype=np.int8)
         shape = (self._count, self._count)
         self._graph = csr_matrix((joined, (low, high)), shape=shape)
-        self._known: dict[int, tuple[Floats, tuple[Star, ...]]] = {}
+        self._known: dict[int, tuple[Floats, tuple[NodeSprings, ...]]] = {}
         self._weight: dict[int, Floats] = {}
 
     def look(self, bars: Bars, reach: float) -> None:
@@ -166,7 +166,7 @@ class Layers:
                 waiting[star.nodes] = False
                 yield Layer(star, self._weight[first][star.nodes])
 
-    def _from(self, first: int) -> tuple[Floats, tuple[Star, ...]]:
+    def _from(self, first: int) -> tuple[Floats, tuple[NodeSprings, ...]]:
         """Return how many springs away each node is, and the nodes by that."""
         depth = shortest_path(self._graph, directed=False, unweighted=True, indices=first)
         last = int(depth[np.isfinite(depth)].max())

@@ -7,51 +7,49 @@ import numpy as np
 
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 
 LOOSE = 1e-10  # of the stiffest: a motion that resists less is said not to be held
 DENSE = 900  # unknowns up to which all of them are looked at at once: about 0.05 s
 AT_REST = 1e-3  # of the largest tension: a force that is none; of the energy: none in motion
 
 
-def rests_pressed(situation: Situation) -> bool:
+def rests_pressed(state: State) -> bool:
     """Return whether springs are pressed, forces balance, and hardly anything moves.
 
     False wherever there is contact, whose stiffness says little of what buckles.
 
     Args:
-        situation: With held nodes where they belong; not changed.
+        state: With held nodes where they belong; not changed.
     """
-    if situation.touching is not None:
+    if state.touching is not None:
         return False
-    free, memory = ~situation.held, situation.network.memory
-    still = np.zeros_like(situation.velocity)
-    still[memory] = situation.velocity[memory]  # what springs and friction remember
-    inner = observables.inner_forces(situation, situation.time, situation.position, still)
+    free, memory = ~state.held, state.network.memory
+    still = np.zeros_like(state.velocity)
+    still[memory] = state.velocity[memory]  # what springs and friction remember
+    inner = observables.inner_forces(state, state.time, state.position, still)
     largest = float(np.abs(inner.tension).max(initial=0.0))
     if inner.tension.min(initial=0.0) >= -AT_REST * largest:
         return False
-    force = inner.node + observables.applied_forces(situation)
-    energy = observables.energies(
-        situation, situation.time, situation.position, situation.velocity
-    )
+    force = inner.node + observables.applied_forces(state)
+    energy = observables.energies(state, state.time, state.position, state.velocity)
     left = float(np.linalg.norm(force[free], axis=1).max(initial=0.0))
     return left <= AT_REST * largest and bool(energy.kinetic <= AT_REST * energy.elastic)
 
 
-def is_stable(situation: Situation) -> bool:
+def is_stable(state: State) -> bool:
     """Return whether the equilibrium of a small net is surely stable.
 
     Its matrix K then has no eigenvalue below ``-LOOSE`` times the stiffest, which a Cholesky
     factor of K with that on its diagonal shows.
 
     Args:
-        situation: As for ``rests_pressed``.
+        state: As for ``rests_pressed``.
     """
-    size = 3 * int(np.count_nonzero(~situation.held))
-    if size > DENSE or situation.fields:
+    size = 3 * int(np.count_nonzero(~state.held))
+    if size > DENSE or state.fields:
         return False
-    balance = Balance(situation, np.ones(situation.network.node_count, dtype=bool))
+    balance = Balance(state, np.ones(state.network.node_count, dtype=bool))
     values, rows, columns = balance.entries(balance.bars(balance.start), exact=True)
     matrix = np.zeros((size, size))
     np.add.at(matrix, (rows, columns), values)

@@ -29,7 +29,7 @@ INDEPENDENT = 1e-6  # singular values below it, of twists in units of the piece,
 NEUTRAL = 1e-10  # variations of the work below it, relative to the load and the size, are none
 
 
-class Piece(Struct, frozen=True, eq=False):
+class RigidPiece(Struct, frozen=True, eq=False):
     """Free nodes that springs join, and the nodes that stay beside them.
 
     Attributes:
@@ -56,7 +56,7 @@ class Freedom(Struct, frozen=True, eq=False):
         motion: All of it, orthonormal in the masses [kg^-½], shape (3 n, motion).
     """
 
-    piece: Piece
+    piece: RigidPiece
     pivot: Floats | None
     axes: Floats
     motion: Floats
@@ -80,7 +80,7 @@ class Freedom(Struct, frozen=True, eq=False):
         return before + arm
 
 
-def pieces(balance: Balance, *, lone: bool = False) -> tuple[Piece, ...]:
+def pieces(balance: Balance, *, lone: bool = False) -> tuple[RigidPiece, ...]:
     """Return the pieces of the free nodes.
 
     Args:
@@ -97,7 +97,7 @@ def pieces(balance: Balance, *, lone: bool = False) -> tuple[Piece, ...]:
     order = np.argsort(labels, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
     return tuple(
-        Piece(nodes, np.unique(anchors[beside == labels[nodes[0]]]))
+        RigidPiece(nodes, np.unique(anchors[beside == labels[nodes[0]]]))
         for nodes in groups
         if joined[nodes[0]]
     )
@@ -221,7 +221,7 @@ def assembled(freedoms: tuple[Freedom, ...], count: int) -> csc_matrix:
 
 
 def _freedom(
-    piece: Piece, x: Floats, anchors: Floats, mass: Floats, load: Floats | None = None
+    piece: RigidPiece, x: Floats, anchors: Floats, mass: Floats, load: Floats | None = None
 ) -> Freedom:
     """Return how a piece can move as a whole at no cost, loads included if there are any."""
     twists = _neutral_twists(x, anchors, np.zeros_like(x) if load is None else load)

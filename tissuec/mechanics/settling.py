@@ -17,8 +17,8 @@ from tissuec.mechanics.newton import HALVINGS, NEAR, descend, greatest
 from tissuec.mechanics.relaxation import relax
 from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions
-from tissuec.mechanics.situation import Situation
-from tissuec.mechanics.stability import Mode, softest
+from tissuec.mechanics.stability import SoftestMotion, softest
+from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.network import Floats
 
@@ -51,41 +51,41 @@ BUCKLED = "the net buckled to one of several possible sides"
 UNKNOWN = Remark("the stability of this equilibrium could not be determined")
 
 
-def settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
+def settle(state: State, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
     """Put the chosen nodes that nobody holds at rest where the forces on them balance.
 
     Forces are as small then as rounding leaves them, or 1e-12 of the largest force.
 
     Args:
-        situation: Changed in place; held nodes must be where they belong.
+        state: Changed in place; held nodes must be where they belong.
         chosen: Which nodes may move, shape (node,).
 
     Raises:
-        Unsettled: The situation is as it was.
+        Unsettled: The state is as it was.
     """
-    balance = Balance(situation, chosen)
+    balance = Balance(state, chosen)
     if not len(balance.free):
         return ()
     refuse_falling(balance)
     x, remarks = _minimum(balance)
-    situation.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
-    situation.velocity[balance.free] = 0.0
-    situation.forget_friction(balance.free)
-    _let_relax(situation, balance)
+    state.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
+    state.velocity[balance.free] = 0.0
+    state.forget_friction(balance.free)
+    _let_relax(state, balance)
     return remarks
 
 
-def _let_relax(situation: Situation, balance: Balance) -> None:
+def _let_relax(state: State, balance: Balance) -> None:
     """Make the branches of springs at the free nodes give way, so that they no longer pull."""
-    if situation.inelastic is None:
+    if state.inelastic is None:
         return
-    moved = np.zeros(situation.network.node_count, dtype=bool)
+    moved = np.zeros(state.network.node_count, dtype=bool)
     moved[balance.free] = True
-    ends = situation.network.ends
-    rest = observables.rest_lengths(situation, situation.velocity)
-    e = observables.elongation(ends, situation.position, rest)
-    springs = np.flatnonzero(situation.alive & moved[ends].any(axis=1))
-    situation.inelastic.let_relax(situation.velocity, e, springs)
+    ends = state.network.ends
+    rest = observables.rest_lengths(state, state.velocity)
+    e = observables.elongation(ends, state.position, rest)
+    springs = np.flatnonzero(state.alive & moved[ends].any(axis=1))
+    state.inelastic.let_relax(state.velocity, e, springs)
 
 
 def _minimum(balance: Balance) -> tuple[Floats, tuple[Remark, ...]]:
@@ -150,7 +150,7 @@ def _equilibrium(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...
     raise Unsettled(text, int(balance.free[worst]))
 
 
-def _pushed_off(balance: Balance, x: Floats, mode: Mode) -> Floats:
+def _pushed_off(balance: Balance, x: Floats, mode: SoftestMotion) -> Floats:
     """Return a place beside an unstable equilibrium with less energy [m], shape (free, 3)."""
     bars = balance.bars(x)
     energy, _ = balance.energy(x, bars)

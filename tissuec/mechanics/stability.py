@@ -14,14 +14,14 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.mechanics.stiffness import Factor
 from tissuec.model.network import Floats
 
 LARGEST = 6000  # unknowns up to which a net at rest is looked at: about a second
 
 
-class Mode(Struct, frozen=True, eq=False):
+class SoftestMotion(Struct, frozen=True, eq=False):
     """The motion about an equilibrium that the net resists least.
 
     Attributes:
@@ -37,7 +37,7 @@ class Mode(Struct, frozen=True, eq=False):
         return int(balance.free[np.argmax((self.shape**2).sum(axis=1))])
 
 
-def softest(balance: Balance, x: Floats) -> Mode | None:
+def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
     """Return the softest motion at x [m], shape (free, 3), that is not neutral.
 
     None where there is none, or where it was not found.
@@ -65,18 +65,18 @@ def softest(balance: Balance, x: Floats) -> Mode | None:
     # A rule that says to which side the net buckles: the first that moves much, moves forwards.
     size = np.abs(shape.ravel())
     first = int(np.argmax(size > 0.9 * size.max()))
-    return Mode(value / top, shape * np.sign(shape.ravel()[first]))
+    return SoftestMotion(value / top, shape * np.sign(shape.ravel()[first]))
 
 
-def unstable_node(situation: Situation) -> int | None:
+def unstable_node(state: State) -> int | None:
     """Return the node that moves most as the net buckles; None where its rest is stable.
 
     None as well for nets of more than ``LARGEST`` unknowns, which are not looked at.
 
     Args:
-        situation: At rest, with held nodes where they belong; not changed.
+        state: At rest, with held nodes where they belong; not changed.
     """
-    balance = Balance(situation, np.ones(situation.network.node_count, dtype=bool))
+    balance = Balance(state, np.ones(state.network.node_count, dtype=bool))
     if not 0 < 3 * len(balance.free) <= LARGEST:
         return None
     balance.freeze(balance.bars(balance.start))

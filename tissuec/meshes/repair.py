@@ -16,7 +16,7 @@ from tissuec.core import units
 from tissuec.core.errors import counted
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.geometry.inside import depths
-from tissuec.meshes.formats import Cells, FormatError, RawMesh
+from tissuec.meshes.formats import FormatError, MeshCells, RawMesh
 from tissuec.model.topology import pieces
 
 #: Faces of the volume cells by corner; a face of three ends with its first corner again.
@@ -34,7 +34,7 @@ _CLOSE = 1e-6  # of the diagonal of the mesh: nodes that are no further apart ar
 _SHORTER = 1e-3
 
 
-class Shape(Struct, frozen=True, eq=False):
+class RepairedMesh(Struct, frozen=True, eq=False):
     """A repaired mesh.
 
     Attributes:
@@ -65,12 +65,12 @@ class _Draft(Struct):
     """A mesh on its way."""
 
     position: Floats
-    cells: list[Cells]
+    cells: list[MeshCells]
     groups: dict[str, Indices]
     remarks: list[str] = field(default_factory=list)
 
 
-def repair(raw: RawMesh, scale: float, *, close: float | None = None) -> Shape:
+def repair(raw: RawMesh, scale: float, *, close: float | None = None) -> RepairedMesh:
     """Return a shape from what a file says.
 
     Args:
@@ -93,7 +93,7 @@ def repair(raw: RawMesh, scale: float, *, close: float | None = None) -> Shape:
     if raw.polygons:
         draft.remarks.append(f"{counted(raw.polygons, 'face')} of five corners or more divided")
     skin, remarks = _faced(draft.position, triangles)
-    return Shape(
+    return RepairedMesh(
         draft.position,
         pairs,
         skin,
@@ -158,7 +158,7 @@ def _drop_unused(draft: _Draft, raw: RawMesh) -> None:
 def _renumber(draft: _Draft, position: Floats, number: Indices) -> None:
     """Give nodes new numbers; those of groups that have none (-1) leave them."""
     draft.position = position
-    draft.cells = [Cells(cells.kind, number[cells.nodes]) for cells in draft.cells]
+    draft.cells = [MeshCells(cells.kind, number[cells.nodes]) for cells in draft.cells]
     for name, nodes in draft.groups.items():
         nodes = nodes[(nodes >= 0) & (nodes < len(number))]
         draft.groups[name] = np.unique(number[nodes][number[nodes] >= 0])
@@ -219,7 +219,7 @@ def _check_folded(draft: _Draft) -> None:
         draft.remarks.append(
             f"{_many(number, cells.kind)} with two corners in one node left out"
         )
-        draft.cells[place] = Cells(cells.kind, cells.nodes[~folded])
+        draft.cells[place] = MeshCells(cells.kind, cells.nodes[~folded])
 
 
 def _take_apart(draft: _Draft) -> tuple[Indices, Indices, Indices, int]:

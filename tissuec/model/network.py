@@ -58,7 +58,7 @@ class Grid(NamedTuple):
     closed: bool  # whether the last column is followed by the first
 
 
-class Thread(Struct, frozen=True):
+class ThreadBody(Struct, frozen=True):
     """A body that is a thread.
 
     Attributes:
@@ -103,7 +103,7 @@ class BodyPart(Struct, frozen=True, eq=False):
     grid: Grid | None = None
     bending: int = 0
     cells: Callable[[], CellNodes] | None = None
-    thread: Thread | None = None
+    thread: ThreadBody | None = None
     tetrahedra: NDArray[np.int64] | None = None
 
 
@@ -323,7 +323,7 @@ class Network(Struct, frozen=True, eq=False):
         return self.stiffness + (0.0 if self.inelastic is None else self.inelastic.sudden)
 
     @property
-    def threads(self) -> dict[str, Thread]:
+    def threads(self) -> dict[str, ThreadBody]:
         """Return the bodies that are threads, by name."""
         return {body.name: body.thread for body in self.bodies if body.thread is not None}
 

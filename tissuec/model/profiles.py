@@ -1,6 +1,6 @@
 """Courses in time: the factor by which a load or a prescribed motion is switched on.
 
-A course is a plain record of numbers, so that kernels, the reference and the file can all hold
+A profile is a plain record of numbers, so that kernels, the reference and the file can all hold
 it; the value before ``start`` is that at ``start``, after ``stop`` that at ``stop``.
 """
 
@@ -16,14 +16,14 @@ Floats = NDArray[np.float64]
 CourseKind = Literal["constant", "ramp", "smooth", "sine", "table"]
 COURSE_KINDS: tuple[CourseKind, ...] = ("constant", "ramp", "smooth", "sine", "table")
 
-POWERS = 6  # coefficients of the quintic, the highest polynomial among the courses
+POWERS = 6  # coefficients of the quintic, the highest polynomial among the profiles
 
 
 def _empty() -> Floats:
     return np.zeros(0)
 
 
-class Course(Struct, frozen=True, eq=False):
+class TimeProfile(Struct, frozen=True, eq=False):
     """A scalar function of time.
 
     With p = (t - start) / (stop - start), clipped to 0…1:
@@ -33,7 +33,7 @@ class Course(Struct, frozen=True, eq=False):
     ``start + times`` with the given ``slopes``.
 
     Attributes:
-        start: Time at which the course begins [s].
+        start: Time at which the profile begins [s].
         stop: Time at which it ends [s]; may be infinite for constant and sine.
         frequency: Of the sine [Hz].
         times: Knots of the table after the start [s], shape (knot,), ascending from 0.
@@ -122,8 +122,8 @@ class Course(Struct, frozen=True, eq=False):
         power[3] = (2.0 * (a - b) / h + ma + mb) / (h * h)
         return self.start + times[i], power, 0.0
 
-    def begin(self, at: float, *, until: float = np.inf) -> "Course":
-        """Return this course, written to begin at 0 s, as it is when it begins ``at`` a time.
+    def begin(self, at: float, *, until: float = np.inf) -> "TimeProfile":
+        """Return this profile, written to begin at 0 s, as it is when it begins ``at`` a time.
 
         Args:
             at: Where it begins [s].
@@ -139,9 +139,9 @@ class Course(Struct, frozen=True, eq=False):
         return np.unique(np.concatenate([ends, inner[inner <= self.stop]]))
 
 
-def tabulated(courses: Sequence[Course], start: float, until: float) -> dict[str, Floats]:
-    """Return the curves of courses in a stretch of time, as ``Acts`` has them in arrays."""
-    curves = [course.curve(start, until) for course in courses]
+def tabulated(profiles: Sequence[TimeProfile], start: float, until: float) -> dict[str, Floats]:
+    """Return the curves of profiles in a stretch of time, as ``Acts`` has them in arrays."""
+    curves = [profile.curve(start, until) for profile in profiles]
     angular = np.array([angular for _, _, angular in curves], dtype=float)
     return {
         "origin": np.array([origin for origin, _, _ in curves], dtype=float),

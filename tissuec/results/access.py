@@ -16,7 +16,7 @@ import numpy as np
 from h5py import h5d
 from numpy.typing import NDArray
 
-from tissuec.results.checksums import SUMS, Sum, crc_of, sums_of_text
+from tissuec.results.checksums import SUMS, DatasetSum, crc_of, sums_of_text
 from tissuec.results.errors import ResultError
 from tissuec.results.finite import all_numbers
 
@@ -38,7 +38,7 @@ class Group:
         sums: What the file says of its datasets, by their paths.
     """
 
-    def __init__(self, group: h5py.Group, name: str, sums: Mapping[str, Sum]):
+    def __init__(self, group: h5py.Group, name: str, sums: Mapping[str, DatasetSum]):
         self.raw, self.file, self.sums = group, name, sums
 
     def __contains__(self, path: str) -> bool:
@@ -74,7 +74,7 @@ class Dataset:
         path: Where it stands in the file.
     """
 
-    def __init__(self, dataset: h5py.Dataset, path: str, file: str, known: Sum | None):
+    def __init__(self, dataset: h5py.Dataset, path: str, file: str, known: DatasetSum | None):
         self.raw, self.path, self.file, self._known = dataset, path, file, known
         self.dtype, self.shape = dataset.dtype, dataset.shape
 
@@ -128,7 +128,7 @@ def _opened(file: Group, path: str) -> h5d.DatasetID:
         return dataset(file, path).raw.id
 
 
-def read_sums(file: h5py.File, name: str) -> dict[str, Sum]:
+def read_sums(file: h5py.File, name: str) -> dict[str, DatasetSum]:
     """Return what a file says of its datasets."""
     found = dataset(Group(file, name, {}), SUMS)
     with reading(name, SUMS):

@@ -16,7 +16,7 @@ from tissuec.model.network import (
     JointPart,
     MemoryPart,
     Network,
-    Thread,
+    ThreadBody,
     ToolPart,
     ToolShape,
 )
@@ -101,7 +101,7 @@ def _write_threads(store: Store, network: Network) -> None:
     """Write which bodies are threads, if any are."""
     if not network.threads:
         return
-    none = Thread(slice(0, 0), 0, 0, 0.0, closed=False)
+    none = ThreadBody(slice(0, 0), 0, 0, 0.0, closed=False)
     threads = [body.thread or none for body in network.bodies]
     rows = [(*_range(one.pieces), one.hold, one.slip, one.closed) for one in threads]
     text = (
@@ -188,14 +188,16 @@ def _read_joints(file: Group, span: Span) -> tuple[JointPart, ...]:
     )
 
 
-def _read_threads(bodies: Group, count: int) -> list[Thread | None]:
+def _read_threads(bodies: Group, count: int) -> list[ThreadBody | None]:
     """Return which bodies are threads."""
     if "thread" not in bodies:
         return [None] * count
     rows = access.array(bodies, "thread").tolist()
     radii = access.array(bodies, "thread_radius").tolist()
     return [
-        Thread(slice(first, stop), hold, slip, radius, bool(closed)) if stop > first else None
+        ThreadBody(slice(first, stop), hold, slip, radius, bool(closed))
+        if stop > first
+        else None
         for (first, stop, hold, slip, closed), radius in zip(rows, radii, strict=True)
     ]
 

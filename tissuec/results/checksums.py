@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 SUMS = "/tissuec/checksums"
 
 
-class Sum(NamedTuple):
+class DatasetSum(NamedTuple):
     """What is known of a dataset.
 
     Attributes:
@@ -39,18 +39,18 @@ def crc_of(data: NDArray, former: int = 0) -> int:
     return former
 
 
-def sums_as_text(sums: Mapping[str, Sum]) -> str:
+def sums_as_text(sums: Mapping[str, DatasetSum]) -> str:
     """Return the table as text that begins with its own CRC-32."""
     text = json.dumps(sums)
     return f"{zlib.crc32(text.encode()):08x} {text}"
 
 
-def sums_of_text(text: str) -> dict[str, Sum]:
+def sums_of_text(text: str) -> dict[str, DatasetSum]:
     """Return the table; ValueError if the text is not as it was written."""
     crc, _, table = text.partition(" ")
     if f"{zlib.crc32(table.encode()):08x}" != crc:
         raise ValueError("the table of checksums is not as it was written")
     return {
-        path: Sum(kind, tuple(shape), crc)
+        path: DatasetSum(kind, tuple(shape), crc)
         for path, (kind, shape, crc) in json.loads(table).items()
     }

@@ -13,7 +13,7 @@ from tissuec.core.errors import alternatives
 from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
 from tissuec.results.logs import Log
-from tissuec.results.shapes import Shape, cannot_write, write_obj, write_vtu
+from tissuec.results.shapes import ExportedShape, cannot_write, write_obj, write_vtu
 from tissuec.results.store import LIBVER
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
@@ -100,7 +100,7 @@ def export_obj(trajectory: Trajectory, frame: int, path: Path) -> None:
     write_obj(frame_shape(trajectory, frame), path)
 
 
-def frame_shape(trajectory: Trajectory, frame: int) -> Shape:
+def frame_shape(trajectory: Trajectory, frame: int) -> ExportedShape:
     """Return the net in one frame; IndexError if there is no such frame."""
     cells = trajectory.cells(frame)
     tension, rows = trajectory.spring_force(frame)
@@ -113,19 +113,19 @@ def frame_shape(trajectory: Trajectory, frame: int) -> Shape:
         "force": trajectory.force[frame],
         "node_id": trajectory.node_ids,
     }
-    return Shape(
+    return ExportedShape(
         trajectory.path.name, trajectory.times[frame], trajectory.position[frame],
         cells.vertices, cells.lines, cells.triangles,
         points, {"spring_force": numbers, "spring_id": identities},
     )  # fmt: skip
 
 
-def surface_shape(series: SurfaceSeries, frame: int) -> Shape:
+def surface_shape(series: SurfaceSeries, frame: int) -> ExportedShape:
     """Return a smooth surface in one frame; IndexError if there is no such frame."""
     none = np.zeros((0, 1), dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
     title = f"surface of {series.name}"
     place, triangles = series.position(frame), series.triangles(frame)
-    return Shape(title, series.times[frame], place, *none, triangles, {}, {})
+    return ExportedShape(title, series.times[frame], place, *none, triangles, {}, {})
 
 
 def export_surface(series: SurfaceSeries, path: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.geometry.edge_supports import Edges
+from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.model.network import Indices, Network
 
 
@@ -58,7 +58,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
     springs: NDArray[np.integer]
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
-    edges: Edges
+    edges: SupportedEdges
 
     @classmethod
     def of(
@@ -82,7 +82,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         shown = (row[network.skin] >= 0).all(axis=1)
         skin = network.skin[shown].reshape(-1, 3)
         sides = np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1)
-        edges = Edges.of(network.ends, sides)
+        edges = SupportedEdges.of(network.ends, sides)
         return cls(nodes, springs, lines, row[skin], edges)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:

@@ -7,7 +7,7 @@ from tissuec.model.network import Indices
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.mesh import Cells
-from tissuec.results.store import CHUNK, FEW, LARGE, Column, Store
+from tissuec.results.store import CHUNK, FEW, LARGE, GrowingDataset, Store
 
 ROOT = "/VTKHDF"
 KINDS = ("Vertices", "Lines", "Polygons", "Strips")
@@ -60,7 +60,7 @@ class CellTables:
 
     def add(self, points: int, *tables: NDArray) -> None:
         """Append a part; a table has the points of the cells of one of `KINDS` as rows."""
-        rows: dict[Column, ArrayLike] = {self._points: [points]}
+        rows: dict[GrowingDataset, ArrayLike] = {self._points: [points]}
         for columns, table in zip(self._cells.values(), tables, strict=True):
             rows[columns["NumberOfCells"]] = [len(table)]
             rows[columns["NumberOfConnectivityIds"]] = [table.size]

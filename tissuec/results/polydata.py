@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from tissuec.model.network import Floats, Network
 from tissuec.results.mesh import Cells, RecordedMesh
 from tissuec.results.parts import ROOT, Parts
-from tissuec.results.store import Column, Store
+from tissuec.results.store import GrowingDataset, Store
 
 POINT_FRAMES = {
     "velocity": ("m/s", "velocity of each node"),
@@ -63,7 +63,7 @@ class PolyDataFrames:
         return float(values[-1]) if len(values) else -np.inf
 
     def _frame_columns(self, nodes: int, cells: int) -> None:
-        def points(name: str, unit: str, text: str) -> Column:
+        def points(name: str, unit: str, text: str) -> GrowingDataset:
             chunk = min(nodes * self.batch, FRAME_ROWS)
             return self._store.column(
                 f"/VTKHDF/{name}",
@@ -92,7 +92,7 @@ class PolyDataFrames:
             in_parts=True,
         )
 
-    def _step_columns(self) -> dict[str, Column]:
+    def _step_columns(self) -> dict[str, GrowingDataset]:
         steps = step_columns(self._store, ROOT)
         data = [("Point", name) for name in (*POINT_FRAMES, "node_id")]
         data += [("Cell", name) for name in ("spring_force", "spring_id")]
@@ -119,7 +119,7 @@ class PolyDataFrames:
         numbers = np.full((len(time), cells.total), np.nan, dtype=self.kind)
         numbers[:, cells.line_rows] = tension
         steps = {"Values": time, **self._offsets(cells.total, len(time))}
-        rows: dict[Column, ArrayLike] = {
+        rows: dict[GrowingDataset, ArrayLike] = {
             self._steps[name]: data for name, data in steps.items()
         }
         rows |= {self._vectors[name]: data.reshape(-1, 3) for name, data in vectors.items()}
@@ -148,7 +148,7 @@ class PolyDataFrames:
         self._store.label(f"{ROOT}/Steps", NSteps=self.count)
 
 
-def step_columns(store: Store, root: str) -> dict[str, Column]:
+def step_columns(store: Store, root: str) -> dict[str, GrowingDataset]:
     """Return the times of the frames of a PolyData group, and where each begins."""
     column = store.column
     steps = {"Values": column(f"{root}/Steps/Values", "f8", "time of each frame", unit="s")}

@@ -101,7 +101,7 @@ class Event(Struct, frozen=True):
     place: str
 
 
-class Judged(Struct, frozen=True):
+class ExpectationResult(Struct, frozen=True):
     """What became of an expectation.
 
     Attributes:

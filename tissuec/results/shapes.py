@@ -15,7 +15,7 @@ from tissuec.results.errors import ResultError
 _VTK_TYPES = {"float32": "Float32", "float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
 
-class Shape(Struct, frozen=True, eq=False):
+class ExportedShape(Struct, frozen=True, eq=False):
     """What is drawn at one moment.
 
     Attributes:
@@ -36,7 +36,7 @@ class Shape(Struct, frozen=True, eq=False):
     cell_data: Mapping[str, NDArray]
 
 
-def write_vtu(shape: Shape, path: Path) -> None:
+def write_vtu(shape: ExportedShape, path: Path) -> None:
     """Write a VTK unstructured grid (XML); ResultError if the file cannot be written."""
     tables = {1: shape.vertices, 3: shape.lines, 5: shape.triangles}  # VTK's numbers of kinds
     sizes = np.concatenate(
@@ -64,7 +64,7 @@ def write_vtu(shape: Shape, path: Path) -> None:
     _write(path, "".join([*lines, "</UnstructuredGrid>\n</VTKFile>\n"]).encode())
 
 
-def write_obj(shape: Shape, path: Path) -> None:
+def write_obj(shape: ExportedShape, path: Path) -> None:
     """Write Wavefront OBJ (text); ResultError if the file cannot be written."""
     parts = {"p": shape.vertices, "l": shape.lines, "f": shape.triangles}
     lines = [f"# {shape.title}, {float(shape.time)!r} s, in metres\n"]
@@ -74,7 +74,7 @@ def write_obj(shape: Shape, path: Path) -> None:
     _write(path, "".join(lines).encode())
 
 
-def write_ply(shape: Shape, path: Path) -> None:
+def write_ply(shape: ExportedShape, path: Path) -> None:
     """Write PLY (binary): points, lines as edges; ResultError if that is impossible."""
     number = "float" if shape.points.dtype == np.float32 else "double"
     head = [

@@ -12,7 +12,7 @@ from h5py import h5a, h5s, h5t
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.results import access
-from tissuec.results.checksums import SUMS, Sum, crc_of, sums_as_text
+from tissuec.results.checksums import SUMS, DatasetSum, crc_of, sums_as_text
 from tissuec.results.errors import ResultError
 from tissuec.results.journal import JournaledFile
 
@@ -30,7 +30,7 @@ CHUNK = 256  # rows that are allocated at once
 FEW = 32  # the same where most files have few rows
 
 
-class Column:
+class GrowingDataset:
     """A dataset that grows along its first axis; rows wait in memory until the next commit.
 
     Args:
@@ -83,9 +83,9 @@ class Store:
 
     def __init__(self, path: Path, mode: Literal["create", "update"]):
         self.path = path
-        self.columns: dict[str, Column] = {}
+        self.columns: dict[str, GrowingDataset] = {}
         self.waiting = 0  # [byte]
-        self._sums: dict[str, Sum] = {}
+        self._sums: dict[str, DatasetSum] = {}
         self._open(mode)
 
     def _open(self, mode: Literal["create", "update"]) -> None:
@@ -140,7 +140,7 @@ class Store:
         crc = self._sums[path].crc
         crc = None if crc is None else crc_of(access.array(self.content, path)[:rows])
         dataset.resize(rows, axis=0)
-        self._sums[path] = Sum(str(dataset.dtype), dataset.shape, crc)
+        self._sums[path] = DatasetSum(str(dataset.dtype), dataset.shape, crc)
 
     def _growing(self, path: str) -> h5py.Dataset:
         """Return a dataset that can grow; ResultError if another one has its place."""
@@ -174,7 +174,7 @@ class Store:
         chunk: int = CHUNK,
         compress: bool = False,
         in_parts: bool = False,
-    ) -> Column:
+    ) -> GrowingDataset:
         """Return the column at ``path``; made if need be, with rows of shape ``row``.
 
         Args:
@@ -197,7 +197,7 @@ class Store:
             )
         found = self._sums.get(path)
         crc = found.crc if found else None if in_parts else 0
-        column = self.columns[path] = Column(dataset, crc)
+        column = self.columns[path] = GrowingDataset(dataset, crc)
         return column
 
     def array(
@@ -219,7 +219,7 @@ class Store:
         """
         data = _fixed_text(value) if isinstance(value, str) else np.asarray(value)
         former = self.file.get(path) if path in self else None
-        self._sums[path] = Sum(str(data.dtype), data.shape, crc_of(data))
+        self._sums[path] = DatasetSum(str(data.dtype), data.shape, crc_of(data))
         kind = data.shape, data.dtype
         if isinstance(former, h5py.Dataset) and (former.shape, former.dtype) == kind:
             former[()] = data
@@ -233,9 +233,9 @@ class Store:
         """Write a list of texts."""
         size = (len(texts),)
         self._make(path, "", description, data=list(texts), dtype=TEXT, shape=size)
-        self._sums[path] = Sum("object", size, crc_of(np.array(texts, dtype=object)))
+        self._sums[path] = DatasetSum("object", size, crc_of(np.array(texts, dtype=object)))
 
-    def append(self, rows: Mapping[Column, ArrayLike]) -> None:
+    def append(self, rows: Mapping[GrowingDataset, ArrayLike]) -> None:
         """Add rows to columns: to all of them or, if one does not fit, to none."""
         converted = {column: column.convert(values) for column, values in rows.items()}
         for column, data in converted.items():
@@ -271,7 +271,7 @@ class Store:
         """Write what there is to know of all datasets."""
         for path, column in self.columns.items():
             kind = str(column.dataset.dtype)
-            self._sums[path] = Sum(kind, column.dataset.shape, column.crc)
+            self._sums[path] = DatasetSum(kind, column.dataset.shape, column.crc)
         self.array(SUMS, sums_as_text(self._sums), "kind, shape and CRC-32 of all datasets")
         del self._sums[SUMS]
 

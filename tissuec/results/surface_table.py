@@ -21,7 +21,7 @@ from tissuec.results.finite import check_finite, check_shape, check_times
 from tissuec.results.parts import CellTables, read_table
 from tissuec.results.polydata import step_columns, write_head
 from tissuec.results.recording import SurfaceChannel
-from tissuec.results.store import Column, Store, member_name
+from tissuec.results.store import GrowingDataset, Store, member_name
 
 SURFACE_ROOT = "/tissuec/surfaces"
 _MOST_AT_ONCE = 1 << 17  # points: 3 MB of positions
@@ -115,7 +115,9 @@ class SurfaceTable:
         self._draw(refinement)
         points = refinement.at(nodes)
         steps = self._offsets(*points.shape[:2]) | {"Values": times}
-        rows: dict[Column, ArrayLike] = {self._columns[name]: steps[name] for name in steps}
+        rows: dict[GrowingDataset, ArrayLike] = {
+            self._columns[name]: steps[name] for name in steps
+        }
         self._store.append(rows | {self._points: points.reshape(-1, 3)})
         self._last_time = float(times[-1])
 

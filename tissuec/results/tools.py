@@ -18,7 +18,7 @@ HOLDS = "/tissuec/holds"
 TOOL_CHUNK = 1024
 
 
-class Hold(Struct, frozen=True, eq=False):
+class HoldInterval(Struct, frozen=True, eq=False):
     """Who holds which nodes from a time on, until the next of the same holder.
 
     Attributes:
@@ -88,9 +88,9 @@ class HoldTable:
             nodes = nodes[nodes < self._bodies]  # tools carry themselves
             if not np.array_equal(nodes, self._held.get(holder, none)):
                 self._held[holder] = nodes
-                self._append(Hold(time, holder, nodes))
+                self._append(HoldInterval(time, holder, nodes))
 
-    def _append(self, hold: Hold) -> None:
+    def _append(self, hold: HoldInterval) -> None:
         self._store.append(
             {
                 self._time: [hold.time],
@@ -102,14 +102,14 @@ class HoldTable:
         )
 
 
-def read_holds(file: Group) -> tuple[Hold, ...]:
+def read_holds(file: Group) -> tuple[HoldInterval, ...]:
     """Return who held what since when, in order."""
     group = access.group(file, HOLDS)
     nodes = access.array(group, "nodes")
     names = ("time", "first_node", "node_count")
     numbers = [access.array(group, name).tolist() for name in names]
     return tuple(
-        Hold(time, holder, nodes[first : first + count])
+        HoldInterval(time, holder, nodes[first : first + count])
         for time, first, count, holder in zip(
             *numbers, access.texts(group, "holder"), strict=True
         )

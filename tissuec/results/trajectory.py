@@ -28,10 +28,10 @@ from tissuec.results.names import members
 from tissuec.results.origins import read_origins
 from tissuec.results.parts import read_cells
 from tissuec.results.promise import Promise
-from tissuec.results.recording import Event, Judged, NamedGroup
+from tissuec.results.recording import Event, ExpectationResult, NamedGroup
 from tissuec.results.surface_series import Surfaces
 from tissuec.results.tables import COMPANION_PATH, ENERGY_PATH, ERROR_PATH, read_events
-from tissuec.results.tools import TOOL_FRAMES, Hold, read_holds
+from tissuec.results.tools import TOOL_FRAMES, HoldInterval, read_holds
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports]
@@ -136,7 +136,7 @@ class Trajectory:
         return Frames(rows, self._frame_count, nodes)
 
     @cached_property
-    def holds(self) -> tuple[Hold, ...]:
+    def holds(self) -> tuple[HoldInterval, ...]:
         """Who held which nodes since when, in order."""
         return read_holds(self._file)
 
@@ -340,11 +340,11 @@ class Trajectory:
         return self.manifest.get("scene", self.path.name)
 
     @cached_property
-    def expectations(self) -> tuple[Judged, ...]:
+    def expectations(self) -> tuple[ExpectationResult, ...]:
         """What became of each ``expect`` of the scene; nothing before the run has ended."""
-        names = Judged.__struct_fields__
+        names = ExpectationResult.__struct_fields__
         rows = self.manifest.get("expectations", ())
-        return tuple(Judged(*(row[name] for name in names)) for row in rows)
+        return tuple(ExpectationResult(*(row[name] for name in names)) for row in rows)
 
     @property
     def outcome(self) -> str:

@@ -18,9 +18,9 @@ from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import (
+    AssignedQuantity,
     Bending,
     Body,
-    Given,
     Region,
     SpringPart,
     Tables,
@@ -383,10 +383,12 @@ class _BodyReader:
         made_of = self._made_of(block, "a region")
         return Region(name.text, block.clauses[0].value, *made_of, block.head)
 
-    def _made_of(self, block: s.Block, what: str) -> tuple[Tissue | None, Given | None]:
+    def _made_of(
+        self, block: s.Block, what: str
+    ) -> tuple[Tissue | None, AssignedQuantity | None]:
         """Return the tissue and the prestress of a part of the body."""
         tissue: Tissue | None = None
-        prestress: Given | None = None
+        prestress: AssignedQuantity | None = None
         for item in block.items:
             with self.findings.item():  # a part is there whatever it is made of
                 if (

@@ -16,7 +16,7 @@ from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Given, Known
+from tissuec.scene.model import AssignedQuantity, KnownQuantity
 from tissuec.scene.quantities import KNOWABLE, OF_MATTER, POISSONS_RATIO, QUANTITIES, Quantity
 from tissuec.scene.written_numbers import limits_of
 
@@ -30,7 +30,7 @@ def is_evidence(name: s.Name) -> bool:
     return name.words.lower().split(" ")[0] == KNOWN
 
 
-def read_known(item: s.Sentence | s.Assign, scope: Scope) -> Known:
+def read_known(item: s.Sentence | s.Assign, scope: Scope) -> KnownQuantity:
     """Return the evidence that an entry is, or reject the item."""
     quantity = _quantity(item.name, scope)
     forms = ["from", "to"] if isinstance(item, s.Sentence) else []
@@ -58,7 +58,7 @@ def read_known(item: s.Sentence | s.Assign, scope: Scope) -> Known:
             hint=Hint(f'write "{backwards}"', Edit(backwards)) if stated[0] > stated[1]
             else f'write "known {quantity.name} = …" for a single number',
         )  # fmt: skip
-    return Known(quantity, stated, source, is_verified, item.span)
+    return KnownQuantity(quantity, stated, source, is_verified, item.span)
 
 
 def _is_plain(item: s.Sentence | s.Assign) -> bool:
@@ -107,14 +107,16 @@ def _example(quantity: Quantity) -> str:
     return f"{KNOWN} {quantity.name} from {low} to {high} {_SOURCE}"
 
 
-def refuse_contradiction(known: Known, others: Iterable[Known], findings: Findings) -> None:
+def refuse_contradiction(
+    known: KnownQuantity, others: Iterable[KnownQuantity], findings: Findings
+) -> None:
     """Reject evidence that has no number in common with other evidence on the quantity."""
     for other in others:
         if known.high < other.low or other.high < known.low:
             _contradiction(known, other, findings)
 
 
-def _contradiction(known: Known, other: Known, findings: Findings) -> NoReturn:
+def _contradiction(known: KnownQuantity, other: KnownQuantity, findings: Findings) -> NoReturn:
     findings.reject(
         "TIS207",
         f"the evidence on {known.quantity.name} contradicts itself: {known.shown}, and "
@@ -126,7 +128,10 @@ def _contradiction(known: Known, other: Known, findings: Findings) -> NoReturn:
 
 
 def warn_of_contradictions(
-    known: Iterable[Known], given: Mapping[str, Given], head: Span, findings: Findings
+    known: Iterable[KnownQuantity],
+    given: Mapping[str, AssignedQuantity],
+    head: Span,
+    findings: Findings,
 ) -> None:
     """W208: a number of a tissue, written or concluded, lies outside of what is known.
 

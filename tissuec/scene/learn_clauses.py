@@ -11,7 +11,7 @@ from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope
 from tissuec.scene.learn_entries import SENTENCES
 from tissuec.scene.values import unit_vector
-from tissuec.script.fit_problem import Column
+from tissuec.script.fit_problem import DataColumn
 
 COLUMN, COLUMNS = "column", "columns"
 
@@ -113,7 +113,7 @@ class Clauses:
 
     def columns(
         self, names: Sequence[s.Name], dimension: Dimension, *, what: str
-    ) -> tuple[Column, ...]:
+    ) -> tuple[DataColumn, ...]:
         """Return the columns that were named, with the unit behind ``in``.
 
         Args:
@@ -137,7 +137,7 @@ class Clauses:
                 self.findings.reject("TIS307", f'column "{text}" is named twice', name.span)
         # What comes before x, y and z is the number of a node.
         units = [1.0 if len(texts) == 4 and place == 0 else unit for place in range(len(texts))]
-        return tuple(Column(*one, name.span) for one in zip(texts, units, strict=True))
+        return tuple(DataColumn(*one, name.span) for one in zip(texts, units, strict=True))
 
     def _unit(self, dimension: Dimension, what: str) -> float:
         """Return what one of the unit behind ``in`` is in SI units."""

@@ -14,7 +14,7 @@ FIT, AGAINST, ADJUST = "fit", "against column", "adjust"
 AXES = ("time", "displacement")
 
 
-class WrittenLesson(Struct, frozen=True):
+class WrittenFitProblem(Struct, frozen=True):
     """A learn block whose sentences about nodes and springs are still to be read.
 
     Attributes:

@@ -14,19 +14,19 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_data import DataReader
 from tissuec.scene.learn_entries import SENTENCES, LearnSettings, learn_schema
-from tissuec.scene.learn_model import ADJUST, AXES, FIT, WrittenLesson
+from tissuec.scene.learn_model import ADJUST, AXES, FIT, WrittenFitProblem
 from tissuec.scene.parameters import Constants
 from tissuec.scene.vocabulary import Vocabulary
 
 MOST_FORMS = 2  # of a sentence, in a hint
 
 
-def read_lessons(
+def read_learn_blocks(
     declarations: Declarations,
     constants: Constants,
     vocabulary: Vocabulary,
     sources: Sequence[Source],
-) -> dict[str, WrittenLesson]:
+) -> dict[str, WrittenFitProblem]:
     """Return every learn block by lower-case name; each mistake rejects one entry only.
 
     Args:
@@ -34,7 +34,7 @@ def read_lessons(
     """
     return declarations.read_each(
         "learn",
-        lambda d: LessonReader(d, declarations, constants, vocabulary, sources).read(),
+        lambda d: LearnBlockReader(d, declarations, constants, vocabulary, sources).read(),
         constants.findings,
     )
 
@@ -50,7 +50,7 @@ def refuse_without_scene(declarations: Declarations, findings: Findings) -> None
         )
 
 
-class LessonReader:
+class LearnBlockReader:
     """Reads one learn block."""
 
     def __init__(
@@ -76,7 +76,7 @@ class LessonReader:
         self.last_part = 0.0
         self.write: Path | None = None
 
-    def read(self) -> WrittenLesson:
+    def read(self) -> WrittenFitProblem:
         """Return the block, as far as it is right."""
         failures = self.findings.failures
         previous: s.Item | None = None
@@ -87,7 +87,7 @@ class LessonReader:
         if self.findings.failures == failures:  # else what is missing may be what is wrong
             self._expect_all()
         data = self.data.all(self.last_part)
-        return WrittenLesson(
+        return WrittenFitProblem(
             self.name, data, self.data.names, self.axis, tuple(self.fits), tuple(self.adjusts),
             self.last_part, tuple(self.revise), LearnSettings(**self.values), self.write,  # type: ignore[arg-type]
             self.findings.failures == failures, self.block.head,

@@ -14,7 +14,7 @@ from tissuec.laws.formula import Formula
 from tissuec.meshes.generators import Generator
 from tissuec.model.network import Floats
 from tissuec.scene.declarations import Declarations
-from tissuec.scene.learn_model import WrittenLesson
+from tissuec.scene.learn_model import WrittenFitProblem
 from tissuec.scene.parameters import Constants
 from tissuec.scene.quantities import Quantity, Spread
 from tissuec.scene.vocabulary import Vocabulary
@@ -34,7 +34,7 @@ class Fired(Struct, frozen=True):
     span: Span  # of the rule
 
 
-class Given(Struct, frozen=True):
+class AssignedQuantity(Struct, frozen=True):
     """One quantity of a tissue and where it is from.
 
     Attributes:
@@ -55,7 +55,7 @@ class Given(Struct, frozen=True):
     fired: tuple[Fired, ...] = ()
 
 
-class Known(Struct, frozen=True):
+class KnownQuantity(Struct, frozen=True):
     """What is known of one quantity of a tissue: evidence.
 
     Attributes:
@@ -91,7 +91,7 @@ class Known(Struct, frozen=True):
         return " to ".join(show(value, dimension, digits=4) for value in self.stated)
 
 
-class Fact(Struct, frozen=True):
+class PropertyFact(Struct, frozen=True):
     """A property of a tissue as it was written and as the rules see it."""
 
     property: str
@@ -129,11 +129,11 @@ class Tissue(Struct, frozen=True):
     name: str
     about: str
     vocabulary: str  # name of the rules, "" without
-    facts: tuple[Fact, ...]
-    given: Mapping[str, Given]
+    facts: tuple[PropertyFact, ...]
+    given: Mapping[str, AssignedQuantity]
     missing: Mapping[str, str]
     laws: WrittenLaws
-    known: tuple[Known, ...]
+    known: tuple[KnownQuantity, ...]
     span: Span
 
 
@@ -143,7 +143,7 @@ class Region(Struct, frozen=True):
     name: str
     where: s.Expression
     tissue: Tissue | None  # None: the body's
-    prestress: Given | None  # overrides the tissue's
+    prestress: AssignedQuantity | None  # overrides the tissue's
     span: Span
 
 
@@ -165,7 +165,7 @@ class SpringPart(Struct, frozen=True):
     where: s.Expression | None
     rule: str
     tissue: Tissue | None
-    prestress: Given | None
+    prestress: AssignedQuantity | None
     span: Span
 
 
@@ -358,4 +358,4 @@ class Scene(Struct, frozen=True, eq=False):
     forces: Mapping[str, WrittenForce]
     environment: Environment
     simulation: Simulation
-    lessons: Mapping[str, WrittenLesson]
+    fit_problems: Mapping[str, WrittenFitProblem]

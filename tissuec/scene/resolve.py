@@ -12,7 +12,7 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
 from tissuec.scene.joints import read_joint
 from tissuec.scene.laws import read_laws
-from tissuec.scene.learning import read_lessons
+from tissuec.scene.learning import read_learn_blocks
 from tissuec.scene.members import read_force, read_tool
 from tissuec.scene.model import Environment, Scene, Tissue, WrittenLaws
 from tissuec.scene.parameters import Constants, read_overrides
@@ -23,7 +23,7 @@ from tissuec.scene.vocabulary import Vocabulary, read_vocabulary
 from tissuec.script.plan import AUTOMATIC, Simulation
 
 
-class Words(Struct, frozen=True):
+class ResolvedProgram(Struct, frozen=True):
     """What a program says without any body: numbers, vocabulary, laws, tissues."""
 
     declarations: Declarations
@@ -33,7 +33,9 @@ class Words(Struct, frozen=True):
     tissues: dict[str, Tissue]
 
 
-def resolve_words(program: Program, findings: Findings, overrides: Sequence[str] = ()) -> Words:
+def resolve_words(
+    program: Program, findings: Findings, overrides: Sequence[str] = ()
+) -> ResolvedProgram:
     """Return numbers, vocabulary and tissues of a program, which need not be a whole scene."""
     declarations = collect(program, findings)
     constants = Constants(
@@ -42,7 +44,7 @@ def resolve_words(program: Program, findings: Findings, overrides: Sequence[str]
     vocabulary = read_vocabulary(declarations, constants)
     laws = read_laws(declarations, constants)
     tissues = read_tissues(declarations, vocabulary, constants)
-    return Words(declarations, constants, vocabulary, laws, tissues)
+    return ResolvedProgram(declarations, constants, vocabulary, laws, tissues)
 
 
 def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ()) -> Scene:
@@ -76,7 +78,7 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         simulation = read_simulation(declarations, program.main, scope)
     scope.evaluate_all()
     sources = tuple(module.source for module in program.modules)
-    lessons = read_lessons(declarations, scope, words.vocabulary, sources)
+    fit_problems = read_learn_blocks(declarations, scope, words.vocabulary, sources)
     if not declarations.of("body"):
         findings.doubt_all()  # sets and the script name what no body is there for
     return Scene(
@@ -93,7 +95,7 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         forces=forces,
         environment=environment,
         simulation=simulation,
-        lessons=lessons,
+        fit_problems=fit_problems,
     )
 
 

@@ -27,9 +27,17 @@ from tissuec.scene.evidence import (
 )
 from tissuec.scene.expressions import Scope
 from tissuec.scene.laws import BY_ENTRY, read_law
-from tissuec.scene.model import Fact, Fired, Given, Known, Tissue, WrittenLaw, WrittenLaws
+from tissuec.scene.model import (
+    AssignedQuantity,
+    Fired,
+    KnownQuantity,
+    PropertyFact,
+    Tissue,
+    WrittenLaw,
+    WrittenLaws,
+)
 from tissuec.scene.quantities import LISTED, QUANTITIES, YOUNGS_MODULUS, rivals
-from tissuec.scene.vocabulary import Rules, Vocabulary
+from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 from tissuec.scene.words import NamedScale, read_word, reading
 from tissuec.scene.written_numbers import read_given
 
@@ -47,12 +55,12 @@ class _Written(Struct):
         inherited: What the parent has by itself; None without one.
     """
 
-    rules: Rules | None = None
+    rules: RulesBlock | None = None
     about: str = ""
     facts: dict[str, s.Sentence | s.Assign] = field(default_factory=dict)
-    numbers: dict[str, Given] = field(default_factory=dict)
+    numbers: dict[str, AssignedQuantity] = field(default_factory=dict)
     laws: dict[str, WrittenLaw] = field(default_factory=dict)
-    known: dict[str, list[Known]] = field(default_factory=dict)
+    known: dict[str, list[KnownQuantity]] = field(default_factory=dict)
     inherited: "_Written | None" = None
 
     def heir(self) -> "_Written":
@@ -115,7 +123,7 @@ class TissueReader:
             declared.item.head,
         )
 
-    def _scale_stress(self, laws: WrittenLaws, given: dict[str, Given]) -> None:
+    def _scale_stress(self, laws: WrittenLaws, given: dict[str, AssignedQuantity]) -> None:
         """Add the Young's modulus of a stress: its slope at rest, where none is said."""
         law = laws.get("spring law")
         stress = None if law is None else stress_in(law.force)
@@ -139,7 +147,7 @@ class TissueReader:
                 hint="write a Young's modulus: damping and Poisson's ratio refer to it",
             )
         quantity = QUANTITIES[YOUNGS_MODULUS]
-        given[YOUNGS_MODULUS] = Given(
+        given[YOUNGS_MODULUS] = AssignedQuantity(
             quantity, slope, quantity.spreads[0], None, "slope of its stress at rest", law.span
         )
 
@@ -250,7 +258,7 @@ class TissueReader:
                 )
             written.numbers.pop(rival, None)
 
-    def _unknown(self, name: s.Name, rules: Rules | None, declared: Declared) -> NoReturn:
+    def _unknown(self, name: s.Name, rules: RulesBlock | None, declared: Declared) -> NoReturn:
         """Reject an entry that is neither a property of the rules nor a quantity."""
         self.findings.pass_over_doubtful(name.key)
         known = (*self.vocabulary.properties, *LISTED, *BY_ENTRY, KNOWN, "described", "about")
@@ -264,7 +272,7 @@ class TissueReader:
         message = f'"{name.text}" is not an entry of tissue {declared.name.text}'
         self.findings.reject("TIS303", message, name.span, hint=hint)
 
-    def _described(self, item: s.Sentence) -> Rules:
+    def _described(self, item: s.Sentence) -> RulesBlock:
         clause = item.clauses[0] if len(item.clauses) == 1 else None
         if clause is None or clause.word != "in" or not isinstance(clause.value, s.Name):
             self.findings.reject("TIS312", "write: described in soft tissue", item.span)
@@ -277,7 +285,7 @@ class TissueReader:
         quantity = QUANTITIES[key]
         if is_none(item) and quantity.none is not None:
             spread = quantity.spreads[0]
-            written.numbers[key] = Given(
+            written.numbers[key] = AssignedQuantity(
                 quantity, quantity.none, spread, None, "written", item.span
             )
             return
@@ -297,13 +305,13 @@ class TissueReader:
 
     # --- facts --------------------------------------------------------------------------------
 
-    def _fact(self, item: s.Sentence | s.Assign, rules: Rules | None) -> Fact:
+    def _fact(self, item: s.Sentence | s.Assign, rules: RulesBlock | None) -> PropertyFact:
         scale = self.vocabulary.properties[item.name.key]
         if isinstance(item, s.Assign):
             number, written = self._slider(item, scale), item.value.span.text
         else:
             number, written = self._word(item, scale)
-        return Fact(item.name.key, written, number, item.span)
+        return PropertyFact(item.name.key, written, number, item.span)
 
     def _slider(self, item: s.Assign, scale: NamedScale) -> float:
         if isinstance(item.value, s.Name) and item.value.key in scale.scale.words:
@@ -352,9 +360,9 @@ class TissueReader:
 
     def _conclude(
         self,
-        rules: Rules,
+        rules: RulesBlock,
         answers: Answers,
-        given: dict[str, Given],
+        given: dict[str, AssignedQuantity],
         missing: dict[str, str],
     ) -> None:
         """Add what the rules conclude where nothing was written."""
@@ -375,7 +383,7 @@ class TissueReader:
                     notes=(Note("the other one", given[rival].span),),
                 )
 
-    def _concluded(self, rules: Rules, key: str, answer: Inference) -> Given:
+    def _concluded(self, rules: RulesBlock, key: str, answer: Inference) -> AssignedQuantity:
         scale = self.vocabulary.quantities[key]
         fired = sorted(answer.fired, key=lambda firing: -firing.degree)
         shown = tuple(
@@ -386,7 +394,7 @@ class TissueReader:
         else:
             assert scale.otherwise is not None
             span = scale.otherwise.span
-        return Given(
+        return AssignedQuantity(
             QUANTITIES[key],
             answer.value,
             scale.spread,
@@ -397,7 +405,7 @@ class TissueReader:
         )
 
     def _warn_of_hedges_without_effect(
-        self, written: _Written, facts: tuple[Fact, ...], answers: Answers
+        self, written: _Written, facts: tuple[PropertyFact, ...], answers: Answers
     ) -> None:
         """W205: the rules say the same of a word with a hedge as of the word alone."""
         assert written.rules is not None
@@ -457,7 +465,7 @@ class TissueReader:
                 )
 
 
-def why(rules: Rules, answer: NoRule) -> str:
+def why(rules: RulesBlock, answer: NoRule) -> str:
     """Return why rules conclude nothing."""
     if not answer.silent:
         return f"no rule of {rules.name} concludes it"

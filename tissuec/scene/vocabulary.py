@@ -23,7 +23,7 @@ from tissuec.scene.scales import QuantityScale, ScaleReader
 from tissuec.scene.words import NamedScale, read_hedge, read_word
 
 
-class Rules(Struct, frozen=True):
+class RulesBlock(Struct, frozen=True):
     """One ``rules`` block.
 
     Attributes:
@@ -43,7 +43,7 @@ class Vocabulary(Struct, frozen=True):
     hedges: Mapping[str, Hedge]
     properties: Mapping[str, NamedScale]
     quantities: Mapping[str, QuantityScale]
-    rules: Mapping[str, Rules]
+    rules: Mapping[str, RulesBlock]
 
 
 def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
@@ -58,7 +58,7 @@ def read_vocabulary(declarations: Declarations, scope: Scope) -> Vocabulary:
         key: _concluded(declared.item) for key, declared in declarations.of("rules").items()
     }
 
-    def rules(declared: Declared) -> Rules:
+    def rules(declared: Declared) -> RulesBlock:
         # A quantity belongs to the rules that conclude it; one that none concludes, to all.
         own = concluded[declared.name.key]
         known = {
@@ -99,7 +99,7 @@ class RulesReader:
         self.scope = scope
         self.findings = scope.findings
 
-    def read(self) -> Rules:
+    def read(self) -> RulesBlock:
         """Return the rules with the choice of operators."""
         chosen: dict[str, str] = {}
         rules: list[Rule] = []
@@ -127,7 +127,7 @@ class RulesReader:
             tuple(rules),
             Operators(**chosen),  # type: ignore[arg-type]  # checked against CHOICES
         )
-        return Rules(self.name.text, base, tuple(spans), self.block.head)
+        return RulesBlock(self.name.text, base, tuple(spans), self.block.head)
 
     def _quantity(self, scale: QuantityScale) -> RuleQuantity:
         otherwise = None

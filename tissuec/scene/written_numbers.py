@@ -6,7 +6,7 @@ from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
-from tissuec.scene.model import Given
+from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import POISSONS_RATIO, QUANTITIES, SHARES, Quantity
 
 LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body together
@@ -26,7 +26,7 @@ def limits_of(quantity: Quantity) -> Measure:
     return Measure(quantity.dimension, above=0.0)
 
 
-def read_given(name: str, item: s.Assign, scope: Scope) -> Given:
+def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
     """Return a physical quantity written as a number: ``fraction force = 0.4 N``.
 
     ``per 1 mm`` behind it makes it a value for springs of that length.
@@ -42,4 +42,4 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> Given:
         length = schema.read_value(
             Measure(units.LENGTH, above=0.0), clause.value, scope, what="the length"
         )
-    return Given(quantity, value, quantity.spreads[0], length, "written", item.span)
+    return AssignedQuantity(quantity, value, quantity.spreads[0], length, "written", item.span)

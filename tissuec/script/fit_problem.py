@@ -27,7 +27,7 @@ WORDS = "words"
 Per = Literal["tissue", "region", "spring", "node", "set", "word"]
 
 
-class Column(Struct, frozen=True, eq=False):
+class DataColumn(Struct, frozen=True, eq=False):
     """A column of tables of data: how it is called, and what one of its units is in SI."""
 
     name: str
@@ -59,7 +59,7 @@ class Fit(Struct, frozen=True, eq=False):
     subjects: tuple[Subject, ...]
     along: Floats | None
     dimension: Dimension
-    columns: tuple[Column, ...]
+    columns: tuple[DataColumn, ...]
     every: float | None
     noise: float | None
     weight: float
@@ -113,7 +113,7 @@ class Data(Struct, frozen=True, eq=False):
     span: Span
 
 
-class Axis(Struct, frozen=True, eq=False):
+class DataAxis(Struct, frozen=True, eq=False):
     """What rows of tables are sorted by.
 
     Attributes:
@@ -123,7 +123,7 @@ class Axis(Struct, frozen=True, eq=False):
     """
 
     nodes: Indices | None
-    column: Column | None
+    column: DataColumn | None
     span: Span
 
 
@@ -144,7 +144,7 @@ class Demand(Struct, frozen=True, eq=False):
     span: Span
 
 
-class Lesson(Struct, frozen=True, eq=False):
+class FitProblem(Struct, frozen=True, eq=False):
     """A ``learn`` block.
 
     Attributes:
@@ -163,7 +163,7 @@ class Lesson(Struct, frozen=True, eq=False):
 
     name: str
     data: tuple[Data, ...]
-    axis: Axis
+    axis: DataAxis
     fits: tuple[Fit, ...]
     adjusts: tuple[Adjust, ...]
     last_part: float

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.forces import Imposed
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures import Measure, Subject
 from tissuec.script.measures.moment import Moment
@@ -47,7 +47,7 @@ class Simulation(Struct, frozen=True):
     choices: "Choices | None" = None
 
 
-class Event(Struct, frozen=True):
+class ScheduledAction(Struct, frozen=True):
     """An action at a time; events at one time are carried out in this order."""
 
     time: float  # [s], absolute, or after the trigger
@@ -70,11 +70,11 @@ class Trigger(Struct, frozen=True, eq=False):
     """``when condition: …``: fires once, at the first time at which the condition holds."""
 
     condition: Condition
-    events: tuple[Event, ...]
+    events: tuple[ScheduledAction, ...]
     span: Span
 
 
-class Log(Struct, frozen=True, eq=False):
+class LogRequest(Struct, frozen=True, eq=False):
     """One measure at a rate: ``force of forceps A every 1 ms``."""
 
     name: str  # "force of forceps A"
@@ -128,7 +128,7 @@ class Output(Struct, frozen=True, eq=False):
     frames: Indices
     every: float
     single: bool
-    logs: tuple[Log, ...]
+    logs: tuple[LogRequest, ...]
     energy: float
     surfaces: tuple[SurfaceOutput, ...] = ()
 
@@ -140,7 +140,7 @@ class Plan(Struct, frozen=True, eq=False):
     gravity: Floats  # [m/s²], shape (3,)
     drag: float  # [N s/m] per node
     contact: "Contact | None"  # what tools touch
-    events: tuple[Event, ...]  # ascending in time
+    events: tuple[ScheduledAction, ...]  # ascending in time
     triggers: tuple[Trigger, ...]
     output: Output
     expectations: tuple[Expectation, ...]
@@ -148,9 +148,9 @@ class Plan(Struct, frozen=True, eq=False):
     breakable: bool  # whether any spring can rupture
     forces: tuple[Imposed, ...] = ()  # of force blocks
 
-    def start(self, network: Network) -> Situation:
-        """Return the situation at 0 s, before any event."""
-        return Situation.start(
+    def start(self, network: Network) -> State:
+        """Return the state at 0 s, before any event."""
+        return State.start(
             network,
             gravity=self.gravity,
             drag=self.drag,

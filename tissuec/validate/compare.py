@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.units import Dimension
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures import MEASURES
 from tissuec.script.plan import Plan
@@ -20,7 +20,7 @@ from tissuec.validate.uncertainty import floor_of, relative, relative_positions
 FLOOR = 1e-6  # of the largest energy of the run: below, rounding is not told from errors
 
 
-class Quantity(Struct, frozen=True):
+class QuantityError(Struct, frozen=True):
     """The largest error of something.
 
     Attributes:
@@ -70,7 +70,7 @@ def position_errors(run: Observed, reference: Reference, network: Network) -> Fl
 
 def position(
     run: Observed, reference: Reference, network: Network, bound: float | None, rows: int
-) -> list[Quantity]:
+) -> list[QuantityError]:
     """Return the error of positions, relative to the largest displacement so far.
 
     Args:
@@ -93,17 +93,17 @@ def _worst_position(
     network: Network,
     bound: float | None,
     errors: Floats,
-) -> Quantity:
+) -> QuantityError:
     row = int(np.argmax(errors))
     node = int(np.argmax(_distance(run.position[row], reference.position[row])))
     scale = max(float(reference.displacement[row]), floor_of(network))
     time = float(reference.times[row])
-    return Quantity(name, float(errors[row]), bound, None, scale, time, node)
+    return QuantityError(name, float(errors[row]), bound, None, scale, time, node)
 
 
 def velocity(
     run: Observed, reference: Reference, network: Network, valid: NDArray[np.bool_]
-) -> Quantity:
+) -> QuantityError:
     """Return the error of velocities, relative to the largest speed of the run."""
     shown = slice(network.shown_nodes)
     error = _distance(run.velocity[:, shown], reference.velocity[:, shown]) * valid[:, None]
@@ -111,17 +111,17 @@ def velocity(
     row, node = np.unravel_index(np.argmax(error), error.shape)
     worst = relative(error[row, node], np.array(scale), 0.0)
     time = float(reference.times[row])
-    return Quantity("velocity", float(worst), None, None, scale, time, int(node))
+    return QuantityError("velocity", float(worst), None, None, scale, time, int(node))
 
 
 def support_forces(
     run: Observed,
     reference: Reference,
-    situation: Situation,
+    state: State,
     groups: Mapping[str, tuple[Indices, ...]],
     valid: NDArray[np.bool_],
     tolerance: float | None,
-) -> list[Quantity]:
+) -> list[QuantityError]:
     """Return the errors of the forces on groups, each relative to its largest.
 
     A force is c times a difference of positions, so that an error of positions by the
@@ -130,7 +130,7 @@ def support_forces(
     and its jet decide; that is held to the tolerance.
 
     Args:
-        situation: Present spring constants.
+        state: Present spring constants.
         groups: The nodes of each group at each row.
     """
     found = []
@@ -143,18 +143,18 @@ def support_forces(
         error = np.linalg.norm(own - true, axis=1) * valid
         row = int(np.argmax(error))
         bound = expected = None
-        if _is_free_tool(situation, members):
+        if _is_free_tool(state, members):
             bound = tolerance
-        elif tolerance is not None and scale > 0.0 and not _touches(situation, members):
-            reach = max(_stiffness(situation, nodes) for nodes in _distinct(members))
+        elif tolerance is not None and scale > 0.0 and not _touches(state, members):
+            reach = max(_stiffness(state, nodes) for nodes in _distinct(members))
             expected = tolerance * float(reference.displacement[-1]) * reach / scale
         worst = float(relative(error[row], np.array(scale), 0.0))
         time = float(reference.times[row])
-        found.append(Quantity(f"{FORCE_OF}{name}", worst, bound, expected, scale, time))
+        found.append(QuantityError(f"{FORCE_OF}{name}", worst, bound, expected, scale, time))
     return found
 
 
-def energy_balance(run: Observed, network: Network, bound: float | None) -> Quantity:
+def energy_balance(run: Observed, network: Network, bound: float | None) -> QuantityError:
     """Return the energy that a run cannot account for, relative to the largest so far.
 
     Less than a displacement that no promise asks for stores counts as that.
@@ -164,7 +164,7 @@ def energy_balance(run: Observed, network: Network, bound: float | None) -> Quan
     errors = relative(np.abs(run.imbalance), run.scale, floor)
     row = int(np.argmax(errors))
     scale, time = max(float(run.scale[row]), floor), float(run.times[row])
-    return Quantity("energy balance", float(errors[row]), bound, None, scale, time)
+    return QuantityError("energy balance", float(errors[row]), bound, None, scale, time)
 
 
 def force_groups(plan: Plan, reference: Reference) -> dict[str, tuple[Indices, ...]]:
@@ -190,25 +190,25 @@ def _distinct(members: tuple[Indices, ...]) -> list[Indices]:
     return list({nodes.tobytes(): nodes for nodes in members}.values())
 
 
-def _touches(situation: Situation, members: tuple[Indices, ...]) -> bool:
+def _touches(state: State, members: tuple[Indices, ...]) -> bool:
     """Return whether some nodes carry a tool, so that what it touches decides its force."""
-    bodies = situation.network.body_nodes
+    bodies = state.network.body_nodes
     return any((nodes >= bodies).any() for nodes in _distinct(members))
 
 
-def _is_free_tool(situation: Situation, members: tuple[Indices, ...]) -> bool:
+def _is_free_tool(state: State, members: tuple[Indices, ...]) -> bool:
     """Return whether all nodes are those of tools, in a scene without contact."""
-    bodies = situation.network.body_nodes
+    bodies = state.network.body_nodes
     alone = all((nodes >= bodies).all() for nodes in _distinct(members))
-    return situation.touching is None and alone and any(map(len, members))
+    return state.touching is None and alone and any(map(len, members))
 
 
-def _stiffness(situation: Situation, nodes: Indices) -> float:
+def _stiffness(state: State, nodes: Indices) -> float:
     """Return Σ c over the springs with one end among some nodes [N/m]."""
-    inside = np.zeros(situation.network.node_count, dtype=bool)
+    inside = np.zeros(state.network.node_count, dtype=bool)
     inside[nodes] = True
-    first, second = inside[situation.network.ends].T
-    stiffness = situation.stiffness
-    if situation.inelastic is not None:
-        stiffness = stiffness + situation.inelastic.sudden
+    first, second = inside[state.network.ends].T
+    stiffness = state.stiffness
+    if state.inelastic is not None:
+        stiffness = stiffness + state.inelastic.sudden
     return float(stiffness[first != second].sum())

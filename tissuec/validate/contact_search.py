@@ -9,18 +9,18 @@ import numpy as np
 from msgspec.structs import replace
 from scipy import sparse
 
-from tissuec.forces.contact import Contact, Pairs
+from tissuec.forces.contact import Contact, ContactPairs
 from tissuec.model.network import Floats, Indices
 from tissuec.validate.forces.contact import ContactForce, Touching
 
 
-class Vicinity:
+class NearbyContact:
     """A field of forces, as ``Situation.fields`` has them, of contact."""
 
     def __init__(self, contact: Contact):
         self._contact, self._force = contact, ContactForce(contact)
         self._where = np.zeros((0, 3))
-        self._pairs: Pairs
+        self._pairs: ContactPairs
         self._seen = np.zeros((0, 3)), np.zeros((0, 3))
         self._touching: Touching | None = None
 
@@ -61,7 +61,7 @@ class Vicinity:
             self._seen = position.copy(), velocity.copy()
         return self._touching
 
-    def _near(self, position: Floats) -> Pairs:
+    def _near(self, position: Floats) -> ContactPairs:
         """Return the pairs that may touch."""
         reach = self._contact.stride
         gone = np.inf

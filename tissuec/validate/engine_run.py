@@ -11,12 +11,12 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder, Samples
 from tissuec.engine.execution.run import Outcome, run
 from tissuec.engine.execution.signals import interruption
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
-from tissuec.script.measures.moment import Ledger, Moment
+from tissuec.script.measures.moment import EnergyBalance, Moment
 from tissuec.script.plan import Output, Plan
 from tissuec.validate.crossings import Break
-from tissuec.validate.solution import Firing
+from tissuec.validate.solution import TriggerFiring
 
 WITHOUT_OUTPUT = 101  # times at which a scene that writes nothing is looked at
 MOST_ROWS = 2001
@@ -44,7 +44,7 @@ class Observed(Struct, frozen=True, eq=False):
     imbalance: Floats
     scale: Floats
     breaks: tuple[Break, ...]
-    firings: tuple[Firing, ...]
+    firings: tuple[TriggerFiring, ...]
     strain: Floats
     outcome: Outcome
 
@@ -80,14 +80,14 @@ def observe(
         expectations=(),
         output=Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf),
     )
-    tap = _Tap(network, watched, times)
+    tap = _SampleRecorder(network, watched, times)
     outcome = run(network, watched, tap, progress=progress)
     if outcome.kind == "interrupted":
         raise interruption(outcome.signal)
     return tap.observed(outcome)
 
 
-class _Tap(Recorder):
+class _SampleRecorder(Recorder):
     """A recorder that keeps the samples themselves."""
 
     def __init__(self, network: Network, plan: Plan, times: Floats):
@@ -95,21 +95,21 @@ class _Tap(Recorder):
         self.times = times
         self._rows: list[tuple[Floats, ...]] = []
         self._strain = np.zeros(network.spring_count)
-        self._standing: tuple[Situation, Ledger]
+        self._standing: tuple[State, EnergyBalance]
 
-    def enter(self, situation: Situation, ruptured: NDArray[np.bool_], ledger: Ledger) -> None:
-        super().enter(situation, ruptured, ledger)
-        standing = replace(situation, holders=dict(situation.holders))
+    def enter(self, state: State, ruptured: NDArray[np.bool_], ledger: EnergyBalance) -> None:
+        super().enter(state, ruptured, ledger)
+        standing = replace(state, holders=dict(state.holders))
         self._standing = standing, ledger
 
     def record(self, samples: Samples) -> None:
         super().record(samples)
-        situation, ledger = self._standing
+        state, ledger = self._standing
         none = np.zeros(self.network.spring_count, dtype=bool)
-        moment = Moment(situation, samples.time, samples.position, samples.velocity, none)
+        moment = Moment(state, samples.time, samples.position, samples.velocity, none)
         ledger = replace(ledger, work=samples.work, dissipated=samples.dissipated)
         tension = moment.tension
-        strain = np.maximum(tension / situation.strength, -tension / situation.crush)
+        strain = np.maximum(tension / state.strength, -tension / state.crush)
         self._strain = np.maximum(self._strain, strain.max(axis=0, initial=0.0))
         self._rows.append(
             (
@@ -129,8 +129,10 @@ class _Tap(Recorder):
         columns = (np.concatenate(column) for column in zip(empty, *self._rows, strict=True))
         times, position, velocity, force, imbalance, scale = columns
         spans = [trigger.span for trigger in self.plan.triggers]
-        happened = outcome.happenings
-        firings = [Firing(t, spans.index(h.span)) for t, h in happened if h.kind == "trigger"]
+        happened = outcome.logged_events
+        firings = [
+            TriggerFiring(t, spans.index(h.span)) for t, h in happened if h.kind == "trigger"
+        ]
         return Observed(
             times=times,
             position=position,
@@ -148,7 +150,7 @@ class _Tap(Recorder):
 def _breaks(outcome: Outcome) -> tuple[Break, ...]:
     """Return what broke, joined by time: a run reports it by tissues."""
     found: dict[float, list[int]] = {}
-    for time, happening in outcome.happenings:
-        if happening.kind in ("rupture", "crush"):
-            found.setdefault(time, []).extend(happening.springs)
+    for time, logged_event in outcome.logged_events:
+        if logged_event.kind in ("rupture", "crush"):
+            found.setdefault(time, []).extend(logged_event.springs)
     return tuple(Break(time, np.sort(np.array(springs))) for time, springs in found.items())

@@ -20,16 +20,16 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.validate.contact_search import Vicinity
+from tissuec.validate.contact_search import NearbyContact
 from tissuec.validate.forces import FORMULAS
 from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
-from tissuec.validate.forces.laws import Laws
-from tissuec.validate.forces.volumes import Volume
+from tissuec.validate.forces.laws import ReferenceLaws
+from tissuec.validate.forces.volumes import VolumeField
 from tissuec.validate.yielding import Yielding
 
 if TYPE_CHECKING:
-    from tissuec.mechanics.situation import Situation
+    from tissuec.mechanics.state import State
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -38,7 +38,7 @@ ROUNDING = 4.0 * np.finfo(float).eps
 _NONE: Floats = np.zeros(0)
 
 
-class Springs(NamedTuple):
+class SpringStates(NamedTuple):
     """What the living springs do at a moment.
 
     Attributes:
@@ -72,7 +72,7 @@ class Energies(NamedTuple):
         return self.kinetic + self.elastic + self.gravity
 
 
-class Scales(Struct, frozen=True):
+class ErrorScales(Struct, frozen=True):
     """What an error is measured against.
 
     Attributes:
@@ -85,9 +85,9 @@ class Scales(Struct, frozen=True):
     speed: float
     energy: float
 
-    def joined(self, other: "Scales") -> "Scales":
+    def joined(self, other: "ErrorScales") -> "ErrorScales":
         """Return the larger of both."""
-        return Scales(
+        return ErrorScales(
             max(self.displacement, other.displacement),
             max(self.speed, other.speed),
             max(self.energy, other.energy),
@@ -95,59 +95,59 @@ class Scales(Struct, frozen=True):
 
 
 class Equations:
-    """What moves a net from the time of a situation to ``stop``; nothing else changes then.
+    """What moves a net from the time of a state to ``stop``; nothing else changes then.
 
     Args:
-        situation: Read once, now.
+        state: Read once, now.
         stop: End of the stretch [s]. Courses that jump at either end are taken from inside.
     """
 
-    def __init__(self, situation: "Situation", stop: float):
-        network = situation.network
+    def __init__(self, state: "State", stop: float):
+        network = state.network
         self.count = network.node_count
         self.drawn = network.position
-        # Where courses begin and end may differ from the ends of the stretch by rounding.
+        # Where profiles begin and end may differ from the ends of the stretch by rounding.
         margin = ROUNDING * stop
-        self.window = situation.time + margin, max(stop - margin, situation.time + margin)
-        held = situation.held
+        self.window = state.time + margin, max(stop - margin, state.time + margin)
+        held = state.held
         self.held, self.free = np.flatnonzero(held), np.flatnonzero(~held)
-        self.motions = tuple(situation.motions.values())
-        self.loads = tuple(situation.loads.values())
-        touching = situation.touching
-        self.contact = None if touching is None else Vicinity(touching)
+        self.motions = tuple(state.motions.values())
+        self.loads = tuple(state.loads.values())
+        touching = state.touching
+        self.contact = None if touching is None else NearbyContact(touching)
         self.fields = (
-            *(Volume(each) for each in situation.enclosures.values()),
-            *(() if (hinges := situation.folding) is None else (Folding(hinges),)),
-            *(JetForce(each, network) for each in situation.jets.values()),
+            *(VolumeField(each) for each in state.enclosures.values()),
+            *(() if (hinges := state.folding) is None else (Folding(hinges),)),
+            *(JetForce(each, network) for each in state.jets.values()),
             *(() if self.contact is None else (self.contact,)),
-            *(FORMULAS[force.kind](force.field) for force in situation.forces),
+            *(FORMULAS[force.kind](force.field) for force in state.forces),
         )
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
-        self.gravity, self.drag = situation.gravity, situation.braking[self.free]
-        self.mass = situation.mass[self.free]
-        self._still = situation.position - network.position
-        self.springs = np.flatnonzero(situation.alive)
-        numbers = (situation.stiffness, situation.damping, situation.rest)
+        self.gravity, self.drag = state.gravity, state.braking[self.free]
+        self.mass = state.mass[self.free]
+        self._still = state.position - network.position
+        self.springs = np.flatnonzero(state.alive)
+        numbers = (state.stiffness, state.damping, state.rest)
         chosen = (np.asarray(each)[..., self.springs] for each in numbers)
-        self.behaviour = Laws(network.laws, network.law[self.springs], *chosen)
+        self.behaviour = ReferenceLaws(network.laws, network.law[self.springs], *chosen)
         self.rest = self.behaviour.rest
         # Of the springs that are drawn in or paid out, the places among the living ones.
         self.reelings = [
             (
                 reeling,
                 np.searchsorted(self.springs, reeling.springs),
-                situation.alive[reeling.springs],
+                state.alive[reeling.springs],
             )
-            for reeling in situation.reelings.values()
+            for reeling in state.reelings.values()
         ]
-        self.strength = situation.strength[self.springs]
-        self.crush = situation.crush[self.springs]
+        self.strength = state.strength[self.springs]
+        self.crush = state.crush[self.springs]
         ends = network.ends[self.springs]
         self._first, self._second = ends.T.astype(np.intp)
         self.incidence = incidence_matrix(ends, self.count)
         self._backwards = self.incidence.T.tocsr()
         self._reach = self.along(network.position)
-        self.yielding = Yielding(situation.inelastic, self.springs)
+        self.yielding = Yielding(state.inelastic, self.springs)
 
     @property
     def inner(self) -> int:
@@ -171,7 +171,7 @@ class Equations:
         return np.concatenate(parts)
 
     def _inside(self, time: float) -> float:
-        """Return a time of the stretch at which no course is taken from outside of it [s]."""
+        """Return a time of the stretch at which no profile is taken from outside of it [s]."""
         return min(max(time, self.window[0]), self.window[1])
 
     def spread(self, time: float, y: Floats) -> tuple[Floats, Floats]:
@@ -191,7 +191,7 @@ class Equations:
 
     # --- forces -------------------------------------------------------------------------------
 
-    def behaviour_at(self, time: float) -> Laws:
+    def behaviour_at(self, time: float) -> ReferenceLaws:
         """Return the laws of the living springs with their rest lengths at a time [s]."""
         if not self.reelings:
             return self.behaviour
@@ -212,7 +212,7 @@ class Equations:
         """Return B times values of nodes, both of shape (…, 3)."""
         return values.take(self._second, axis=0) - values.take(self._first, axis=0)
 
-    def pull(self, time: float, moved: Floats, velocity: Floats) -> Springs:
+    def pull(self, time: float, moved: Floats, velocity: Floats) -> SpringStates:
         """Return what the living springs do."""
         behaviour = self.behaviour_at(time)
         reach = self._reach + self.along(moved)
@@ -229,18 +229,18 @@ class Equations:
             pull = behaviour.pull(stretch)
         brake = behaviour.brake(stretch, closing)
         tension = np.where(length > 0.0, pull + brake, 0.0)
-        return Springs(direction, length, closing, tension, brake, stretch, pull)
+        return SpringStates(direction, length, closing, tension, brake, stretch, pull)
 
-    def burdens(self, springs: Springs) -> Floats:
+    def burdens(self, springs: SpringStates) -> Floats:
         """Return tensions and pressures over the forces that break, shape (spring,)."""
         return np.maximum(springs.tension / self.strength, -springs.tension / self.crush)
 
-    def node_forces(self, springs: Springs) -> Floats:
+    def node_forces(self, springs: SpringStates) -> Floats:
         """Return the sum of the spring forces on every node [N], shape (node, 3)."""
         return -(self._backwards @ (springs.tension[:, None] * springs.direction))
 
     def inner_forces(
-        self, time: float, moved: Floats, velocity: Floats, springs: Springs
+        self, time: float, moved: Floats, velocity: Floats, springs: SpringStates
     ) -> Floats:
         """Return what springs, pressure and contact do to every node [N], shape (node, 3)."""
         forces = self.node_forces(springs)
@@ -347,7 +347,7 @@ class Equations:
     # --- energies and scales ------------------------------------------------------------------
 
     def energies(
-        self, time: float, moved: Floats, velocity: Floats, springs: Springs | None = None
+        self, time: float, moved: Floats, velocity: Floats, springs: SpringStates | None = None
     ) -> Energies:
         """Return the energies of a state, in which the springs do what is known or found."""
         inside = self._inside(time)
@@ -363,12 +363,14 @@ class Equations:
             gravity=-float(self.mass @ (place @ self.gravity)),
         )
 
-    def scales(self, moved: Floats, velocity: Floats, energies: Energies) -> Scales:
+    def scales(self, moved: Floats, velocity: Floats, energies: Energies) -> ErrorScales:
         """Return how large a state of the bodies is."""
         moved, velocity = moved[: self.bodies], velocity[: self.bodies]
-        return Scales(largest(moved), largest(velocity), energies.kinetic + energies.elastic)
+        return ErrorScales(
+            largest(moved), largest(velocity), energies.kinetic + energies.elastic
+        )
 
-    def noise(self) -> Scales:
+    def noise(self) -> ErrorScales:
         """Return what rounding alone makes of a state.
 
         Lengths are known to ``ROUNDING`` of themselves; times the fastest frequency of a node,
@@ -380,7 +382,7 @@ class Equations:
         fastest = float(np.sqrt((2.0 * joined / self.mass).max(initial=0.0)))
         place = ROUNDING * length
         strain = float(stiffness.max(initial=0.0)) * place * length
-        return Scales(place, place * fastest, strain)
+        return ErrorScales(place, place * fastest, strain)
 
 
 def largest(vectors: Floats) -> float:
@@ -403,6 +405,6 @@ def incidence_matrix(ends: NDArray[np.int32], nodes: int) -> sparse.csr_matrix:
     return sparse.csr_matrix((signs, (rows, ends.ravel())), shape=(count, nodes))
 
 
-def overloaded(equations: Equations, springs: Springs) -> Indices:
+def overloaded(equations: Equations, springs: SpringStates) -> Indices:
     """Return the numbers of the living springs above what breaks them, ascending."""
     return equations.springs[equations.burdens(springs) > 1.0]

@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Sequence
 
 from tissuec.model.network import Floats
-from tissuec.script.plan import Event
+from tissuec.script.plan import ScheduledAction
 from tissuec.script.verbs import Action
 
 _ENTERED, _WRITTEN = 0, 1
 
 
-class Calendar:
+class ReferenceQueue:
     """Keeps actions in the order of time; what actions enter comes before what is written.
 
     Args:
@@ -17,7 +17,7 @@ class Calendar:
         near: Times that differ by no more than this are one time [s].
     """
 
-    def __init__(self, events: Sequence[Event], near: float):
+    def __init__(self, events: Sequence[ScheduledAction], near: float):
         self._near = near
         self._written = sorted({event.time for event in events})
         self._rows: list[tuple[float, int, int, Action | None]] = []
@@ -33,7 +33,7 @@ class Calendar:
         for time in times:
             self._enter(float(time), _ENTERED, None)
 
-    def script(self, events: Sequence[Event], start: float) -> None:
+    def script(self, events: Sequence[ScheduledAction], start: float) -> None:
         """Enter written events, counted from a start [s]."""
         for event in events:
             self._enter(start + event.time, _WRITTEN, event.action)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Network
 from tissuec.validate.crossings import Break
-from tissuec.validate.solution import Firing
+from tissuec.validate.solution import TriggerFiring
 
 TIE = 1e-9  # of the duration: events closer than this have no order
 
@@ -60,7 +60,7 @@ def break_times(breaks: Sequence[Break]) -> Times:
     return {int(spring): entry.time for entry in breaks for spring in entry.springs}
 
 
-def firing_times(firings: Sequence[Firing]) -> Times:
+def firing_times(firings: Sequence[TriggerFiring]) -> Times:
     """Return when each trigger fired [s]."""
     return {firing.trigger: firing.time for firing in firings}
 

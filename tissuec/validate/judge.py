@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
 from tissuec.validate import compare
-from tissuec.validate.compare import Quantity
+from tissuec.validate.compare import QuantityError
 from tissuec.validate.engine_run import Observed
 from tissuec.validate.events import (
     Matching,
@@ -26,7 +26,7 @@ from tissuec.validate.events import (
     missed,
     near_ties,
 )
-from tissuec.validate.uncertainty import Known
+from tissuec.validate.uncertainty import EstimatedReference
 
 Verdict = Literal["kept", "broken", "undecided", "nothing promised", "diverged"]
 
@@ -46,7 +46,7 @@ class Judge:
     ruptures: Matching
     triggers: Matching
 
-    def __init__(self, compiled: Compiled, run: Observed, known: Known):
+    def __init__(self, compiled: Compiled, run: Observed, known: EstimatedReference):
         self._network, self._plan = compiled.network, compiled.plan
         self._run, self._known = run, known
         self._duration = self._plan.simulation.duration
@@ -74,11 +74,11 @@ class Judge:
         ties = [miss.time for miss in self.ruptures.misses if miss.is_tie]
         return min([known, *(float(np.nextafter(time, -np.inf)) for time in ties)])
 
-    def _measure(self, valid: NDArray[np.bool_]) -> tuple[Quantity, ...]:
+    def _measure(self, valid: NDArray[np.bool_]) -> tuple[QuantityError, ...]:
         run, reference, bound = self._run, self._known.reference, self.tolerance
         judged = int(np.searchsorted(run.times, self.until, side="right"))
         groups = compare.force_groups(self._plan, reference)
-        end = run.outcome.situation
+        end = run.outcome.state
         return (
             *compare.position(run, reference, self._network, bound, judged),
             compare.energy_balance(run, self._network, bound),

@@ -13,14 +13,14 @@ import numpy as np
 from msgspec.structs import replace
 
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.script.measures.moment import Ledger, Moment
+from tissuec.script.measures.moment import EnergyBalance, Moment
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.settle import Settle
 from tissuec.validate.crossings import Break, Strains, first_true
-from tissuec.validate.equations import Equations, Scales, overloaded
-from tissuec.validate.event_queue import Calendar
+from tissuec.validate.equations import Equations, ErrorScales, overloaded
+from tissuec.validate.event_queue import ReferenceQueue
 from tissuec.validate.resting import rest
-from tissuec.validate.solution import Firing, Track, standing_energy
+from tissuec.validate.solution import Track, TriggerFiring, standing_energy
 from tissuec.validate.stepping import ONE_STEP, Effort, Step, Stepper
 
 SAME = 1e-12  # of the duration: times closer than this are one time
@@ -36,7 +36,7 @@ class Ending(NamedTuple):
     fired: list[int]
 
 
-class Walk:
+class ReferenceRun:
     """One reference under way.
 
     Attributes:
@@ -51,33 +51,33 @@ class Walk:
         self.network, self.plan, self.track = network, plan, track
         self.method, self.rtol = method, rtol
         self.duration = plan.simulation.duration
-        self.situation = plan.start(network)
-        self.calendar = Calendar(plan.events, SAME * self.duration)
+        self.state = plan.start(network)
+        self.calendar = ReferenceQueue(plan.events, SAME * self.duration)
         self.waiting = list(range(len(plan.triggers)))
         self.work = self.lost = self.switched = self.initial = 0.0
         self.ruptured = np.zeros(network.spring_count, dtype=bool)
         self.strain = np.zeros(network.spring_count)
         self.breaks: list[Break] = []
-        self.firings: list[Firing] = []
+        self.firings: list[TriggerFiring] = []
         self.effort = Effort()
 
     def go(self, progress: Callable[[float], None]) -> None:
         """Go from 0 s to the end."""
-        situation = self.situation
+        state = self.state
         self._happen(_NOTHING, [])
-        self.initial, self.switched = standing_energy(situation), 0.0
-        while situation.time < self.duration:
+        self.initial, self.switched = standing_energy(state), 0.0
+        while state.time < self.duration:
             until = min(self.calendar.next, self.duration)
-            equations = Equations(situation, until)
+            equations = Equations(state, until)
             ending = self._at_once(equations) or self._stretch(equations, until, progress)
             self._happen(ending.broken, ending.fired)
-        self._look_now(Equations(situation, self.duration))
+        self._look_now(Equations(state, self.duration))
 
     # --- stretches between events -------------------------------------------------------------
 
     def _at_once(self, equations: Equations) -> Ending | None:
         """Return what breaks before any time passes."""
-        time = self.situation.time
+        time = self.state.time
         broken = overloaded(
             equations, equations.pull(time, *equations.spread(time, self._y(equations)))
         )
@@ -109,7 +109,7 @@ class Walk:
     def _steps(self, equations: Equations, y: Floats, stop: float) -> Iterator[Step]:
         """Yield steps that land on every sample, if the method can, and on the stop."""
         stepper = Stepper(equations, self.method, self.rtol, self._floor(), self.effort)
-        time, size = self.situation.time, None
+        time, size = self.state.time, None
         while time < stop:
             lands = self.method in ONE_STEP
             leg = min(self.track.due, stop) if lands else stop
@@ -132,8 +132,8 @@ class Walk:
         return Ending(broken.time, broken.springs, [])
 
     def _trigger(self, equations: Equations, step: Step, stop: float) -> Ending | None:
-        situation = self.situation
-        if not self.waiting and not situation.is_slipping:
+        state = self.state
+        if not self.waiting and not state.is_slipping:
             return None
 
         def true(time: float, y: Floats) -> list[int]:
@@ -142,10 +142,10 @@ class Walk:
 
         def seizes(time: float, y: Floats) -> bool:
             moved, velocity = equations.spread(time, y)
-            return bool(situation.seizing(time, equations.drawn + moved, velocity))
+            return bool(state.seizing(time, equations.drawn + moved, velocity))
 
         def happens(time: float, y: Floats) -> bool:
-            return bool(true(time, y)) or (situation.is_slipping and seizes(time, y))
+            return bool(true(time, y)) or (state.is_slipping and seizes(time, y))
 
         when = first_true(happens, step, stop, SHARP * self.duration)
         if when is None:
@@ -155,35 +155,35 @@ class Walk:
             when, _NOTHING, true(when, step.exact(when)) or true(when, step.near(when))
         )
 
-    def _floor(self) -> Scales:
+    def _floor(self) -> ErrorScales:
         """Return scales below which errors do not matter."""
         network = self.network
         size = FLOOR * (network.extent or float(network.rest.max(initial=0.0)) or 1.0)
         speed = size / self.duration
         stiffest = float(network.sudden.max(initial=0.0))
         heaviest = float(network.mass[: network.body_nodes].max(initial=0.0))
-        return Scales(size, speed, stiffest * size**2 + heaviest * speed**2)
+        return ErrorScales(size, speed, stiffest * size**2 + heaviest * speed**2)
 
     # --- state --------------------------------------------------------------------------------
 
     def _y(self, equations: Equations) -> Floats:
-        situation = self.situation
-        return equations.gather(situation.position, situation.velocity, self.work, self.lost)
+        state = self.state
+        return equations.gather(state.position, state.velocity, self.work, self.lost)
 
     def _take(self, equations: Equations, time: float, y: Floats) -> None:
-        """Make a state of the unknowns that of the situation."""
-        situation, free = self.situation, equations.free
+        """Make a state of the unknowns that of the state."""
+        state, free = self.state, equations.free
         moved, velocity = equations.spread(time, y)
-        situation.time = time
-        situation.position[free] = equations.drawn[free] + moved[free]
-        situation.velocity[free] = velocity[free]
+        state.time = time
+        state.position[free] = equations.drawn[free] + moved[free]
+        state.velocity[free] = velocity[free]
         hidden = self.network.memory
-        situation.velocity[hidden] = velocity[hidden]
-        situation.place_held()
+        state.velocity[hidden] = velocity[hidden]
+        state.place_held()
         self.work, self.lost = map(float, y[-2:])
 
     def _look_now(self, equations: Equations) -> None:
-        while self.track.due <= self.situation.time:
+        while self.track.due <= self.state.time:
             self._enter(equations, self._y(equations))
 
     def _look_within(self, equations: Equations, step: Step, stop: float) -> None:
@@ -192,55 +192,55 @@ class Walk:
             self._enter(equations, step.near(self.track.due))
 
     def _enter(self, equations: Equations, y: Floats) -> None:
-        self.track.enter(equations, y, dict(self.situation.holders), self.switched)
+        self.track.enter(equations, y, dict(self.state.holders), self.switched)
 
     # --- events -------------------------------------------------------------------------------
 
     def _happen(self, broken: Indices, fired: list[int]) -> None:
         """Do all that is due now, and enter into the ledger what energy it switched."""
-        before = standing_energy(self.situation)
-        for name in self.situation.give_way(broken):
-            broken = broken[broken != self.situation.knots[name].hold]
+        before = standing_energy(self.state)
+        for name in self.state.give_way(broken):
+            broken = broken[broken != self.state.knots[name].hold]
         if len(broken):
-            self.situation.alive = self.situation.alive.copy()
-            self.situation.alive[broken] = False
+            self.state.alive = self.state.alive.copy()
+            self.state.alive[broken] = False
             self.ruptured[broken] = True
-            self.breaks.append(Break(self.situation.time, broken))
-        self.situation.seize()
+            self.breaks.append(Break(self.state.time, broken))
+        self.state.seize()
         self._carry_out()
         while fired := fired or self._true(self._now()):
             for trigger in fired:
                 self.waiting.remove(trigger)
-                self.firings.append(Firing(self.situation.time, trigger))
-                self.calendar.script(self.plan.triggers[trigger].events, self.situation.time)
+                self.firings.append(TriggerFiring(self.state.time, trigger))
+                self.calendar.script(self.plan.triggers[trigger].events, self.state.time)
             fired = []
             self._carry_out()
-        self.switched += standing_energy(self.situation) - before
+        self.switched += standing_energy(self.state) - before
 
     def _carry_out(self) -> None:
-        for action in self.calendar.due(self.situation.time):
+        for action in self.calendar.due(self.state.time):
             if isinstance(action, Settle):
-                self.situation.place_held()
-                rest(self.situation, action.chosen(self.situation))
+                self.state.place_held()
+                rest(self.state, action.chosen(self.state))
             else:
-                action.apply(self.situation, self.calendar)
-        self.situation.place_held()
-        self.situation.let_leak()
+                action.apply(self.state, self.calendar)
+        self.state.place_held()
+        self.state.let_leak()
 
     def _true(self, moment: Moment) -> list[int]:
         return [n for n in self.waiting if self.plan.triggers[n].condition(moment)]
 
     def _now(self) -> Moment:
-        situation = self.situation
+        state = self.state
         sums = np.array([self.work, self.lost])
-        return self._moment(situation.time, situation.position, situation.velocity, sums)
+        return self._moment(state.time, state.position, state.velocity, sums)
 
     def _moment(self, time: float, position: Floats, velocity: Floats, y: Floats) -> Moment:
         work, lost = y[-2:]
         sizes = abs(work), abs(lost), abs(self.switched), self.track.scales.energy
-        ledger = Ledger(self.initial, work, lost, self.switched, max(sizes))
+        ledger = EnergyBalance(self.initial, work, lost, self.switched, max(sizes))
         return replace(
-            Moment.of(self.situation),
+            Moment.of(self.state),
             time=time,
             position=position,
             velocity=velocity,

@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Plan
-from tissuec.validate.player import Walk
+from tissuec.validate.player import ReferenceRun
 from tissuec.validate.solution import Reference, Track
 
 FINEST = 1e-13  # the smallest error per step that rounding leaves room for
@@ -42,7 +42,7 @@ def reference(
     """
     started = clock.monotonic()
     track = Track(np.asarray(times, dtype=float), network.node_count)
-    walk = Walk(network, plan, track, method, rtol or default_rtol(plan))
+    walk = ReferenceRun(network, plan, track, method, rtol or default_rtol(plan))
     walk.go(progress or (lambda time: None))
     walk.effort.wall_time = clock.monotonic() - started
     return Reference(

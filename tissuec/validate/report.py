@@ -6,8 +6,8 @@ import numpy as np
 
 from tissuec.core.data import as_data
 from tissuec.model.network import Network
-from tissuec.validate.compare import Quantity
-from tissuec.validate.validation import Comparison, Validation
+from tissuec.validate.compare import QuantityError
+from tissuec.validate.validation import RunComparison, Validation
 
 
 def as_dict(validation: Validation, network: Network) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def as_dict(validation: Validation, network: Network) -> dict[str, Any]:
     return document
 
 
-def _comparison(comparison: Comparison, network: Network) -> dict[str, Any]:
+def _comparison(comparison: RunComparison, network: Network) -> dict[str, Any]:
     known = comparison.known
     reference, second = known.reference, known.second
     return {
@@ -54,7 +54,7 @@ def _comparison(comparison: Comparison, network: Network) -> dict[str, Any]:
     }
 
 
-def _quantity(quantity: Quantity, network: Network) -> dict[str, Any]:
+def _quantity(quantity: QuantityError, network: Network) -> dict[str, Any]:
     node = None if quantity.node is None else _node(network, quantity.node)
     values = {name: getattr(quantity, name) for name in _NUMBERS}
     return values | {"kept": quantity.is_kept, "node": node}

@@ -16,9 +16,9 @@ from scipy.optimize import minimize
 from scipy.sparse import csr_matrix, identity
 from scipy.sparse.linalg import eigsh, spsolve
 
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
-from tissuec.validate.equations import Equations, Springs
+from tissuec.validate.equations import Equations, SpringStates
 from tissuec.validate.stepping import ReferenceFailure
 
 COARSE = 1e-5  # of the largest force: up to here the energy tells the way
@@ -31,17 +31,17 @@ LOOSE = 1e-10  # of the stiffest: what resists less is not told from what resist
 SMALL = 1500  # unknowns up to which a full matrix is no slower than a sparse one
 
 
-def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
+def rest(state: State, chosen: NDArray[np.bool_]) -> None:
     """Put the chosen nodes that nobody holds where the forces on them balance, at rest.
 
     Args:
-        situation: Changed in place.
+        state: Changed in place.
         chosen: Which nodes may move, shape (node,).
 
     Raises:
         ReferenceFailure: No equilibrium was found.
     """
-    field = Field(situation, chosen)
+    field = EnergyField(state, chosen)
     if not len(field.free):
         return
     moved = _polished(field, _blown(field, field.start))
@@ -54,26 +54,26 @@ def rest(situation: Situation, chosen: NDArray[np.bool_]) -> None:
     left, most = float(np.abs(field.force(moved)).max()), field.largest(moved)
     if not left <= BALANCED * most + field.noise:
         raise ReferenceFailure(
-            f"SciPy's minimiser found no equilibrium at {situation.time:g} s: the residual "
+            f"SciPy's minimiser found no equilibrium at {state.time:g} s: the residual "
             f"force is {left:.2g} N, the largest force {most:.2g} N"
         )
-    situation.position[field.free] = field.drawn + moved.reshape(-1, 3)
-    situation.velocity[field.free] = 0.0
-    situation.forget_friction(field.free)
-    _give_way(situation, field.free)
+    state.position[field.free] = field.drawn + moved.reshape(-1, 3)
+    state.velocity[field.free] = 0.0
+    state.forget_friction(field.free)
+    _give_way(state, field.free)
 
 
-def _give_way(situation: Situation, free: Indices) -> None:
+def _give_way(state: State, free: Indices) -> None:
     """Let what the branches of springs at some nodes remember be their elongation."""
-    equations = Equations(situation, situation.time)
-    moved = situation.position - situation.network.position
-    stretch = equations.pull(situation.time, moved, situation.velocity).stretch
-    touched = np.isin(situation.network.ends[equations.springs], free).any(axis=1)
-    given = equations.yielding.given_way(stretch, touched, situation.velocity)
-    equations.yielding.write(given, situation.velocity)
+    equations = Equations(state, state.time)
+    moved = state.position - state.network.position
+    stretch = equations.pull(state.time, moved, state.velocity).stretch
+    touched = np.isin(state.network.ends[equations.springs], free).any(axis=1)
+    given = equations.yielding.given_way(stretch, touched, state.velocity)
+    equations.yielding.write(given, state.velocity)
 
 
-def _way_off(field: "Field", moved: Floats) -> Floats | None:
+def _way_off(field: "EnergyField", moved: Floats) -> Floats | None:
     """Return displacements along which a net buckles that should not stay; None if it may.
 
     Which of the two sides is a rule of the language: in the motion that is resisted least, the
@@ -89,7 +89,7 @@ def _way_off(field: "Field", moved: Floats) -> Floats | None:
     return shape * (0.1 * field.reach / first)
 
 
-def _put_back(field: "Field", moved: Floats) -> Floats:
+def _put_back(field: "EnergyField", moved: Floats) -> Floats:
     """Return displacements put back along what costs nothing, by steps of Gauss and Newton.
 
     Where Σ m |u - u₀|² is least is the rule of the language.
@@ -137,7 +137,7 @@ def lowest(matrix: csr_matrix) -> tuple[float, Floats]:
     return float(found[0][0]), np.asarray(found[1])[:, 0]
 
 
-def _lowered(field: "Field", moved: Floats) -> Floats:
+def _lowered(field: "EnergyField", moved: Floats) -> Floats:
     found = minimize(
         field.energy,
         moved,
@@ -154,7 +154,7 @@ def _lowered(field: "Field", moved: Floats) -> Floats:
     return np.asarray(found.x)
 
 
-def _blown(field: "Field", moved: Floats) -> Floats:
+def _blown(field: "EnergyField", moved: Floats) -> Floats:
     """Return displacements of least energy, again and again while jets follow the net."""
     for _ in range(BLOWS):
         before = field.freeze(moved)
@@ -165,7 +165,7 @@ def _blown(field: "Field", moved: Floats) -> Floats:
     return moved
 
 
-def _polished(field: "Field", moved: Floats, motions: Floats | None = None) -> Floats:
+def _polished(field: "EnergyField", moved: Floats, motions: Floats | None = None) -> Floats:
     """Return displacements that Newton's steps no longer improve.
 
     Args:
@@ -185,11 +185,11 @@ def _polished(field: "Field", moved: Floats, motions: Floats | None = None) -> F
     return moved
 
 
-class Field:
+class EnergyField:
     """Forces and energy as functions of the displacements of the nodes that may move.
 
     Args:
-        situation: Read once, now.
+        state: Read once, now.
         chosen: Which nodes may move, shape (node,).
 
     Attributes:
@@ -201,28 +201,28 @@ class Field:
         noise: What rounding leaves of a force [N].
     """
 
-    def __init__(self, situation: Situation, chosen: NDArray[np.bool_]):
-        stays = np.flatnonzero(~chosen & ~situation.held)
-        relaxed = situation.inelastic and situation.inelastic.without_branches()
-        holders = {**situation.holders, "what is not settled": stays}
+    def __init__(self, state: State, chosen: NDArray[np.bool_]):
+        stays = np.flatnonzero(~chosen & ~state.held)
+        relaxed = state.inelastic and state.inelastic.without_branches()
+        holders = {**state.holders, "what is not settled": stays}
         still = replace(
-            situation,
+            state,
             holders=holders,
             inelastic=relaxed,
-            position=situation.position.copy(),
-            velocity=situation.velocity.copy(),
+            position=state.position.copy(),
+            velocity=state.velocity.copy(),
         )
         still.place_held()
-        self._equations = equations = Equations(still, situation.time)
-        self._time = situation.time
-        self._speed = np.zeros_like(situation.velocity)
-        self._speed[situation.network.memory] = situation.velocity[situation.network.memory]
+        self._equations = equations = Equations(still, state.time)
+        self._time = state.time
+        self._speed = np.zeros_like(state.velocity)
+        self._speed[state.network.memory] = state.velocity[state.network.memory]
         self.free, self.drawn = equations.free, equations.drawn[equations.free]
         self.mass = equations.mass
-        self.start = (situation.position[self.free] - self.drawn).ravel()
+        self.start = (state.position[self.free] - self.drawn).ravel()
         outside = equations.outside(self._time)[self.free]
         self._load = (outside + equations.mass[:, None] * equations.gravity).ravel()
-        self._jets = tuple(situation.jets.values())
+        self._jets = tuple(state.jets.values())
         self._frozen = np.zeros_like(self.start)
         springs = self._springs(self.start)
         self.reach = float(np.mean(springs.length)) if len(springs.length) else 1.0
@@ -235,15 +235,15 @@ class Field:
         y = np.concatenate([moved, np.zeros_like(moved), rest])
         return self._equations.spread(self._time, y)[0]
 
-    def _springs(self, moved: Floats) -> Springs:
-        state = self._state(moved)
-        return self._equations.pull(self._time, state, self._speed)
+    def _springs(self, moved: Floats) -> SpringStates:
+        motion = self._state(moved)
+        return self._equations.pull(self._time, motion, self._speed)
 
     def force(self, moved: Floats) -> Floats:
         """Return the forces on the nodes that move [N], shape (3 free,)."""
-        state = self._state(moved)
+        motion = self._state(moved)
         forces = self._equations.inner_forces(
-            self._time, state, np.zeros_like(state), self._springs(moved)
+            self._time, motion, np.zeros_like(motion), self._springs(moved)
         )
         return forces[self.free].ravel() + self._load
 

@@ -5,16 +5,16 @@ from collections.abc import Mapping
 import numpy as np
 from msgspec import Struct
 
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
 from tissuec.validate.crossings import Break
-from tissuec.validate.equations import Energies, Equations, Scales, Springs
+from tissuec.validate.equations import Energies, Equations, ErrorScales, SpringStates
 from tissuec.validate.stepping import Effort
 
 Holders = tuple[Mapping[str, Indices], ...]
 
 
-class Firing(Struct, frozen=True):
+class TriggerFiring(Struct, frozen=True):
     """A trigger, by its place in the plan, and when it fired [s]."""
 
     time: float
@@ -53,7 +53,7 @@ class Reference(Struct, frozen=True, eq=False):
     energies: Floats
     initial: float
     breaks: tuple[Break, ...]
-    firings: tuple[Firing, ...]
+    firings: tuple[TriggerFiring, ...]
     strain: Floats
     effort: Effort
 
@@ -79,7 +79,7 @@ class Track:
         self.sizes, self.energies = np.empty((len(times), 2)), np.empty((len(times), 6))
         self.holders: list[Mapping[str, Indices]] = []
         self.row = 0
-        self.scales = Scales(0.0, 0.0, 0.0)
+        self.scales = ErrorScales(0.0, 0.0, 0.0)
 
     @property
     def due(self) -> float:
@@ -87,7 +87,7 @@ class Track:
         return self.times[self.row] if self.row < len(self.times) else float("inf")
 
     def measure(
-        self, equations: Equations, time: float, y: Floats, springs: Springs | None = None
+        self, equations: Equations, time: float, y: Floats, springs: SpringStates | None = None
     ) -> Energies:
         """Let a state count for the largest displacement, speed and energy so far.
 
@@ -120,8 +120,8 @@ class Track:
         self.row += 1
 
 
-def standing_energy(situation: Situation) -> float:
-    """Return the energy of the state in which a situation is [J]."""
-    equations = Equations(situation, situation.time)
-    moved = situation.position - situation.network.position
-    return equations.energies(situation.time, moved, situation.velocity).total
+def standing_energy(state: State) -> float:
+    """Return the energy of a state [J]."""
+    equations = Equations(state, state.time)
+    moved = state.position - state.network.position
+    return equations.energies(state.time, moved, state.velocity).total

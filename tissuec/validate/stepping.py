@@ -10,7 +10,7 @@ from scipy import integrate
 
 from tissuec.core.errors import TissueError
 from tissuec.model.network import Floats
-from tissuec.validate.equations import Equations, Scales
+from tissuec.validate.equations import Equations, ErrorScales
 
 METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
 IMPLICIT = ("Radau", "BDF", "LSODA")
@@ -76,7 +76,7 @@ class Stepper:
     """
 
     def __init__(
-        self, equations: Equations, method: str, rtol: float, floor: Scales, effort: Effort
+        self, equations: Equations, method: str, rtol: float, floor: ErrorScales, effort: Effort
     ):
         self._equations, self._method, self._rtol, self._effort = (
             equations,
@@ -93,7 +93,7 @@ class Stepper:
             )
 
     def steps(
-        self, time: float, y: Floats, stop: float, scales: Scales, first: float | None
+        self, time: float, y: Floats, stop: float, scales: ErrorScales, first: float | None
     ) -> Iterator[Step]:
         """Yield the steps from a state to a time, which is landed on.
 
@@ -113,7 +113,7 @@ class Stepper:
             solver.nfev = 0
 
     def _landing(
-        self, start: float, before: Floats, scales: Scales
+        self, start: float, before: Floats, scales: ErrorScales
     ) -> Callable[[float], Floats]:
         def land(time: float) -> Floats:
             solver = self._solver(start, before, time, scales, time - start)
@@ -132,7 +132,7 @@ class Stepper:
             raise ReferenceFailure(f"SciPy's {self._method} failed at {solver.t:g} s{reason}")
 
     def _solver(
-        self, time: float, y: Floats, stop: float, scales: Scales, first: float | None
+        self, time: float, y: Floats, stop: float, scales: ErrorScales, first: float | None
     ) -> Any:
         keywords: dict[str, Any] = {"rtol": self._rtol, "atol": self._allowed(scales)}
         if self._method in IMPLICIT:
@@ -142,7 +142,7 @@ class Stepper:
         make = getattr(integrate, self._method)
         return make(self._equations.rate, time, y, stop, first_step=first, **keywords)
 
-    def _allowed(self, scales: Scales) -> Floats:
+    def _allowed(self, scales: ErrorScales) -> Floats:
         """Return the absolute error allowed per step, never less than rounding makes anyway."""
         size, noise = scales.joined(self._floor), self._noise
         place = max(self._rtol * size.displacement, noise.displacement)

@@ -26,7 +26,7 @@ WORTHWHILE = 3.0  # a finer reference that gains less than this has met sensitiv
 Progress = Callable[[str, float], None]
 
 
-class Known(Struct, frozen=True, eq=False):
+class EstimatedReference(Struct, frozen=True, eq=False):
     """A reference and how well it is known.
 
     Attributes:
@@ -62,7 +62,7 @@ def known_reference(
     method: str,
     rtol: float | None,
     progress: Progress,
-) -> Known:
+) -> EstimatedReference:
     """Return a reference that is as well known as a promise asks for, if one can be.
 
     Args:
@@ -81,10 +81,10 @@ def known_reference(
             progress=lambda time: progress(stage, time),
         )
 
-    def pair(error: float) -> Known:
+    def pair(error: float) -> EstimatedReference:
         second = solve(shaken(network), every_other(times), APART * error)
         first = solve(network, times, error)
-        return Known(first, second, uncertainty(first, second, network))
+        return EstimatedReference(first, second, uncertainty(first, second, network))
 
     known, promise = pair(rtol or default_rtol(plan)), plan.simulation.tolerance
     if rtol is not None or promise is None:
@@ -97,7 +97,9 @@ def known_reference(
     return known
 
 
-def _gained(known: Known, better: Known, promise: float, duration: float) -> bool:
+def _gained(
+    known: EstimatedReference, better: EstimatedReference, promise: float, duration: float
+) -> bool:
     if better.uncertainty[-1] * WORTHWHILE < known.uncertainty[-1]:
         return True
     return better.horizon(promise) - known.horizon(promise) > 0.1 * duration

@@ -5,17 +5,17 @@ import time as clock
 from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
-from tissuec.validate.compare import Quantity
+from tissuec.validate.compare import QuantityError
 from tissuec.validate.engine_run import Observed, observe, output_times, thinned
 from tissuec.validate.events import Matching
 from tissuec.validate.forces import FORMULAS
 from tissuec.validate.judge import Judge, Verdict
 from tissuec.validate.stepping import ReferenceFailure
-from tissuec.validate.uncertainty import Known, Progress, known_reference
+from tissuec.validate.uncertainty import EstimatedReference, Progress, known_reference
 from tissuec.validate.wording import reasons
 
 
-class Comparison(Struct, frozen=True, eq=False):
+class RunComparison(Struct, frozen=True, eq=False):
     """What a run that came to its end has to show.
 
     Attributes:
@@ -25,11 +25,11 @@ class Comparison(Struct, frozen=True, eq=False):
         known: The reference.
     """
 
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[QuantityError, ...]
     ruptures: Matching
     triggers: Matching
     judged: float
-    known: Known
+    known: EstimatedReference
 
 
 class Validation(Struct, frozen=True, eq=False):
@@ -50,7 +50,7 @@ class Validation(Struct, frozen=True, eq=False):
     tolerance: float | None
     output_times: int
     run: Observed
-    comparison: Comparison | None
+    comparison: RunComparison | None
     wall_time: float
 
 
@@ -90,6 +90,6 @@ def validate(
         judge.tolerance,
         len(every),
         run,
-        Comparison(judge.quantities, judge.ruptures, judge.triggers, judge.until, known),
+        RunComparison(judge.quantities, judge.ruptures, judge.triggers, judge.until, known),
         clock.monotonic() - started,
     )

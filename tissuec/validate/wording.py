@@ -5,17 +5,19 @@ import numpy as np
 from tissuec.compiler.compile import Compiled
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.failure_messages import describe_spring
-from tissuec.validate.compare import Quantity
+from tissuec.validate.compare import QuantityError
 from tissuec.validate.engine_run import Observed
 from tissuec.validate.events import Miss
 from tissuec.validate.judge import Judge
 from tissuec.validate.reference import FINEST
-from tissuec.validate.uncertainty import BETTER, Known
+from tissuec.validate.uncertainty import BETTER, EstimatedReference
 
 MOST = 5  # differences of one kind that are told one by one
 
 
-def reasons(compiled: Compiled, judge: Judge, run: Observed, known: Known) -> list[str]:
+def reasons(
+    compiled: Compiled, judge: Judge, run: Observed, known: EstimatedReference
+) -> list[str]:
     """Return what a reader must know beside the numbers."""
     sentences: list[str] = []
     if judge.tolerance is None:
@@ -32,14 +34,14 @@ def reasons(compiled: Compiled, judge: Judge, run: Observed, known: Known) -> li
     return sentences
 
 
-def _breach(quantity: Quantity) -> str:
+def _breach(quantity: QuantityError) -> str:
     return (
         f"the error of {quantity.name} is {quantity.error:.2g} at {show(quantity.time, TIME)}, "
         f"above the limit {quantity.bound:g}"
     )
 
 
-def _doubts(known: Known, tolerance: float | None) -> list[str]:
+def _doubts(known: EstimatedReference, tolerance: float | None) -> list[str]:
     """Return what is not known of the reference itself."""
     error = known.uncertainty[-1]
     if tolerance is None:
@@ -67,7 +69,7 @@ def _rupture(miss: Miss, run: Observed) -> str:
     here, there = ("run", "reference") if miss.in_run else ("reference", "run")
     why = "a near tie" if miss.is_tie else "more than an error within the limit explains"
     return (
-        f"{describe_spring(run.outcome.situation, miss.number)}, breaks at "
+        f"{describe_spring(run.outcome.state, miss.number)}, breaks at "
         f"{show(miss.time, TIME, digits=6)} in the {here} only; in the {there} it reached "
         f"{100.0 * miss.strain:.6g} % of its limit, {why}"
     )

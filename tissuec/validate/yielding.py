@@ -35,7 +35,7 @@ class Yielding:
     """What some springs remember.
 
     Args:
-        inelastic: Of all springs of the situation; None if none remembers anything.
+        inelastic: Of all springs of the state; None if none remembers anything.
         springs: The living ones.
 
     Attributes:

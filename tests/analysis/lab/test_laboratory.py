@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import tissuec
 from tissuec.analysis.lab import indentation, motion, statics
-from tissuec.analysis.lab.bench import Bench, Unmeasured
+from tissuec.analysis.lab.bench import TestBench, Unmeasured
 from tissuec.analysis.lab.laboratory import agrees
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
@@ -25,7 +25,7 @@ GEL = (
     f"breaking strain = {STRAIN}"
 )
 BARE = f"Young's modulus = {YOUNG} Pa"
-EMPTY = statics.Curve(np.zeros(0), np.zeros(0))
+EMPTY = statics.StressStrainCurve(np.zeros(0), np.zeros(0))
 
 
 def text(entries):
@@ -34,7 +34,7 @@ def text(entries):
 
 def bench(entries, **more):
     request = Request(Source("gel.tis", text(entries)))
-    return Bench(request, read_words(request)[0].tissues["gel"], spacing=2.5e-3, **more)
+    return TestBench(request, read_words(request)[0].tissues["gel"], spacing=2.5e-3, **more)
 
 
 def lab(folder, content, *options):
@@ -92,7 +92,7 @@ def test_a_ball_is_pressed_into_a_half_space_as_hertz_says():
 def test_a_ball_measures_the_modulus_within_the_stated_share(ratio, off):
     gel = bench(f"{BARE}; Poisson's ratio = {ratio}")
     block = indentation.blocks(gel)[0]
-    tension = statics.Tension(YOUNG, ratio, DENSITY)
+    tension = statics.TensionTest(YOUNG, ratio, DENSITY)
     assert indentation.indentation(gel, block, tension) == pytest.approx(YOUNG, rel=off)
 
 
@@ -143,7 +143,7 @@ def test_a_coupon_without_a_limit_does_not_break():
 @pytest.mark.parametrize(("ratio", "thickness"), [(0.45, None), (None, 1e-3)])
 def test_oscillations_measure_the_retardation_time(ratio, thickness):
     gel = bench(GEL + (f"; Poisson's ratio = {ratio}" if ratio else ""), thickness=thickness)
-    tension = statics.Tension(YOUNG, ratio or 1 / 3, DENSITY)
+    tension = statics.TensionTest(YOUNG, ratio or 1 / 3, DENSITY)
     coupon = gel.coupons(motion.width_for(gel, tension))[0]
     found = motion.oscillation(gel, coupon, tension)
     assert found.time == pytest.approx(TIME, rel=0.03)  # 2 cells across
@@ -151,7 +151,7 @@ def test_oscillations_measure_the_retardation_time(ratio, thickness):
 
 def test_what_is_held_relaxes_by_its_share_in_its_time():
     gel = bench(f"{GEL}; relaxing share = 40 %; relaxation time = 100 ms")
-    tension = statics.Tension(YOUNG, 0.25, DENSITY)
+    tension = statics.TensionTest(YOUNG, 0.25, DENSITY)
     coupon = gel.coupons(motion.width_to_hold(gel, tension))[0]
     found = motion.held(gel, coupon, tension)
     assert found.time == pytest.approx(0.1, rel=0.02)  # samples are 1 ms apart
@@ -239,7 +239,7 @@ tissue gel {{
 """,
         )
     )
-    gel = Bench(request, read_words(request)[0].tissues["gel"], spacing=1e-3)
+    gel = TestBench(request, read_words(request)[0].tissues["gel"], spacing=1e-3)
     found = statics.tension(gel, gel.coupons()[0], 1e3)
     assert agrees(found.modulus, gel.tissue.known[0]) is is_known
 
@@ -258,7 +258,7 @@ def test_evidence_is_met_as_well_as_the_laboratory_measures(value, is_known):
 def at_once(monkeypatch):
     """Let all tests of bare gel but tension say 1 without any scene."""
     intact = statics.Rupture(EMPTY, math.nan, math.nan)
-    monkeypatch.setattr(statics, "tension", lambda *_: statics.Tension(1.0, 0.3, 1.0))
+    monkeypatch.setattr(statics, "tension", lambda *_: statics.TensionTest(1.0, 0.3, 1.0))
     monkeypatch.setattr(statics, "compressed", lambda *_: (1.0, EMPTY))
     monkeypatch.setattr(statics, "shear", lambda *_: 1.0)
     monkeypatch.setattr(statics, "rupture", lambda *_: intact)
@@ -274,7 +274,9 @@ def test_quantities_of_springs_are_said_to_depend_on_the_mesh(tmp_path, at_once)
 @pytest.mark.parametrize(("fine", "is_good"), [(1.04, True), (1.06, False)])
 def test_coupons_that_differ_contradict_each_other(fine, is_good, at_once, monkeypatch):
     made = iter([1.0, fine])
-    monkeypatch.setattr(statics, "tension", lambda *_: statics.Tension(next(made), 0.3, 1.0))
+    monkeypatch.setattr(
+        statics, "tension", lambda *_: statics.TensionTest(next(made), 0.3, 1.0)
+    )
     (found,) = tissuec.examine(text(BARE))
     assert found.is_good is is_good
     assert found.rows[0].verdict == ("good" if is_good else "the coupons differ by 5.7 %")
@@ -311,7 +313,7 @@ def test_a_scene_lends_its_tissues_only(tmp_path):
     )
     request = Request(Source("scene.tis", scene))
     gel = read_words(request)[0].tissues["gel"]
-    found = Bench(request, gel, spacing=1e-3)
+    found = TestBench(request, gel, spacing=1e-3)
     modulus = statics.tension(found, found.coupons()[0], 1e3).modulus
     assert modulus == pytest.approx(YOUNG, rel=2e-3)
 

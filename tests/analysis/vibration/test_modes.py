@@ -28,12 +28,12 @@ def solver(request, monkeypatch):
     return request.param
 
 
-def everything(situation):
-    return np.ones(situation.network.node_count, dtype=bool)
+def everything(state):
+    return np.ones(state.network.node_count, dtype=bool)
 
 
-def modes(situation, **given):
-    return modes_of(situation, everything(situation), **given)
+def modes(state, **given):
+    return modes_of(state, everything(state), **given)
 
 
 def omega(found):
@@ -41,16 +41,16 @@ def omega(found):
 
 
 def held(network, nodes):
-    situation = start(network)
-    situation.holders["fix"] = np.array(nodes)
-    return situation
+    state = start(network)
+    state.holders["fix"] = np.array(nodes)
+    return state
 
 
 def test_a_chain_between_walls_has_its_known_frequencies_and_damping(solver):
     n, k, m, d = 12, 100.0, 0.1, 0.3
-    situation = held(chain(n + 2, stiffness=k, mass=m, damping=d), [0, n + 1])
-    situation.drag = 0.05
-    found = modes(situation, count=7, above=0.0)
+    state = held(chain(n + 2, stiffness=k, mass=m, damping=d), [0, n + 1])
+    state.drag = 0.05
+    found = modes(state, count=7, above=0.0)
     known = 2.0 * np.sqrt(k / m) * np.sin(np.arange(1, 8) * np.pi / (2 * (n + 1)))
     assert omega(found) == pytest.approx(known, rel=ROUNDING)
     ratio = [mode.damping_ratio for mode in found]
@@ -78,17 +78,15 @@ def tangled(count=9, seed=3):
 
 
 def test_a_free_body_has_three_translations_and_three_rotations(solver):
-    situation = start(tangled())
-    found = modes(situation, count=8)
+    state = start(tangled())
+    found = modes(state, count=8)
     assert [mode.kind for mode in found] == ["rigid"] * 6 + ["vibration"] * 2
-    momentum = [np.linalg.norm(situation.mass @ mode.shape) for mode in found]
-    whole = np.sqrt(situation.mass.sum())  # of a translation with φᵀ M φ = 1
+    momentum = [np.linalg.norm(state.mass @ mode.shape) for mode in found]
+    whole = np.sqrt(state.mass.sum())  # of a translation with φᵀ M φ = 1
     assert momentum == pytest.approx([whole] * 3 + [0.0] * 5, abs=1e-6)
-    lengths = observables.lengths(situation.network.ends, situation.position)
+    lengths = observables.lengths(state.network.ends, state.position)
     for mode in found[:6]:
-        moved = observables.lengths(
-            situation.network.ends, situation.position + 1e-6 * mode.shape
-        )
+        moved = observables.lengths(state.network.ends, state.position + 1e-6 * mode.shape)
         assert moved == pytest.approx(lengths, abs=1e-10)  # the square of the motion
 
 
@@ -170,42 +168,40 @@ def octahedron(seed=1):
     outward = [np.linalg.det(position[face]) > 0 for face in skin]
     faces = [f if out else f[::-1] for f, out in zip(skin, outward, strict=True)]
     corners = np.array(faces)[:, [0, 1, 2, 2]]
-    situation = start(net)
-    situation.rest = net.rest * draw.uniform(0.9, 1.3, 15)
+    state = start(net)
+    state.rest = net.rest * draw.uniform(0.9, 1.3, 15)
     none = np.zeros(0, dtype=np.int64)
     volume = Enclosure(
         "net", corners, np.array([0, 8]), np.array([1.1]), 30.0, (), none, none, span()
     )
-    situation.enclosures = {"net": volume}
-    return situation
+    state.enclosures = {"net": volume}
+    return state
 
 
-def differentiated(situation):
+def differentiated(state):
     """Return K [N/m] of the free nodes from differences of forces."""
-    free = (3 * np.flatnonzero(~situation.held)[:, None] + np.arange(3)).ravel()
-    matrix, still = np.zeros((len(free),) * 2), np.zeros_like(situation.position)
+    free = (3 * np.flatnonzero(~state.held)[:, None] + np.arange(3)).ravel()
+    matrix, still = np.zeros((len(free),) * 2), np.zeros_like(state.position)
     for column, entry in enumerate(free):
-        step = np.zeros(situation.position.size)
+        step = np.zeros(state.position.size)
         step[entry] = 1e-5
         forces = [
-            observables.inner_forces(
-                situation, 0.0, situation.position + way, still
-            ).node.ravel()
+            observables.inner_forces(state, 0.0, state.position + way, still).node.ravel()
             for way in (step.reshape(-1, 3), -step.reshape(-1, 3))
         ]
         matrix[:, column] = (forces[1] - forces[0])[free] / 2e-5
-    return matrix, np.repeat(situation.mass, 3)[free]
+    return matrix, np.repeat(state.mass, 3)[free]
 
 
 @pytest.mark.parametrize("is_wide", [True, False])
 def test_modes_are_those_of_the_forces_with_prestress_and_volumes(is_wide, solver, monkeypatch):
     if is_wide:
         monkeypatch.setattr(volume, "LARGE", 0)
-    situation = octahedron()
-    situation.holders["fix"] = np.array([2])
-    matrix, mass = differentiated(situation)
+    state = octahedron()
+    state.holders["fix"] = np.array([2])
+    matrix, mass = differentiated(state)
     known, shapes = eigh(matrix, np.diag(mass))
-    found = modes(situation, count=4)  # of 15: more than a third are left to the dense solver
+    found = modes(state, count=4)  # of 15: more than a third are left to the dense solver
     unstable = int((known < 0.0).sum())
     assert 0 < unstable < 4
     assert [mode.kind for mode in found[:unstable]] == ["unstable"] * unstable
@@ -213,14 +209,14 @@ def test_modes_are_those_of_the_forces_with_prestress_and_volumes(is_wide, solve
     assert growth == pytest.approx(np.sqrt(-known[:unstable]), rel=1e-6)
     assert omega(found[unstable:]) == pytest.approx(np.sqrt(known[unstable:4]), rel=1e-6)
     for mode, shape in zip(found, shapes.T, strict=False):
-        same = np.vdot(shape * mass, mode.shape[~situation.held])
+        same = np.vdot(shape * mass, mode.shape[~state.held])
         assert abs(same) == pytest.approx(1.0, abs=1e-5)
 
 
 def test_signs_of_pivots_count_the_eigenvalues_below_a_shift(monkeypatch):
     monkeypatch.setattr(volume, "LARGE", 0)
-    situation = octahedron()
-    balance = Balance(situation, everything(situation))
+    state = octahedron()
+    balance = Balance(state, everything(state))
     made = operator.operator_of(balance, balance.bars(balance.start))
     assert made.wide.shape == (18, 1)
     values = np.linalg.eigvalsh(made.dense())
@@ -239,8 +235,8 @@ def test_copies_of_a_frequency_are_all_found(monkeypatch):
     position = np.array([[i, 3 * k, 0] for k in range(9) for i in range(11)], dtype=float)
     ends = [(11 * k + i, 11 * k + i + 1) for k in range(9) for i in range(10)]
     net = make_net(position, ends, rest=0.0)  # springs of no rest length resist in all ways
-    situation = held(net, [11 * k + i for k in range(9) for i in (0, 10)])
-    found = modes(situation, count=60)
+    state = held(net, [11 * k + i for k in range(9) for i in (0, 10)])
+    found = modes(state, count=60)
     known = 2.0 * np.sin(np.repeat([1, 2, 3], 27) * np.pi / 20)[:60]
     assert omega(found) == pytest.approx(known, rel=1e-6)
     shapes = np.array([mode.shape for mode in found]).reshape(60, -1)
@@ -268,16 +264,16 @@ def test_an_unstable_state_is_told_by_how_fast_it_grows(solver):
 def test_a_pressed_chain_is_unstable_in_as_many_ways_as_are_known(solver):
     # m λ² = 4 P/L sin² jπ/2(n+1) across the chain, in two directions.
     n, k, part = 12, 100.0, 0.05
-    situation = held(chain(n + 2, stiffness=k, rest=1.0 + part), [0, n + 1])
-    found = modes(situation, count=5)
+    state = held(chain(n + 2, stiffness=k, rest=1.0 + part), [0, n + 1])
+    found = modes(state, count=5)
     j = np.array([n, n, n - 1, n - 1, n - 2])
     known = 2.0 * np.sqrt(k * part) * np.sin(j * np.pi / (2 * (n + 1)))
     assert [mode.growth for mode in found] == pytest.approx(known, rel=ROUNDING)
 
 
 def test_forces_that_do_not_balance_are_told_with_their_size():
-    situation = held(chain(3, stiffness=100.0, rest=0.9), [0])
-    (note,) = modes(situation, count=1).notes
+    state = held(chain(3, stiffness=100.0, rest=0.9), [0])
+    (note,) = modes(state, count=1).notes
     assert note.startswith("forces do not balance: up to 10 N on a node, where the largest")
 
 
@@ -297,8 +293,8 @@ def test_the_order_of_elimination_takes_every_node_once_and_fills_little():
 
 
 def test_frequencies_come_in_order_with_the_unstable_first():
-    situation = octahedron()
-    found = modes(situation, count=18)
+    state = octahedron()
+    found = modes(state, count=18)
     place = {"unstable": 0, "rigid": 1, "mechanism": 1, "vibration": 2}
     assert all(place[a.kind] <= place[b.kind] for a, b in pairwise(found))
     vibrations = [m.frequency for m in found if m.kind == "vibration"]

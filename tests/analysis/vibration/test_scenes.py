@@ -184,7 +184,7 @@ def test_each_mode_plays_for_a_second_by_a_twentieth_of_its_body(scene, tmp_path
     position, force = np.asarray(played.position), np.asarray(played.force)
     sizes = {"pair": 0.01, "line": 0.02}
     rows = [int(np.argmin(np.abs(np.asarray(played.times) - k - 0.25))) for k in range(7)]
-    mass = found.situation.mass
+    mass = found.state.mass
     for mode, row in zip(found, rows, strict=True):
         assert position[row - 6] == pytest.approx(position[0], abs=1e-15)
         moved = position[row] - position[0]
@@ -193,7 +193,7 @@ def test_each_mode_plays_for_a_second_by_a_twentieth_of_its_body(scene, tmp_path
         assert farthest == pytest.approx(0.05 * sizes[body], rel=1e-9)
         # K φ = ω² M φ: the forces of the springs bring each free node back.
         square = (2.0 * np.pi * mode.frequency) ** 2
-        free = ~found.situation.held
+        free = ~found.state.held
         pulled = (force[row] - force[0])[free]
         due = -square * (mass[:, None] * moved)[free]
         assert pulled == pytest.approx(due, abs=1e-6 * np.abs(force).max())

@@ -46,7 +46,7 @@ def bar(length: float, height: float, cell: float, **given) -> Modes:
 
 def extensional(modes: Modes) -> Mode:
     """Return the mode that carries most of the momentum along x."""
-    mass = modes.situation.mass
+    mass = modes.state.mass
     return max(modes, key=lambda mode: abs(mass @ mode.shape[:, 0]))
 
 
@@ -55,7 +55,7 @@ def breathing(modes: Modes) -> tuple[Mode, float]:
 
     And how much of such a change is in it, 1 being all.
     """
-    mass, place = modes.situation.mass, modes.situation.position
+    mass, place = modes.state.mass, modes.state.position
     outward = place / np.linalg.norm(place, axis=1)[:, None]
     outward /= np.sqrt(mass.sum())
     found = [abs(np.einsum("n,nk,nk->", mass, mode.shape, outward)) for mode in modes]

@@ -38,7 +38,7 @@ def test_arrays_keep_shape_and_kind():
 
 def test_a_situation_comes_back_with_its_motions_and_shares_what_the_network_has():
     network = chain(4)
-    situation, groups = start(network), {"a": [0, 1], "b": [3]}
+    state, groups = start(network), {"a": [0, 1], "b": [3]}
     words = span("move")
 
     class Agenda:
@@ -48,17 +48,17 @@ def test_a_situation_comes_back_with_its_motions_and_shares_what_the_network_has
         def land(self, times):
             pass
 
-    course = table([0.0, 0.5, 1.0], [0, 1, 3])
-    order("move a", groups, by=(1, 2, 3), using=(course,)).apply(situation, Agenda())
+    profile = table([0.0, 0.5, 1.0], [0, 1, 3])
+    order("move a", groups, by=(1, 2, 3), using=(profile,)).apply(state, Agenda())
     order("turn a", groups, duration=1, by=1.0, around=(0, 0, 1), using="ramp").apply(
-        situation, Agenda()
+        state, Agenda()
     )
-    order("push b", groups, with_=(1, 0, 0)).apply(situation, Agenda())
-    order("fix b", groups).apply(situation, Agenda())
-    sources = [m.span.source for m in situation.motions.values()]
-    sources += [load.span.source for load in situation.loads.values()]
+    order("push b", groups, with_=(1, 0, 0)).apply(state, Agenda())
+    order("fix b", groups).apply(state, Agenda())
+    sources = [m.span.source for m in state.motions.values()]
+    sources += [load.span.source for load in state.loads.values()]
     known = [network, network.mass, network.stiffness, *sources, words.source]
-    back, end = read_state(write_state((situation, EndMotion("a", 1.0, words)), known), known)
+    back, end = read_state(write_state((state, EndMotion("a", 1.0, words)), known), known)
     assert back.network is network
     assert back.mass is network.mass
     assert back.rest is not network.rest
@@ -66,7 +66,7 @@ def test_a_situation_comes_back_with_its_motions_and_shares_what_the_network_has
     assert end == EndMotion("a", 1.0, words)
     for time in (0.0, 0.3, 0.77, 2.0):
         for one, other in zip(
-            situation.motions["a"].at(time), back.motions["a"].at(time), strict=True
+            state.motions["a"].at(time), back.motions["a"].at(time), strict=True
         ):
             assert np.array_equal(one, other)
     assert [load.at(0.5).tolist() for load in back.loads.values()] == [[1, 0, 0]]

@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from tests.hand_net import chain, event_action, start
 from tests.hand_plan import carry_out, event, log, make_plan, subject
 from tissuec.engine.execution import recorder as recording_module
-from tissuec.engine.execution.event_queue import Timetable
+from tissuec.engine.execution.event_queue import ActionQueue
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder, wishes
 from tissuec.engine.execution.sampling import join_times, rows_at, rows_within
 from tissuec.engine.method import Samples
-from tissuec.script.measures.moment import Ledger
-from tissuec.script.plan import RELAXATION, Event
+from tissuec.script.measures.moment import EnergyBalance
+from tissuec.script.plan import RELAXATION, ScheduledAction
 
 NEAR = 1e-12
 
@@ -53,26 +53,28 @@ def test_rows_for_nothing_are_none():
 
 
 def test_an_agenda_keeps_time_then_ends_before_script_then_written_order():
-    agenda = Timetable(NEAR, written=[0.3, 0.3, 0.7])
+    queue = ActionQueue(NEAR, written=[0.3, 0.3, 0.7])
     actions = {
         name: event_action(name) for name in ("first", "second", "later", "end", "extra")
     }
-    agenda.script([Event(0.7, actions["later"])], 0.0)
-    agenda.script([Event(0.3, actions["first"]), Event(0.3, actions["second"])], 0.0)
-    agenda.add(0.1 + 0.2, actions["end"])
-    assert agenda.next == 0.3
+    queue.script([ScheduledAction(0.7, actions["later"])], 0.0)
+    queue.script(
+        [ScheduledAction(0.3, actions["first"]), ScheduledAction(0.3, actions["second"])], 0.0
+    )
+    queue.add(0.1 + 0.2, actions["end"])
+    assert queue.next == 0.3
     carried_out = []
-    for action in agenda.due(0.3):
+    for action in queue.due(0.3):
         carried_out.append(action)
         if action is actions["first"]:
-            agenda.add(0.3, actions["extra"])
+            queue.add(0.3, actions["extra"])
     assert carried_out == [actions[name] for name in ("end", "first", "extra", "second")]
-    agenda.land(np.array([0.5, 0.1]))
-    assert agenda.next == 0.1
-    assert list(agenda.due(0.5)) == []
-    assert agenda.next == 0.7
-    assert list(agenda.due(1.0)) == [actions["later"]]
-    assert agenda.next == np.inf
+    queue.land(np.array([0.5, 0.1]))
+    assert queue.next == 0.1
+    assert list(queue.due(0.5)) == []
+    assert queue.next == 0.7
+    assert list(queue.due(1.0)) == [actions["later"]]
+    assert queue.next == np.inf
 
 
 def test_what_a_result_file_must_have_room_for_follows_from_the_plan():
@@ -113,7 +115,7 @@ def test_the_balance_is_judged_by_the_largest_energy_of_all_batches_so_far():
     plan = make_plan(network, 1.0, logs=[log("energy drift", every=0.5)])
     recording = MemoryRecording()
     recorder = Recorder(network, plan, recording)
-    recorder.enter(start(network), np.zeros(0, dtype=bool), Ledger())
+    recorder.enter(start(network), np.zeros(0, dtype=bool), EnergyBalance())
     none = np.zeros(1)
     for time, speed in ((0.0, 1.0), (0.5, 10.0), (1.0, 1.0)):
         velocity = np.array([[[speed, 0.0, 0.0]]])

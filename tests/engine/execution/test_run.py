@@ -52,7 +52,9 @@ def test_two_masses_swing_and_fly_apart_when_their_spring_is_cut():
     assert (alive[:, 0] == (time < cut)).all()
     assert (tension[time >= cut] == 0.0).all()
     assert drift(recording) < 1e-9
-    assert [(t, h.kind, list(h.springs)) for t, h in outcome.happenings] == [(cut, "cut", [0])]
+    assert [(t, h.kind, list(h.springs)) for t, h in outcome.logged_events] == [
+        (cut, "cut", [0])
+    ]
     assert [(e.time, e.kind, e.springs, e.place) for e in recording.events] == [
         (cut, "cut", (0,), "hand.tis:1")
     ]
@@ -108,9 +110,9 @@ def test_a_node_released_at_the_end_of_its_path_starts_from_rest():
     ]
     plan = make_plan(network, 1.0, events, every=0.05)
     outcome, _ = carry_out(network, plan)
-    assert outcome.situation.position.tolist() == [[1.0, 0.0, 0.0]]
-    assert [h.kind for _, h in outcome.happenings] == ["move", "end", "release"]
-    assert {t for t, _ in outcome.happenings} == {0.15, 0.45}
+    assert outcome.state.position.tolist() == [[1.0, 0.0, 0.0]]
+    assert [h.kind for _, h in outcome.logged_events] == ["move", "end", "release"]
+    assert {t for t, _ in outcome.logged_events} == {0.15, 0.45}
 
 
 def test_the_ledger_closes_through_everything_that_events_can_do():
@@ -170,7 +172,7 @@ def test_the_ledger_closes_through_everything_that_events_can_do():
         network, 1.0, events, gravity=(0, 0, -9.81), drag=0.1, energy=0.01, tolerance=1e-8
     )
     outcome, recording = carry_out(network, plan)
-    kinds = {h.kind for _, h in outcome.happenings}
+    kinds = {h.kind for _, h in outcome.logged_events}
     assert outcome.kind == "done"
     assert {"rupture", "cut", "grasp", "change"} <= kinds
     assert drift(recording) < 1e-6
@@ -181,9 +183,9 @@ def test_a_rupture_happens_at_the_time_of_the_closed_form_and_is_logged():
     network = oscillator(rest=1.0, strength=1.5, velocity=[[0, 0, 0], [1.0, 0, 0]])
     plan = make_plan(network, 1.0, energy=0.1)
     outcome, recording = carry_out(network, plan)
-    ((time, happening),) = outcome.happenings
-    assert happening.kind == "rupture"
-    assert happening.springs == (0,)
+    ((time, logged_event),) = outcome.logged_events
+    assert logged_event.kind == "rupture"
+    assert logged_event.springs == (0,)
     assert 12.0 * np.sin(OMEGA * time) / OMEGA == pytest.approx(1.5, rel=1e-8)
     assert drift(recording) < 1e-9
     end = recording.energy_arrays()[1][-1]
@@ -204,7 +206,7 @@ def test_a_trigger_fires_once_at_the_first_time_its_condition_holds():
         step=1e-3,
     )
     outcome, _ = carry_out(network, plan)
-    (fired, trigger_row), (cut, cut_row) = outcome.happenings
+    (fired, trigger_row), (cut, cut_row) = outcome.logged_events
     assert (trigger_row.kind, cut_row.kind) == ("trigger", "cut")
     assert cut == pytest.approx(fired + 0.125, rel=1e-15)
     assert fired == pytest.approx(np.arcsin(0.5) / OMEGA, abs=1e-3)
@@ -214,12 +216,12 @@ def test_a_trigger_that_was_seen_to_be_true_fires_whatever_rounding_says_afterwa
     network = chain(2, velocity=(1.0, 0.0, 0.0))
 
     def true_on_the_way_only(moment):
-        return moment.position is not moment.situation.position and moment.time > 0.5
+        return moment.position is not moment.state.position and moment.time > 0.5
 
     trigger = when(true_on_the_way_only, event(0.0, "cut net", {"net": [0]}))
     outcome, _ = carry_out(network, make_plan(network, 1.0, triggers=[trigger]))
-    assert [h.kind for _, h in outcome.happenings] == ["trigger", "cut"]
-    assert outcome.happenings[0][0] == pytest.approx(0.5, abs=1e-9)
+    assert [h.kind for _, h in outcome.logged_events] == ["trigger", "cut"]
+    assert outcome.logged_events[0][0] == pytest.approx(0.5, abs=1e-9)
 
 
 def test_triggers_that_are_true_at_the_start_fire_there_in_written_order():
@@ -228,13 +230,13 @@ def test_triggers_that_are_true_at_the_start_fire_there_in_written_order():
         when(lambda moment: True, event(0.0, "cut last", {"last": [1]})),
         when(lambda moment: False, event(0.0, "cut last", {"last": [1]})),
         when(
-            lambda moment: not moment.situation.alive[1],
+            lambda moment: not moment.state.alive[1],
             event(0.0, "cut first", {"first": [0]}),
         ),
     ]
     plan = make_plan(network, 1.0, triggers=triggers)
     outcome, _ = carry_out(network, plan)
-    assert [(t, h.kind, list(h.springs)) for t, h in outcome.happenings] == [
+    assert [(t, h.kind, list(h.springs)) for t, h in outcome.logged_events] == [
         (0.0, "trigger", []),
         (0.0, "cut", [1]),
         (0.0, "trigger", []),
@@ -252,9 +254,9 @@ def test_events_at_one_time_happen_in_written_order_after_ends_of_motions():
     ]
     plan = make_plan(network, 1.0, events)
     outcome, _ = carry_out(network, plan)
-    assert [h.kind for _, h in outcome.happenings] == ["move", "end", "cut", "cut"]
-    assert [list(h.springs) for _, h in outcome.happenings] == [[], [], [1], [0]]
-    assert len({t for t, _ in outcome.happenings}) == 2
+    assert [h.kind for _, h in outcome.logged_events] == ["move", "end", "cut", "cut"]
+    assert [list(h.springs) for _, h in outcome.logged_events] == [[], [], [1], [0]]
+    assert len({t for t, _ in outcome.logged_events}) == 2
 
 
 def test_samples_at_the_time_of_an_event_show_what_it_did():
@@ -402,8 +404,8 @@ def test_a_run_that_is_interrupted_and_resumed_gives_the_same_bytes(uninterrupte
     first, before = carry_out(network, plan, interrupt=AfterAsking(count))
     assert first.kind == "interrupted"
     assert "can be resumed" in first.message
-    assert 0.0 <= first.situation.time < 2.0
-    assert {h.kind for _, h in whole.happenings} >= {"rupture", "trigger", "end", "cut"}
+    assert 0.0 <= first.state.time < 2.0
+    assert {h.kind for _, h in whole.logged_events} >= {"rupture", "trigger", "end", "cut"}
     recording = MemoryRecording()
     second = run(network, plan, Recorder(network, plan, recording), resume=before.state)
     assert second.kind == "done"
@@ -416,8 +418,8 @@ def test_a_run_that_is_interrupted_and_resumed_gives_the_same_bytes(uninterrupte
     assert undisturbed.events == before.events + recording.events
     assert whole.failures == second.failures
     assert len(second.failures) == 1
-    assert whole.happenings[-1][0] == second.happenings[-1][0]
-    assert len(whole.happenings) == len(second.happenings)
+    assert whole.logged_events[-1][0] == second.logged_events[-1][0]
+    assert len(whole.logged_events) == len(second.logged_events)
 
 
 def test_checkpoints_on_the_way_change_nothing(monkeypatch):
@@ -516,8 +518,8 @@ def test_a_run_that_diverges_names_spring_nodes_time_and_line():
     assert outcome.kind == "diverged"
     assert "spring 500 of net between the nodes 100 and 101" in outcome.message
     assert "hand.tis:1" in outcome.message
-    assert f"{outcome.situation.time * 1e3:.6g} ms" in outcome.message
-    assert np.isfinite(outcome.situation.position).all()
+    assert f"{outcome.state.time * 1e3:.6g} ms" in outcome.message
+    assert np.isfinite(outcome.state.position).all()
 
 
 def test_expectations_that_a_run_does_not_come_to_are_neither_kept_nor_broken():
@@ -531,7 +533,7 @@ def test_expectations_that_a_run_does_not_come_to_are_neither_kept_nor_broken():
     ]
     plan = make_plan(network, 1.0, every=0.1, expectations=expectations, **method)
     outcome, _ = carry_out(network, plan)
-    assert outcome.kind == "diverged" and outcome.situation.time < 1.0
+    assert outcome.kind == "diverged" and outcome.state.time < 1.0
     assert [f.expectation for f in outcome.failures] == [1]
     assert outcome.unreached == (2, 3)
 
@@ -548,5 +550,5 @@ def test_a_net_of_nothing_but_free_nodes_falls():
     network = make_net([(0, 0, 0), (1, 0, 0)], [])
     plan = make_plan(network, 1.0, gravity=(0, 0, -10), every=0.5, energy=0.5)
     outcome, recording = carry_out(network, plan)
-    assert outcome.situation.position[:, 2] == pytest.approx([-5.0, -5.0])
+    assert outcome.state.position[:, 2] == pytest.approx([-5.0, -5.0])
     assert drift(recording) < 1e-12

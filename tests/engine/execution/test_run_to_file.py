@@ -42,7 +42,7 @@ def write(path, network, plan, **options):
 
 
 def rows_of(path):
-    """Return everything in a file that depends on the course of the run."""
+    """Return everything in a file that depends on the profile of the run."""
     with Trajectory(path) as file:
         vectors = [file.position[:], file.velocity[:], file.force[:]]
         logs = [

@@ -115,7 +115,7 @@ def chain():
     return make_net(position, ends, stiffness=0.5 * OMEGA**2, velocity=velocity)
 
 
-def on_chain(integrator, tier):
+def on_chain(integrator, backend):
     """Return the loop over steps with the forces of the chain."""
 
     def force(time, x, v, a, power, net):

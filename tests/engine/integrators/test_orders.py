@@ -106,7 +106,7 @@ def test_dense_output_joins_both_ends_of_each_step(name):
     times = [0.0, sliver * step, (1.0 - sliver) * step, step]
     bench = Bench(net, 1.0, method=name, step=step, tolerance=EXACTLY, times=times)
     bench.advance(step)
-    bench.engine.finish(bench.situation)
+    bench.engine.finish(bench.state)
     assert bench.engine.statistics.accepted == 1
     found = bench.ran(None)
     for near, end in ((1, 0), (2, 3)):

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from tests.engine.running import TIERS, Bench, lifted_tube, pair
+from tests.engine.running import BACKENDS, Bench, lifted_tube, pair
 from tests.engine.test_closed_forms import relaxation
 from tests.hand_plan import carry_out, make_plan
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.integrators.procedures import PropagationChoices
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 OMEGA = np.sqrt(200.0)  # of a pair
 FLOOR = PropagationChoices().smallest_step
@@ -123,7 +123,7 @@ def test_weight_loads_and_drag_are_no_internal_forces():
         pair(stretch=0.0), 0.8, method="propagation",
         choices=PropagationChoices(compared_forces="internal"), **asked,
     )  # fmt: skip
-    bench.push([0, 1], (0.0, 4.0, 0.0), Course("ramp", 0.0, 0.8))
+    bench.push([0, 1], (0.0, 4.0, 0.0), TimeProfile("ramp", 0.0, 0.8))
     statistics = bench.run().engine.statistics
     assert statistics.evaluations == statistics.accepted + 1
 
@@ -132,7 +132,7 @@ def test_frames_end_at_scripted_times_and_stalls_do_not_stop_it():
     bench = Bench(pair(), 1.0, method="propagation", step=0.15, times=[])
     for until in (0.4, 0.55, 1.0):
         assert bench.advance(until).kind == "reached"
-        assert bench.situation.time == until
+        assert bench.state.time == until
     statistics = bench.engine.statistics
     assert statistics.accepted == 3 + 1 + 3  # frames of 0.133, 0.15 and 0.15 s
     assert statistics.largest <= 0.15 * (1.0 + 1e-12)
@@ -156,7 +156,10 @@ def test_even_an_overdamped_net_stalls_while_dashpots_take_over():
 @pytest.mark.parametrize("name", ["table", "text"])
 def test_both_tiers_give_the_same_motion(name):
     asked = {"step": 1e-3, "ledger": True, "choices": PropagationChoices(**CHOICES[name])}
-    runs = [lifted_tube(0.05, method="propagation", tier=tier, **asked).run() for tier in TIERS]
+    runs = [
+        lifted_tube(0.05, method="propagation", backend=backend, **asked).run()
+        for backend in BACKENDS
+    ]
     one, other = (run.engine.statistics for run in runs)
     assert (one.accepted, one.stalls) == (other.accepted, other.stalls)
     assert np.abs(runs[0].position - runs[1].position).max() < 1e-12

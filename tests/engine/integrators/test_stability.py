@@ -27,7 +27,7 @@ def grown(name, ratio, step, count):
     bench = Bench(net, count * step, method=name, step=step, times=[])
     if bench.advance(bench.duration).kind != "reached":
         return np.inf
-    return abs(np.diff(bench.situation.position[:, 0])[0])
+    return abs(np.diff(bench.state.position[:, 0])[0])
 
 
 def ratios(name):

@@ -5,7 +5,7 @@ import pytest
 
 from tests.geometry.surfaces.conftest import area, build, order, skin_of, volume
 from tissuec.geometry.surfaces import SURFACES
-from tissuec.geometry.surfaces.loop_subdivision import Net
+from tissuec.geometry.surfaces.loop_subdivision import TriangleNet
 from tissuec.geometry.surfaces.skin import Skin
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
@@ -53,7 +53,7 @@ def test_within_a_regular_net_linear_functions_stay_as_they_are():
     ],
 )
 def test_the_limit_is_where_endless_division_leads(net, position):
-    one = Net.of(np.asarray(net, dtype=np.int64), int(np.max(net)) + 1)
+    one = TriangleNet.of(np.asarray(net, dtype=np.int64), int(np.max(net)) + 1)
     if position is None:
         position = np.random.default_rng(1).normal(size=(one.size, 3))
     at_once = one.to_limit() @ position

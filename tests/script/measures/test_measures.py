@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from tests.hand_net import chain, make_net, start
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.gap import smallest_gap
-from tissuec.script.measures.moment import Ledger, Moment
+from tissuec.script.measures.moment import EnergyBalance, Moment
 
 NOTHING = np.zeros(0, dtype=np.int64)
 
@@ -40,11 +40,11 @@ def value(name, moment, *subjects):
 def moment():
     """A chain of four, spread to x = 0, 2, 3, 5: the springs are stretched by 1, 0 and 1."""
     network = chain(4, mass=[1, 2, 3, 4], stiffness=[10, 20, 30], damping=[0, 0, 2])
-    situation = start(network)
-    situation.position[:, 0] = [0, 2, 3, 5]
-    situation.velocity[3] = (1.0, 0.0, 2.0)
-    situation.holders["forceps"] = np.array([2, 3])
-    return Moment.of(situation)
+    state = start(network)
+    state.position[:, 0] = [0, 2, 3, 5]
+    state.velocity[3] = (1.0, 0.0, 2.0)
+    state.holders["forceps"] = np.array([2, 3])
+    return Moment.of(state)
 
 
 def test_nodes_of_sets_and_of_grips_are_counted(moment):
@@ -54,15 +54,15 @@ def test_nodes_of_sets_and_of_grips_are_counted(moment):
 
 
 def test_only_springs_that_are_left_are_counted(moment):
-    moment.situation.alive = np.array([True, False, True])
+    moment.state.alive = np.array([True, False, True])
     assert value("springs", moment, springs(0, 1)) == 1
     assert value("springs", moment, tool("forceps")) == 1
 
 
 def test_pieces_are_counted_through_the_whole_net(moment):
     assert value("pieces", moment, nodes(0, 3)) == 1
-    moment.situation.alive = np.array([True, False, True])
-    whole = Moment.of(moment.situation)
+    moment.state.alive = np.array([True, False, True])
+    whole = Moment.of(moment.state)
     assert value("pieces", whole, nodes(0, 3)) == 2
     assert value("pieces", whole, nodes(0, 1)) == 1
 
@@ -103,15 +103,15 @@ def test_length_strain_and_tension_are_those_of_live_springs(moment):
     assert sample("tension", moment, springs(0, 1, 2)).tolist() == [10.0, 0.0, 32.0]
     assert value("tension", moment, springs(0, 1, 2)) == 32.0
     assert MEASURES["tension"].columns((springs(0, 2),), moment) == ("spring 500", "spring 502")
-    moment.situation.alive = np.array([False, True, True])
+    moment.state.alive = np.array([False, True, True])
     assert value("length", moment, springs(0, 1, 2)) == 3.0
     assert sample("tension", moment, springs(0)).tolist() == [0.0]
     assert value("strain", moment, springs(0, 1)) == 0.0
 
 
 def test_strain_counts_compression_and_passes_over_rest_lengths_of_zero():
-    situation = start(chain(3, rest=[4.0, 0.0]))
-    assert value("strain", Moment.of(situation), springs(0, 1)) == 0.75
+    state = start(chain(3, rest=[4.0, 0.0]))
+    assert value("strain", Moment.of(state), springs(0, 1)) == 0.75
 
 
 def test_place_distance_and_speed(moment):
@@ -123,13 +123,13 @@ def test_place_distance_and_speed(moment):
 
 
 def test_energies_are_of_free_nodes_and_live_springs(moment):
-    network = moment.situation.network
+    network = moment.state.network
     assert value("elastic energy", moment, springs(0, 1, 2)) == 20.0
     assert value("kinetic energy", moment, nodes(2, 3)) == 0.0  # both are held
-    moment.situation.holders.clear()
+    moment.state.holders.clear()
     everything = nodes(0, 1, 2, 3, network=network)
-    assert value("kinetic energy", Moment.of(moment.situation), everything) == 0.5 * 4 * 5
-    assert value("energy", Moment.of(moment.situation), everything) == 30.0
+    assert value("kinetic energy", Moment.of(moment.state), everything) == 0.5 * 4 * 5
+    assert value("energy", Moment.of(moment.state), everything) == 30.0
 
 
 def test_ruptured_counts_springs_that_broke_by_themselves(moment):
@@ -139,12 +139,12 @@ def test_ruptured_counts_springs_that_broke_by_themselves(moment):
 
 
 def test_energy_drift_is_what_is_missing_over_the_largest_energy(moment):
-    moment.situation.holders.clear()
+    moment.state.holders.clear()
     energy = 30.0
-    ledger = Ledger(initial=10.0, work=25.0, dissipated=3.0, switched=-4.0, scale=50.0)
+    ledger = EnergyBalance(initial=10.0, work=25.0, dissipated=3.0, switched=-4.0, scale=50.0)
     drift = value("energy drift", replace(moment, ledger=ledger))
     assert drift == pytest.approx(abs(energy - (10 + 25 - 3 - 4)) / 50)
-    assert value("energy drift", replace(moment, ledger=Ledger())) == 0.0
+    assert value("energy drift", replace(moment, ledger=EnergyBalance())) == 0.0
     with pytest.raises(ValueError, match="ledger"):
         value("energy drift", moment)
 
@@ -172,15 +172,15 @@ def test_the_gap_is_found_whatever_the_order_of_the_nodes(count):
 @pytest.mark.parametrize("name", sorted(MEASURES))
 def test_a_batch_of_moments_gives_what_each_of_them_gives(name):
     network = chain(5, stiffness=3.0, damping=0.5)
-    situation = start(network, gravity=(0, 0, -9.81))
-    situation.alive = np.array([True, False, True, True])
+    state = start(network, gravity=(0, 0, -9.81))
+    state.alive = np.array([True, False, True, True])
     random = np.random.default_rng(4)
-    state = random.normal(size=(3, 5, 3)), random.normal(size=(3, 5, 3))
-    ledger = Ledger(
+    motion = random.normal(size=(3, 5, 3)), random.normal(size=(3, 5, 3))
+    ledger = EnergyBalance(
         1.0, np.array([1.0, 2, 3]), np.array([0.5, 1, 2]), 0.3, np.array([4.0, 5, 6])
     )
     ruptured = np.zeros(4, dtype=bool)
-    batch = Moment(situation, np.array([1.0, 2, 3]), *state, ruptured, ledger)
+    batch = Moment(state, np.array([1.0, 2, 3]), *motion, ruptured, ledger)
     everything = nodes(*range(5), network=network)
     subjects = (everything, nodes(1, 2))[: MEASURES[name].subjects]
     rows = MEASURES[name].sample(subjects, batch)

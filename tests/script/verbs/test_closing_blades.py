@@ -42,16 +42,16 @@ def cuts(script):
     return [(event.time, event.springs, middle[list(event.springs)]) for event in found]
 
 
-@pytest.mark.parametrize("course", ["", " using smooth profile"])
-def test_springs_are_cut_when_the_blades_come_to_them(course):
-    found = cuts(f"from 0.2 s to 0.6 s: cut sheet {LINE}{course}")
+@pytest.mark.parametrize("profile", ["", " using smooth profile"])
+def test_springs_are_cut_when_the_blades_come_to_them(profile):
+    found = cuts(f"from 0.2 s to 0.6 s: cut sheet {LINE}{profile}")
     times = np.array([time for time, _, _ in found])
     places = np.array([x.mean() for _, _, x in found])
     assert [len(springs) for _, springs, _ in found] == [1] * 8
     part = (places + 1e-3) / 80e-3
     u = (times - 0.2) / 0.4
-    come = u if not course else u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-    assert come == pytest.approx(part, abs=1e-9)  # times are found to rounding of the course
+    come = u if not profile else u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    assert come == pytest.approx(part, abs=1e-9)  # times are found to rounding of the profile
 
 
 def test_a_cut_at_once_and_one_over_an_interval_take_the_same_springs():

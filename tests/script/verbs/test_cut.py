@@ -9,13 +9,13 @@ TOOLS = {"shears": "scissors", "forceps A": "forceps"}
 
 
 def cut(network, springs=None, **clauses):
-    situation = start(network)
+    state = start(network)
     chosen = np.arange(network.spring_count) if springs is None else springs
     action = order("cut net", {"net": chosen}, tools=TOOLS, **clauses)
-    (happening,) = action.apply(situation, Diary())
-    gone = np.flatnonzero(~situation.alive).tolist()
-    assert list(happening.springs) == gone
-    assert (happening.kind == "cut") == bool(gone)
+    (logged_event,) = action.apply(state, Diary())
+    gone = np.flatnonzero(~state.alive).tolist()
+    assert list(logged_event.springs) == gone
+    assert (logged_event.kind == "cut") == bool(gone)
     return gone
 
 
@@ -58,11 +58,11 @@ def test_a_cut_spares_springs_of_others_and_dead_ones():
     network = ring_tube()
     plane = {"along": "plane", "through": (2.5, 0, 0), "facing": (1, 0, 0)}
     assert cut(network, springs=[0, 8, 9], **plane) == [8, 9]
-    situation = start(network)
-    situation.alive = situation.alive.copy()
-    situation.alive[8] = False
-    (happening,) = order("cut net", {"net": np.arange(36)}, **plane).apply(situation, Diary())
-    assert list(happening.springs) == [9, 10, 11]
+    state = start(network)
+    state.alive = state.alive.copy()
+    state.alive[8] = False
+    (logged_event,) = order("cut net", {"net": np.arange(36)}, **plane).apply(state, Diary())
+    assert list(logged_event.springs) == [9, 10, 11]
 
 
 def test_a_stroke_cuts_only_within_its_parallelogram():
@@ -99,11 +99,11 @@ def test_springs_in_the_plane_of_the_blade_are_not_crossed():
 
 
 def test_cutting_changes_no_array_of_the_network_or_of_an_earlier_situation():
-    situation = start(chain(3))
-    before = situation.alive
-    order("cut net", {"net": [0]}).apply(situation, Diary())
+    state = start(chain(3))
+    before = state.alive
+    order("cut net", {"net": [0]}).apply(state, Diary())
     assert before.all()
-    assert not situation.alive[0]
+    assert not state.alive[0]
 
 
 @pytest.mark.parametrize(

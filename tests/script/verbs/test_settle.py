@@ -41,7 +41,7 @@ def test_energy_that_settling_takes_is_booked_as_switched():
 def test_what_is_overstretched_after_settling_ruptures_at_that_time():
     network, plan = hanging((0.0, "settle"), strength=0.25)
     outcome, _ = carry_out(network, plan)
-    torn = [(t, h) for t, h in outcome.happenings if h.kind == "rupture"]
+    torn = [(t, h) for t, h in outcome.logged_events if h.kind == "rupture"]
     assert torn[0][0] == 0.0
     assert list(torn[0][1].springs) == [0]  # 0.294 N hang on it, 0.196 N on the next
 
@@ -68,7 +68,7 @@ def test_a_mechanism_is_noted():
     network, plan = hanging((0.0, "settle"))
     plan = make_plan(network, 0.1, [event(0.0, "settle net", {"net": [0, 1, 2, 3]})])
     outcome, _ = carry_out(network, plan)
-    note = [h for _, h in outcome.happenings if h.kind == "note"][-1]
+    note = [h for _, h in outcome.logged_events if h.kind == "note"][-1]
     assert "the net is a mechanism here" in note.cause
     assert "node 10" in note.cause
 

@@ -174,7 +174,7 @@ def test_an_unfinished_run_is_compared_as_far_as_it_got(tmp_path, told):
 
 def test_an_order_that_comes_later_is_the_same_order(compared, told):
     found = compared(PULL, PULL.replace("0.15 s", "0.16 s"), run=True)
-    (meeting,) = [one for one in found.happenings.both if not one.is_same]
+    (meeting,) = [one for one in found.logged_events.both if not one.is_same]
     assert (meeting.a.kind, meeting.shift) == ("cut", pytest.approx(0.01))
     assert "150 ms -> 160 ms: cut far spring" in told(found)
 
@@ -182,21 +182,21 @@ def test_an_order_that_comes_later_is_the_same_order(compared, told):
 def test_an_order_that_is_written_anew_meets_the_former_one(compared, told):
     found = compared(PULL, PULL.replace("pull * way", "0.5 * pull * way"), run=True)
     assert "move bob by pull * way using smooth profile -> move bob by 0.5" in told(found)
-    assert not found.happenings.only_a and not found.happenings.only_b
+    assert not found.logged_events.only_a and not found.logged_events.only_b
 
 
 def test_an_order_of_one_alone_is_told(compared, told):
     found = compared(PULL, PULL.replace("  at 0.15 s: cut far spring\n", ""), run=True)
-    assert [entry.kind for entry in found.happenings.only_a] == ["cut"]
+    assert [entry.kind for entry in found.logged_events.only_a] == ["cut"]
     assert "only in a: 150 ms cut far spring" in told(found)
 
 
 def test_springs_that_break_at_other_times_or_not_are_told_one_by_one(compared, told):
     """The tension is 40 N/m 20 mm/s t = 0.8 N/s t, so that springs break at F / (0.8 N/s)."""
     found = compared(TEARING, TEARING.replace("1 2 40; 1 2 60", "1 2 44; 1 2 600"), run=True)
-    (met,) = [one for one in found.happenings.both if one.a.kind == "rupture"]
+    (met,) = [one for one in found.logged_events.both if one.a.kind == "rupture"]
     assert (met.a.time, met.b.time) == (pytest.approx(0.05), pytest.approx(0.055))
-    (alone,) = found.happenings.only_a
+    (alone,) = found.logged_events.only_a
     assert (alone.kind, alone.spring, alone.time) == ("rupture", 1, pytest.approx(0.075))
     text = told(found)
     assert "rupture: 2 springs in a, 1 in b, 1 of them in both" in text
@@ -207,8 +207,8 @@ def test_springs_that_break_at_other_times_or_not_are_told_one_by_one(compared, 
 def test_a_spring_that_one_alone_has_breaks_in_one_alone(compared):
     more = TEARING.replace("1 2 40; 1 2 60", "1 2 40; 1 2 60; 1 2 30")
     found = compared(TEARING, more, run=True)
-    (alone,) = found.happenings.only_b
-    assert alone.spring == 2 and not found.happenings.only_a
+    (alone,) = found.logged_events.only_b
+    assert alone.spring == 2 and not found.logged_events.only_a
 
 
 # --- as data ----------------------------------------------------------------------------------
@@ -221,7 +221,7 @@ def test_a_scene_and_its_result_differ_in_nothing_but_what_was_set(scene):
         found = compare(scene(PULL), of_result(run))
         (fact,) = found.settings
         assert (fact.name, fact.b) == ("overrides", ["stretch time = 0.05 s"])
-        assert found.motion is None and found.happenings is None
+        assert found.motion is None and found.logged_events is None
 
 
 def test_all_of_it_is_plain_data(compared):
@@ -239,5 +239,5 @@ def test_springs_that_each_has_for_itself_are_not_the_same_however_numbered(comp
     other = PULL.replace("{ 4 7 10; 7 9 10 }", "{ 7 9 10; 4 7 10; 4 7 10 }")
     other = other.replace("x > 12 mm", "x < 6 mm")
     found = compared(rest, other, run=True)
-    (meeting,) = [one for one in found.happenings.both if one.a.cause in cut]
+    (meeting,) = [one for one in found.logged_events.both if one.a.cause in cut]
     assert not meeting.is_same and not set(meeting.a.springs) & set(meeting.b.springs)

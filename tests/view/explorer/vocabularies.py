@@ -16,7 +16,7 @@ from tissuec.core.source import Source
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
 from tissuec.pipeline import Request, read_words
-from tissuec.scene.resolve import Words
+from tissuec.scene.resolve import ResolvedProgram
 from tissuec.scene.words import reading
 from tissuec.view.explorer.tables import tables
 
@@ -53,7 +53,7 @@ class Vocabulary(Struct, frozen=True):
     """A text, what the compiler makes of it, and its tables."""
 
     text: str
-    words: Words
+    words: ResolvedProgram
     tables: dict
 
 

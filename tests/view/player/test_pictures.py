@@ -19,7 +19,7 @@ from tissuec.view.player.animation import (
 )
 from tissuec.view.player.bodies import arrows, boxes, capsules, smooth_mesh
 from tissuec.view.player.camera import Camera
-from tissuec.view.player.moment import Moment
+from tissuec.view.player.moment import InterpolatedFrame
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter, need_matplotlib
 from tissuec.view.player.raster import Raster
@@ -273,7 +273,7 @@ def test_arrows_of_forces_end_within_the_picture(shown, outlier):
     film.force[-1, 0] *= outlier
     painter = Painter(film, Options(), SIZE, "", forces=True)
     for row in range(3):
-        corners = painter._arrows(Moment.of(film, float(row))).corners.reshape(-1, 3)
+        corners = painter._arrows(InterpolatedFrame.of(film, float(row))).corners.reshape(-1, 3)
         places, depth = painter.home.seen(corners)
         assert len(corners) and (depth > 0.0).all()
         assert np.abs(places).max() <= 1.0

@@ -10,7 +10,7 @@ from tissuec.core.palette import TENSION
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.plots import draw, net
 from tissuec.view.plots.frames import moments, telling_frames
-from tissuec.view.plots.projection import View
+from tissuec.view.plots.projection import Projection
 
 PRESS = """language 1
 tissue flesh { spring constant = 200 N/m; viscosity = 50 mN*s/m; mass = 0.2 g }
@@ -106,7 +106,7 @@ def test_an_oblique_view_has_a_bar_of_its_length(result):
 def test_further_springs_are_drawn_first_and_paler(strip):
     import matplotlib.pyplot as plt
 
-    view = View(-90.0, 0.0)  # along y: nearer is less
+    view = Projection(-90.0, 0.0)  # along y: nearer is less
     ends = np.array([[[0, y, 0], [1, y, 0]] for y in (0.0, 3.0, 1.0)], dtype=float)
     figure, axes = plt.subplots()
     lines = net.draw_springs(axes, ends, view)

@@ -15,7 +15,7 @@ from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 from tissuec.view.plots import draw
-from tissuec.view.plots.over_time import Curve, Panel, draw_panels
+from tissuec.view.plots.over_time import Panel, TimeCurve, draw_panels
 from tissuec.view.plots.page import new_sheet
 
 
@@ -331,5 +331,7 @@ def test_numbers_that_are_none_are_told():
     time = np.linspace(0.0, 1.0, 5)
     value = np.array([0.0, 1.0, np.nan, 3.0, np.inf])
     with new_sheet(100.0, 60.0) as sheet:
-        draw_panels(sheet, [Panel("force", "N", [Curve("x", time, value, {"color": "k"})])], [])
+        draw_panels(
+            sheet, [Panel("force", "N", [TimeCurve("x", time, value, {"color": "k"})])], []
+        )
     assert sheet.figure.notes == ("force x has 2 values that are no numbers",)

@@ -8,7 +8,7 @@ from tissuec.results.recording import Event
 from tissuec.script.measures import MEASURES
 from tissuec.view.plots.curves import spread, thinned, thinned_band
 from tissuec.view.plots.marks import MOST, clusters
-from tissuec.view.plots.projection import View, suiting
+from tissuec.view.plots.projection import Projection, suiting
 from tissuec.view.plots.scale import readable, scale_of
 
 UNITS = sorted({unit for _, unit in DIMENSION_NAMES.values()} - {"1/s"})  # which has no symbol
@@ -102,7 +102,7 @@ def test_short_curves_are_drawn_as_they_are_and_long_ones_keep_their_extremes():
 @pytest.mark.parametrize("azimuth", [-170.0, -110.0, 0.0, 35.0])
 @pytest.mark.parametrize("elevation", [-90.0, -10.0, 22.0, 90.0])
 def test_a_view_is_a_rotation(azimuth, elevation):
-    view = View(azimuth, elevation)
+    view = Projection(azimuth, elevation)
     frame = np.stack([view.right, view.up, view.towards])
     assert frame @ frame.T == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(frame) == pytest.approx(1.0)
@@ -113,11 +113,11 @@ def test_a_view_is_a_rotation(azimuth, elevation):
 
 
 def test_views_along_axes_know_their_axes():
-    assert View(-90.0, 0.0).axes == ("x", "z")
-    assert View(0.0, 0.0).axes == ("y", "z")
-    assert View(-90.0, 90.0).axes == ("x", "y")
-    assert View(90.0, 0.0).axes == ("−x", "z")
-    assert View(-90.0, 10.0).axes is None
+    assert Projection(-90.0, 0.0).axes == ("x", "z")
+    assert Projection(0.0, 0.0).axes == ("y", "z")
+    assert Projection(-90.0, 90.0).axes == ("x", "y")
+    assert Projection(90.0, 0.0).axes == ("−x", "z")
+    assert Projection(-90.0, 10.0).axes is None
 
 
 def test_flat_nets_are_looked_at_from_straight_before_them():

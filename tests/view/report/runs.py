@@ -7,7 +7,7 @@ from msgspec import Struct, field
 
 from tissuec.pipeline import Request, compile_request, simulate
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.page import render
 
 WORDS = """language 1
@@ -90,7 +90,7 @@ def run(folder, text, name="scene", *, companion="off", **options):
 def page_of(path, **options):
     """Return the page about a result."""
     with Trajectory.open(Path(path)) as trajectory:
-        return render(Story(trajectory, **options))
+        return render(ReportContent(trajectory, **options))
 
 
 class Element(Struct):

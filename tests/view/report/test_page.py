@@ -14,7 +14,7 @@ from tests.whole_runs import AfterAsking
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
-from tissuec.engine.execution.signals import Stop
+from tissuec.engine.execution.signals import StopRequest
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.options import Options
 from tissuec.view.report import pictures
@@ -244,10 +244,10 @@ def test_an_older_result_tells_what_it_has(tmp_path, result, monkeypatch):
         for name in ("expectations", "begun", "libraries"):
             del trajectory.manifest[name]
         trajectory.manifest["versions"]["tissuec"] = "0.0.1"
-        from tissuec.view.report.content import Story
+        from tissuec.view.report.content import ReportContent
         from tissuec.view.report.page import render
 
-        page = Page(render(Story(trajectory)))
+        page = Page(render(ReportContent(trajectory)))
     assert "does not tell which" in page.section("expectations").text
     assert "… not recorded" in page.section("expectations").text
     assert "tissuec 0.0.1 ran the scene" in page.root.all("div", "doubts")[0].text
@@ -258,10 +258,10 @@ def test_an_older_result_tells_what_it_has(tmp_path, result, monkeypatch):
 def test_a_changed_text_is_told(result):
     with Trajectory.open(result) as trajectory:
         trajectory.__dict__["text"] = trajectory.text.replace("20 0 0", "21 0 0")
-        from tissuec.view.report.content import Story
+        from tissuec.view.report.content import ReportContent
         from tissuec.view.report.page import render
 
-        page = Page(render(Story(trajectory)))
+        page = Page(render(ReportContent(trajectory)))
     doubts = page.root.all("div", "doubts")[0].text
     assert "another digest" in doubts
     assert "another net" in doubts and "position differs" in doubts
@@ -385,7 +385,7 @@ def test_a_run_that_was_resumed_has_all_events_and_expectations(tmp_path, monkey
     from tissuec.pipeline import Request, compile_request, simulate
 
     whole = Page(page_of(run(tmp_path, ROD, "whole")))
-    stop = Stop(AfterAsking(3))
+    stop = StopRequest(AfterAsking(3))
     monkeypatch.setattr(running, "asked_to_stop", lambda interrupt: nullcontext(stop))
     path = run(tmp_path, ROD, "halves")
     page = Page(page_of(path))

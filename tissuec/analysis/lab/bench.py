@@ -37,7 +37,7 @@ class Unmeasured(Exception):
     """A test gives no number; says why."""
 
 
-class Reading(Struct, frozen=True):
+class TestReading(Struct, frozen=True):
     """What was read off during a test.
 
     Attributes:
@@ -65,7 +65,7 @@ class Specimen(Protocol):
         ...
 
 
-class Bench:
+class TestBench:
     """Tests coupons of one tissue.
 
     Args:
@@ -139,7 +139,7 @@ class Bench:
         watched: Sequence[str],
         *,
         rupture: bool = False,
-    ) -> Reading:
+    ) -> TestReading:
         """Return what is read in states of rest, one after the other.
 
         Args:
@@ -165,7 +165,7 @@ class Bench:
         ticks: float,
         *,
         rupture: bool = False,
-    ) -> Reading:
+    ) -> TestReading:
         """Return what is read at each of so many ticks, in which nothing moves by itself."""
         simulation = f"duration = {ticks} {TICK}; integrator is dop853"
         return self.run(
@@ -184,7 +184,7 @@ class Bench:
         more: Iterable[str] = (),
         environment: str = "",
         rupture: bool = False,
-    ) -> Reading:
+    ) -> TestReading:
         """Return what is read in a test.
 
         Args:
@@ -221,7 +221,7 @@ class Bench:
         if outcome.kind == "interrupted":
             raise interruption(outcome.signal)
         stopped = "" if outcome.kind == "done" else outcome.message
-        return Reading(values, time, compiled.network, stopped)
+        return TestReading(values, time, compiled.network, stopped)
 
     def _tissues(self) -> Iterator[str]:
         """Yield what coupons and their tabs are made of."""

@@ -16,9 +16,9 @@ from math import pi, sqrt
 
 from msgspec import Struct
 
-from tissuec.analysis.lab.bench import TICK, Bench, Unmeasured
+from tissuec.analysis.lab.bench import TICK, TestBench, Unmeasured
 from tissuec.analysis.lab.coupon import BODY
-from tissuec.analysis.lab.statics import Tension
+from tissuec.analysis.lab.statics import TensionTest
 
 CELLS = (8, 12)  # across a block, coarse and fine
 WIDTH = 0.04  # [m], of a block of matter
@@ -28,7 +28,7 @@ _HARD = 80.0  # contact stiffness over Young's modulus times the length of a cel
 _THIN = 0.02  # contact layer over the length of a cell
 
 
-class Block(Struct, frozen=True):
+class IndentedBlock(Struct, frozen=True):
     """A block half as high as wide.
 
     Attributes:
@@ -78,16 +78,16 @@ class Block(Struct, frozen=True):
         yield from ()
 
 
-def blocks(bench: Bench) -> tuple[Block, Block]:
+def blocks(bench: TestBench) -> tuple[IndentedBlock, IndentedBlock]:
     """Return a coarse block and a fine one, which is larger if quantities belong to springs."""
     widths = (
         (WIDTH, WIDTH) if bench.is_of_matter else [cells * bench.spacing for cells in CELLS]
     )
-    coarse, fine = (Block(*one) for one in zip(CELLS, widths, strict=True))
+    coarse, fine = (IndentedBlock(*one) for one in zip(CELLS, widths, strict=True))
     return coarse, fine
 
 
-def indentation(bench: Bench, block: Block, tension: Tension) -> float:
+def indentation(bench: TestBench, block: IndentedBlock, tension: TensionTest) -> float:
     """Return the Young's modulus of a layer that resists the ball as the block does [Pa]."""
     stiffness, thickness = _HARD * tension.modulus * block.cell, _THIN * block.cell
     reading = bench.run(

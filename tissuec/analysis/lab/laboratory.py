@@ -7,9 +7,9 @@ from typing import TypeAlias
 from msgspec import Struct, field
 
 from tissuec.analysis.lab import indentation, motion, statics
-from tissuec.analysis.lab.bench import Bench, Unmeasured
+from tissuec.analysis.lab.bench import TestBench, Unmeasured
 from tissuec.analysis.lab.coupon import Coupon
-from tissuec.analysis.lab.statics import Curve, Tension
+from tissuec.analysis.lab.statics import StressStrainCurve, TensionTest
 from tissuec.compiler.provenance import used_tissues
 from tissuec.core import units
 from tissuec.core.errors import TissueError, did_you_mean
@@ -18,9 +18,9 @@ from tissuec.core.source import Source
 from tissuec.core.units import Dimension, show
 from tissuec.forces.branches import TIMES
 from tissuec.pipeline import Request
-from tissuec.scene.model import Known, Tissue
+from tissuec.scene.model import KnownQuantity, Tissue
 from tissuec.scene.quantities import KNOWABLE, YOUNGS_MODULUS
-from tissuec.scene.resolve import Words
+from tissuec.scene.resolve import ResolvedProgram
 
 SHARE = 0.05  # by which a measurement may be off
 #: The same of indentation, as a block with free sides is no layer, and its contact is of nodes.
@@ -33,7 +33,7 @@ _OTHERS: dict[str, Dimension] = {"relaxed in all": units.NUMBER, "time in all": 
 Values: TypeAlias = dict[str, float]
 
 
-class Row(Struct, frozen=True):
+class TestRow(Struct, frozen=True):
     """One quantity that a test measured.
 
     Attributes:
@@ -51,7 +51,7 @@ class Row(Struct, frozen=True):
     coarse: float
     fine: float
     given: float | None
-    known: tuple[Known, ...]
+    known: tuple[KnownQuantity, ...]
     verdict: str
     is_good: bool
 
@@ -77,8 +77,8 @@ class Examination(Struct):
 
     tissue: Tissue
     coupons: tuple[Coupon, Coupon]
-    rows: list[Row] = field(default_factory=list)
-    curves: list[list[Curve]] = field(default_factory=lambda: [[], []])
+    rows: list[TestRow] = field(default_factory=list)
+    curves: list[list[StressStrainCurve]] = field(default_factory=lambda: [[], []])
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -87,7 +87,7 @@ class Examination(Struct):
         return all(row.is_good for row in self.rows)
 
 
-def chosen(words: Words, name: str | None, source: Source) -> list[Tissue]:
+def chosen(words: ResolvedProgram, name: str | None, source: Source) -> list[Tissue]:
     """Return the tissue of a name; otherwise those that bodies are made of, or all of a file.
 
     Raises:
@@ -126,7 +126,7 @@ def examine(
             thickness.
         CompileError: A coupon cannot be made of it.
     """
-    bench = Bench(request, tissue, spacing=spacing, thickness=thickness)
+    bench = TestBench(request, tissue, spacing=spacing, thickness=thickness)
     if not bench.is_of_matter and bench.lacks("spring constant") and not tissue.laws:
         raise TissueError(
             f'nothing can be measured of tissue {tissue.name}: it has no "Young\'s modulus"'
@@ -141,11 +141,11 @@ def examine(
 class _Examiner:
     """One examination, test by test."""
 
-    def __init__(self, bench: Bench):
+    def __init__(self, bench: TestBench):
         self.bench = bench
         self.found = Examination(bench.tissue, bench.coupons())
-        self.tensions: list[Tension] = []
-        self.across: list[Tension] = []  # as along, where there are no fibres
+        self.tensions: list[TensionTest] = []
+        self.across: list[TensionTest] = []  # as along, where there are no fibres
         self.near: float | None = None  # stress at which the coarse coupon broke [Pa]
 
     def all(self) -> Examination:
@@ -271,7 +271,7 @@ class _Examiner:
 
     def _row(
         self, test: str, quantity: str, coarse: float, fine: float, why: str, share: float
-    ) -> Row:
+    ) -> TestRow:
         key = key_of(quantity)
         known = tuple(
             one for one in self.found.tissue.known if key_of(one.quantity.name) == key
@@ -288,10 +288,10 @@ class _Examiner:
             verdict = f"not measured: {why}"
         value = given.value if given else None
         is_good = not complaints
-        return Row(test, quantity, coarse, fine, value, known, verdict, is_good)
+        return TestRow(test, quantity, coarse, fine, value, known, verdict, is_good)
 
     def _complaints(
-        self, coarse: float, fine: float, known: tuple[Known, ...], share: float
+        self, coarse: float, fine: float, known: tuple[KnownQuantity, ...], share: float
     ) -> Iterator[str]:
         """Yield what a row contradicts: what is known, or one coupon the other."""
         if not (isfinite(coarse) and isfinite(fine)):
@@ -321,7 +321,7 @@ class _Examiner:
                 self.found.notes.append(f"what is known of {one.quantity.name} was not tested")
 
 
-def agrees(value: float, known: Known, share: float = SHARE) -> bool:
+def agrees(value: float, known: KnownQuantity, share: float = SHARE) -> bool:
     """Return whether a measurement agrees with evidence, if it may be off by a share."""
     most = share * abs(value)
     return known.low - most <= value <= known.high + most

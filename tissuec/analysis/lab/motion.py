@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissuec.analysis.lab.bench import Bench, Unmeasured
+from tissuec.analysis.lab.bench import TestBench, Unmeasured
 from tissuec.analysis.lab.coupon import Coupon
-from tissuec.analysis.lab.statics import Tension
+from tissuec.analysis.lab.statics import TensionTest
 from tissuec.forces.branches import TIMES
 from tissuec.model.network import Floats
 from tissuec.scene.quantities import RETARDATION_TIME, YOUNGS_MODULUS
@@ -36,7 +36,7 @@ class Oscillation(NamedTuple):
     frequency: float
 
 
-def width_for(bench: Bench, tension: Tension) -> float:
+def width_for(bench: TestBench, tension: TensionTest) -> float:
     """Return how wide a coupon is that oscillates with some damping [m]."""
     tau = _expected_time(bench)
     if not tau > 0.0:
@@ -46,7 +46,7 @@ def width_for(bench: Bench, tension: Tension) -> float:
     return pi * speed * tau / (8.0 * DAMPING)
 
 
-def _expected_time(bench: Bench) -> float:
+def _expected_time(bench: TestBench) -> float:
     """Return about which retardation time there is [s], to choose sizes and times by."""
     given = {key: one.value for key, one in bench.tissue.given.items()}
     if RETARDATION_TIME in given:
@@ -58,7 +58,7 @@ def _expected_time(bench: Bench) -> float:
     return 0.0
 
 
-def oscillation(bench: Bench, coupon: Coupon, tension: Tension) -> Oscillation:
+def oscillation(bench: TestBench, coupon: Coupon, tension: TensionTest) -> Oscillation:
     """Return how a coupon comes to rest that is drawn or twisted and let go."""
     tau = _expected_time(bench)
     slowness = 1.0 if coupon.thickness is not None else 3.0 / 0.84
@@ -132,11 +132,11 @@ def _fitted(time: Floats, place: Floats, frequency: float, tau: float) -> Oscill
     return Oscillation(2.0 * braking / omega, omega / (2.0 * pi))
 
 
-def _times(bench: Bench) -> list[float]:
+def _times(bench: TestBench) -> list[float]:
     return [bench.tissue.given[key].value for key in TIMES if key in bench.tissue.given]
 
 
-class Hold(NamedTuple):
+class HoldTest(NamedTuple):
     """What becomes of the force on a coupon that is held.
 
     Attributes:
@@ -148,12 +148,12 @@ class Hold(NamedTuple):
     time: float
 
 
-def width_to_hold(bench: Bench, tension: Tension) -> float:
+def width_to_hold(bench: TestBench, tension: TensionTest) -> float:
     """Return how wide a coupon is in which waves run much faster than the ramp lasts [m]."""
     return sqrt(tension.modulus / tension.density) * _RAMP * min(_times(bench)) / 16.0
 
 
-def held(bench: Bench, coupon: Coupon, tension: Tension) -> Hold:
+def held(bench: TestBench, coupon: Coupon, tension: TensionTest) -> HoldTest:
     """Return how the force relaxes on a coupon that is drawn by 1 % and held."""
     crossing = coupon.length * sqrt(tension.density / tension.modulus)
     times = _times(bench)
@@ -174,4 +174,4 @@ def held(bench: Bench, coupon: Coupon, tension: Tension) -> Hold:
     left = force[start:] - force[-1]
     later = start + int(np.argmax(left <= np.exp(-1.0) * left[0]))
     share = 1.0 - float(force[-1] / force.max())
-    return Hold(share, float(reading.time[later] - reading.time[start]))
+    return HoldTest(share, float(reading.time[later] - reading.time[start]))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissuec.analysis.lab.bench import TICK, Bench, Reading, Unmeasured
+from tissuec.analysis.lab.bench import TICK, TestBench, TestReading, Unmeasured
 from tissuec.analysis.lab.coupon import BACK, BODY, FIRST, FRONT, SECOND, Coupon
 from tissuec.core.units import PRESSURE, show
 from tissuec.model.network import Floats
@@ -26,7 +26,7 @@ _NEAR = np.array(
 )  # times the load of rupture, on others
 
 
-class Curve(NamedTuple):
+class StressStrainCurve(NamedTuple):
     """Stress against strain, both by what was drawn.
 
     Attributes:
@@ -38,7 +38,7 @@ class Curve(NamedTuple):
     stress: Floats
 
 
-class Tension(NamedTuple):
+class TensionTest(NamedTuple):
     """What a coupon does under a small stress along x.
 
     Attributes:
@@ -55,7 +55,7 @@ class Tension(NamedTuple):
 # --- small strains ----------------------------------------------------------------------------
 
 
-def tension(bench: Bench, coupon: Coupon, guess: float) -> Tension:
+def tension(bench: TestBench, coupon: Coupon, guess: float) -> TensionTest:
     """Return what a coupon does under a small stress.
 
     Args:
@@ -69,7 +69,7 @@ def tension(bench: Bench, coupon: Coupon, guess: float) -> Tension:
             raise Unmeasured("it gives way without any resistance")
         if SMALL / _WITHIN < strain < SMALL * _WITHIN:
             network, volume = reading.network, coupon.section * coupon.length
-            return Tension(
+            return TensionTest(
                 SMALL * guess / strain,
                 -float(across[-1] - across[0]) / strain,
                 float(network.mass[: network.body_nodes].sum()) / volume,
@@ -78,7 +78,7 @@ def tension(bench: Bench, coupon: Coupon, guess: float) -> Tension:
     raise Unmeasured("no load was found at which its strain is small")
 
 
-def shear(bench: Bench, coupon: Coupon, guess: float) -> float:
+def shear(bench: TestBench, coupon: Coupon, guess: float) -> float:
     """Return the shear modulus [Pa], for a guess of it.
 
     Twice as much tension along both axes keeps the coupon from turning under its loads.
@@ -110,8 +110,8 @@ def _on_both(coupon: Coupon, *stresses: tuple[float, float, float]) -> list[str]
 
 
 def drawn(
-    bench: Bench, coupon: Coupon, stresses: Sequence[float], *, rupture: bool = False
-) -> Reading:
+    bench: TestBench, coupon: Coupon, stresses: Sequence[float], *, rupture: bool = False
+) -> TestReading:
     """Return what is read without a load and then under stresses [Pa], level by level."""
     levels: list[list[str]] = [[]]
     before = 0.0
@@ -126,7 +126,7 @@ def drawn(
     return reading
 
 
-def strains(reading: Reading, coupon: Coupon) -> tuple[Floats, Floats]:
+def strains(reading: TestReading, coupon: Coupon) -> tuple[Floats, Floats]:
     """Return strains between the gauges and across, against what was drawn, shape (level,)."""
     first, second, front, back = (
         reading.logs[f"position of {name}"] for name in (FIRST, SECOND, FRONT, BACK)
@@ -135,7 +135,7 @@ def strains(reading: Reading, coupon: Coupon) -> tuple[Floats, Floats]:
     return along, np.linalg.norm(back - front, axis=1) / coupon.width - 1.0
 
 
-def _refuse_stopped(reading: Reading) -> None:
+def _refuse_stopped(reading: TestReading) -> None:
     if reading.stopped:
         raise Unmeasured(reading.stopped.partition("; ")[2] or reading.stopped)
 
@@ -152,12 +152,12 @@ class Rupture(NamedTuple):
         stress: [Pa] then.
     """
 
-    curve: Curve
+    curve: StressStrainCurve
     strain: float
     stress: float
 
 
-def rupture(bench: Bench, coupon: Coupon, modulus: float, near: float | None) -> Rupture:
+def rupture(bench: TestBench, coupon: Coupon, modulus: float, near: float | None) -> Rupture:
     """Return how a coupon is drawn until it breaks.
 
     Args:
@@ -179,7 +179,7 @@ def rupture(bench: Bench, coupon: Coupon, modulus: float, near: float | None) ->
     return _first_break(bench, coupon, near * _NEAR)
 
 
-def _first_break(bench: Bench, coupon: Coupon, stresses: Floats) -> Rupture:
+def _first_break(bench: TestBench, coupon: Coupon, stresses: Floats) -> Rupture:
     """Return how a coupon breaks under one of these stresses, halfway to the one before."""
     reading = drawn(bench, coupon, stresses.tolist(), rupture=True)
     broken = reading.logs[f"ruptured of {BODY}"][:, 0] > 0.0
@@ -195,7 +195,7 @@ def _first_break(bench: Bench, coupon: Coupon, stresses: Floats) -> Rupture:
     return Rupture(curve, float(stop + slope * (stress - high)), float(stress))
 
 
-def compressed(bench: Bench, coupon: Coupon) -> tuple[float, Curve]:
+def compressed(bench: TestBench, coupon: Coupon) -> tuple[float, StressStrainCurve]:
     """Return the modulus [Pa] and the curve of a coupon between plates that it sticks to."""
     parts = [-SMALL, *np.linspace(0.0, SHORTEST, 6)[1:]]
     script, before = ["at 0 s: settle", "at 0 s: fix lab x0"], 0.0
@@ -215,16 +215,16 @@ def compressed(bench: Bench, coupon: Coupon) -> tuple[float, Curve]:
     pressure, shorter = stress[0] - stress[1], along[0] - along[1]
     if not (pressure > 0.0 and shorter > 0.0):
         raise Unmeasured("it gives way without any resistance")
-    return float(pressure / shorter), Curve(_from_rest(along)[::-1], stress[::-1])
+    return float(pressure / shorter), StressStrainCurve(_from_rest(along)[::-1], stress[::-1])
 
 
 def _curve(
-    reading: Reading, coupon: Coupon, stresses: Floats, levels: int | None = None
-) -> Curve:
+    reading: TestReading, coupon: Coupon, stresses: Floats, levels: int | None = None
+) -> StressStrainCurve:
     along = _from_rest(strains(reading, coupon)[0])
     stress = np.concatenate([[0.0], stresses])[: len(along)]
     order = np.argsort(stress[:levels])
-    return Curve(along[:levels][order], stress[:levels][order])
+    return StressStrainCurve(along[:levels][order], stress[:levels][order])
 
 
 def _from_rest(strain: Floats) -> Floats:
@@ -232,7 +232,7 @@ def _from_rest(strain: Floats) -> Floats:
     return (1.0 + strain) / (1.0 + strain[0]) - 1.0
 
 
-def _strongest(bench: Bench, coupon: Coupon) -> float:
+def _strongest(bench: TestBench, coupon: Coupon) -> float:
     """Return the stress at which all springs through the middle would break at once [Pa]."""
     watched = [f"position of {FIRST}"]
     network = bench.rest(coupon, [[]], (), watched, rupture=True).network

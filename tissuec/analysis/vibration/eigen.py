@@ -30,7 +30,7 @@ class NotFound(Exception):
     """The method did not converge."""
 
 
-class Pairs(NamedTuple):
+class EigenPairs(NamedTuple):
     """Eigenvalues in ascending order and orthonormal eigenvectors.
 
     Attributes:
@@ -44,7 +44,7 @@ class Pairs(NamedTuple):
 
 def lowest(
     operator: Operator, known: csc_matrix, count: int, above: float | None = None
-) -> Pairs:
+) -> EigenPairs:
     """Return the lowest eigenvalues, or the lowest ones above a limit.
 
     Args:
@@ -57,7 +57,7 @@ def lowest(
     """
     count = min(count, operator.size - known.shape[1])
     if count <= 0:
-        return Pairs(np.zeros(0), np.zeros((operator.size, 0)))
+        return EigenPairs(np.zeros(0), np.zeros((operator.size, 0)))
     if operator.size <= max(DENSE, 3 * count):
         return _chosen(_all(operator, known), count, above)
     shifted = _beneath(operator) if above is None else _near(operator, above)
@@ -79,19 +79,19 @@ def count_below(operator: Operator, known: csc_matrix, limit: float) -> int | No
         return None
 
 
-def _all(operator: Operator, known: csc_matrix) -> Pairs:
+def _all(operator: Operator, known: csc_matrix) -> EigenPairs:
     """Return all eigenvalues but the known ones, which are moved above all others."""
     basis, matrix = known.toarray(), operator.dense()
     matrix += 4.0 * max(operator.top, 1e-300) * (basis @ basis.T)
     values, vectors = eigh(matrix)
     stay = operator.size - basis.shape[1]
-    return Pairs(values[:stay], vectors[:, :stay])
+    return EigenPairs(values[:stay], vectors[:, :stay])
 
 
-def _chosen(pairs: Pairs, count: int, above: float | None) -> Pairs:
+def _chosen(pairs: EigenPairs, count: int, above: float | None) -> EigenPairs:
     """Return the first ones above a limit."""
     chosen = np.flatnonzero(pairs.values > (-np.inf if above is None else above))[:count]
-    return Pairs(pairs.values[chosen], pairs.vectors[:, chosen])
+    return EigenPairs(pairs.values[chosen], pairs.vectors[:, chosen])
 
 
 def _beneath(operator: Operator) -> Shifted:
@@ -134,9 +134,9 @@ def _near(operator: Operator, shift: float) -> Shifted:
     return shifted
 
 
-def _lanczos(operator: Operator, shifted: Shifted, known: csc_matrix, count: int) -> Pairs:
+def _lanczos(operator: Operator, shifted: Shifted, known: csc_matrix, count: int) -> EigenPairs:
     """Return the eigenvalues next above the shift, at least ``count`` if there are as many."""
-    found, last = Pairs(np.zeros(0), np.zeros((operator.size, 0))), np.inf
+    found, last = EigenPairs(np.zeros(0), np.zeros((operator.size, 0))), np.inf
     # Known ones are at 0, above the shift or below it.
     others = shifted.below + (known.shape[1] if shifted.shift < 0.0 else 0)
     while True:
@@ -168,7 +168,7 @@ def _is_complete(operator: Operator, values: Floats, others: int) -> bool:
 
 def _next(
     operator: Operator, shifted: Shifted, known: csc_matrix, found: Floats, count: int
-) -> Pairs:
+) -> EigenPairs:
     """Return the eigenvalues next above the shift beside what is known and what was found."""
 
     def project(y: Floats) -> Floats:
@@ -190,11 +190,11 @@ def _next(
     return _refined(operator, np.asarray(vectors)[:, is_above])
 
 
-def _refined(operator: Operator, vectors: Floats) -> Pairs:
+def _refined(operator: Operator, vectors: Floats) -> EigenPairs:
     """Return the best eigenvalues and eigenvectors in the span of some vectors.
 
     By Rayleigh and Ritz; their errors are the squares of those of the vectors.
     """
     basis, _ = np.linalg.qr(vectors)
     values, turn = np.linalg.eigh(basis.T @ operator(basis))
-    return Pairs(values, basis @ turn)
+    return EigenPairs(values, basis @ turn)

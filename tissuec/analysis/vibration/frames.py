@@ -16,7 +16,7 @@ from tissuec.analysis.vibration.modes import Mode, Modes
 from tissuec.compiler.compile import Compiled
 from tissuec.core.units import TIME, show
 from tissuec.mechanics import observables
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.network import Floats, Network
 from tissuec.results.recording import Recording
@@ -46,8 +46,8 @@ def write_modes(
     groups = tuple(compiled.named_groups())
     place = compiled.plan.simulation.span.place
     with ResultWriter(path, network, recording, facts, text, groups) as writer:
-        writer.topology(modes.situation.alive)
-        writer.holds(0.0, modes.situation.holders)
+        writer.topology(modes.state.alive)
+        writer.holds(0.0, modes.state.holders)
         for mode in modes:
             start = mode.number - 1.0
             writer.event(start, "note", (), f"mode {mode.number}: {in_words(mode)}", place)
@@ -76,17 +76,17 @@ def _batches(modes: Modes, mode: Mode) -> Iterator[tuple[Floats, ...]]:
     """Yield times, positions, velocities, forces and tensions of frames."""
     # The last mode comes to its end, others to where the next one begins.
     count = STEPS + (mode.number == len(modes))
-    situation = replace(modes.situation, contact=None)
-    way = _amplitude(situation.network, mode) * mode.shape
-    before, after = (_pulled(situation, sign * SLIGHT * way) for sign in (-1.0, 1.0))
-    here = _pulled(situation, 0.0 * way)
+    state = replace(modes.state, contact=None)
+    way = _amplitude(state.network, mode) * mode.shape
+    before, after = (_pulled(state, sign * SLIGHT * way) for sign in (-1.0, 1.0))
+    here = _pulled(state, 0.0 * way)
     changes = [(b - a) / (2.0 * SLIGHT) for a, b in zip(before, after, strict=True)]
     for step in range(count):
         phase = 2.0 * np.pi * step / STEPS
         sine = np.sin(phase)
         yield (
             np.array([mode.number - 1.0 + step / STEPS]),
-            (situation.position + sine * way)[None],
+            (state.position + sine * way)[None],
             (2.0 * np.pi * np.cos(phase) * way)[None],
             (here[0] + sine * changes[0])[None],
             (here[1] + sine * changes[1])[None],
@@ -102,10 +102,10 @@ def _amplitude(network: Network, mode: Mode) -> float:
     return AMPLITUDE * size / float(np.sqrt((mode.shape**2).sum(axis=1).max()))
 
 
-def _pulled(situation: Situation, shift: Floats) -> observables.Forces:
-    """Return what springs and fields do beside the place of a situation."""
-    still = np.zeros_like(situation.velocity)
-    memory = situation.network.memory
-    still[memory] = situation.velocity[memory]
-    place = situation.position + shift
-    return observables.inner_forces(situation, situation.time, place, still)
+def _pulled(state: State, shift: Floats) -> observables.Forces:
+    """Return what springs and fields do beside the place of a state."""
+    still = np.zeros_like(state.velocity)
+    memory = state.network.memory
+    still[memory] = state.velocity[memory]
+    place = state.position + shift
+    return observables.inner_forces(state, state.time, place, still)

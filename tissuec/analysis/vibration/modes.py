@@ -1,4 +1,4 @@
-"""Natural modes of a situation: what each is, how fast, how damped, and what moves in it.
+"""Natural modes of a state: what each is, how fast, how damped, and what moves in it.
 
 With K φ = ω² M φ and φᵀ M φ = 1, the damping ratio of a mode is ζ = φᵀ D φ / 2ω, D being what
 dashpots and ambient damping add to the forces, and the share of a body in the energy of motion
@@ -23,7 +23,7 @@ from tissuec.core.units import FORCE, show
 from tissuec.mechanics.balance import Balance, Bars
 from tissuec.mechanics.newton import greatest
 from tissuec.mechanics.rigid import Freedom, assembled, rigid_motions
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 
 Kind = Literal["unstable", "rigid", "mechanism", "vibration"]
@@ -64,13 +64,13 @@ class Modes(Struct, frozen=True, eq=False):
 
     Attributes:
         modes: Shape (mode,).
-        situation: About which they move.
+        state: About which they move.
         free_nodes: How many nodes can move.
         notes: What is to be known of them, as sentences.
     """
 
     modes: tuple[Mode, ...]
-    situation: Situation
+    state: State
     free_nodes: int
     notes: tuple[str, ...]
 
@@ -85,25 +85,25 @@ class Modes(Struct, frozen=True, eq=False):
 
 
 class _Net(Struct, frozen=True, eq=False):
-    """The free nodes of a situation with their springs, and the matrix of their motions."""
+    """The free nodes of a state with their springs, and the matrix of their motions."""
 
-    situation: Situation
+    state: State
     balance: Balance
     bars: Bars
     operator: Operator
 
 
 def modes_of(
-    situation: Situation,
+    state: State,
     chosen: NDArray[np.bool_],
     *,
     count: int = 10,
     above: float | None = None,
 ) -> Modes:
-    """Return the lowest modes about a situation; contact does not resist.
+    """Return the lowest modes about a state; contact does not resist.
 
     Args:
-        situation: With held nodes where they belong; not changed.
+        state: With held nodes where they belong; not changed.
         chosen: Which nodes may move unless somebody holds them, shape (node,); some do.
         count: How many, if there are as many.
         above: Leave out the modes at and below this frequency [Hz].
@@ -111,7 +111,7 @@ def modes_of(
     Raises:
         SimulationError: The modes could not be computed.
     """
-    net = _net(situation, chosen)
+    net = _net(state, chosen)
     rigid = _rigid(net)
     limit = None
     if above is not None:
@@ -128,18 +128,18 @@ def modes_of(
         parts[first:first] = [("rigid", 0.0, y) for y in rigid[:, :count].toarray().T]
     found = tuple(_mode(net, k + 1, *part) for k, part in enumerate(parts[:count]))
     notes = tuple(_notes(net, chosen, rigid, found, count, above))
-    return Modes(found, situation, len(net.balance.free), notes)
+    return Modes(found, state, len(net.balance.free), notes)
 
 
-def _net(situation: Situation, chosen: NDArray[np.bool_]) -> _Net:
-    balance = Balance(_bare(situation), chosen)
+def _net(state: State, chosen: NDArray[np.bool_]) -> _Net:
+    balance = Balance(_bare(state), chosen)
     bars = balance.bars(balance.start)
-    return _Net(situation, balance, bars, operator_of(balance, bars))
+    return _Net(state, balance, bars, operator_of(balance, bars))
 
 
-def _bare(situation: Situation) -> Situation:
-    """Return a situation without contact, which is no spring about where a net is."""
-    return replace(situation, contact=None)
+def _bare(state: State) -> State:
+    """Return a state without contact, which is no spring about where a net is."""
+    return replace(state, contact=None)
 
 
 def _rigid(net: _Net) -> csc_matrix:
@@ -188,7 +188,7 @@ def _kind(value: float, zero: float) -> Kind:
 
 def _mode(net: _Net, number: int, kind: Kind, value: float, y: Floats) -> Mode:
     """Return the mode of an eigenvalue [1/s²] and an eigenvector, shape (n,)."""
-    balance, network = net.balance, net.situation.network
+    balance, network = net.balance, net.state.network
     y = y * np.sign(y[np.argmax(np.abs(y) > (1.0 - 1e-6) * np.abs(y).max())])
     phi = y.reshape(-1, 3) / np.sqrt(balance.mass)[:, None]
     shape = np.zeros_like(network.position)
@@ -215,11 +215,11 @@ def _resisted(net: _Net, phi: Floats) -> float:
     closing = np.einsum("sk,sk->s", net.bars.direction, moved[:, 1] - moved[:, 0])
     elongation = net.bars.length - net.balance.rest
     viscosity = net.balance.behaviour.sluggishness(elongation, np.zeros(len(ends)))
-    braked = float(net.situation.braking[net.balance.free] @ (phi**2).sum(axis=1))
+    braked = float(net.state.braking[net.balance.free] @ (phi**2).sum(axis=1))
     moving = np.zeros_like(net.bars.position)
     moving[net.balance.free] = phi
-    for field in _bare(net.situation).fields:
-        braked += float(field.powers(net.situation.time, net.bars.position, moving)[1])
+    for field in _bare(net.state).fields:
+        braked += float(field.powers(net.state.time, net.bars.position, moving)[1])
     return float(viscosity @ closing**2) + braked
 
 
@@ -232,14 +232,14 @@ def _notes(
     above: float | None,
 ) -> Iterator[str]:
     """Yield what is to be known of the modes."""
-    situation, unknowns = net.situation, net.operator.size
+    state, unknowns = net.state, net.operator.size
     zero = ZERO * net.operator.top
-    yield from _out_of_balance(situation, chosen)
-    if (contact := situation.touching) is not None:
-        touched = int(contact.touched(situation.position)[net.balance.free].sum())
+    yield from _out_of_balance(state, chosen)
+    if (contact := state.touching) is not None:
+        touched = int(contact.touched(state.position)[net.balance.free].sum())
         if touched:
             yield f"contact is ignored: it acts on {counted(touched, 'node')}"
-    if situation.inelastic is not None:
+    if state.inelastic is not None:
         yield "springs that relax or yield are as stiff here as after they have given way"
     elongation = net.bars.length - net.balance.rest
     viscosity = net.balance.behaviour.brake_slope(elongation, np.zeros_like(elongation))
@@ -260,9 +260,9 @@ def _notes(
             yield f"there are {free} modes of frequency 0; --above 0 leaves them out"
 
 
-def _out_of_balance(situation: Situation, chosen: NDArray[np.bool_]) -> Iterator[str]:
+def _out_of_balance(state: State, chosen: NDArray[np.bool_]) -> Iterator[str]:
     """Yield by how much forces fail to balance, if they do."""
-    balance = Balance(situation, chosen)
+    balance = Balance(state, chosen)
     bars = balance.bars(balance.start)
     force, largest = greatest(balance.force(bars)), balance.largest(bars)
     if force > IN_BALANCE * largest + balance.noise(bars):

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.analysis.vibration.modes import Modes, modes_of
-from tissuec.compiler.checks import situation_at_start
+from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError, alternatives
 from tissuec.core.names import key_of
@@ -30,14 +30,14 @@ def scene_modes(
         TissueError: There is no such body, or nothing can move.
     """
     chosen = _nodes(compiled.network, body)
-    situation = situation_at_start(compiled, settles=True)
-    situation.place_held()
-    if not (chosen & ~situation.held).any():
+    state = state_at_start(compiled, settles=True)
+    state.place_held()
+    if not (chosen & ~state.held).any():
         what = "the scene" if body is None else f'"{body}"'
         raise TissueError(
             f"no node of {what} can move: all are held at 0 s; leave some of them free"
         )
-    return modes_of(situation, chosen, count=count, above=above)
+    return modes_of(state, chosen, count=count, above=above)
 
 
 def _nodes(network: Network, body: str | None) -> NDArray[np.bool_]:

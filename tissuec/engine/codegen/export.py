@@ -42,7 +42,7 @@ from tissuec.forces.runs_kernel import springs_in_runs
 from tissuec.kernels import rasterizing, sensitivity, stepping, vectors
 from tissuec.kernels.bundles import BUNDLES, FLAGS, of_field, of_method
 from tissuec.kernels.loading import CALLED, ENDING, INDEX, SHIPPED
-from tissuec.kernels.records import Buffer, Operations, Progress, State, Task, Work
+from tissuec.kernels.records import Buffer, CompiledProgress, Operations, Progress, Task, Work
 
 #: What shipped code is made from.
 SOURCES = (
@@ -178,7 +178,7 @@ def _drive(integrator: type) -> Exported:
     exec(compile(text, "<entry>", "exec"), names)
     enter = names["enter"]
     enter.__module__ = loop.__name__
-    tables = [RecordType(record) for record in (State, Task, Work)]
+    tables = [RecordType(record) for record in (CompiledProgress, Task, Work)]
     signature = types.int64(*tables, NET, RecordType(Buffer))
     return Exported("drive", enter, signature, _names(integrator))
 

@@ -14,7 +14,7 @@ from numba.core.typing.templates import AttributeTemplate, Signature, infer_geta
 from numba.extending import NativeValue, intrinsic, models, register_model, typeof_impl, unbox
 
 from tissuec.engine.operations import FUNCTIONS
-from tissuec.kernels.record_tables import Field, Record, RecordTable, layout, signature
+from tissuec.kernels.record_tables import Record, RecordField, RecordTable, layout, signature
 from tissuec.kernels.records import Net, Operations
 from tissuec.kernels.sensitivity import Laws, Values
 from tissuec.laws.partial import ARGUMENTS
@@ -35,7 +35,7 @@ class RecordType(types.Type):
 register_model(RecordType)(models.OpaqueModel)
 
 
-def kind_of(field: Field) -> types.Type:
+def kind_of(field: RecordField) -> types.Type:
     """Return what Numba calls the type of a field."""
     if field.kind is np.ndarray:
         return types.Array(numba.from_dtype(field.dtype), field.axes, "C")

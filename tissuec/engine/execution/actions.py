@@ -11,13 +11,13 @@ from tissuec.engine.execution.buckling import unstable_rest
 from tissuec.engine.execution.failure_messages import explain_action
 from tissuec.engine.execution.penetration import crossed_surfaces
 from tissuec.engine.execution.recorder import Recorder
-from tissuec.engine.execution.run_state import Standing
+from tissuec.engine.execution.run_state import RunState
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.script.measures.moment import Ledger, Moment
+from tissuec.script.measures.moment import EnergyBalance, Moment
 from tissuec.script.plan import Plan
-from tissuec.script.verbs import Failed, Happening
+from tissuec.script.verbs import ActionFailed, LoggedEvent
 from tissuec.script.verbs.tie import seized, slipped
 
 #: How springs break by themselves: the array of the limit, and the cause in words.
@@ -37,10 +37,10 @@ def _leaking(enclosure: Enclosure, cells: int) -> str:
 
 
 class Stage:
-    """Carries out events on a standing run and tells the recorder.
+    """Carries out events on a run state run and tells the recorder.
 
     Args:
-        standing: Changed in place.
+        run_state: Changed in place.
 
     Attributes:
         failure: Why the run cannot go on, as a sentence; empty if it can.
@@ -48,15 +48,15 @@ class Stage:
 
     failure = ""
 
-    def __init__(self, network: Network, plan: Plan, recorder: Recorder, standing: Standing):
+    def __init__(self, network: Network, plan: Plan, recorder: Recorder, run_state: RunState):
         self.network, self.plan = network, plan
-        self.recorder, self.standing = recorder, standing
+        self.recorder, self.run_state = recorder, run_state
 
     def begin(self) -> None:
         """Carry out the events of 0 s; the energy that there is then is the initial one."""
         self.happen()
         if self.plan.needs_ledger:
-            self.standing.initial, self.standing.switched = self._energy(), 0.0
+            self.run_state.initial, self.run_state.switched = self._energy(), 0.0
 
     def happen(self, *, ruptured: Indices | None = None, true: list[int] | None = None) -> bool:
         """Carry out what is due at the present time; return whether anything happened.
@@ -65,25 +65,25 @@ class Stage:
             ruptured: Springs that break now.
             true: Triggers that are known to be true now, by their places in the plan.
         """
-        before = len(self.standing.happenings)
+        before = len(self.run_state.logged_events)
         with self._booked():
             if ruptured is not None and len(ruptured):
                 self._rupture(ruptured)
-            for name in self.standing.situation.seize():
-                self._log(seized(name, self.standing.situation.knots[name]))
+            for name in self.run_state.state.seize():
+                self._log(seized(name, self.run_state.state.knots[name]))
             self._carry_out()
             fired = true or self.true_triggers(self.moment())
             while fired:
                 self._fire(fired)
                 self._carry_out()
                 fired = self.true_triggers(self.moment())
-        return len(self.standing.happenings) > before
+        return len(self.run_state.logged_events) > before
 
     def enter(self) -> None:
         """Tell the recorder what holds from now on."""
-        standing = self.standing
-        ledger = Ledger(standing.initial, switched=standing.switched)
-        self.recorder.enter(standing.situation, standing.ruptured, ledger)
+        run_state = self.run_state
+        ledger = EnergyBalance(run_state.initial, switched=run_state.switched)
+        self.recorder.enter(run_state.state, run_state.ruptured, ledger)
 
     def leave(self, work: float, dissipated: float) -> None:
         """Let the recorder judge what ends now, before anything happens.
@@ -99,26 +99,26 @@ class Stage:
 
     def _with_ledger(self, work: float, dissipated: float) -> Moment:
         """Return the present moment, with a ledger if one is kept."""
-        moment, standing = self.moment(), self.standing
+        moment, run_state = self.moment(), self.run_state
         if not self.plan.needs_ledger:
             return moment
-        ledger = Ledger(standing.initial, work, dissipated, standing.switched)
+        ledger = EnergyBalance(run_state.initial, work, dissipated, run_state.switched)
         return moment.with_ledger(ledger)
 
     def look_at_rest(self) -> None:
         """Note it if the net rests at an unstable equilibrium, before anything happens."""
-        found = unstable_rest(self.standing, self.plan.simulation.span)
+        found = unstable_rest(self.run_state, self.plan.simulation.span)
         if found is not None:
             self._log(found)
 
     def look_at_threads(self) -> None:
         """Note threads that have got into a body, before anything happens."""
-        for found in crossed_surfaces(self.standing):
+        for found in crossed_surfaces(self.run_state):
             self._log(found)
 
     def moment(self) -> Moment:
         """Return the present moment, without a ledger."""
-        return replace(Moment.of(self.standing.situation), ruptured=self.standing.ruptured)
+        return replace(Moment.of(self.run_state.state), ruptured=self.run_state.ruptured)
 
     def moment_at(self, time: Floats | float, position: Floats, velocity: Floats) -> Moment:
         """Return a moment on the way to the next event, or a batch of them."""
@@ -128,37 +128,37 @@ class Stage:
         """Return the waiting triggers whose conditions hold, in written order."""
         triggers = self.plan.triggers
         return [
-            number for number in self.standing.waiting if triggers[number].condition(moment)
+            number for number in self.run_state.waiting if triggers[number].condition(moment)
         ]
 
     def may_be_true(self, moments: Moment) -> bool:
         """Return whether the condition of a waiting trigger holds at any moment of a batch."""
-        conditions = (self.plan.triggers[number].condition for number in self.standing.waiting)
+        conditions = (self.plan.triggers[number].condition for number in self.run_state.waiting)
         return any(condition.holds(moments).any() for condition in conditions)
 
     def _carry_out(self) -> None:
-        situation, agenda = self.standing.situation, self.standing.agenda
+        state, queue = self.run_state.state, self.run_state.queue
         try:
-            for action in agenda.due(situation.time):
-                for happening in action.apply(situation, agenda):
-                    self._log(happening)
-        except Failed as failure:
-            self.failure = explain_action(failure, situation)
-        situation.place_held()
-        for enclosure, cells in situation.let_leak():
-            self._log(Happening("leak", (), _leaking(enclosure, cells), enclosure.span))
+            for action in queue.due(state.time):
+                for logged_event in action.apply(state, queue):
+                    self._log(logged_event)
+        except ActionFailed as failure:
+            self.failure = explain_action(failure, state)
+        state.place_held()
+        for enclosure, cells in state.let_leak():
+            self._log(LoggedEvent("leak", (), _leaking(enclosure, cells), enclosure.span))
 
     def _rupture(self, springs: Indices) -> None:
-        situation = self.standing.situation
-        for name in situation.give_way(springs):
-            knot = situation.knots[name]
+        state = self.run_state.state
+        for name in state.give_way(springs):
+            knot = state.knots[name]
             springs = springs[springs != knot.hold]
             self._log(slipped(name, knot))
-        state = situation.position, situation.velocity
-        is_pressed = observables.tension(situation, *state, springs) < 0.0
-        situation.alive = situation.alive.copy()
-        situation.alive[springs] = False
-        self.standing.ruptured[springs] = True
+        motion = state.position, state.velocity
+        is_pressed = observables.tension(state, *motion, springs) < 0.0
+        state.alive = state.alive.copy()
+        state.alive[springs] = False
+        self.run_state.ruptured[springs] = True
         self._log_broken("rupture", springs[~is_pressed])
         self._log_broken("crush", springs[is_pressed])
 
@@ -171,20 +171,20 @@ class Stage:
             span = self.plan.simulation.span if origins is None else origins[spring].span
             by_origin.setdefault(span, []).append(spring)
         for span, found in by_origin.items():
-            self._log(Happening(kind, tuple(found), cause, span))
+            self._log(LoggedEvent(kind, tuple(found), cause, span))
 
     def _fire(self, triggers: list[int]) -> None:
         for number in triggers:
             trigger = self.plan.triggers[number]
-            self.standing.waiting.remove(number)
+            self.run_state.waiting.remove(number)
             cause = " ".join(trigger.span.text.split())
-            self._log(Happening("trigger", (), cause, trigger.span))
-            self.standing.agenda.script(trigger.events, self.standing.situation.time)
+            self._log(LoggedEvent("trigger", (), cause, trigger.span))
+            self.run_state.queue.script(trigger.events, self.run_state.state.time)
 
-    def _log(self, happening: Happening) -> None:
-        time = self.standing.situation.time
-        self.standing.happenings.append((time, happening))
-        self.recorder.happened(time, happening)
+    def _log(self, logged_event: LoggedEvent) -> None:
+        time = self.run_state.state.time
+        self.run_state.logged_events.append((time, logged_event))
+        self.recorder.happened(time, logged_event)
 
     @contextmanager
     def _booked(self) -> Iterator[None]:
@@ -194,11 +194,9 @@ class Stage:
             return
         before = self._energy()
         yield
-        self.standing.switched += self._energy() - before
+        self.run_state.switched += self._energy() - before
 
     def _energy(self) -> float:
-        situation = self.standing.situation
-        energies = observables.energies(
-            situation, situation.time, situation.position, situation.velocity
-        )
+        state = self.run_state.state
+        energies = observables.energies(state, state.time, state.position, state.velocity)
         return float(energies.total)

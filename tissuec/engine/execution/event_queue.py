@@ -9,13 +9,13 @@ from msgspec import Struct, field
 
 from tissuec.engine.execution.sampling import SAME
 from tissuec.model.network import Floats
-from tissuec.script.plan import Event, Plan
+from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs import Action
 
 _ADDED, _SCRIPTED = 0, 1
 
 
-class Timetable(Struct, eq=False):
+class ActionQueue(Struct, eq=False):
     """Actions at times; those that an action added come before scripted ones of that time.
 
     Attributes:
@@ -35,9 +35,9 @@ class Timetable(Struct, eq=False):
     def of(cls, plan: Plan) -> Self:
         """Return the script of a plan, all of which is still to come."""
         near = SAME * plan.simulation.duration
-        agenda = cls(near, written=[event.time for event in plan.events])
-        agenda.script(plan.events, 0.0)
-        return agenda
+        queue = cls(near, written=[event.time for event in plan.events])
+        queue.script(plan.events, 0.0)
+        return queue
 
     def add(self, time: float, action: Action) -> None:
         """Enter what an action adds, such as the end of a motion, at a time [s]."""
@@ -48,7 +48,7 @@ class Timetable(Struct, eq=False):
         for time in times:
             self._enter(float(time), _ADDED, None)
 
-    def script(self, events: Iterable[Event], start: float) -> None:
+    def script(self, events: Iterable[ScheduledAction], start: float) -> None:
         """Enter written events, their times counted from ``start`` [s]."""
         for event in events:
             self._enter(start + event.time, _SCRIPTED, event.action)

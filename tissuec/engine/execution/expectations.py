@@ -24,7 +24,7 @@ class Failure(Struct, frozen=True):
     measured: str
 
 
-class Memory(Struct, eq=False):
+class ExpectationMemory(Struct, eq=False):
     """What a recorder must know to go on after an interruption.
 
     Attributes:
@@ -42,7 +42,7 @@ class Memory(Struct, eq=False):
     held: dict[int, tuple[float, str]] = field(default_factory=dict)
 
 
-class Judge:
+class ExpectationMonitor:
     """Judges expectations at every sample within their intervals and at the ends.
 
     An interval ends before the events at its end and begins after those at its beginning.
@@ -68,14 +68,14 @@ class Judge:
             if self._lasts(expectation) and expectation.stop - self.near <= time:
                 due[self.times >= expectation.stop - 2.0 * self.near] = False
 
-    def leave(self, moment: Moment, memory: Memory) -> None:
+    def leave(self, moment: Moment, memory: ExpectationMemory) -> None:
         """Judge the intervals that end at a moment, before its events."""
         for number, expectation in enumerate(self.expectations):
             ends_now = abs(expectation.stop - float(moment.time)) <= self.near
             if ends_now and self._lasts(expectation):
                 self._judge(number, replace(moment, pinned=memory.pinned), memory, ends=True)
 
-    def sample(self, moment: Moment, rows: slice, memory: Memory) -> None:
+    def sample(self, moment: Moment, rows: slice, memory: ExpectationMemory) -> None:
         """Judge a batch, which is a part of ``times``."""
         for time, place in self._pinned_at.items():
             if rows.start <= place < rows.stop:
@@ -95,7 +95,7 @@ class Judge:
             for place, is_last in zip(places[~holds | ends], ends[~holds | ends], strict=True):
                 self._judge(number, moment.pick(int(place)), memory, ends=bool(is_last))
 
-    def unreached(self, memory: Memory) -> tuple[int, ...]:
+    def unreached(self, memory: ExpectationMemory) -> tuple[int, ...]:
         """Return the expectations that were not judged to their end, by their places.
 
         One that has failed is decided, however early.
@@ -109,7 +109,9 @@ class Judge:
     def _lasts(self, expectation: Expectation) -> bool:
         return expectation.start < expectation.stop - self.near
 
-    def _judge(self, number: int, moment: Moment, memory: Memory, *, ends: bool) -> None:
+    def _judge(
+        self, number: int, moment: Moment, memory: ExpectationMemory, *, ends: bool
+    ) -> None:
         expectation = self.expectations[number]
         if number in memory.failures:
             return

@@ -3,49 +3,49 @@
 from typing import TYPE_CHECKING
 
 from tissuec.core.units import MASS, STIFFNESS, TIME, show
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Network
-from tissuec.script.verbs import Failed
+from tissuec.script.verbs import ActionFailed
 
 if TYPE_CHECKING:
     from tissuec.engine.method import Interruption
 
 
-def explain(failure: "Interruption", situation: Situation) -> str:
+def explain(failure: "Interruption", state: State) -> str:
     """Return what went wrong, where and when.
 
     Args:
         failure: With the culprit's number in the network, if there is one.
-        situation: The last good state.
+        state: The last good state.
     """
     verb = "diverged" if failure.kind == "diverged" else "stopped"
     parts = [f"the run {verb} at {show(failure.time, TIME, digits=6)}"]
     if failure.message:
         parts.append(failure.message)
     if failure.spring is not None:
-        parts.append(describe_spring(situation, failure.spring))
+        parts.append(describe_spring(state, failure.spring))
     elif failure.node is not None:
-        parts.append(describe_node(situation, failure.node))
+        parts.append(describe_node(state, failure.node))
     return "; ".join(parts)
 
 
-def explain_action(failure: Failed, situation: Situation) -> str:
+def explain_action(failure: ActionFailed, state: State) -> str:
     """Return which order could not be carried out, where, when and why."""
-    time = show(situation.time, TIME, digits=6)
+    time = show(state.time, TIME, digits=6)
     parts = [
         f"the run stopped at {time}",
         failure.message,
-        describe_node(situation, failure.node),
+        describe_node(state, failure.node),
         f"requested in {failure.span.place}",
     ]
     return "; ".join(parts)
 
 
-def describe_spring(situation: Situation, spring: int) -> str:
+def describe_spring(state: State, spring: int) -> str:
     """Return a spring by the author's numbers, with its constant and where that is from."""
-    network = situation.network
+    network = state.network
     first, second = (_named(network, int(node), spring) for node in network.ends[spring])
-    constant = show(float(situation.stiffness[spring]), STIFFNESS)
+    constant = show(float(state.stiffness[spring]), STIFFNESS)
     return (
         f"spring {network.spring_ids[spring]} of {network.owner(spring).name} between "
         f"the nodes {first} and {second}, with a spring constant of {constant}"
@@ -59,10 +59,10 @@ def _named(network: Network, node: int, spring: int) -> str:
     return f"{network.node_ids[node]}{of_body(network, node) if is_joint else ''}"
 
 
-def describe_node(situation: Situation, node: int) -> str:
+def describe_node(state: State, node: int) -> str:
     """Return a node by the author's number, with its mass and where that is from."""
-    network = situation.network
-    mass = show(float(situation.mass[node]), MASS)
+    network = state.network
+    mass = show(float(state.mass[node]), MASS)
     return (
         f"node {network.node_ids[node]}{of_body(network, node)}, "
         f"with a mass of {mass}"

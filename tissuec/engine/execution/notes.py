@@ -7,8 +7,8 @@ import numpy as np
 from tissuec.core.errors import counted
 from tissuec.core.units import ENERGY, show
 from tissuec.mechanics import observables
-from tissuec.mechanics.situation import Situation
-from tissuec.script.measures.moment import Ledger
+from tissuec.mechanics.state import State
+from tissuec.script.measures.moment import EnergyBalance
 
 if TYPE_CHECKING:
     from tissuec.engine.method import Statistics
@@ -17,17 +17,17 @@ GROWN = 0.01  # of the energy at the end: imbalances that are told
 
 
 def notes(
-    statistics: "Statistics", situation: Situation, ledger: Ledger | None
+    statistics: "Statistics", state: State, ledger: EnergyBalance | None
 ) -> tuple[str, ...]:
     """Return sentences about a run with a fixed step.
 
     Args:
-        situation: The last good state.
+        state: The last good state.
         ledger: Energies until then; None where they are not kept.
     """
     found = [_stalls(statistics)] if statistics.stalls else []
     if ledger is not None:
-        found += _growth(situation, ledger)
+        found += _growth(state, ledger)
     return tuple(found)
 
 
@@ -40,11 +40,9 @@ def _stalls(statistics: "Statistics") -> str:
     )
 
 
-def _growth(situation: Situation, ledger: Ledger) -> list[str]:
+def _growth(state: State, ledger: EnergyBalance) -> list[str]:
     """Return what energy came from nowhere or went there, if that is much."""
-    energies = observables.energies(
-        situation, situation.time, situation.position, situation.velocity
-    )
+    energies = observables.energies(state, state.time, state.position, state.velocity)
     surplus, size = float(ledger.balance(energies)), float(ledger.size(energies))
     if not np.isfinite(surplus) or abs(surplus) <= GROWN * size:
         return []

@@ -17,15 +17,15 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.units import si_unit
-from tissuec.engine.execution.expectations import Judge, Memory
+from tissuec.engine.execution.expectations import ExpectationMemory, ExpectationMonitor
 from tissuec.engine.execution.sampling import SAME, join_times, rows_at
 from tissuec.geometry.surfaces import entries_of
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.recording import MOST_JUMPING, LogChannel, Recording, SurfaceChannel
-from tissuec.script.measures.moment import Ledger, Moment
+from tissuec.script.measures.moment import EnergyBalance, Moment
 from tissuec.script.plan import Plan, times_every
-from tissuec.script.verbs import Happening
+from tissuec.script.verbs import LoggedEvent
 
 ROUNDING = 1e-12
 """Part of the size of a row: a smaller change comes from another order of summation."""
@@ -65,7 +65,7 @@ class Writer(Protocol):
     def event(
         self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
     ) -> None: ...
-    def checkpoint(self, state: Mapping[str, Any]) -> None: ...
+    def checkpoint(self, saved: Mapping[str, Any]) -> None: ...
 
 
 class _Observed(NamedTuple):
@@ -76,7 +76,7 @@ class _Observed(NamedTuple):
 
 
 class Recorder:
-    """Receives samples and happenings of one run and passes on what the plan asks for.
+    """Receives samples and logged events of one run and passes on what the plan asks for.
 
     Args:
         tap: Shown every batch of samples as well.
@@ -95,10 +95,10 @@ class Recorder:
         tap: Callable[[Samples], None] | None = None,
     ):
         self.network, self.plan, self.writer, self._tap = network, plan, writer, tap
-        self.memory = Memory()
-        self._ledger = Ledger()
+        self.memory = ExpectationMemory()
+        self._ledger = EnergyBalance()
         self._ruptured = np.zeros(network.spring_count, dtype=bool)
-        self._situation: Situation | None = None
+        self._state: State | None = None
         self._alive: NDArray[np.bool_] | None = None
         self._holders: dict[str, Indices] | None = None
         self._observed = tuple(_observed(plan, writer))
@@ -109,24 +109,24 @@ class Recorder:
         streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
         self.times = sample_times(plan)
         self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
-        self._judge = Judge(plan.expectations, self.times, near)
+        self._judge = ExpectationMonitor(plan.expectations, self.times, near)
 
-    def enter(self, situation: Situation, ruptured: NDArray[np.bool_], ledger: Ledger) -> None:
+    def enter(self, state: State, ruptured: NDArray[np.bool_], ledger: EnergyBalance) -> None:
         """State what holds for the samples to come, after the events of a time.
 
         Args:
             ruptured: Which springs broke by themselves until now, shape (spring,).
             ledger: Initial and switched energy; the samples bring work and dissipation.
         """
-        self._situation = _frozen(situation)
+        self._state = _frozen(state)
         self._ruptured, self._ledger = ruptured.copy(), ledger
-        self._judge.enter(situation.time)
-        if self._alive is None or not np.array_equal(self._alive, situation.alive):
-            self._alive = situation.alive.copy()
+        self._judge.enter(state.time)
+        if self._alive is None or not np.array_equal(self._alive, state.alive):
+            self._alive = state.alive.copy()
             self.writer.topology(self._alive)
-        if not _are_same(self._holders, situation.holders):
-            self._holders = dict(situation.holders)
-            self.writer.holds(situation.time, self._holders)
+        if not _are_same(self._holders, state.holders):
+            self._holders = dict(state.holders)
+            self.writer.holds(state.time, self._holders)
         self._before, self._left = self._left, ()
 
     def leave(self, moment: Moment) -> None:
@@ -156,30 +156,30 @@ class Recorder:
                 observed.jump(float(moment.time), before, after)
         self._before = ()
 
-    def happened(self, time: float, happening: Happening) -> None:
+    def happened(self, time: float, logged_event: LoggedEvent) -> None:
         """Enter something into the event log."""
-        springs = tuple(int(spring) for spring in happening.springs)
-        place = happening.span.place
-        self.writer.event(time, happening.kind, springs, happening.cause, place)
+        springs = tuple(int(spring) for spring in logged_event.springs)
+        place = logged_event.span.place
+        self.writer.event(time, logged_event.kind, springs, logged_event.cause, place)
 
     @property
     def unreached(self) -> tuple[int, ...]:
         """Return the expectations that are still undecided, by their places in the plan."""
         return self._judge.unreached(self.memory)
 
-    def checkpoint(self, state: Mapping[str, Any]) -> None:
+    def checkpoint(self, saved: Mapping[str, Any]) -> None:
         """Keep a state to go on from; every sample before it has been passed on."""
-        self.writer.checkpoint(state)
+        self.writer.checkpoint(saved)
 
     def record(self, samples: Samples) -> None:
         """Take in a batch of samples, the next ones of ``times``."""
-        assert self._situation is not None, "enter comes first"
+        assert self._state is not None, "enter comes first"
         if self._tap is not None:
             self._tap(samples)
         first = self.memory.next
         rows = slice(first, first + len(samples.time))
         self.memory.next = rows.stop
-        moment = self._moment(samples, self._situation)
+        moment = self._moment(samples, self._state)
         parts: dict[float, Moment] = {}
 
         def part(rate: float) -> Moment | None:
@@ -195,9 +195,9 @@ class Recorder:
         self._write_energies(part)
         self._judge.sample(moment, rows, self.memory)
 
-    def _moment(self, samples: Samples, situation: Situation) -> Moment:
-        state = samples.time, samples.position, samples.velocity
-        moment = Moment(situation, *state, self._ruptured, None, self.memory.pinned)
+    def _moment(self, samples: Samples, state: State) -> Moment:
+        motion = samples.time, samples.position, samples.velocity
+        moment = Moment(state, *motion, self._ruptured, None, self.memory.pinned)
         if not self.plan.needs_ledger:
             return moment
         ledger = replace(self._ledger, work=samples.work, dissipated=samples.dissipated)
@@ -325,18 +325,18 @@ def _are_same(before: Mapping[str, Indices] | None, now: Mapping[str, Indices]) 
     )
 
 
-def _frozen(situation: Situation) -> Situation:
-    """Return what a situation is now; arrays that later events replace are shared."""
+def _frozen(state: State) -> State:
+    """Return what a state is now; arrays that later events replace are shared."""
     return replace(
-        situation,
-        position=situation.position.copy(),
-        velocity=situation.velocity.copy(),
-        holders=dict(situation.holders),
-        motions=dict(situation.motions),
-        loads=dict(situation.loads),
-        enclosures=dict(situation.enclosures),
-        jets=dict(situation.jets),
-        reelings=dict(situation.reelings),
-        knots=dict(situation.knots),
-        hold_ends=dict(situation.hold_ends),
+        state,
+        position=state.position.copy(),
+        velocity=state.velocity.copy(),
+        holders=dict(state.holders),
+        motions=dict(state.motions),
+        loads=dict(state.loads),
+        enclosures=dict(state.enclosures),
+        jets=dict(state.jets),
+        reelings=dict(state.reelings),
+        knots=dict(state.knots),
+        hold_ends=dict(state.hold_ends),
     )

@@ -18,13 +18,13 @@ from tissuec.engine.execution.expectations import Failure
 from tissuec.engine.execution.failure_messages import explain
 from tissuec.engine.execution.notes import notes
 from tissuec.engine.execution.recorder import Recorder
-from tissuec.engine.execution.run_state import Standing, read_standing
-from tissuec.engine.execution.signals import Interrupt, Stop, asked_to_stop
-from tissuec.mechanics.situation import Situation
+from tissuec.engine.execution.run_state import RunState, read_run_state
+from tissuec.engine.execution.signals import Interrupt, StopRequest, asked_to_stop
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
-from tissuec.script.measures.moment import Ledger
+from tissuec.script.measures.moment import EnergyBalance
 from tissuec.script.plan import RELAXATION, Plan
-from tissuec.script.verbs import Happening
+from tissuec.script.verbs import LoggedEvent
 
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine
@@ -49,8 +49,8 @@ class Outcome(Struct, frozen=True, eq=False):
         unreached: Expectations that the run did not come to, or not to the end of, by their
             places in the plan.
         held: Of those that hold, when each was judged last [s] and what was measured then.
-        happenings: The event log, each entry with its time [s].
-        situation: The state at the end.
+        logged_events: The event log, each entry with its time [s].
+        state: The state at the end.
         notes: What else is to be known of it, in sentences.
         signal: Number of the signal that interrupted it, if one did.
     """
@@ -61,8 +61,8 @@ class Outcome(Struct, frozen=True, eq=False):
     statistics: "Statistics"
     failures: tuple[Failure, ...]
     unreached: tuple[int, ...]
-    happenings: tuple[tuple[float, Happening], ...]
-    situation: Situation
+    logged_events: tuple[tuple[float, LoggedEvent], ...]
+    state: State
     notes: tuple[str, ...] = ()
     held: Mapping[int, tuple[float, str]] = field(default_factory=dict)
     signal: int | None = None
@@ -108,8 +108,8 @@ def run(
         loop.engine.statistics,
         tuple(failures[number] for number in sorted(failures)),
         recorder.unreached,
-        tuple(loop.standing.happenings),
-        loop.standing.situation,
+        tuple(loop.run_state.logged_events),
+        loop.run_state.state,
         loop.notes(),
         recorder.memory.held,
         stop.signal if kind == "interrupted" else None,
@@ -119,7 +119,7 @@ def run(
 class _Loop:
     """One run under way."""
 
-    standing: Standing
+    run_state: RunState
     stage: Stage
 
     def __init__(
@@ -128,7 +128,7 @@ class _Loop:
         plan: Plan,
         recorder: Recorder,
         progress: Progress,
-        stop: Stop,
+        stop: StopRequest,
         threads: int,
     ):
         self.network, self.plan, self.recorder = network, plan, recorder
@@ -140,31 +140,31 @@ class _Loop:
 
     def begin(self) -> None:
         """Start at 0 s with the events of that time."""
-        self.standing = Standing.begin(self.network, self.plan, self.recorder.memory)
-        self.stage = Stage(self.network, self.plan, self.recorder, self.standing)
+        self.run_state = RunState.begin(self.network, self.plan, self.recorder.memory)
+        self.stage = Stage(self.network, self.plan, self.recorder, self.run_state)
         self.stage.begin()
-        self.engine.restart(self.standing.situation)
+        self.engine.restart(self.run_state.state)
         self.stage.enter()
 
-    def go_on(self, state: Mapping[str, Any]) -> None:
+    def go_on(self, saved: Mapping[str, Any]) -> None:
         """Start from a checkpoint."""
-        self.standing = read_standing(state, self.network, self.plan)
-        self.recorder.memory = self.standing.memory
-        self.stage = Stage(self.network, self.plan, self.recorder, self.standing)
-        self.engine.restore(self.standing.situation, self.standing.engine)
+        self.run_state = read_run_state(saved, self.network, self.plan)
+        self.recorder.memory = self.run_state.memory
+        self.stage = Stage(self.network, self.plan, self.recorder, self.run_state)
+        self.engine.restore(self.run_state.state, self.run_state.engine)
         self.stage.enter()
 
     def finish(self) -> tuple[Kind, str]:
         """Step to the end; return how that went."""
-        situation, duration = self.standing.situation, self.plan.simulation.duration
+        state, duration = self.run_state.state, self.plan.simulation.duration
         while not self.stage.failure:
-            until = min(self.standing.agenda.next, duration)
+            until = min(self.run_state.queue.next, duration)
             watch = self._watch if self._is_watched() else None
-            survey = self._survey if watch and not situation.is_slipping else None
-            reason = self.engine.advance(situation, until, watch, self._pause, survey)
-            self.progress(situation.time)
+            survey = self._survey if watch and not state.is_slipping else None
+            reason = self.engine.advance(state, until, watch, self._pause, survey)
+            self.progress(state.time)
             if reason.kind == "diverged" or reason.kind == "stuck":
-                return reason.kind, explain(reason, situation)
+                return reason.kind, explain(reason, state)
             if reason.kind == "paused":
                 self._checkpoint()
                 if self.stop():
@@ -178,13 +178,13 @@ class _Loop:
             true = self.true if reason.kind == "triggered" else None
             self.true = []
             if self.stage.happen(ruptured=reason.springs, true=true):
-                self.engine.restart(situation)
+                self.engine.restart(state)
                 self.stage.enter()
                 # A net without inertia is elsewhere after events: where it is relaxed again.
-                if not self.relaxes or situation.time >= duration:
+                if not self.relaxes or state.time >= duration:
                     self.stage.record_jumps(*sums)
-            if situation.time >= duration and not self.stage.failure:
-                self.engine.finish(situation)
+            if state.time >= duration and not self.stage.failure:
+                self.engine.finish(state)
                 return "done", f"done: {duration:g} s were simulated"
         return "stuck", self.stage.failure
 
@@ -193,10 +193,10 @@ class _Loop:
         simulation = self.plan.simulation
         if simulation.step is None or simulation.integrator == RELAXATION:
             return ()
-        standing = self.standing
-        ledger = Ledger(standing.initial, *self._sums(), standing.switched)
+        run_state = self.run_state
+        ledger = EnergyBalance(run_state.initial, *self._sums(), run_state.switched)
         kept = ledger if self.plan.needs_ledger else None
-        return notes(self.engine.statistics, standing.situation, kept)
+        return notes(self.engine.statistics, run_state.state, kept)
 
     def _pause(self, time: float) -> bool:
         self.progress(time)
@@ -204,8 +204,8 @@ class _Loop:
 
     def _is_watched(self) -> bool:
         """Return whether states on the way to the next event must be looked at."""
-        waits = self.standing.waiting or self.recorder.awaits_jumps
-        return bool(waits) or self.standing.situation.is_slipping
+        waits = self.run_state.waiting or self.recorder.awaits_jumps
+        return bool(waits) or self.run_state.state.is_slipping
 
     def _watch(self, time: float, position: Floats, velocity: Floats) -> bool:
         if self.recorder.awaits_jumps:
@@ -213,29 +213,29 @@ class _Loop:
         found = self.stage.true_triggers(self.stage.moment_at(time, position, velocity))
         # The engine closes in on the earliest time that is true: the last such answer counts.
         self.true = found or self.true
-        return bool(found) or bool(self.standing.situation.seizing(time, position, velocity))
+        return bool(found) or bool(self.run_state.state.seizing(time, position, velocity))
 
     def _survey(self, time: Floats, position: Floats, velocity: Floats) -> bool:
         return self.stage.may_be_true(self.stage.moment_at(time, position, velocity))
 
     def _sums(self) -> tuple[float, float]:
         """Return work and dissipated energy until now [J]; zero where they are not kept."""
-        state = self.engine.checkpoint() if self.plan.needs_ledger else None
+        saved = self.engine.checkpoint() if self.plan.needs_ledger else None
         return (
             (0.0, 0.0)
-            if state is None
-            else (float(state["ledger"][0]), float(state["ledger"][1]))
+            if saved is None
+            else (float(saved["ledger"][0]), float(saved["ledger"][1]))
         )
 
     def _checkpoint(self) -> None:
-        state = self.engine.checkpoint()
-        assert state is not None, "the engine pauses between steps only"
-        self.standing.engine = state
-        self.recorder.checkpoint(self.standing.write(self.network, self.plan))
+        saved = self.engine.checkpoint()
+        assert saved is not None, "the engine pauses between steps only"
+        self.run_state.engine = saved
+        self.recorder.checkpoint(self.run_state.write(self.network, self.plan))
         self.kept = clock.monotonic()
 
     def _interrupted(self) -> str:
-        now, duration = self.standing.situation.time, self.plan.simulation.duration
+        now, duration = self.run_state.state.time, self.plan.simulation.duration
         number = self.stop.signal
         by = "" if number in (None, signal.SIGINT) else f" by {signal.Signals(number).name}"
         return f"interrupted{by} at {now:g} s of {duration:g} s; the run can be resumed"

@@ -8,45 +8,45 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.engine.execution.checkpoint import read_state, write_state
-from tissuec.engine.execution.event_queue import Timetable
-from tissuec.engine.execution.expectations import Memory
-from tissuec.mechanics.situation import Situation
+from tissuec.engine.execution.event_queue import ActionQueue
+from tissuec.engine.execution.expectations import ExpectationMemory
+from tissuec.mechanics.state import State
 from tissuec.model.network import Network
 from tissuec.script.plan import Plan
-from tissuec.script.verbs import Happening
+from tissuec.script.verbs import LoggedEvent
 
 
-class Standing(Struct, eq=False):
+class RunState(Struct, eq=False):
     """A run between two of its steps.
 
     Attributes:
-        agenda: What is still to come.
+        queue: What is still to come.
         waiting: Triggers that have not fired, by their places in the plan.
         ruptured: Which springs broke by themselves, shape (spring,).
         memory: What the recorder must know.
         initial, switched: Of the energy ledger [J].
-        happenings: The event log so far, each entry with its time [s].
+        logged_events: The event log so far, each entry with its time [s].
         looks: How often the net was looked at for an unstable equilibrium that it rests in.
         engine: What the engine keeps; set for a checkpoint only.
     """
 
-    situation: Situation
-    agenda: Timetable
+    state: State
+    queue: ActionQueue
     waiting: list[int]
     ruptured: NDArray[np.bool_]
-    memory: Memory
+    memory: ExpectationMemory
     initial: float = 0.0
     switched: float = 0.0
-    happenings: list[tuple[float, Happening]] = field(default_factory=list)
+    logged_events: list[tuple[float, LoggedEvent]] = field(default_factory=list)
     looks: int = 0
     engine: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def begin(cls, network: Network, plan: Plan, memory: Memory) -> Self:
+    def begin(cls, network: Network, plan: Plan, memory: ExpectationMemory) -> Self:
         """Return where a run stands at 0 s, before the events of that time."""
         return cls(
             plan.start(network),
-            Timetable.of(plan),
+            ActionQueue.of(plan),
             list(range(len(plan.triggers))),
             np.zeros(network.spring_count, dtype=bool),
             memory,
@@ -57,16 +57,16 @@ class Standing(Struct, eq=False):
         return write_state(self, _known(network, plan))
 
 
-def read_standing(state: Mapping[str, Any], network: Network, plan: Plan) -> Standing:
-    """Return what :meth:`Standing.write` wrote for the same network and plan.
+def read_run_state(saved: Mapping[str, Any], network: Network, plan: Plan) -> RunState:
+    """Return what :meth:`RunState.write` wrote for the same network and plan.
 
     Raises:
         ValueError: The state is not the checkpoint of a run.
     """
-    standing = read_state(state, _known(network, plan))
-    if not isinstance(standing, Standing):
+    run_state = read_state(saved, _known(network, plan))
+    if not isinstance(run_state, RunState):
         raise ValueError("this is not the checkpoint of a run")
-    return standing
+    return run_state
 
 
 def _known(network: Network, plan: Plan) -> list[object]:

@@ -25,7 +25,7 @@ class Terminated(KeyboardInterrupt):
         self.signal = number
 
 
-class Stop:
+class StopRequest:
     """The question whether to stop.
 
     Attributes:
@@ -40,7 +40,7 @@ class Stop:
     @property
     def signal(self) -> int | None:
         """Return the number of the first signal; None before it."""
-        return self._further.signal if isinstance(self._further, Stop) else self._signal
+        return self._further.signal if isinstance(self._further, StopRequest) else self._signal
 
     @property
     def is_late(self) -> bool:
@@ -70,7 +70,7 @@ def interruption(number: int | None) -> KeyboardInterrupt:
 
 
 @contextmanager
-def asked_to_stop(further: Interrupt | None = None) -> Iterator[Stop]:
+def asked_to_stop(further: Interrupt | None = None) -> Iterator[StopRequest]:
     """Yield a question whether to stop: after a signal, or if ``further`` says so.
 
     Outside of the main thread, and where somebody else handles a signal, it is left alone.
@@ -78,7 +78,7 @@ def asked_to_stop(further: Interrupt | None = None) -> Iterator[Stop]:
     Raises:
         KeyboardInterrupt: A signal came after the last question, in the end.
     """
-    stop = Stop(further)
+    stop = StopRequest(further)
     with _handled(stop.take):
         yield stop
     if stop.is_late:

@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from tissuec.core.fields import Whole
 from tissuec.geometry.surfaces import SURFACES
-from tissuec.geometry.surfaces.patches import Spline, Weights, refine_grid
+from tissuec.geometry.surfaces.patches import NodalSpline, Weights, refine_grid
 from tissuec.geometry.surfaces.refinement import Refinement
 from tissuec.geometry.surfaces.skin import Skin
 from tissuec.model.network import Floats
@@ -33,13 +33,13 @@ class ApproximatingSpline(Struct, frozen=True):
         return refine_grid(skin, near_nodes, 2**self.subdivisions)
 
 
-def near_nodes(count: int, closed: bool) -> Spline:
+def near_nodes(count: int, closed: bool) -> NodalSpline:
     """Return the uniform cubic B-spline of nodes in a row, as values and slopes at the nodes.
 
     With neighbours a and c of a node b they are (a + 4 b + c) / 6 and (c - a) / 2. Beyond an
     end the row goes on as far as it came, so that it ends at its last node.
     """
-    return Spline(
+    return NodalSpline(
         _stencil(count, closed, np.array([1.0, 4.0, 1.0]) / 6.0),
         _stencil(count, closed, np.array([-0.5, 0.0, 0.5])),
     )

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from tissuec.core.fields import Whole
 from tissuec.geometry.surfaces import SURFACES
-from tissuec.geometry.surfaces.patches import Spline, Weights, refine_grid
+from tissuec.geometry.surfaces.patches import NodalSpline, Weights, refine_grid
 from tissuec.geometry.surfaces.refinement import Refinement
 from tissuec.geometry.surfaces.skin import Skin
 from tissuec.model.network import Floats
@@ -39,24 +39,24 @@ class InterpolatingSpline(Struct, frozen=True):
 
 
 @lru_cache(maxsize=256)
-def through_nodes(count: int, closed: bool) -> Spline:
+def through_nodes(count: int, closed: bool) -> NodalSpline:
     """Return the cubic spline through nodes in a row, as values and slopes at the nodes."""
     number = np.arange(count)
     value = Weights(number, number, np.ones(count))
     if count < 2:
-        return Spline(value, Weights(number[:0], number[:0], np.zeros(0)))
+        return NodalSpline(value, Weights(number[:0], number[:0], np.zeros(0)))
     if closed:  # every node has the weights of the first, shifted
         weight = _slopes(min(count, 2 * _REACH), closed=True)[0]
         step = np.arange(len(weight))
         step = (step + len(weight) // 2) % len(weight) - len(weight) // 2
         row = np.repeat(number, len(weight))
         column = (row + np.tile(step, count)) % count
-        return Spline(value, Weights(row, column, np.tile(weight, count)))
+        return NodalSpline(value, Weights(row, column, np.tile(weight, count)))
     slope = _slopes(min(count, 2 * _REACH), closed=False)
     # Of a long row the two ends are those of a shorter one, and all between is alike.
     like = np.maximum(np.minimum(number, _REACH), len(slope) - count + number)
     row, near = np.nonzero(np.abs(slope[like]) > _NOTHING)
-    return Spline(value, Weights(row, row + near - like[row], slope[like[row], near]))
+    return NodalSpline(value, Weights(row, row + near - like[row], slope[like[row], near]))
 
 
 def _slopes(count: int, *, closed: bool) -> Floats:

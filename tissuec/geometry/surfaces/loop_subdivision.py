@@ -49,14 +49,14 @@ class LoopSubdivision(Struct, frozen=True):
         used, corners = np.unique(skin.triangles[skin.is_whole], return_inverse=True)
         entries = np.ones(len(used)), used, np.arange(len(used) + 1)
         chosen = csr_array(entries, shape=(len(used), skin.nodes))
-        net = Net.of(corners.reshape(-1, 3), len(used))
+        net = TriangleNet.of(corners.reshape(-1, 3), len(used))
         for _ in range(self.subdivisions):
             chosen = net.divide() @ chosen
             net = net.divided()
         return Refinement((net.to_limit() @ chosen,), net.triangles)
 
 
-class Net(NamedTuple):
+class TriangleNet(NamedTuple):
     """A net of triangles and its edges.
 
     Attributes:
@@ -74,7 +74,7 @@ class Net(NamedTuple):
     is_inner: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, triangles: Indices, size: int) -> "Net":
+    def of(cls, triangles: Indices, size: int) -> "TriangleNet":
         pairs = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1), axis=-1)
         keys, sides, shared = np.unique(
             pairs[..., 0] * size + pairs[..., 1], return_inverse=True, return_counts=True
@@ -82,13 +82,13 @@ class Net(NamedTuple):
         edges = np.stack(np.divmod(keys, max(size, 1)), axis=1)
         return cls(triangles, size, edges, sides.reshape(-1, 3), shared == 2)
 
-    def divided(self) -> "Net":
+    def divided(self) -> "TriangleNet":
         """Return the net in which every edge has a point in its middle."""
         a, b, c = self.triangles.T
         ab, bc, ca = self.size + self.sides.T
         quarters = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
         triangles = np.stack([np.stack(quarter, axis=1) for quarter in quarters], axis=1)
-        return Net.of(triangles.reshape(-1, 3), self.size + len(self.edges))
+        return TriangleNet.of(triangles.reshape(-1, 3), self.size + len(self.edges))
 
     def divide(self) -> "csr_array":
         """Return the weights of one subdivision, shape (point + edge, point)."""

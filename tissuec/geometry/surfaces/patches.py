@@ -40,7 +40,7 @@ class Weights(NamedTuple):
     weight: Floats
 
 
-class Spline(NamedTuple):
+class NodalSpline(NamedTuple):
     """What a cubic spline is at nodes in a row: its values and its slopes per node."""
 
     value: Weights
@@ -48,7 +48,7 @@ class Spline(NamedTuple):
 
 
 #: Takes the number of nodes in a row, and whether the last is followed by the first.
-SplineOf = Callable[[int, bool], Spline]
+SplineOf = Callable[[int, bool], NodalSpline]
 
 
 def refine_grid(skin: Skin, spline: SplineOf, pieces: int) -> Refinement:

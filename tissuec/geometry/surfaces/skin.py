@@ -4,7 +4,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.geometry.edge_supports import Edges
+from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.model.network import BodyPart, Grid, Indices, Network
 
 
@@ -51,9 +51,9 @@ class BodySkin(Struct, frozen=True, eq=False):
     nodes: slice
     triangles: Indices
     grid: Grid | None
-    edges: Edges
-    along: Edges
-    down: Edges
+    edges: SupportedEdges
+    along: SupportedEdges
+    down: SupportedEdges
 
     @classmethod
     def of(cls, network: Network, body: BodyPart) -> "BodySkin":
@@ -62,7 +62,9 @@ class BodySkin(Struct, frozen=True, eq=False):
         triangles = network.skin_of(body)
         numbers = _numbers(body) + first
         edges, along, down = (
-            Edges.of(network.ends, np.stack([here, np.roll(here, -1, axis=axis)], axis=-1))
+            SupportedEdges.of(
+                network.ends, np.stack([here, np.roll(here, -1, axis=axis)], axis=-1)
+            )
             for here, axis in ((triangles, 1), (numbers, 1), (numbers, 0))
         )
         return cls(body.nodes, triangles - first, body.grid, edges, along, down)

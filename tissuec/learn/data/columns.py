@@ -31,7 +31,7 @@ class BadRow(Exception):
         super().__init__(problem)
 
 
-class Cells(NamedTuple):
+class ColumnCells(NamedTuple):
     """What a block of rows holds: numbers, shape (row, wanted), and signs of decimals."""
 
     numbers: Floats
@@ -81,7 +81,7 @@ def _blocks(text: str, start: int) -> Iterator[str]:
 # --- rows of nothing but numbers --------------------------------------------------------------
 
 
-def _plain(block: str, dialect: Dialect, wanted: Sequence[int]) -> Cells | None:
+def _plain(block: str, dialect: Dialect, wanted: Sequence[int]) -> ColumnCells | None:
     """Return the cells by one conversion of the whole block, or None if it is not so plain."""
     width = len(dialect.names)
     if width < 2 or '"' in block or "#" in block or not block.isascii():
@@ -101,7 +101,9 @@ def _plain(block: str, dialect: Dialect, wanted: Sequence[int]) -> Cells | None:
     if not ends[:, -1].all() or ends[:, :-1].any():
         return None
     numbers = _converted(rows, ends.size)
-    return None if numbers is None else Cells(numbers.reshape(-1, width)[:, wanted], signs)
+    return (
+        None if numbers is None else ColumnCells(numbers.reshape(-1, width)[:, wanted], signs)
+    )
 
 
 def _canonical(block: str, delimiter: str) -> str:
@@ -138,7 +140,7 @@ def _converted(rows: str, count: int) -> Floats | None:
 # --- rows of anything -------------------------------------------------------------------------
 
 
-def _by_cell(block: str, dialect: Dialect, wanted: Sequence[int], first: int) -> Cells:
+def _by_cell(block: str, dialect: Dialect, wanted: Sequence[int], first: int) -> ColumnCells:
     """Return the cells one by one; ``first`` is the number of the first row of the block."""
     width = len(dialect.names)
     rows = [cells_of(line, dialect.delimiter) for line in block.split("\n") if is_row(line)]
@@ -156,7 +158,7 @@ def _by_cell(block: str, dialect: Dialect, wanted: Sequence[int], first: int) ->
             raise BadRow(first + bad, place, f'"{cells[bad]}" is not a finite number')
         numbers[:, place] = values
         signs |= set("".join(cells)) & {".", ","}
-    return Cells(numbers, frozenset(signs))
+    return ColumnCells(numbers, frozenset(signs))
 
 
 def _mixed(text: str, dialect: Dialect, wanted: Sequence[int]) -> tuple[int, int | None]:

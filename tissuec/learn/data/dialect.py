@@ -35,7 +35,7 @@ class Dialect(NamedTuple):
     start: int
 
 
-class Line(NamedTuple):
+class TableLine(NamedTuple):
     """One line of a text that is no remark and not empty."""
 
     start: int
@@ -49,13 +49,13 @@ def is_row(line: str) -> bool:
     return bool(stripped) and stripped[0] != "#"
 
 
-def lines_of(text: str, start: int = 0) -> Iterator[Line]:
+def lines_of(text: str, start: int = 0) -> Iterator[TableLine]:
     """Yield the rows of a text from an offset on, one by one."""
     while start < len(text):
         end = text.find("\n", start)
         end = len(text) if end < 0 else end
         if is_row(text[start:end]):
-            yield Line(start, end, text[start:end])
+            yield TableLine(start, end, text[start:end])
         start = end + 1
 
 

@@ -11,7 +11,7 @@ from tissuec.core.units import LENGTH, TIME, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import Complaints, first_few
 from tissuec.learn.data.dialect import Dialect
 from tissuec.learn.data.naming import unit_of
-from tissuec.script.fit_problem import Axis, Column, Fit
+from tissuec.script.fit_problem import DataAxis, DataColumn, Fit
 
 
 class Wanted(Struct, frozen=True, eq=False):
@@ -27,11 +27,11 @@ class Wanted(Struct, frozen=True, eq=False):
     numbers: Sequence[int]
     spans: Sequence[Span]
     factor: float
-    places: Mapping[Column, int]
+    places: Mapping[DataColumn, int]
 
 
 def find_columns(
-    dialect: Dialect, axis: Axis, fits: Sequence[Fit], complaints: Complaints
+    dialect: Dialect, axis: DataAxis, fits: Sequence[Fit], complaints: Complaints
 ) -> Wanted:
     """Return the columns that an axis and fits name.
 
@@ -40,7 +40,7 @@ def find_columns(
     """
     header = _Header(dialect, complaints)
     numbers, spans, factor = [0], [complaints.data.span], 1.0
-    places: dict[Column, int] = {}
+    places: dict[DataColumn, int] = {}
     with complaints.part():
         if axis.column is None:
             factor = header.first_unit(axis)
@@ -69,7 +69,7 @@ class _Header:
         self.names, self.is_named = dialect.names, dialect.named
         self.complaints = complaints
 
-    def find(self, column: Column) -> int:
+    def find(self, column: DataColumn) -> int:
         """Return the number of a column; one that no name is may be its number from 1."""
         name = column.name.strip()
         count = self.names.count(name)
@@ -90,7 +90,7 @@ class _Header:
             hint=alternatives(name, listed, what=what),
         )
 
-    def first_unit(self, axis: Axis) -> float:
+    def first_unit(self, axis: DataAxis) -> float:
         """Return what one of the unit of the first column is in SI, as its name says."""
         wanted = TIME if axis.nodes is None else LENGTH
         name = self.names[0]

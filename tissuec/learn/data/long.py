@@ -8,7 +8,7 @@ from tissuec.core.errors import counted
 from tissuec.learn.data.complaints import first_few
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.nodes import nodes_of, owners
-from tissuec.learn.data.rows import Rows
+from tissuec.learn.data.rows import DataRows
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.fit_problem import Fit
 
@@ -21,7 +21,7 @@ def is_long(fit: Fit) -> bool:
     return fit.measure is None and len(fit.columns) == len(LONG.split())
 
 
-def read_long(fit: Fit, columns: Floats, rows: Rows, network: Network) -> Series:
+def read_long(fit: Fit, columns: Floats, rows: DataRows, network: Network) -> Series:
     """Return positions of nodes from their columns in SI units, shape (4, row).
 
     Rows of other nodes of the same bodies are left aside, and so are rows without a position.
@@ -45,7 +45,7 @@ def read_long(fit: Fit, columns: Floats, rows: Rows, network: Network) -> Series
     return Series(fit, times, nodes, values.reshape(len(times), len(nodes), 3))
 
 
-def _ids(fit: Fit, column: Floats, chosen: Indices, rows: Rows) -> Indices:
+def _ids(fit: Fit, column: Floats, chosen: Indices, rows: DataRows) -> Indices:
     """Return the ids in some rows of a column, shape (chosen,)."""
     written = column[chosen]
     with np.errstate(invalid="ignore"):
@@ -60,7 +60,7 @@ def _ids(fit: Fit, column: Floats, chosen: Indices, rows: Rows) -> Indices:
 
 
 def _numbers(
-    fit: Fit, ids: Indices, wanted: Indices, rows: Rows, network: Network
+    fit: Fit, ids: Indices, wanted: Indices, rows: DataRows, network: Network
 ) -> tuple[Indices, np.ndarray]:
     """Return numbers of the wanted nodes that ids mean, -1 of others, and which are ids at all.
 
@@ -83,7 +83,7 @@ def _numbers(
     return np.where(hit, wanted[order][place], -1), np.isin(ids, np.concatenate(every))
 
 
-def _check_known(fit: Fit, unknown: Indices, rows: Rows, network: Network) -> None:
+def _check_known(fit: Fit, unknown: Indices, rows: DataRows, network: Network) -> None:
     if not len(unknown):
         return
     names = np.unique(unknown).astype(str).tolist()
@@ -103,7 +103,7 @@ def _range_of(name: str, ids: Sequence[int] | Indices) -> str:
     return f"ids of {name} run from {min(ids)} to {max(ids)}"
 
 
-def _check_once(chosen: Indices, place: Indices, ids: Floats, rows: Rows) -> None:
+def _check_once(chosen: Indices, place: Indices, ids: Floats, rows: DataRows) -> None:
     """Make sure that no node has two rows at a time."""
     order = np.argsort(place, kind="stable")
     twice = np.flatnonzero(np.diff(place[order]) == 0)

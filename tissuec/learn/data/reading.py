@@ -12,7 +12,7 @@ from tissuec.learn.data.digest import digest_of
 from tissuec.learn.data.experiment import Experiment, Series
 from tissuec.learn.data.tables import read_table
 from tissuec.model.network import Network
-from tissuec.script.fit_problem import Axis, Data, Fit, Lesson
+from tissuec.script.fit_problem import Data, DataAxis, Fit, FitProblem
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 #: Where its mark may stand: at the start, or behind a block of the user.
@@ -21,13 +21,13 @@ _PLACES = (0, 512, 1024, 2048)
 _ROUNDING = 1e-9
 
 
-def read_experiment(data: Data, lesson: Lesson, network: Network) -> Experiment:
-    """Return what was measured in one experiment, for every fit of a lesson.
+def read_experiment(data: Data, fit_problem: FitProblem, network: Network) -> Experiment:
+    """Return what was measured in one experiment, for every fit of a fit_problem.
 
     A file is a table as text, a result of tissuec or an H5MD file, whatever it is called.
 
     Args:
-        data: One of those of the lesson.
+        data: One of those of the fit_problem.
         network: Of the scene as it is set for this experiment.
 
     Raises:
@@ -43,14 +43,14 @@ def read_experiment(data: Data, lesson: Lesson, network: Network) -> Experiment:
         hint = "" if data.path.exists() else nearby(data.path, data.path.suffix)
         complaints.reject("TIS604", f'cannot read "{data.path}": {reason}', hint=hint)
     if is_hdf5:
-        series = _read_hdf5(lesson.axis, lesson.fits, network, complaints)
+        series = _read_hdf5(fit_problem.axis, fit_problem.fits, network, complaints)
     else:
-        series = read_table(lesson.axis, lesson.fits, network, complaints)
+        series = read_table(fit_problem.axis, fit_problem.fits, network, complaints)
     for one in series:
         if not one.known.any():
             complaints.found.append(_empty(one, complaints))
     complaints.settle()
-    timed = lesson.axis.nodes is None
+    timed = fit_problem.axis.nodes is None
     return Experiment(complaints.file, digest, tuple(series), data, timed)
 
 
@@ -91,7 +91,7 @@ def _is_hdf5(path: Path) -> bool:
 
 
 def _read_hdf5(
-    axis: Axis, fits: Sequence[Fit], network: Network, complaints: Complaints
+    axis: DataAxis, fits: Sequence[Fit], network: Network, complaints: Complaints
 ) -> list[Series]:
     if axis.nodes is not None:
         complaints.reject(

@@ -36,7 +36,7 @@ class Text(Struct, frozen=True, eq=False):
         return f"lines {numbers[0]} and {numbers[1]} of {self.file}"
 
 
-class Rows(Struct, frozen=True, eq=False):
+class DataRows(Struct, frozen=True, eq=False):
     """The rows of a table.
 
     Attributes:
@@ -56,7 +56,9 @@ class Rows(Struct, frozen=True, eq=False):
     timed: bool
 
     @classmethod
-    def of(cls, table: Text, places: Floats, values: Floats, span: Span, timed: bool) -> "Rows":
+    def of(
+        cls, table: Text, places: Floats, values: Floats, span: Span, timed: bool
+    ) -> "DataRows":
         """Return the rows that say something.
 
         Raises:
@@ -75,7 +77,7 @@ class Rows(Struct, frozen=True, eq=False):
             table.complaints.reject("TIS313", message, span, hint)
         return cls(table, places[rows], values[rows], rows, span, timed)
 
-    def in_order(self) -> "Rows":
+    def in_order(self) -> "DataRows":
         """Return the rows of a table that has one for each time; displacements are sorted.
 
         Raises:

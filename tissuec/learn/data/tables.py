@@ -13,17 +13,17 @@ from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.header import Wanted, find_columns
 from tissuec.learn.data.long import LONG, is_long, read_long
 from tissuec.learn.data.nodes import nodes_of
-from tissuec.learn.data.rows import Rows, Text
+from tissuec.learn.data.rows import DataRows, Text
 from tissuec.learn.data.thinning import nearest_rows
 from tissuec.model.network import Floats, Network
-from tissuec.script.fit_problem import Axis, Fit
+from tissuec.script.fit_problem import DataAxis, Fit
 
 LARGEST_TABLE = 1 << 30  # bytes
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def read_table(
-    axis: Axis, fits: Sequence[Fit], network: Network, complaints: Complaints
+    axis: DataAxis, fits: Sequence[Fit], network: Network, complaints: Complaints
 ) -> list[Series]:
     """Return what a table holds of every fit; what is wrong with one stays in ``complaints``.
 
@@ -69,7 +69,7 @@ def _text(complaints: Complaints) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 
-def _rows(table: Text, wanted: Wanted, *, timed: bool) -> Rows:
+def _rows(table: Text, wanted: Wanted, *, timed: bool) -> DataRows:
     """Return the rows that say something, with the wanted columns."""
     try:
         numbers = read_columns(table.text, table.dialect, wanted.numbers)
@@ -81,7 +81,7 @@ def _rows(table: Text, wanted: Wanted, *, timed: bool) -> Rows:
             span = wanted.spans[error.column]
             hint = f"a gap is left empty, or is written nan, NA or -; {hint}"
         table.complaints.reject("TIS313", f"{where}: {error.problem}", span, hint)
-    return Rows.of(table, numbers[:, 0] * wanted.factor, numbers, wanted.spans[0], timed)
+    return DataRows.of(table, numbers[:, 0] * wanted.factor, numbers, wanted.spans[0], timed)
 
 
 def _units(fit: Fit) -> Floats:
@@ -92,7 +92,7 @@ def _units(fit: Fit) -> Floats:
 
 
 def _series(
-    fit: Fit, columns: Floats, rows: Rows, network: Network, *, is_once: bool
+    fit: Fit, columns: Floats, rows: DataRows, network: Network, *, is_once: bool
 ) -> Series:
     """Return the series of one fit from its columns in SI units, shape (column, row).
 

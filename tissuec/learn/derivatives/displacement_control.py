@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.execution.event_queue import Timetable
+from tissuec.engine.execution.event_queue import ActionQueue
 from tissuec.engine.execution.sampling import SAME
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.settle import Settle
@@ -23,7 +23,7 @@ LOOKS = 4096  # at the whole way, to find where it turns back
 ROUNDING = 1e-9  # of the whole way: displacements closer than this are one
 
 
-class Piece(NamedTuple):
+class Interval(NamedTuple):
     """A stretch of time between two events.
 
     Attributes:
@@ -37,7 +37,7 @@ class Piece(NamedTuple):
     at: Callable[[float], tuple[Floats, Floats]]
 
 
-class Travel:
+class TravelledDistance:
     """The way of some nodes, as far as they are held.
 
     Args:
@@ -91,25 +91,25 @@ class Travel:
 
     # --- parts --------------------------------------------------------------------------------
 
-    def _pieces(self, network: Network, plan: Plan, nodes: Indices) -> Iterator[Piece]:
+    def _pieces(self, network: Network, plan: Plan, nodes: Indices) -> Iterator[Interval]:
         """Yield what is between events, until somebody lets go of the nodes."""
-        situation = plan.start(network)
-        agenda = Timetable.of(plan)
+        state = plan.start(network)
+        queue = ActionQueue.of(plan)
         stop, were_held = plan.simulation.duration, False
-        while situation.time < stop:
-            for action in agenda.due(situation.time):
+        while state.time < stop:
+            for action in queue.due(state.time):
                 if not isinstance(action, Settle):
-                    action.apply(situation, agenda)
-            situation.place_held()
-            are_held = bool(situation.held[nodes].all())
+                    action.apply(state, queue)
+            state.place_held()
+            are_held = bool(state.held[nodes].all())
             if were_held and not are_held:
-                self.released = situation.time
+                self.released = state.time
                 return
             were_held = are_held
-            until = min(agenda.next, stop)
-            yield Piece(situation.time, until, _mean_of(situation, nodes))
-            situation.time = until
-            situation.place_held()
+            until = min(queue.next, stop)
+            yield Interval(state.time, until, _mean_of(state, nodes))
+            state.time = until
+            state.place_held()
 
     def _end_where_it_turns(self, close: float) -> None:
         """Forget the way from where it first turns back, and end it right there."""
@@ -136,7 +136,7 @@ class Travel:
         place = int(away[0]) if len(away) else 0
         return self._list[self._pieces_of[place]].start
 
-    def _size(self, piece: Piece, time: float) -> float:
+    def _size(self, piece: Interval, time: float) -> float:
         return float(piece.at(time)[0] @ self._direction)
 
     def _held(self, time: float) -> float:
@@ -156,16 +156,16 @@ def _direction(means: Floats) -> Floats:
 
 
 def _mean_of(
-    situation: Situation, nodes: Indices
+    state: State, nodes: Indices
 ) -> Callable[[float], tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Return how far nodes are from where they are drawn on a piece that begins now."""
-    home, place = situation.network.position[nodes], situation.position[nodes]
+    home, place = state.network.position[nodes], state.position[nodes]
     still = (place - home).sum(axis=0)
     moved = []
-    for motion in situation.motions.values():
+    for motion in state.motions.values():
         mine = np.flatnonzero(np.isin(motion.nodes, nodes))
         if len(mine):
-            begun = motion.at(situation.time)[0][mine].sum(axis=0)
+            begun = motion.at(state.time)[0][mine].sum(axis=0)
             moved.append((motion, mine, begun))
 
     def at(time: float) -> tuple[Floats, Floats]:

@@ -7,21 +7,21 @@ from scipy import sparse
 
 from tissuec.kernels.sensitivity import Values
 from tissuec.learn.data.experiment import Series
-from tissuec.learn.derivatives.event_recording import Freezer
-from tissuec.learn.derivatives.event_schedule import Course
-from tissuec.learn.derivatives.method_choice import Chosen
+from tissuec.learn.derivatives.event_recording import EventRecorder
+from tissuec.learn.derivatives.event_schedule import EventSchedule
+from tissuec.learn.derivatives.method_choice import ChosenMethod
 from tissuec.learn.derivatives.model import Slots, measured, slots_of
-from tissuec.learn.derivatives.motion import Diverged, Motion, Samples
+from tissuec.learn.derivatives.motion import Diverged, Motion, SampledStates
 from tissuec.learn.derivatives.observables import pull, push
 from tissuec.learn.derivatives.stepping import Stepping
-from tissuec.learn.derivatives.views import Look, View
-from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.learn.derivatives.views import Observable, StateView
+from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats, Network
 
 CHANGES = 256  # that are carried through the steps at once
 
 
-class Moving:
+class DynamicModel:
     """Predictions of a motion.
 
     Args:
@@ -34,12 +34,12 @@ class Moving:
 
     def __init__(
         self,
-        shaping: Shaping,
+        shaping: Parametrisation,
         series: tuple[Series, ...],
-        looks: tuple[Look, ...],
+        looks: tuple[Observable, ...],
         stepping: Stepping,
         step: float,
-        choose: Callable[[Network], Chosen] | None = None,
+        choose: Callable[[Network], ChosenMethod] | None = None,
     ):
         self.shaping, self.series, self.looks, self.stepping = shaping, series, looks, stepping
         self.step, self.choose = step, choose
@@ -48,9 +48,9 @@ class Moving:
         self.times = np.unique(np.concatenate([one.times for one in series]))
         self._stop = self.stop = float(self.times[-1]) or step
         self._theta: Floats | None = None  # at which everything is frozen
-        self._course: Course | None = None
+        self._schedule: EventSchedule | None = None
         self._motion: Motion | None = None
-        self._known: tuple[bytes, Floats, Samples] | None = None
+        self._known: tuple[bytes, Floats, SampledStates] | None = None
         self._values: dict[int, Values] = {}  # of the last motion, by the number of a leg
 
     @property
@@ -58,8 +58,8 @@ class Moving:
         """Return the motion up to the limit; raises Diverged where the script leads nowhere."""
         if self._motion is None:
             times = self.times[self.times <= self._stop]
-            course, order = self._frozen(), self.shaping.order
-            self._motion = Motion(course, self.stepping, order, self.step, times)
+            schedule, order = self._frozen(), self.shaping.order
+            self._motion = Motion(schedule, self.stepping, order, self.step, times)
         return self._motion
 
     def freeze(self, theta: Floats) -> None:
@@ -69,22 +69,22 @@ class Moving:
         """
         if self._theta is not None and np.array_equal(theta, self._theta):
             return
-        self._theta, self._course = theta.copy(), None
+        self._theta, self._schedule = theta.copy(), None
         self._motion, self._known = None, None
         if self.choose is not None:
             self.stepping, self.step = self.choose(self.shaping.network(theta))
 
-    def _frozen(self) -> Course:
+    def _frozen(self) -> EventSchedule:
         """Return what happens up to the limit; gone through no further than that."""
-        if self._course is None or self._course.stop < self._stop:
+        if self._schedule is None or self._schedule.stop < self._stop:
             assert self._theta is not None, "freeze comes first"
             compiled = self.shaping.compiled
-            freezer = Freezer(compiled.plan, self.stepping, self.shaping.order, self.step)
+            freezer = EventRecorder(compiled.plan, self.stepping, self.shaping.order, self.step)
             vector, network = self.shaping.vector(self._theta), compiled.network
             if compiled.plan.triggers or compiled.plan.breakable:
                 network = self.shaping.network(self._theta)
-            self._course = freezer.course(network, vector, self._stop)
-        return self._course.until(self._stop)
+            self._schedule = freezer.schedule(network, vector, self._stop)
+        return self._schedule.until(self._stop)
 
     def limit(self, stop: float) -> None:
         """Predict only up to a time [s]."""
@@ -125,7 +125,7 @@ class Moving:
         vector, samples = self._samples(theta)
         order, change = self.shaping.order, self.shaping.change(theta)
         found = np.zeros((self.size, self.shaping.size))
-        by_sample: dict[int, list[tuple[Look, slice]]] = {}
+        by_sample: dict[int, list[tuple[Observable, slice]]] = {}
         for look, slot, rows in self._rows():
             for row, sample in rows:
                 by_sample.setdefault(sample, []).append((look, slot.of(row)))
@@ -144,7 +144,7 @@ class Moving:
     def step_error(self, theta: Floats) -> Floats:
         """Return what predictions of half the steps have more; infinite without any."""
         half = 0.5 * self.motion.longest
-        finer = Moving(self.shaping, self.series, self.looks, self.stepping, half)
+        finer = DynamicModel(self.shaping, self.series, self.looks, self.stepping, half)
         try:
             finer.freeze(theta)
             return finer.predict(theta) - self.predict(theta)
@@ -153,7 +153,7 @@ class Moving:
 
     # --- parts --------------------------------------------------------------------------------
 
-    def _samples(self, theta: Floats) -> tuple[Floats, Samples]:
+    def _samples(self, theta: Floats) -> tuple[Floats, SampledStates]:
         """Return the numbers of the net and the states that are looked at."""
         key = theta.tobytes()
         if self._known is None or self._known[0] != key:
@@ -163,7 +163,7 @@ class Moving:
             self._known = key, vector, self.motion.forward(vector)
         return self._known[1:]
 
-    def _rows(self) -> Iterator[tuple[Look, Slots, list[tuple[int, int]]]]:
+    def _rows(self) -> Iterator[tuple[Observable, Slots, list[tuple[int, int]]]]:
         """Yield each series' look and place, and its rows with the number of their samples."""
         times = self.motion.times
         for one, look, slot in zip(self.series, self.looks, self.slots, strict=True):
@@ -171,10 +171,10 @@ class Moving:
             samples = np.searchsorted(times, one.times[rows])
             yield look, slot, list(zip(rows.tolist(), samples.tolist(), strict=True))
 
-    def _view(self, vector: Floats, samples: Samples, sample: int) -> View:
+    def _view(self, vector: Floats, samples: SampledStates, sample: int) -> StateView:
         motion = self.motion
         number = int(motion.leg_of[sample])
-        leg = motion.course.legs[number]
+        leg = motion.schedule.legs[number]
         if number not in self._values:
             self._values[number] = leg.present(self.shaping.order.values(vector))
-        return View(leg, self._values[number], samples.x[sample], samples.v[sample])
+        return StateView(leg, self._values[number], samples.x[sample], samples.v[sample])

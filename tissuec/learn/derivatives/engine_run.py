@@ -21,7 +21,7 @@ def without_outputs(plan: Plan) -> Plan:
     return replace(plan, output=output, expectations=(), needs_ledger=False)
 
 
-class Watcher(Recorder):
+class ObservingRecorder(Recorder):
     """A recorder that looks at a run as an experiment did.
 
     Args:
@@ -52,9 +52,9 @@ class Watcher(Recorder):
 
     def record(self, samples: Samples) -> None:
         """Look at the next samples of ``times``."""
-        assert self._situation is not None, "enter comes first"
+        assert self._state is not None, "enter comes first"
         first, last = np.searchsorted(self.times, samples.time[[0, -1]])
-        moment = self._moment(samples, self._situation)
+        moment = self._moment(samples, self._state)
         for one, slot, places in zip(self._series, self._slots, self._places, strict=True):
             rows = np.flatnonzero((places >= first) & (places <= last))
             if len(rows):

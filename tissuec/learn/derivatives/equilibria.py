@@ -11,14 +11,14 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core.units import TIME, show
-from tissuec.engine.execution.event_queue import Timetable
+from tissuec.engine.execution.event_queue import ActionQueue
 from tissuec.engine.failures import overloaded
 from tissuec.kernels.sensitivity import Values
 from tissuec.learn.derivatives.event_recording import note
-from tissuec.learn.derivatives.event_schedule import Change, Leg, leg_of
+from tissuec.learn.derivatives.event_schedule import ArrayChange, Leg, leg_of
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.mechanics.settling import Remark, Unsettled, settle
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.motion import EndMotion
@@ -40,7 +40,7 @@ class Unbalanced(Diverged):
         return self.message
 
 
-class Stand(Struct, frozen=True, eq=False):
+class EquilibriumStage(Struct, frozen=True, eq=False):
     """An equilibrium.
 
     Attributes:
@@ -75,19 +75,21 @@ class Stand(Struct, frozen=True, eq=False):
             Unbalanced: There are none.
         """
         leg = self.leg
-        situation = Situation.start(network, gravity=leg.gravity, drag=0.0)
-        situation.time, situation.alive = leg.start, leg.alive_springs
-        situation.mass, situation.stiffness = values.mass, values.stiffness
-        situation.damping, situation.rest = values.damping, values.rest
-        situation.holders = dict(leg.holders)
-        situation.loads = {str(number): load for number, load in enumerate(leg.loads)}
-        situation.position[:] = before + self.way
-        situation.velocity[:] = 0.0
-        _settle(situation, self.chosen)
-        return situation.position
+        state = State.start(network, gravity=leg.gravity, drag=0.0)
+        state.time, state.alive = leg.start, leg.alive_springs
+        state.mass, state.stiffness = values.mass, values.stiffness
+        state.damping, state.rest = values.damping, values.rest
+        state.holders = dict(leg.holders)
+        state.loads = {str(number): load for number, load in enumerate(leg.loads)}
+        state.position[:] = before + self.way
+        state.velocity[:] = 0.0
+        _settle(state, self.chosen)
+        return state.position
 
 
-def stands(network: Network, plan: Plan, times: Floats) -> Iterator[tuple[Stand, bool]]:
+def stands(
+    network: Network, plan: Plan, times: Floats
+) -> Iterator[tuple[EquilibriumStage, bool]]:
     """Yield the equilibria up to the last of some times, and whether each is at one of them.
 
     Springs that are under too much load there break, and the net comes to rest anew.
@@ -99,65 +101,65 @@ def stands(network: Network, plan: Plan, times: Floats) -> Iterator[tuple[Stand,
     Raises:
         Unbalanced: There is no equilibrium.
     """
-    situation = plan.start(network)
-    situation.velocity[:] = 0.0
-    agenda = Timetable.of(plan)
-    changes: dict[str, Change] = {}
+    state = plan.start(network)
+    state.velocity[:] = 0.0
+    queue = ActionQueue.of(plan)
+    changes: dict[str, ArrayChange] = {}
     everything = np.ones(network.node_count, dtype=bool)
-    before = situation.position.copy()
+    before = state.position.copy()
 
-    def stand(chosen: NDArray[np.bool_]) -> Stand:
+    def stand(chosen: NDArray[np.bool_]) -> EquilibriumStage:
         nonlocal before
-        found = _stand(situation, chosen, changes, before)
-        before = situation.position.copy()
+        found = _stand(state, chosen, changes, before)
+        before = state.position.copy()
         return found
 
     waiting = times.tolist()
     while waiting:
-        situation.time = min(agenda.next, waiting[0])
-        situation.place_held()
-        is_settled = situation.time <= 0.0
-        for action in agenda.due(situation.time):
+        state.time = min(queue.next, waiting[0])
+        state.place_held()
+        is_settled = state.time <= 0.0
+        for action in queue.due(state.time):
             if isinstance(action, Settle):
-                yield stand(action.chosen(situation)), False
+                yield stand(action.chosen(state)), False
                 continue
             if not is_settled and not isinstance(action, EndMotion):
                 yield stand(everything), False
                 is_settled = True
-            note(action, changes, situation)
-            action.apply(situation, agenda)
-            situation.place_held()
-        if waiting[0] <= situation.time + agenda.near:
+            note(action, changes, state)
+            action.apply(state, queue)
+            state.place_held()
+        if waiting[0] <= state.time + queue.near:
             waiting.pop(0)
             yield stand(everything), True
 
 
 def _stand(
-    situation: Situation, chosen: NDArray[np.bool_], changes: dict[str, Change], before: Floats
-) -> Stand:
-    """Bring a situation to rest; return its equilibrium."""
-    held = situation.held
-    way = np.where(held[:, None], situation.position - before, 0.0)
-    remarks = _settle(situation, chosen)
-    while len(broken := overloaded(situation)):
-        situation.alive = situation.alive.copy()
-        situation.alive[broken] = False
-        remarks = _settle(situation, chosen)
+    state: State, chosen: NDArray[np.bool_], changes: dict[str, ArrayChange], before: Floats
+) -> EquilibriumStage:
+    """Bring a state to rest; return its equilibrium."""
+    held = state.held
+    way = np.where(held[:, None], state.position - before, 0.0)
+    remarks = _settle(state, chosen)
+    while len(broken := overloaded(state)):
+        state.alive = state.alive.copy()
+        state.alive[broken] = False
+        remarks = _settle(state, chosen)
     reached = np.zeros_like(held)
-    reached[situation.network.ends[situation.alive]] = True
-    leg = leg_of(situation, situation.time, changes)
-    return Stand(leg, np.flatnonzero(chosen & ~held & reached), chosen, way, remarks)
+    reached[state.network.ends[state.alive]] = True
+    leg = leg_of(state, state.time, changes)
+    return EquilibriumStage(leg, np.flatnonzero(chosen & ~held & reached), chosen, way, remarks)
 
 
-def _settle(situation: Situation, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
+def _settle(state: State, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
     try:
-        return settle(situation, chosen)
+        return settle(state, chosen)
     except Unsettled as failure:
-        node = situation.network.node_ids[failure.node]
-        when = show(situation.time, TIME)
+        node = state.network.node_ids[failure.node]
+        when = show(state.time, TIME)
         message = f"at {when} of the script, {failure.message}, mainly at node {node}"
-        raise Unbalanced(situation.time, message) from failure
+        raise Unbalanced(state.time, message) from failure
     except np.linalg.LinAlgError as failure:
-        when = show(situation.time, TIME)
+        when = show(state.time, TIME)
         message = f"at {when} of the script, the forces of the net are not finite"
-        raise Unbalanced(situation.time, message) from failure
+        raise Unbalanced(state.time, message) from failure

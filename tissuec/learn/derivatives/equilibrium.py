@@ -5,47 +5,47 @@ from functools import cached_property
 import numpy as np
 from msgspec import Struct
 
-from tissuec.kernels.sensitivity import Laws, Seeds, State, Values
-from tissuec.learn.derivatives.equilibria import Stand
+from tissuec.kernels.sensitivity import Laws, NodeState, Seeds, Values
+from tissuec.learn.derivatives.equilibria import EquilibriumStage
 from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
 from tissuec.learn.derivatives.matrices import derivatives
-from tissuec.learn.derivatives.response import Resistance
-from tissuec.learn.derivatives.stepping import Act, act_on
-from tissuec.learn.derivatives.views import View
+from tissuec.learn.derivatives.response import StaticResponse
+from tissuec.learn.derivatives.stepping import LegForces, act_on
+from tissuec.learn.derivatives.views import StateView
 from tissuec.model.network import Floats
 
 
 class Equilibrium(Struct, eq=False, dict=True):
     """A net in equilibrium, and how that changes."""
 
-    stand: Stand
-    view: View
+    stand: EquilibriumStage
+    view: StateView
     laws: Laws
 
     @cached_property
-    def act(self) -> Act:
+    def act(self) -> LegForces:
         return act_on(self.stand.leg, self.laws, self.view.values)
 
     @cached_property
-    def state(self) -> State:
+    def state(self) -> NodeState:
         """Return the state, with what rounding left of accelerations."""
         leg, view = self.stand.leg, self.view
-        found = State(view.x, view.v, np.empty_like(view.x))
+        found = NodeState(view.x, view.v, np.empty_like(view.x))
         acceleration(self.act.forces, leg.paths(np.array([leg.start])).load[0], found)
         return found
 
     @cached_property
-    def resistance(self) -> Resistance:
+    def resistance(self) -> StaticResponse:
         by_x, _ = derivatives(self.act.forces, self.state)
         mass, extent = self.view.values.mass, self.stand.leg.network.extent
-        return Resistance(by_x, mass, self.stand.free, extent)
+        return StaticResponse(by_x, mass, self.stand.free, extent)
 
     def move(self, tx: Floats, seeds: Seeds) -> None:
         """Change the changes of free places to those in equilibrium, shape (3 node, change)."""
         if not len(self.stand.free):
             return
         ta = np.empty_like(tx)
-        change = State(tx.ravel(), np.zeros(tx.size), ta.ravel())
+        change = NodeState(tx.ravel(), np.zeros(tx.size), ta.ravel())
         push_forward(self.act.forces, self.state, seeds, change)
         entries, weights = self.resistance.entries, self.resistance.weights
         tx[entries] += self.resistance.moved(weights[:, None] * ta[entries])
@@ -59,7 +59,7 @@ class Equilibrium(Struct, eq=False, dict=True):
         by = Values(*(np.zeros_like(part) for part in self.view.values))
         if not len(self.stand.free):
             return by
-        entries, found = self.resistance.entries, State(*np.zeros((3, len(due))))
+        entries, found = self.resistance.entries, NodeState(*np.zeros((3, len(due))))
         moved = self.resistance.moved(due[entries])
         found.a[entries] = self.resistance.weights * moved
         pull_back(self.act.forces, self.state, found, by)

@@ -1,4 +1,4 @@
-"""Going through a script once, to find the course of a run that is then kept.
+"""Going through a script once, to find the schedule of a run that is then kept.
 
 What breaks and which conditions become true, and when, is told by the engine; everything else
 follows from the script and the motion between its events.
@@ -11,111 +11,111 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.engine.execution.event_queue import Timetable
+from tissuec.engine.execution.event_queue import ActionQueue
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.execution.sampling import SAME
-from tissuec.learn.derivatives.event_schedule import Change, Course, Leg, leg_of
+from tissuec.learn.derivatives.event_schedule import ArrayChange, EventSchedule, Leg, leg_of
 from tissuec.learn.derivatives.motion import Diverged, Motion
 from tissuec.learn.derivatives.stepping import Stepping
-from tissuec.learn.parameters.numbers import Order
-from tissuec.mechanics.situation import Situation
+from tissuec.learn.parameters.numbers import NumberOrder
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.script.plan import RELAXATION, Event, Plan
+from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
 from tissuec.script.verbs import Action
 from tissuec.script.verbs.change import ChangeMotion, ChangeParameter
 
 _NONE: Floats = np.zeros(0)
 
 
-class Breaks(Struct, frozen=True, eq=False):
+class RupturesAt(Struct, frozen=True, eq=False):
     """Springs that break at a time [s]."""
 
     time: float
     springs: Indices
 
 
-class Freezer:
-    """Makes courses of a plan.
+class EventRecorder:
+    """Makes schedules of a plan.
 
     Args:
         stepping, step: By which the motion between events is found.
     """
 
-    def __init__(self, plan: Plan, stepping: Stepping, order: Order, step: float):
+    def __init__(self, plan: Plan, stepping: Stepping, order: NumberOrder, step: float):
         self.plan, self.stepping, self.order, self.step = plan, stepping, order, step
 
-    def course(self, network: Network, vector: Floats, stop: float) -> Course:
-        """Return the course up to a time [s].
+    def schedule(self, network: Network, vector: Floats, stop: float) -> EventSchedule:
+        """Return the schedule up to a time [s].
 
         Args:
             vector: The numbers of the net.
         """
         plan = self.plan
         present = self.order.network(vector, network)
-        situation = plan.start(present)
-        agenda = Timetable.of(plan)
-        breaks = self._happenings(present, agenda)
-        changes: dict[str, Change] = {}
+        state = plan.start(present)
+        queue = ActionQueue.of(plan)
+        breaks = self._logged_events(present, queue)
+        changes: dict[str, ArrayChange] = {}
         legs: list[Leg] = []
-        while situation.time < stop * (1.0 - SAME):
-            before, thrown = situation.velocity.copy(), np.zeros(len(situation.velocity), bool)
-            while breaks and breaks[0].time <= situation.time + agenda.near:
-                situation.alive = situation.alive.copy()
-                situation.alive[breaks.pop(0).springs] = False
-            for action in agenda.due(situation.time):
-                note(action, changes, situation)
+        while state.time < stop * (1.0 - SAME):
+            before, thrown = state.velocity.copy(), np.zeros(len(state.velocity), bool)
+            while breaks and breaks[0].time <= state.time + queue.near:
+                state.alive = state.alive.copy()
+                state.alive[breaks.pop(0).springs] = False
+            for action in queue.due(state.time):
+                note(action, changes, state)
                 if isinstance(action, ChangeMotion):
                     thrown[action.group.indices] = True
-                action.apply(situation, agenda)
-            situation.place_held()
-            until = min(agenda.next, breaks[0].time if breaks else inf, stop)
-            set_anew = (situation.velocity != before).any(axis=1) | thrown
-            legs.append(leg_of(situation, until, changes, set_anew))
+                action.apply(state, queue)
+            state.place_held()
+            until = min(queue.next, breaks[0].time if breaks else inf, stop)
+            set_anew = (state.velocity != before).any(axis=1) | thrown
+            legs.append(leg_of(state, until, changes, set_anew))
             if until < stop:  # nobody asks for the state at the end
-                self._go(legs[-1], situation, vector)
-            situation.time = until
-        return Course(tuple(legs))
+                self._go(legs[-1], state, vector)
+            state.time = until
+        return EventSchedule(tuple(legs))
 
-    def _go(self, leg: Leg, situation: Situation, vector: Floats) -> None:
-        """Step a situation to the end of a leg."""
+    def _go(self, leg: Leg, state: State, vector: Floats) -> None:
+        """Step a state to the end of a leg."""
         start = vector.copy()
         for name in ("position", "velocity"):
-            self.order.array(start, name)[:] = getattr(situation, name).ravel()
+            self.order.array(start, name)[:] = getattr(state, name).ravel()
         motion = Motion(
-            Course((leg,)), self.stepping, self.order, self.step, np.array([leg.stop])
+            EventSchedule((leg,)), self.stepping, self.order, self.step, np.array([leg.stop])
         )
         end = motion.forward(start)
-        situation.position[:] = end.x[0].reshape(-1, 3)
-        situation.velocity[:] = end.v[0].reshape(-1, 3)
+        state.position[:] = end.x[0].reshape(-1, 3)
+        state.velocity[:] = end.v[0].reshape(-1, 3)
 
-    def _happenings(self, network: Network, agenda: Timetable) -> list[Breaks]:
+    def _logged_events(self, network: Network, queue: ActionQueue) -> list[RupturesAt]:
         """Enter what is behind conditions; return what breaks, in the order of time."""
         plan = self.plan
         if not (plan.triggers or plan.breakable):
             return []
-        breaks: list[Breaks] = []
+        breaks: list[RupturesAt] = []
         for event in _told(network, plan):
-            if isinstance(event, Breaks):
+            if isinstance(event, RupturesAt):
                 breaks.append(event)
             else:
-                agenda.script([event], 0.0)
+                queue.script([event], 0.0)
         return breaks
 
 
-def _told(network: Network, plan: Plan) -> Iterator[Breaks | Event]:
+def _told(network: Network, plan: Plan) -> Iterator[RupturesAt | ScheduledAction]:
     """Yield what breaks, and the events behind conditions, as the engine finds them."""
     silent = replace(plan, expectations=(), needs_ledger=False)
     outcome = run(network, silent, Recorder(network, silent, _Nowhere()))
     if outcome.kind != "done":
-        raise Diverged(outcome.situation.time)
+        raise Diverged(outcome.state.time)
     waiting = list(plan.triggers)
-    for time, happening in outcome.happenings:
-        if happening.kind in ("rupture", "crush"):
-            yield Breaks(time, np.asarray(happening.springs, dtype=np.int64))
-        elif happening.kind == "trigger":
-            fired = next(t for t in waiting if t.span == happening.span)
+    for time, logged_event in outcome.logged_events:
+        if logged_event.kind in ("rupture", "crush"):
+            yield RupturesAt(time, np.asarray(logged_event.springs, dtype=np.int64))
+        elif logged_event.kind == "trigger":
+            fired = next(t for t in waiting if t.span == logged_event.span)
             waiting.remove(fired)
             yield from (replace(event, time=time + event.time) for event in fired.events)
 
@@ -127,18 +127,18 @@ class _Nowhere(MemoryRecording):
         """Keep nothing."""
 
 
-def note(action: Action, changes: dict[str, Change], situation: Situation) -> None:
+def note(action: Action, changes: dict[str, ArrayChange], state: State) -> None:
     """Enter what an action makes of an array."""
     if not isinstance(action, ChangeParameter):
         return
-    size = len(getattr(situation, action.array))
-    old = changes.get(action.array, Change(np.ones(size), np.zeros(size)))
+    size = len(getattr(state, action.array))
+    old = changes.get(action.array, ArrayChange(np.ones(size), np.zeros(size)))
     factor, more = old.factor.copy(), old.more.copy()
     chosen = action.group.indices
     factor[chosen] *= action.number if action.is_factor else 0.0
     more[chosen] = more[chosen] * action.number if action.is_factor else action.number
     if action.array in ("mass", "stiffness", "damping", "rest"):
-        changes[action.array] = Change(factor, more)
+        changes[action.array] = ArrayChange(factor, more)
 
 
 def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
@@ -168,7 +168,7 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
     return ""
 
 
-def _every(plan: Plan) -> Sequence[Event]:
+def _every(plan: Plan) -> Sequence[ScheduledAction]:
     return [*plan.events, *(event for t in plan.triggers for event in t.events)]
 
 

@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 
 from tissuec.forces.load import Load
 from tissuec.kernels.sensitivity import Links, Values
-from tissuec.mechanics.situation import Motion, Situation
+from tissuec.mechanics.state import PrescribedMotion, State
 from tissuec.model.network import Floats, Indices, Network
 
 
-class Change(NamedTuple):
+class ArrayChange(NamedTuple):
     """What a script made of an array: factor times the number that it began with, plus more."""
 
     factor: Floats
     more: Floats
 
 
-class Paths(NamedTuple):
+class PrescribedPaths(NamedTuple):
     """What is prescribed at some times.
 
     Attributes:
@@ -66,10 +66,10 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     gravity: Floats
     drag: Floats
     holders: Mapping[str, Indices]
-    motions: tuple[Motion, ...]
+    motions: tuple[PrescribedMotion, ...]
     loads: tuple[Load, ...]
-    changes: Mapping[str, Change]
-    _paths: dict[bytes, Paths] = field(default_factory=dict)
+    changes: Mapping[str, ArrayChange]
+    _paths: dict[bytes, PrescribedPaths] = field(default_factory=dict)
 
     @cached_property
     def alive_springs(self) -> NDArray[np.bool_]:
@@ -127,14 +127,14 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
             self.driven,
         )
 
-    def paths(self, times: Floats) -> Paths:
+    def paths(self, times: Floats) -> PrescribedPaths:
         """Return what is prescribed at some times [s], shape (time,)."""
         key = times.tobytes()
         if key not in self._paths:
             self._paths[key] = self._prescribed(times)
         return self._paths[key]
 
-    def _prescribed(self, times: Floats) -> Paths:
+    def _prescribed(self, times: Floats) -> PrescribedPaths:
         driven, loaded = self.driven, self.loaded
         place, speed = np.zeros((2, len(times), len(driven), 3))
         load = np.zeros((len(times), len(loaded), 3))
@@ -148,7 +148,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
             where = np.searchsorted(loaded, nodes)
             load[:, where] += acting.at(inside)[:, None]
         shape = len(times), -1
-        return Paths(place.reshape(shape), speed.reshape(shape), load.reshape(shape))
+        return PrescribedPaths(place.reshape(shape), speed.reshape(shape), load.reshape(shape))
 
     @property
     def _inside(self) -> tuple[float, float]:
@@ -156,7 +156,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         return self.start + margin, self.stop - margin
 
 
-class Course(Struct, frozen=True, eq=False):
+class EventSchedule(Struct, frozen=True, eq=False):
     """All legs of a run, one behind the other."""
 
     legs: tuple[Leg, ...]
@@ -166,13 +166,13 @@ class Course(Struct, frozen=True, eq=False):
         """Return when the last leg ends [s]."""
         return self.legs[-1].stop
 
-    def until(self, time: float) -> "Course":
+    def until(self, time: float) -> "EventSchedule":
         """Return the part of this before a time [s], which is later than 0 s."""
         near = 1e-12 * self.stop
         kept = [leg for leg in self.legs if leg.start < time - near]
         if kept[-1].stop > time + near:
             kept[-1] = replace(kept[-1], stop=time, _paths={})
-        return Course(tuple(kept))
+        return EventSchedule(tuple(kept))
 
     def leg_at(self, times: Floats) -> Indices:
         """Return the number of the leg that each time belongs to, shape (time,)."""
@@ -182,30 +182,30 @@ class Course(Struct, frozen=True, eq=False):
 
 
 def leg_of(
-    situation: Situation,
+    state: State,
     stop: float,
-    changes: Mapping[str, Change],
+    changes: Mapping[str, ArrayChange],
     set_anew: NDArray[np.bool_] | bool = False,
 ) -> Leg:
-    """Return the leg that begins with a situation whose events are over.
+    """Return the leg that begins with a state whose events are over.
 
     Args:
         set_anew: Which free nodes were given their velocities by events, shape (node,).
     """
-    held = situation.held
+    held = state.held
     return Leg(
-        situation.time,
+        state.time,
         stop,
-        situation.network,
-        np.flatnonzero(situation.alive),
+        state.network,
+        np.flatnonzero(state.alive),
         held,
         held | set_anew,
-        situation.velocity.copy(),
-        situation.gravity.copy(),
-        situation.braking,
-        dict(situation.holders),
-        tuple(situation.motions.values()),
-        tuple(situation.loads.values()),
+        state.velocity.copy(),
+        state.gravity.copy(),
+        state.braking,
+        dict(state.holders),
+        tuple(state.motions.values()),
+        tuple(state.loads.values()),
         dict(changes),
     )
 

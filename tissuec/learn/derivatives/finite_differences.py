@@ -17,11 +17,11 @@ from tissuec.engine.execution.companion import USUAL
 from tissuec.engine.execution.run import run
 from tissuec.engine.execution.signals import interruption
 from tissuec.learn.data.experiment import Series
-from tissuec.learn.derivatives.engine_run import Watcher, without_outputs
+from tissuec.learn.derivatives.engine_run import ObservingRecorder, without_outputs
 from tissuec.learn.derivatives.event_recording import refusal
 from tissuec.learn.derivatives.model import measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats
 from tissuec.script.plan import RELAXATION, Simulation
 
@@ -32,25 +32,25 @@ OF_STEPS, OF_RELAXING = 1e-12, 1e-9  # errors of runs that have no tolerance
 SMALLEST, LARGEST = 1e-4, 1e-2  # steps in parameters
 
 
-class Told(NamedTuple):
+class RunPredictions(NamedTuple):
     """The predictions of a run, and the method that it ended with."""
 
     values: Floats
     method: str
 
 
-class Differing:
+class FiniteDifferenceModel:
     """Predictions of a run by the engine."""
 
     name = "differences of whole runs"
 
-    def __init__(self, shaping: Shaping, series: tuple[Series, ...]):
+    def __init__(self, shaping: Parametrisation, series: tuple[Series, ...]):
         self.shaping, self.series = shaping, series
         self.slots = slots_of(series)
         self.size = len(measured(series))
         self.times = np.unique(np.concatenate([one.times for one in series]))
         self._stop = np.inf
-        self._known: tuple[bytes, Told] | None = None
+        self._known: tuple[bytes, RunPredictions] | None = None
         self._slopes: tuple[bytes, Floats] | None = None
 
     @property
@@ -105,7 +105,7 @@ class Differing:
     # --- parts --------------------------------------------------------------------------------
 
     def _slope(
-        self, theta: Floats, here: Told, k: int, bounds: tuple[Floats, Floats]
+        self, theta: Floats, here: RunPredictions, k: int, bounds: tuple[Floats, Floats]
     ) -> Floats:
         """Return the derivatives by one parameter; from one side only where the other ends."""
         sides = [(theta[k], here.values)]
@@ -124,14 +124,14 @@ class Differing:
         (before, low), (after, high) = sides[-2:]
         return (high - low) / (after - before)
 
-    def _told(self, theta: Floats) -> Told:
+    def _told(self, theta: Floats) -> RunPredictions:
         """Return what is predicted, the last of it from memory."""
         key = theta.tobytes()
         if self._known is None or self._known[0] != key:
             self._known = key, self._run(theta, "")
         return self._known[1]
 
-    def _run(self, theta: Floats, method: str, coarser: float = 1.0) -> Told:
+    def _run(self, theta: Floats, method: str, coarser: float = 1.0) -> RunPredictions:
         """Run the scene.
 
         Args:
@@ -141,7 +141,7 @@ class Differing:
         """
         times = self.times[self.times <= self._stop]
         if not len(times):
-            return Told(np.zeros(self.size), method)
+            return RunPredictions(np.zeros(self.size), method)
         present = self.shaping.present(theta)
         stop = float(times[-1]) or min(present.plan.simulation.duration, self._stop)
         simulation = self._simulation(stop)
@@ -151,15 +151,15 @@ class Differing:
         elif coarser != 1.0:
             simulation = replace(simulation, tolerance=coarser * simulation.tolerance)
         plan = replace(without_outputs(present.plan), simulation=simulation)
-        watcher = Watcher(present.network, plan, self.series, self.slots, self._stop)
+        watcher = ObservingRecorder(present.network, plan, self.series, self.slots, self._stop)
         outcome = run(present.network, plan, watcher)
         if outcome.kind == "interrupted":
             raise interruption(outcome.signal)
         if outcome.kind != "done":
-            raise Diverged(outcome.situation.time)
+            raise Diverged(outcome.state.time)
         statistics = outcome.statistics
         settled = len(statistics.changes) < 2  # it came to no other method on the way
-        return Told(watcher.found, statistics.method if settled else "")
+        return RunPredictions(watcher.found, statistics.method if settled else "")
 
     def _simulation(self, stop: float) -> Simulation:
         """Return how runs are stepped: as in the scene, but more finely."""

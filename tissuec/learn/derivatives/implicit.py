@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse.linalg import SuperLU, splu
 
 from tissuec.core.units import TIME, show
-from tissuec.kernels.sensitivity import Laws, Seeds, State, States, Values
+from tissuec.kernels.sensitivity import Laws, NodeState, NodeStates, Seeds, Values
 from tissuec.kernels.stepping import Steps, length_of, moment_of, state
 from tissuec.learn.derivatives.kernels import (
     acceleration,
@@ -30,7 +30,7 @@ from tissuec.learn.derivatives.kernels import (
 )
 from tissuec.learn.derivatives.matrices import solver
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.derivatives.stepping import Act, Trail
+from tissuec.learn.derivatives.stepping import LegForces, StepStates
 from tissuec.learn.derivatives.tableaus import ByTableau
 from tissuec.model.network import Floats, Indices
 
@@ -55,12 +55,12 @@ class Implicit(ByTableau):
         self._factor: SuperLU | None = None
         self._factored: tuple[object, float] = (None, 0.0)
 
-    def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
+    def begin(self, act: LegForces, x: Floats, v: Floats) -> Floats:
         """Return no accelerations; matrices of other numbers are forgotten."""
         self._factor = None
         return super().begin(act, x, v)
 
-    def run(self, act: Act, times: Floats, state: State) -> Trail:
+    def run(self, act: LegForces, times: Floats, state: NodeState) -> StepStates:
         """Return the states at some times."""
         trail = self._begun(times, state)
         steps = self._steps(act, times)
@@ -69,7 +69,14 @@ class Implicit(ByTableau):
             trail.states.x[row + 1], trail.states.v[row + 1] = stages.x[-1], stages.v[-1]
         return trail
 
-    def back(self, act: Act, trail: Trail, entering: States, due: State, by: Values) -> None:
+    def back(
+        self,
+        act: LegForces,
+        trail: StepStates,
+        entering: NodeStates,
+        due: NodeState,
+        by: Values,
+    ) -> None:
         """Turn derivatives by the last row of a trail into those by its first row."""
         steps, dues = self._steps(act, trail.times), self._room(trail)
         for row in range(len(trail.times) - 2, -1, -1):
@@ -88,7 +95,7 @@ class Implicit(ByTableau):
             leave_step(row, act.forces, steps, dues, due)
 
     def change(
-        self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
+        self, act: LegForces, trail: StepStates, seeds: Seeds, change: NodeState, rows: Indices
     ) -> Iterator[None]:
         """Carry changes from the first row on; yield at some rows."""
         steps, looked_at = self._steps(act, trail.times), set(rows.tolist())
@@ -100,13 +107,19 @@ class Implicit(ByTableau):
     # --- one step -----------------------------------------------------------------------------
 
     def _change(
-        self, act: Act, steps: Steps, row: int, trail: Trail, seeds: Seeds, change: State
+        self,
+        act: LegForces,
+        steps: Steps,
+        row: int,
+        trail: StepStates,
+        seeds: Seeds,
+        change: NodeState,
     ) -> None:
         """Carry changes over a step."""
         stages, h = self._found(act, steps, row, trail), length_of(row, steps)
         x, v, known = *np.empty((2, len(change.x))), np.empty((len(stages.a), len(change.x)))
         for i, own in enumerate(h * self._own):
-            moved = State(x, v, known[i])
+            moved = NodeState(x, v, known[i])
             combine_stage(i, row, act.forces, steps, change, known, moved)
             push_forward(act.forces, state(i, stages), seeds, moved)
             if own != 0.0:
@@ -116,7 +129,7 @@ class Implicit(ByTableau):
             v += own * moved.a
         change.x[:], change.v[:] = x, v
 
-    def _found(self, act: Act, steps: Steps, row: int, trail: Trail) -> States:
+    def _found(self, act: LegForces, steps: Steps, row: int, trail: StepStates) -> NodeStates:
         """Return all stages of a step, the last of which is its result."""
         start, stages, h = state(row, trail.states), self._room(trail), length_of(row, steps)
         for i, own in enumerate(h * self._own):
@@ -129,7 +142,9 @@ class Implicit(ByTableau):
                 self._solve(act, at, load, own, steps.times[row])
         return stages
 
-    def _solve(self, act: Act, at: State, load: Floats, own: float, time: float) -> None:
+    def _solve(
+        self, act: LegForces, at: NodeState, load: Floats, own: float, time: float
+    ) -> None:
         """Find the a with a = a(x + own² a, v + own a), by Newton's method to rounding.
 
         Args:
@@ -137,7 +152,7 @@ class Implicit(ByTableau):
         """
         found, before = np.empty_like(at.a), np.inf
         for _ in range(ITERATIONS):
-            there = State(at.x + own * own * at.a, at.v + own * at.a, found)
+            there = NodeState(at.x + own * own * at.a, at.v + own * at.a, found)
             acceleration(act.forces, load, there)
             factor = self._factor
             if factor is None or not self._is_made_for(act, own):
@@ -153,23 +168,23 @@ class Implicit(ByTableau):
             if not np.isfinite(size):
                 break
             if size > SLOW * before:
-                there = State(at.x + own * own * at.a, at.v + own * at.a, found)
+                there = NodeState(at.x + own * own * at.a, at.v + own * at.a, found)
                 self._made(act, there, own, time)
             before = size
         raise Unsolved(time)
 
-    def _is_made_for(self, act: Act, own: float) -> bool:
+    def _is_made_for(self, act: LegForces, own: float) -> bool:
         """Tell whether S is that of a leg, for a step that differs by rounding only."""
         leg, size = self._factored
         return leg is act.leg and abs(size - own) <= 1e-9 * own
 
-    def _made(self, act: Act, at: State, own: float, time: float) -> SuperLU:
+    def _made(self, act: LegForces, at: NodeState, own: float, time: float) -> SuperLU:
         """Return S, factorised, and keep it."""
         self._factor = self._factorised(act, at, own, time)
         self._factored = act.leg, own
         return self._factor
 
-    def _factorised(self, act: Act, at: State, own: float, time: float) -> SuperLU:
+    def _factorised(self, act: LegForces, at: NodeState, own: float, time: float) -> SuperLU:
         """Return S, factorised; raises Unsolved where it is singular."""
         try:
             return splu(solver(act.forces, at, own))

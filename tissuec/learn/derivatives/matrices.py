@@ -3,19 +3,19 @@
 import numpy as np
 from scipy import sparse
 
-from tissuec.kernels.sensitivity import Forces, Links, State
+from tissuec.kernels.sensitivity import Forces, Links, NodeState
 from tissuec.learn.derivatives.kernels import blocks
 from tissuec.model.network import Floats
 
 
-def solver(forces: Forces, at: State, own: float) -> sparse.csc_matrix:
+def solver(forces: Forces, at: NodeState, own: float) -> sparse.csc_matrix:
     """Return 1 - own² ∂a/∂x - own ∂a/∂v, shape (3 node, 3 node)."""
     by_x, by_v = derivatives(forces, at)
     one = sparse.identity(len(at.x), format="csc")
     return sparse.csc_matrix(one - own * own * by_x - own * by_v)
 
 
-def derivatives(forces: Forces, at: State) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+def derivatives(forces: Forces, at: NodeState) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
     """Return ∂a/∂x [1/s²] and ∂a/∂v [1/s], shape (3 node, 3 node)."""
     links = forces.links
     of_x, of_v = np.empty((2, len(links.low), 3, 3))

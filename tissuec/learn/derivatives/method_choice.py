@@ -20,7 +20,7 @@ FINE = 1 / 15_000
 MOST = 50_000  # explicit steps above which a method is implicit
 
 
-class Chosen(NamedTuple):
+class ChosenMethod(NamedTuple):
     """A method and its largest step [s]."""
 
     stepping: Stepping
@@ -29,7 +29,7 @@ class Chosen(NamedTuple):
 
 def choose(
     name: str, step: float | None, network: Network, *, plan: Plan, duration: float, laws: Laws,
-) -> Chosen:  # fmt: skip
+) -> ChosenMethod:  # fmt: skip
     """Return how to step.
 
     Args:
@@ -39,8 +39,8 @@ def choose(
         network: With numbers in its laws.
         laws: With variables for what is learnt of them.
     """
-    situation = plan.start(network)
-    facts = measured_facts(situation)
+    state = plan.start(network)
+    facts = measured_facts(state)
     rate = facts["omega"] * max(1.0, 2.0 * facts["zeta"])
     if name == AUTOMATIC:
         explicit = duration * rate / swing(INTEGRATORS["dop853"].order) <= MOST
@@ -52,7 +52,7 @@ def choose(
         else:
             step = swing(member.order) / rate if rate else duration / 20
     step = min(step, duration) if np.isfinite(step) else duration
-    return Chosen((Implicit if member.implicit else Explicit)(name, laws), step)
+    return ChosenMethod((Implicit if member.implicit else Explicit)(name, laws), step)
 
 
 def swing(order: int) -> float:

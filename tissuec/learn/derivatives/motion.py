@@ -1,9 +1,9 @@
 """The motion of a net as a function of its numbers, with derivatives in both directions.
 
-Steps are those of a frozen course: equal ones on each leg, or, where a method takes large ones,
-equal ones between the times that are looked at. Between steps, places follow the cubic through
-places and velocities at both ends. Backwards, only every √N-th state is kept; the
-rest is stepped again, one stretch after the other, so that N steps need the memory of 2 √N.
+Steps are those of a frozen schedule: equal ones on each leg, or, where a method takes large
+ones, equal ones between the times that are looked at. Between steps, places follow the cubic
+through places and velocities at both ends. Backwards, only every √N-th state is kept; the rest
+is stepped again, one stretch after the other, so that N steps need the memory of 2 √N.
 (A. Griewank, A. Walther, Evaluating Derivatives, 2008, chapter 12.)
 """
 
@@ -16,11 +16,11 @@ from msgspec import Struct
 from scipy import sparse
 
 from tissuec.core.units import TIME, show
-from tissuec.kernels.sensitivity import Seeds, State, States, Values
+from tissuec.kernels.sensitivity import NodeState, NodeStates, Seeds, Values
 from tissuec.kernels.stepping import state as state_at
-from tissuec.learn.derivatives.event_schedule import Course, Leg
-from tissuec.learn.derivatives.stepping import Act, Stepping, Trail, act_on
-from tissuec.learn.parameters.numbers import Order
+from tissuec.learn.derivatives.event_schedule import EventSchedule, Leg
+from tissuec.learn.derivatives.stepping import LegForces, Stepping, StepStates, act_on
+from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.model.network import Floats, Indices
 
 
@@ -31,14 +31,14 @@ class Diverged(Exception):
         return f"the motion is not finite after {show(float(self.args[0]), TIME)}"
 
 
-class Samples(NamedTuple):
+class SampledStates(NamedTuple):
     """States at the times that are looked at, shape (sample, 3 node)."""
 
     x: Floats
     v: Floats
 
 
-class Between(NamedTuple):
+class Interpolation(NamedTuple):
     """Where samples lie on a stretch, and their weights of x, v, x and v at both ends.
 
     Attributes:
@@ -56,11 +56,11 @@ class Between(NamedTuple):
 Visit = Callable[[int, Floats, Floats], None]
 
 
-class Stretch(Struct, frozen=True, eq=False):
+class StepInterval(Struct, frozen=True, eq=False):
     """Some steps of a leg, between two states that are kept.
 
     Attributes:
-        leg: Its number in the course.
+        leg: Its number in the schedule.
         times: Of its rows [s], shape (row,).
         between: The samples on it.
         first: Whether its leg begins with it.
@@ -68,12 +68,12 @@ class Stretch(Struct, frozen=True, eq=False):
 
     leg: int
     times: Floats
-    between: Between
+    between: Interpolation
     first: bool
 
 
 class Motion:
-    """The motion on a course.
+    """The motion on a schedule.
 
     Args:
         step: Largest step [s].
@@ -84,28 +84,33 @@ class Motion:
     """
 
     def __init__(
-        self, course: Course, stepping: Stepping, order: Order, step: float, times: Floats
+        self,
+        schedule: EventSchedule,
+        stepping: Stepping,
+        order: NumberOrder,
+        step: float,
+        times: Floats,
     ):
-        self.course, self.stepping, self.order, self.times = course, stepping, order, times
-        self.leg_of = course.leg_at(times)
-        grids = [self._grid(k, leg, step) for k, leg in enumerate(course.legs)]
+        self.schedule, self.stepping, self.order, self.times = schedule, stepping, order, times
+        self.leg_of = schedule.leg_at(times)
+        grids = [self._grid(k, leg, step) for k, leg in enumerate(schedule.legs)]
         self.steps = sum(len(grid) - 1 for grid in grids)
         self.longest = max(float(np.diff(grid).max()) for grid in grids)
         length = max(1, ceil(sqrt(self.steps)))
         self.stretches = tuple(self._divide(grids, length))
         # Of the last motion: its numbers, the beginning of every stretch, and the last one.
         self._vector: Floats = np.zeros(0)
-        self._kept: list[State] = []
-        self._trail: Trail | None = None
+        self._kept: list[NodeState] = []
+        self._trail: StepStates | None = None
 
-    def forward(self, vector: Floats) -> Samples:
+    def forward(self, vector: Floats) -> SampledStates:
         """Return the states that are looked at; remembers what ``backward`` needs.
 
         Raises:
             Diverged: They are no numbers.
         """
         count = 3 * self.order.sizes["mass"]
-        found = Samples(*np.empty((2, len(self.times), count)))
+        found = SampledStates(*np.empty((2, len(self.times), count)))
         self._vector, self._kept = vector, []
         for stretch, trail in self._trails(vector, keep=True):
             end = state_at(-1, trail.states)
@@ -126,12 +131,12 @@ class Motion:
         """
         order = self.order
         gradient = np.zeros(order.size)
-        due = State(*np.zeros((3, by_x.shape[1])))
-        act = self._act(self._vector, self.course.legs[-1])
+        due = NodeState(*np.zeros((3, by_x.shape[1])))
+        act = self._act(self._vector, self.schedule.legs[-1])
         by = _nothing(act.forces.values)
         for number in range(len(self.stretches) - 1, -1, -1):
             stretch = self.stretches[number]
-            leg = self.course.legs[stretch.leg]
+            leg = self.schedule.legs[stretch.leg]
             if act.leg is not leg:
                 act = self._act(self._vector, leg)
                 by = _nothing(act.forces.values)
@@ -168,10 +173,10 @@ class Motion:
             np.ascontiguousarray(change[order.places[name]].toarray())
             for name in ("position", "velocity")
         )
-        moved = State(*(part.ravel() for part in (tx, tv, np.zeros_like(tx))))
+        moved = NodeState(*(part.ravel() for part in (tx, tv, np.zeros_like(tx))))
         seeds, act = None, None
         for stretch, trail in self._trails(vector, keep=False):
-            leg = self.course.legs[stretch.leg]
+            leg = self.schedule.legs[stretch.leg]
             if stretch.first:
                 act, seeds = self._act(vector, leg), order.seeds(change, leg.factors)
                 tv[np.repeat(leg.stopped, 3)] = 0.0
@@ -181,9 +186,9 @@ class Motion:
 
     # --- parts --------------------------------------------------------------------------------
 
-    def _divide(self, grids: list[Floats], length: int) -> Iterator[Stretch]:
+    def _divide(self, grids: list[Floats], length: int) -> Iterator[StepInterval]:
         """Yield stretches of at most some steps, with the samples on each."""
-        for number, (leg, grid) in enumerate(zip(self.course.legs, grids, strict=True)):
+        for number, (leg, grid) in enumerate(zip(self.schedule.legs, grids, strict=True)):
             count = len(grid) - 1
             mine = np.flatnonzero(self.leg_of == number)
             times = np.clip(self.times[mine], leg.start, leg.stop)
@@ -195,7 +200,7 @@ class Motion:
                 chosen = (row >= first) & (row < last)
                 step = (grid[row + 1] - grid[row])[chosen]
                 between = _between(mine[chosen], row[chosen] - first, part[chosen], step)
-                yield Stretch(number, grid[first : last + 1], between, first == 0)
+                yield StepInterval(number, grid[first : last + 1], between, first == 0)
 
     def _grid(self, number: int, leg: Leg, step: float) -> Floats:
         """Return the ends of all steps of a leg [s]; on samples, if the method needs that."""
@@ -212,17 +217,19 @@ class Motion:
         ]
         return np.concatenate([*parts, anchors[-1:]])
 
-    def _trails(self, vector: Floats, *, keep: bool) -> Iterator[tuple[Stretch, Trail]]:
+    def _trails(
+        self, vector: Floats, *, keep: bool
+    ) -> Iterator[tuple[StepInterval, StepStates]]:
         """Yield all stretches with their states, from the first to the last."""
         order, act = self.order, None
         x, v = order.array(vector, "position").copy(), order.array(vector, "velocity").copy()
-        state = State(x, v, np.zeros_like(x))
+        state = NodeState(x, v, np.zeros_like(x))
         for stretch in self.stretches:
-            leg = self.course.legs[stretch.leg]
+            leg = self.schedule.legs[stretch.leg]
             if stretch.first:
                 act = self._act(vector, leg)
                 begun = np.where(np.repeat(leg.stopped, 3), leg.given.ravel(), state.v)
-                state = State(state.x, begun, self.stepping.begin(act, state.x, begun))
+                state = NodeState(state.x, begun, self.stepping.begin(act, state.x, begun))
             assert act is not None
             if keep:
                 self._kept.append(state)
@@ -230,16 +237,16 @@ class Motion:
             yield stretch, trail
             state = trail.last
 
-    def _act(self, vector: Floats, leg: Leg) -> Act:
+    def _act(self, vector: Floats, leg: Leg) -> LegForces:
         return act_on(leg, self.stepping.laws, leg.present(self.order.values(vector)))
 
     def _change(
         self,
-        act: Act,
-        trail: Trail,
+        act: LegForces,
+        trail: StepStates,
         seeds: Seeds,
-        moved: State,
-        between: Between,
+        moved: NodeState,
+        between: Interpolation,
         visit: Visit,
     ) -> None:
         """Carry changes to the end of a stretch; tell those of the samples on it."""
@@ -254,7 +261,7 @@ class Motion:
             before = tx.copy(), tv.copy()
 
 
-def _between(samples: Indices, rows: Indices, part: Floats, step: Floats) -> Between:
+def _between(samples: Indices, rows: Indices, part: Floats, step: Floats) -> Interpolation:
     """Return the weights of Hermite's cubic at parts of steps."""
     s, h = part, step
     of_x = [
@@ -264,10 +271,10 @@ def _between(samples: Indices, rows: Indices, part: Floats, step: Floats) -> Bet
         h * s * s * (s - 1),
     ]
     of_v = [6 * s * (s - 1) / h, (1 - s) * (1 - 3 * s), 6 * s * (1 - s) / h, s * (3 * s - 2)]
-    return Between(samples, rows, np.array(of_x), np.array(of_v))
+    return Interpolation(samples, rows, np.array(of_x), np.array(of_v))
 
 
-def _look(trail: Trail, between: Between, found: Samples) -> None:
+def _look(trail: StepStates, between: Interpolation, found: SampledStates) -> None:
     """Enter the samples of a stretch."""
     rows, ends, (x, v, _) = between.rows, between.rows + 1, trail.states
     four = x[rows], v[rows], x[ends], v[ends]
@@ -277,10 +284,12 @@ def _look(trail: Trail, between: Between, found: Samples) -> None:
         )
 
 
-def _enter(states: States, between: Between, by_x: Floats, by_v: Floats) -> States:
+def _enter(
+    states: NodeStates, between: Interpolation, by_x: Floats, by_v: Floats
+) -> NodeStates:
     """Return derivatives by the rows of a stretch from those by its samples."""
     (count, size), rows = states.x.shape, between.rows
-    at_x, at_v, _ = entering = States(*np.zeros((3, count, size)))
+    at_x, at_v, _ = entering = NodeStates(*np.zeros((3, count, size)))
     for weights, given in ((between.of_x, by_x), (between.of_v, by_v)):
         mine = given[between.samples]
         for into, row, weight in zip(
@@ -291,7 +300,7 @@ def _enter(states: States, between: Between, by_x: Floats, by_v: Floats) -> Stat
 
 
 def _mixed(
-    between: Between, k: int, before: tuple[Floats, Floats], after: tuple[Floats, Floats]
+    between: Interpolation, k: int, before: tuple[Floats, Floats], after: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
     """Return the changes of one sample from those of the rows around it."""
 
@@ -309,7 +318,7 @@ def _nothing(values: Values) -> Values:
     return Values(*(np.zeros_like(part) for part in values))
 
 
-def _last_finite(trail: Trail) -> float:
+def _last_finite(trail: StepStates) -> float:
     """Return the last time at which a motion has numbers [s]."""
     good = (np.isfinite(trail.states.x) & np.isfinite(trail.states.v)).all(axis=1)
     return float(trail.times[max(int(np.argmin(good)) - 1, 0)])

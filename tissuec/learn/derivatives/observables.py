@@ -5,8 +5,14 @@ from scipy import sparse
 
 from tissuec.kernels.sensitivity import Laws
 from tissuec.learn.derivatives.reactions import Support
-from tissuec.learn.derivatives.views import Look, Slope, View, mixed, nodes_of
-from tissuec.learn.parameters.numbers import Order
+from tissuec.learn.derivatives.views import (
+    Observable,
+    ObservableDerivative,
+    StateView,
+    mixed,
+    nodes_of,
+)
+from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import Fit
 from tissuec.script.measures import Subject
@@ -18,12 +24,12 @@ class Places:
     def __init__(self, nodes: Indices, along: Floats | None):
         self.nodes, self.along = nodes, along
 
-    def at(self, view: View) -> Floats:
+    def at(self, view: StateView) -> Floats:
         """Return x, y and z of every node, or the part along the direction."""
         places = view.x.reshape(-1, 3)[self.nodes]
         return places.ravel() if self.along is None else np.asarray(places @ self.along)
 
-    def slopes(self, view: View) -> list[Slope]:
+    def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return ones."""
         found, rest = [], np.zeros_like(view.v)
         axes = np.eye(3) if self.along is None else self.along[None]
@@ -31,7 +37,7 @@ class Places:
             for axis in axes:
                 by = np.zeros_like(view.x)
                 by[3 * node : 3 * node + 3] = axis
-                found.append(Slope(by, rest, None))
+                found.append(ObservableDerivative(by, rest, None))
         return found
 
 
@@ -41,54 +47,54 @@ class Mean:
     def __init__(self, subject: Subject):
         self.subject = subject
 
-    def at(self, view: View) -> Floats:
+    def at(self, view: StateView) -> Floats:
         """Return x, y and z [m]."""
         return view.x.reshape(-1, 3)[nodes_of(self.subject, view.leg)].mean(axis=0)
 
-    def slopes(self, view: View) -> list[Slope]:
+    def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return an equal share for every node."""
         nodes, rest = nodes_of(self.subject, view.leg), np.zeros_like(view.v)
         found = []
         for axis in range(3):
             by = np.zeros_like(view.x)
             by[3 * nodes + axis] = 1.0 / len(nodes)
-            found.append(Slope(by, rest, None))
+            found.append(ObservableDerivative(by, rest, None))
         return found
 
 
-class Between:
+class DistanceObservable:
     """The distance of the mean places of two sets, as ``distance``."""
 
     def __init__(self, first: Subject, second: Subject):
         self.ends = Mean(first), Mean(second)
 
-    def at(self, view: View) -> Floats:
+    def at(self, view: StateView) -> Floats:
         """Return the distance [m], shape (1,)."""
         return np.array([float(np.linalg.norm(self._way(view)))])
 
-    def slopes(self, view: View) -> list[Slope]:
+    def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return the direction, shared among the nodes."""
         way = self._way(view)
         away = way / (np.linalg.norm(way) or 1.0)
         first, second = (mixed(end.slopes(view), away) for end in self.ends)
-        return [Slope(second.x - first.x, np.zeros_like(view.v), None)]
+        return [ObservableDerivative(second.x - first.x, np.zeros_like(view.v), None)]
 
-    def _way(self, view: View) -> Floats:
+    def _way(self, view: StateView) -> Floats:
         first, second = self.ends
         return second.at(view) - first.at(view)
 
 
-class Length:
+class LengthObservable:
     """The sum of the lengths of intact springs, as ``length``."""
 
     def __init__(self, subject: Subject):
         self.subject = subject
 
-    def at(self, view: View) -> Floats:
+    def at(self, view: StateView) -> Floats:
         """Return the length [m], shape (1,)."""
         return np.array([np.linalg.norm(self._reach(view)[1], axis=1).sum()])
 
-    def slopes(self, view: View) -> list[Slope]:
+    def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return the directions at both ends of every spring."""
         ends, reach = self._reach(view)
         length = np.linalg.norm(reach, axis=1)
@@ -96,9 +102,9 @@ class Length:
         by = np.zeros((len(view.x) // 3, 3))
         np.add.at(by, ends[:, 0], -away)
         np.add.at(by, ends[:, 1], away)
-        return [Slope(by.ravel(), np.zeros_like(view.v), None)]
+        return [ObservableDerivative(by.ravel(), np.zeros_like(view.v), None)]
 
-    def _reach(self, view: View) -> tuple[Indices, Floats]:
+    def _reach(self, view: StateView) -> tuple[Indices, Floats]:
         springs = self.subject.springs[view.leg.alive_springs[self.subject.springs]]
         ends = view.leg.network.ends[springs].astype(np.int64)
         places = view.x.reshape(-1, 3)
@@ -108,14 +114,14 @@ class Length:
 class Along:
     """The part of a vector along a direction."""
 
-    def __init__(self, look: Look, direction: Floats):
+    def __init__(self, look: Observable, direction: Floats):
         self.look, self.direction = look, direction
 
-    def at(self, view: View) -> Floats:
+    def at(self, view: StateView) -> Floats:
         """Return the part, shape (1,)."""
         return np.array([self.look.at(view) @ self.direction])
 
-    def slopes(self, view: View) -> list[Slope]:
+    def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return the same part of the derivatives."""
         return [mixed(self.look.slopes(view), self.direction)]
 
@@ -123,20 +129,20 @@ class Along:
 class Size:
     """The length of a vector."""
 
-    def __init__(self, look: Look):
+    def __init__(self, look: Observable):
         self.look = look
 
-    def at(self, view: View) -> Floats:
+    def at(self, view: StateView) -> Floats:
         """Return the length, shape (1,)."""
         return np.array([float(np.linalg.norm(self.look.at(view)))])
 
-    def slopes(self, view: View) -> list[Slope]:
+    def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return the part of the derivatives along the vector."""
         vector = self.look.at(view)
         return [mixed(self.look.slopes(view), vector / (np.linalg.norm(vector) or 1.0))]
 
 
-def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Look | None:
+def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Observable | None:
     """Return what a fit looks at; None for a measure without derivatives.
 
     Args:
@@ -156,25 +162,30 @@ def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Look | None:
                 return Along(support, fit.along)
             return support if len(fit.columns) == 3 else Size(support)
         case "distance":
-            return Between(first, fit.subjects[1])
+            return DistanceObservable(first, fit.subjects[1])
         case "length":
-            return Length(first)
+            return LengthObservable(first)
         case _:
             return None
 
 
-def pull(look: Look, view: View, weights: Floats) -> Slope:
+def pull(look: Observable, view: StateView, weights: Floats) -> ObservableDerivative:
     """Return the derivatives of Σ weights · components."""
     if isinstance(look, Places):
         by = np.zeros((len(view.x) // 3, 3))
         sense = weights.reshape(-1, 3) if look.along is None else np.outer(weights, look.along)
         np.add.at(by, look.nodes, sense)
-        return Slope(by.ravel(), np.zeros_like(view.v), None)
+        return ObservableDerivative(by.ravel(), np.zeros_like(view.v), None)
     return mixed(look.slopes(view), weights)
 
 
 def push(
-    look: Look, view: View, tx: Floats, tv: Floats, order: Order, change: sparse.csr_matrix
+    look: Observable,
+    view: StateView,
+    tx: Floats,
+    tv: Floats,
+    order: NumberOrder,
+    change: sparse.csr_matrix,
 ) -> Floats:
     """Return how components change with the state and with numbers, shape (component, change).
 

@@ -3,10 +3,10 @@
 import numpy as np
 
 from tissuec.kernels.record_tables import tabulated
-from tissuec.kernels.sensitivity import Forces, Laws, Links, State, Values
+from tissuec.kernels.sensitivity import Forces, Laws, Links, NodeState, Values
 from tissuec.learn.derivatives.event_schedule import Leg
 from tissuec.learn.derivatives.kernels import acceleration, pull_back
-from tissuec.learn.derivatives.views import Slope, View, nodes_of
+from tissuec.learn.derivatives.views import ObservableDerivative, StateView, nodes_of
 from tissuec.model.network import Floats, Indices
 from tissuec.script.measures import Subject
 
@@ -21,27 +21,27 @@ class Support:
         # By the identity of the leg, which is kept so that no other gets its number.
         self._links: dict[int, tuple[Leg, Links]] = {}
 
-    def at(self, view: View) -> Floats:
+    def at(self, view: StateView) -> Floats:
         """Return x, y and z [N]."""
         return -self._pulled(view)[1].a.reshape(-1, 3).sum(axis=0)
 
-    def slopes(self, view: View) -> list[Slope]:
+    def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return the derivatives, by what a force on these nodes depends on."""
         forces, at = self._pulled(view)
         nodes, found = np.flatnonzero(forces.links.inverse), []
         for axis in range(3):
-            due = State(*np.zeros((3, len(view.x))))
+            due = NodeState(*np.zeros((3, len(view.x))))
             due.a[3 * nodes + axis] = -1.0
             by = Values(*(np.zeros_like(part) for part in view.values))
             pull_back(forces, at, due, by)
             by.mass[:] = 0.0  # no mass is in a force
-            found.append(Slope(due.x, due.v, by))
+            found.append(ObservableDerivative(due.x, due.v, by))
         return found
 
-    def _pulled(self, view: View) -> tuple[Forces, State]:
+    def _pulled(self, view: StateView) -> tuple[Forces, NodeState]:
         """Return what acts, and the state with the forces in place of accelerations."""
         forces = tabulated(Forces(self.laws, self._of(view.leg), view.values))
-        at = State(view.x, view.v, np.empty_like(view.x))
+        at = NodeState(view.x, view.v, np.empty_like(view.x))
         acceleration(forces, np.zeros(0), at)
         return forces, at
 

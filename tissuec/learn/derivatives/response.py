@@ -19,11 +19,11 @@ LEFT = 1e-6  # of the largest force: what may be left of those that a singular K
 ROUNDING = 1e-12  # of the stiffest spring over the size of the net
 
 
-class Yielding(Exception):
+class UnresistedMotion(Exception):
     """Forces act along a motion that nothing resists; the number of a free node is given."""
 
 
-class Resistance:
+class StaticResponse:
     """K of the free nodes of a net, factorised.
 
     Args:
@@ -67,5 +67,5 @@ class Resistance:
             found += self._factor.solve(force - self.matrix @ found)
         left = np.abs(force - self.matrix @ found).max(axis=1, initial=0.0)
         if left.max(initial=0.0) > LEFT * np.abs(force).max(initial=0.0) + self._noise:
-            raise Yielding(int(np.argmax(left)) // 3)
+            raise UnresistedMotion(int(np.argmax(left)) // 3)
         return found

@@ -14,21 +14,21 @@ from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH, show
 from tissuec.kernels.sensitivity import Laws
 from tissuec.learn.data.experiment import Series
-from tissuec.learn.derivatives.displacement_control import Travel
-from tissuec.learn.derivatives.equilibria import Stand, Unbalanced, stands
+from tissuec.learn.derivatives.displacement_control import TravelledDistance
+from tissuec.learn.derivatives.equilibria import EquilibriumStage, Unbalanced, stands
 from tissuec.learn.derivatives.equilibrium import Equilibrium
 from tissuec.learn.derivatives.event_recording import refusal
 from tissuec.learn.derivatives.model import measured, slots_of
 from tissuec.learn.derivatives.observables import pull, push
-from tissuec.learn.derivatives.response import Yielding
-from tissuec.learn.derivatives.views import Look, View
-from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.learn.derivatives.response import UnresistedMotion
+from tissuec.learn.derivatives.views import Observable, StateView
+from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats, Indices
 
 CHANGES = 256  # that are carried from equilibrium to equilibrium at once
 
 
-class Resting:
+class StaticModel:
     """Predictions of a net at rest.
 
     Args:
@@ -47,9 +47,9 @@ class Resting:
 
     def __init__(
         self,
-        shaping: Shaping,
+        shaping: Parametrisation,
         series: tuple[Series, ...],
-        looks: tuple[Look, ...],
+        looks: tuple[Observable, ...],
         axis_nodes: Indices,
         laws: Laws,
     ):
@@ -59,7 +59,7 @@ class Resting:
         _refuse(shaping, series, looks)
         self._times, self._rows = _rows_of(shaping, series, axis_nodes)
         self._theta: Floats | None = None  # at which everything is frozen
-        self._stands: list[Stand] = []
+        self._stands: list[EquilibriumStage] = []
         self._looked: list[int] = []
         self._known: tuple[bytes, list[Equilibrium]] | None = None
 
@@ -135,9 +135,9 @@ class Resting:
 
     def _measured(
         self, theta: Floats
-    ) -> Iterator[tuple[Equilibrium, list[tuple[Look, slice]]]]:
+    ) -> Iterator[tuple[Equilibrium, list[tuple[Observable, slice]]]]:
         """Yield all equilibria in order, with what is looked at in each and where it goes."""
-        parts: list[list[tuple[Look, slice]]] = [[] for _ in self._stands]
+        parts: list[list[tuple[Observable, slice]]] = [[] for _ in self._stands]
         for look, slot, rows in zip(self.looks, self.slots, self._rows, strict=True):
             for row, time in enumerate(rows):
                 parts[self._looked[time]].append((look, slot.of(row)))
@@ -154,7 +154,7 @@ class Resting:
             for stand in self._stands:
                 values = stand.leg.present(order.values(vector))
                 places = stand.balanced(network, values, places)
-                view = View(stand.leg, values, places.ravel(), np.zeros(places.size))
+                view = StateView(stand.leg, values, places.ravel(), np.zeros(places.size))
                 found.append(Equilibrium(stand, view, self.laws))
             self._known = key, found
         return self._known[1]
@@ -164,7 +164,7 @@ class Resting:
         try:
             seeds = self.shaping.order.seeds(change, balanced.stand.leg.factors)
             balanced.move(tx, seeds)
-        except Yielding as failure:
+        except UnresistedMotion as failure:
             stand = balanced.stand
             node = stand.leg.network.node_ids[stand.free[failure.args[0]]]
             message = (
@@ -173,7 +173,7 @@ class Resting:
             )
             raise Unbalanced(stand.time, message) from failure
 
-    def _where(self, stand: Stand) -> str:
+    def _where(self, stand: EquilibriumStage) -> str:
         """Return how the place of an equilibrium in the experiment is called."""
         time = int(np.argmin(np.abs(self._times - stand.time)))
         for one, rows in zip(self.series, self._rows, strict=True):
@@ -192,7 +192,9 @@ class Resting:
         return tuple(found.values())
 
 
-def _refuse(shaping: Shaping, series: Sequence[Series], looks: Sequence[Look]) -> None:
+def _refuse(
+    shaping: Parametrisation, series: Sequence[Series], looks: Sequence[Observable]
+) -> None:
     """Refuse what has no exact derivatives."""
     plan, network = shaping.compiled.plan, shaping.compiled.network
     reason = refusal(plan, network, at_rest=True)
@@ -205,11 +207,11 @@ def _refuse(shaping: Shaping, series: Sequence[Series], looks: Sequence[Look]) -
 
 
 def _rows_of(
-    shaping: Shaping, series: Sequence[Series], axis_nodes: Indices
+    shaping: Parametrisation, series: Sequence[Series], axis_nodes: Indices
 ) -> tuple[Floats, list[Indices]]:
     """Return all times that rows belong to [s], ascending, and which one each row has."""
     compiled = shaping.compiled
-    travel = Travel(compiled.network, compiled.plan, axis_nodes)
+    travel = TravelledDistance(compiled.network, compiled.plan, axis_nodes)
     if not travel.greatest:
         message = "the script does not move the nodes whose displacement is measured"
         hint = "for example: from 0 s to 1 s: move SET by (5, 0, 0) mm using smooth profile"

@@ -10,12 +10,12 @@ from typing import NamedTuple, Protocol
 from msgspec import Struct
 
 from tissuec.kernels.record_tables import tabulated
-from tissuec.kernels.sensitivity import Forces, Laws, Seeds, State, States, Values
+from tissuec.kernels.sensitivity import Forces, Laws, NodeState, NodeStates, Seeds, Values
 from tissuec.learn.derivatives.event_schedule import Leg
 from tissuec.model.network import Floats, Indices
 
 
-class Trail(NamedTuple):
+class StepStates(NamedTuple):
     """States at some times of a leg.
 
     Attributes:
@@ -25,28 +25,28 @@ class Trail(NamedTuple):
     """
 
     times: Floats
-    states: States
+    states: NodeStates
 
     @property
-    def last(self) -> State:
+    def last(self) -> NodeState:
         """Return a copy of the last row."""
-        return State(*(part[-1].copy() for part in self.states))
+        return NodeState(*(part[-1].copy() for part in self.states))
 
 
-class Act(Struct, frozen=True, eq=False):
+class LegForces(Struct, frozen=True, eq=False):
     """What holds on a leg for the numbers of the moment."""
 
     leg: Leg
     forces: Forces
 
 
-def act_on(leg: Leg, laws: Laws, values: Values) -> Act:
+def act_on(leg: Leg, laws: Laws, values: Values) -> LegForces:
     """Return what holds on a leg.
 
     Args:
         values: Numbers as they are on this leg.
     """
-    return Act(leg, tabulated(Forces(laws, leg.links(values), values)))
+    return LegForces(leg, tabulated(Forces(laws, leg.links(values), values)))
 
 
 class Stepping(Protocol):
@@ -61,23 +61,32 @@ class Stepping(Protocol):
     laws: Laws
     lands: bool
 
-    def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
+    def begin(self, act: LegForces, x: Floats, v: Floats) -> Floats:
         """Return the accelerations at the beginning of a leg, shape (3 node,)."""
         ...
 
-    def begin_back(self, act: Act, start: State, due: State, by: Values) -> None:
+    def begin_back(self, act: LegForces, start: NodeState, due: NodeState, by: Values) -> None:
         """Add what is due to the answer of ``begin`` to what is due to the state."""
         ...
 
-    def begin_change(self, act: Act, start: State, seeds: Seeds, change: State) -> None:
+    def begin_change(
+        self, act: LegForces, start: NodeState, seeds: Seeds, change: NodeState
+    ) -> None:
         """Set the changes of the answer of ``begin``."""
         ...
 
-    def run(self, act: Act, times: Floats, state: State) -> Trail:
+    def run(self, act: LegForces, times: Floats, state: NodeState) -> StepStates:
         """Return the states at some times, the first of which is given."""
         ...
 
-    def back(self, act: Act, trail: Trail, entering: States, due: State, by: Values) -> None:
+    def back(
+        self,
+        act: LegForces,
+        trail: StepStates,
+        entering: NodeStates,
+        due: NodeState,
+        by: Values,
+    ) -> None:
         """Turn derivatives by the last row of a trail into those by its first row.
 
         Args:
@@ -89,7 +98,7 @@ class Stepping(Protocol):
         ...
 
     def change(
-        self, act: Act, trail: Trail, seeds: Seeds, change: State, rows: Indices
+        self, act: LegForces, trail: StepStates, seeds: Seeds, change: NodeState, rows: Indices
     ) -> Iterator[None]:
         """Carry changes from the first row on; yield at some rows.
 

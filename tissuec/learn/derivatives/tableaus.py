@@ -4,10 +4,10 @@ import numpy as np
 
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.kernels.record_tables import tabulated
-from tissuec.kernels.sensitivity import Laws, Seeds, State, States, Values
+from tissuec.kernels.sensitivity import Laws, NodeState, NodeStates, Seeds, Values
 from tissuec.kernels.stepping import Steps
 from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
-from tissuec.learn.derivatives.stepping import Act, Trail
+from tissuec.learn.derivatives.stepping import LegForces, StepStates
 from tissuec.model.network import Floats
 
 
@@ -25,36 +25,38 @@ class ByTableau:
         self._parts = np.append(0.0, np.setdiff1d(nodes, [0.0, 1.0]))
         self._moment = np.array([[*self._parts, 1.0].index(node) for node in nodes])
 
-    def begin(self, act: Act, x: Floats, v: Floats) -> Floats:
+    def begin(self, act: LegForces, x: Floats, v: Floats) -> Floats:
         """Return the accelerations that the first step begins with, if it needs any."""
         a = np.zeros_like(x)
         if self.tableau.carries:
             load = act.leg.paths(np.array([act.leg.start])).load[0]
-            acceleration(act.forces, load, State(x, v, a))
+            acceleration(act.forces, load, NodeState(x, v, a))
         return a
 
-    def begin_back(self, act: Act, start: State, due: State, by: Values) -> None:
+    def begin_back(self, act: LegForces, start: NodeState, due: NodeState, by: Values) -> None:
         """Add what is due to these accelerations to what is due to the state."""
         if self.tableau.carries:
             pull_back(act.forces, start, due, by)
 
-    def begin_change(self, act: Act, start: State, seeds: Seeds, change: State) -> None:
+    def begin_change(
+        self, act: LegForces, start: NodeState, seeds: Seeds, change: NodeState
+    ) -> None:
         """Set the changes of these accelerations."""
         if self.tableau.carries:
             push_forward(act.forces, start, seeds, change)
 
-    def _begun(self, times: Floats, state: State) -> Trail:
+    def _begun(self, times: Floats, state: NodeState) -> StepStates:
         """Return a trail of which only the first row is known."""
-        states = States(*np.zeros((3, len(times), len(state.x))))
+        states = NodeStates(*np.zeros((3, len(times), len(state.x))))
         for rows, first in zip(states, state, strict=True):
             rows[0] = first
-        return Trail(times, states)
+        return StepStates(times, states)
 
-    def _room(self, trail: Trail) -> States:
+    def _room(self, trail: StepStates) -> NodeStates:
         """Return room for all stages up to the result."""
-        return States(*np.empty((3, self.tableau.result + 1, trail.states.x.shape[1])))
+        return NodeStates(*np.empty((3, self.tableau.result + 1, trail.states.x.shape[1])))
 
-    def _steps(self, act: Act, times: Floats) -> Steps:
+    def _steps(self, act: LegForces, times: Floats) -> Steps:
         """Return the steps between some times, with what is prescribed at their stages."""
         within = times[:-1, None] + np.diff(times)[:, None] * self._parts
         paths = act.leg.paths(np.append(within.ravel(), times[-1]))

@@ -25,7 +25,7 @@ class Unseen(Diverged):
         )
 
 
-class View(NamedTuple):
+class StateView(NamedTuple):
     """A state, on a leg with its numbers; shape (3 node,)."""
 
     leg: Leg
@@ -34,7 +34,7 @@ class View(NamedTuple):
     v: Floats
 
 
-class Slope(NamedTuple):
+class ObservableDerivative(NamedTuple):
     """Derivatives of one component: by places and velocities, shape (3 node,), and numbers."""
 
     x: Floats
@@ -42,14 +42,14 @@ class Slope(NamedTuple):
     values: Values | None  # None where numbers do not enter
 
 
-class Look(Protocol):
+class Observable(Protocol):
     """Something that is measured."""
 
-    def at(self, view: View) -> Floats:
+    def at(self, view: StateView) -> Floats:
         """Return its components in SI units, shape (component,)."""
         ...
 
-    def slopes(self, view: View) -> list[Slope]:
+    def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return the derivatives of all components."""
         ...
 
@@ -64,7 +64,7 @@ def nodes_of(subject: Subject, leg: Leg) -> Indices:
     return held
 
 
-def mixed(slopes: Iterable[Slope], weights: Floats) -> Slope:
+def mixed(slopes: Iterable[ObservableDerivative], weights: Floats) -> ObservableDerivative:
     """Return the derivatives of Σ weights · components from those of each component."""
     pairs = list(zip(weights.tolist(), slopes, strict=True))
     x, v = np.zeros_like(pairs[0][1].x), np.zeros_like(pairs[0][1].v)
@@ -77,4 +77,4 @@ def mixed(slopes: Iterable[Slope], weights: Floats) -> Slope:
             if values is not None:
                 parts = [a + b for a, b in zip(values, parts, strict=True)]
             values = Values(*parts)
-    return Slope(x, v, values)
+    return ObservableDerivative(x, v, values)

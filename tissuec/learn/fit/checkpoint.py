@@ -11,19 +11,19 @@ import numpy as np
 from msgspec.structs import asdict
 
 from tissuec.learn.fit.search import SearchState
-from tissuec.learn.fit.session import Session
+from tissuec.learn.fit.session import LearnSession
 from tissuec.pipeline import Request
 from tissuec.results.manifest import versions
 
 
-def key_of(session: Session, request: Request, texts: Sequence[str]) -> str:
+def key_of(session: LearnSession, request: Request, texts: Sequence[str]) -> str:
     """Return a digest of what the result depends on: texts, what was set, data, versions."""
     digest = hashlib.sha256()
     trials = (*session.learning, *session.held_out)
     parts = (
         *texts,
         *request.overrides,
-        session.lesson.name,
+        session.fit_problem.name,
         *(trial.experiment.digest for trial in trials),
         *(f"{name} {version}" for name, version in sorted(versions().items())),
     )

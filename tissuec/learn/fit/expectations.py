@@ -10,7 +10,7 @@ from tissuec.script.fit_problem import Demand
 HELD_OUT, ALL = "held out", "data"
 
 
-class Verdict(NamedTuple):
+class DemandVerdict(NamedTuple):
     """Whether a demand is met, and what was measured."""
 
     demand: Demand
@@ -18,12 +18,12 @@ class Verdict(NamedTuple):
     measured: str
 
 
-def judged(learnt: Learnt) -> list[Verdict]:
-    """Return a verdict on each ``expect error(…)`` of the lesson."""
+def judged(learnt: Learnt) -> list[DemandVerdict]:
+    """Return a verdict on each ``expect error(…)`` of the fit_problem."""
     errors = errors_of(learnt.fitted)
     return [
-        Verdict(demand, demand.holds(errors), demand.describe(errors))
-        for demand in learnt.lesson.demands
+        DemandVerdict(demand, demand.holds(errors), demand.describe(errors))
+        for demand in learnt.fit_problem.demands
     ]
 
 

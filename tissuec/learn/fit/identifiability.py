@@ -21,7 +21,7 @@ from scipy.linalg import qr, svd
 from scipy.stats import t as student
 
 from tissuec.core.errors import counted
-from tissuec.learn.fit.outcome import Blind
+from tissuec.learn.fit.outcome import UnidentifiableCombination
 from tissuec.learn.fit.problem import Problem
 from tissuec.model.network import Floats
 
@@ -43,7 +43,7 @@ SCALED = {
 }
 
 
-class Sureness(NamedTuple):
+class Identifiability(NamedTuple):
     """How sure parameters are.
 
     Attributes:
@@ -59,7 +59,7 @@ class Sureness(NamedTuple):
     spread: Floats
     away: Floats
     identified: NDArray[np.bool_]
-    blind: tuple[Blind, ...]
+    blind: tuple[UnidentifiableCombination, ...]
     noise: Floats
 
 
@@ -69,7 +69,7 @@ def judge(
     names: Sequence[str],
     kinds: Sequence[str],
     step_error: Floats | None = None,
-) -> Sureness:
+) -> Identifiability:
     """Return how sure some parameters are.
 
     Args:
@@ -82,7 +82,7 @@ def judge(
     if not problem.size:
         none = np.zeros(0)
         noise, _ = _noise(problem, left, 0)
-        return Sureness(none, none, none, np.zeros(0, dtype=bool), (), noise)
+        return Identifiability(none, none, none, np.zeros(0, dtype=bool), (), noise)
     rows = problem.jacobian(theta)
     noise, freedom = _noise(problem, left, problem.size)
     weighed = len(left)
@@ -109,7 +109,7 @@ def judge(
         shift = np.zeros(len(own) + len(others))
         shift[:weighed] = (REMAINING * step_error / noise[problem.fit_of])[problem.counted]
         away += np.abs((sides.T @ shift)[told[: sides.shape[1]]] @ inverse)
-    return Sureness(singular, spread, away, identified, tuple(blind), noise)
+    return Identifiability(singular, spread, away, identified, tuple(blind), noise)
 
 
 def _fewer(problem: Problem, theta: Floats) -> float:
@@ -125,8 +125,8 @@ def _noise(problem: Problem, left: Floats, parameters: int) -> tuple[Floats, int
     """Return the noise of each fit, and from how many free numbers it was found."""
     total = max(len(left), 1)
     freedom = max(len(left) - parameters, 1)
-    noise, known = np.empty(len(problem.lesson.fits)), True
-    for k, fit in enumerate(problem.lesson.fits):
+    noise, known = np.empty(len(problem.fit_problem.fits)), True
+    for k, fit in enumerate(problem.fit_problem.fits):
         mine = left[problem.fits == k]
         found = np.sqrt(np.sum(mine**2) / max(len(mine) * freedom / total, 1e-300))
         floor = 1e-13 * problem.spread[k]
@@ -145,7 +145,7 @@ def _completed(turned: Floats, size: int) -> Floats:
 
 def _blind(
     space: Floats, singular: Floats, names: Sequence[str], kinds: Sequence[str]
-) -> list[Blind]:
+) -> list[UnidentifiableCombination]:
     """Return the combinations that a space of parameters is made of, the plainest first.
 
     Args:
@@ -163,11 +163,16 @@ def _blind(
             found.append(_scale([kind for kind in SCALED if kind in kinds], spread))
             space = _without(space, together[None])
     way_out = "give one of them, or measure something else as well"
-    found += [Blind(_mixture(row, names), way_out, spread) for row in _plain(space)]
+    found += [
+        UnidentifiableCombination(_mixture(row, names), way_out, spread)
+        for row in _plain(space)
+    ]
     return found
 
 
-def _hidden(space: Floats, singular: Floats, names: Sequence[str]) -> list[Blind]:
+def _hidden(
+    space: Floats, singular: Floats, names: Sequence[str]
+) -> list[UnidentifiableCombination]:
     """Return the combinations that the noise of the data hides, the plainest first."""
     if not len(space):
         return []
@@ -179,7 +184,10 @@ def _hidden(space: Floats, singular: Floats, names: Sequence[str]) -> list[Blind
         count = counted(len(alone), "parameter")
         sentences.insert(0, f"{count} {verb} hidden by the noise: {listed}")
     way_out = "measure longer, more precisely or where they act, or give one of them"
-    return [Blind(sentence, way_out, float(1.0 / singular.max())) for sentence in sentences]
+    return [
+        UnidentifiableCombination(sentence, way_out, float(1.0 / singular.max()))
+        for sentence in sentences
+    ]
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -214,9 +222,9 @@ def _plain(space: Floats) -> Floats:
     return plain
 
 
-def _alone(names: Sequence[str], spread: float) -> Blind:
+def _alone(names: Sequence[str], spread: float) -> UnidentifiableCombination:
     verb = "has" if len(names) == 1 else "have"
-    return Blind(
+    return UnidentifiableCombination(
         f"{counted(len(names), 'parameter')} {verb} no influence on the measurements: "
         f"{_listed(names)}",
         "leave them out of adjust, or measure where they act",
@@ -224,10 +232,10 @@ def _alone(names: Sequence[str], spread: float) -> Blind:
     )
 
 
-def _scale(kinds: Sequence[str], spread: float) -> Blind:
+def _scale(kinds: Sequence[str], spread: float) -> UnidentifiableCombination:
     *first, last = [SCALED[kind] for kind in kinds]
     every = f"{', '.join(first)} and {last}" if first else last
-    return Blind(
+    return UnidentifiableCombination(
         f"multiplying all {every} by the same factor does not change the measurements: "
         "only their ratios are known",
         f"give one {kinds[0]} (leave it out of adjust) or fit a measured force",

@@ -12,20 +12,20 @@ from numpy.typing import NDArray
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
-from tissuec.learn.derivatives.dynamic_model import Moving
+from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.checkpoint import keep, kept, key_of
-from tissuec.learn.fit.identifiability import SHOWN, Sureness, judge
+from tissuec.learn.fit.identifiability import SHOWN, Identifiability, judge
 from tissuec.learn.fit.misfit import misfit, remark, too_coarse, units
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
-from tissuec.learn.fit.problem import Problem, Trial
-from tissuec.learn.fit.rule_revision import Scene, revised, with_texts
+from tissuec.learn.fit.problem import FittedExperiment, Problem
+from tissuec.learn.fit.rule_revision import CandidateScene, revised, with_texts
 from tissuec.learn.fit.search import HORIZONS, LEAST_SQUARES, Search, SearchState
-from tissuec.learn.fit.session import Session, prepare
+from tissuec.learn.fit.session import LearnSession, prepare
 from tissuec.learn.fit.starts import sample
 from tissuec.model.network import Floats
 from tissuec.pipeline import Request
-from tissuec.script.fit_problem import Lesson
+from tissuec.script.fit_problem import FitProblem
 
 STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)  # of differences, in parameters
 AGREED = 1e-9  # of a derivative: differences with two steps that agree so well are believed
@@ -37,7 +37,7 @@ class Unlearnable(TissueError):
     """There is nothing to learn from: no motion, or none that depends on what may change."""
 
 
-class Progress(NamedTuple):
+class LearnProgress(NamedTuple):
     """Where a learning stands.
 
     Attributes:
@@ -57,12 +57,12 @@ class Progress(NamedTuple):
     seconds: float
 
 
-Tell = Callable[[Progress], None]
+Tell = Callable[[LearnProgress], None]
 
 
 def learn(
     compiled: Compiled,
-    lesson: Lesson,
+    fit_problem: FitProblem,
     request: Request,
     *,
     state: Path | None = None,
@@ -83,9 +83,9 @@ def learn(
         Unlearnable: The first prediction has no numbers.
     """
     began = clock.monotonic()
-    scene = Scene(compiled, lesson, request)
+    scene = CandidateScene(compiled, fit_problem, request)
     texts, sentences = dict[str, str](), tuple[str, ...]()
-    if lesson.revise:
+    if fit_problem.revise:
         changed = revised(scene)
         texts, sentences = dict(changed.texts), changed.sentences
         scene = with_texts(scene, texts) if texts else scene
@@ -110,15 +110,17 @@ def learn(
         moving = end.theta[session.shaping.own : session.shaping.size]
         texts |= session.words.texts(moving)
         sentences += tuple(one.sentence for one in session.words.drift(moving))
-    lesson = session.lesson
+    fit_problem = session.fit_problem
     return Learnt(
-        lesson=lesson,
+        fit_problem=fit_problem,
         estimates=tuple(_estimates(session, end.theta, sureness)),
-        zeros={lesson.fits[k].text: problem.zero(end.theta, k) for k in problem.zeroed},
+        zeros={fit_problem.fits[k].text: problem.zero(end.theta, k) for k in problem.zeroed},
         error=error,
         first_error=first_error,
         fitted=fitted,
-        noise={fit.text: float(s) for fit, s in zip(lesson.fits, sureness.noise, strict=True)},
+        noise={
+            fit.text: float(s) for fit, s in zip(fit_problem.fits, sureness.noise, strict=True)
+        },
         singular=sureness.singular,
         blind=sureness.blind,
         method=_method(session, search),
@@ -143,18 +145,23 @@ def learn(
 class _Found(NamedTuple):
     """A search that is over, and what it searched in."""
 
-    session: Session
+    session: LearnSession
     problem: Problem
     end: SearchState
     search: Search
 
 
 def _fitted_to(
-    scene: Scene, *, state: Path | None, fresh: bool, progress: Tell | None, began: float
+    scene: CandidateScene,
+    *,
+    state: Path | None,
+    fresh: bool,
+    progress: Tell | None,
+    began: float,
 ) -> _Found:
     """Fit the parameters of a scene, or go on with that; see ``learn``."""
     session = prepare(*scene)
-    problem, (compiled, lesson, request) = session.problem, scene
+    problem, (compiled, fit_problem, request) = session.problem, scene
     judges = session.judged(session.held_out, problem) if session.held_out else None
     key = key_of(
         session, request, [request.source.text, *(s.text for s in compiled.scene.imports)]
@@ -169,7 +176,11 @@ def _fitted_to(
         first = firsts.setdefault((now.horizon, now.rounds), now.error)
         held_out = None if judges is None else _relative(judges, now.theta)
         part, seconds = HORIZONS[now.horizon], clock.monotonic() - began
-        progress(Progress(now.passes, lesson.passes, part, now.error, first, held_out, seconds))
+        progress(
+            LearnProgress(
+                now.passes, fit_problem.passes, part, now.error, first, held_out, seconds
+            )
+        )
 
     bounds = session.bounds(problem)
     search = Search(
@@ -198,7 +209,7 @@ class Compared(NamedTuple):
 
 
 def check_gradient(
-    compiled: Compiled, lesson: Lesson, request: Request, *, directions: int = 20
+    compiled: Compiled, fit_problem: FitProblem, request: Request, *, directions: int = 20
 ) -> list[Compared]:
     """Return derivatives of the error in random directions, exactly and by differences.
 
@@ -206,9 +217,9 @@ def check_gradient(
         CompileError: Data is wrong.
         Unlearnable: The first prediction has no numbers.
     """
-    session = prepare(compiled, lesson, request)
+    session = prepare(compiled, fit_problem, request)
     problem = session.problem
-    random = np.random.default_rng(lesson.seed)
+    random = np.random.default_rng(fit_problem.seed)
     theta = 0.01 * random.standard_normal(problem.size)
     theta = np.clip(theta, *session.bounds(problem))
     try:
@@ -253,7 +264,7 @@ def _compared(
 MOVED = 1e-3  # by which words move in a rehearsal
 
 
-def rehearsal(compiled: Compiled, lesson: Lesson, request: Request) -> Learnt:
+def rehearsal(compiled: Compiled, fit_problem: FitProblem, request: Request) -> Learnt:
     """Return what a learning would be that moves words a little and leaves all numbers.
 
     With it, what can be written is known before anything is learnt.
@@ -261,14 +272,14 @@ def rehearsal(compiled: Compiled, lesson: Lesson, request: Request) -> Learnt:
     Raises:
         CompileError: Data is wrong.
     """
-    session = prepare(compiled, lesson, request)
+    session = prepare(compiled, fit_problem, request)
     shaping, problem = session.shaping, session.problem
-    theta, many = np.zeros(problem.size), len(lesson.fits)
+    theta, many = np.zeros(problem.size), len(fit_problem.fits)
     told = np.ones(problem.size, dtype=bool)
-    sureness = Sureness(theta, theta, theta, told, (), np.zeros(many))
+    sureness = Identifiability(theta, theta, theta, told, (), np.zeros(many))
     words = session.words
     return Learnt(
-        lesson=replace(lesson, demands=()),
+        fit_problem=replace(fit_problem, demands=()),
         estimates=tuple(_estimates(session, theta, sureness)),
         zeros={},
         error=0.0,
@@ -289,16 +300,18 @@ def rehearsal(compiled: Compiled, lesson: Lesson, request: Request) -> Learnt:
     )
 
 
-def _names(session: Session, problem: Problem) -> tuple[list[str], list[str]]:
+def _names(session: LearnSession, problem: Problem) -> tuple[list[str], list[str]]:
     """Return the names of all parameters, and of what kind they are."""
     shaping = session.shaping
-    zeros = [f"zero of {session.lesson.fits[k].text}" for k in problem.zeroed]
+    zeros = [f"zero of {session.fit_problem.fits[k].text}" for k in problem.zeroed]
     kinds = [block.adjust.what for block in shaping.blocks for _ in block.names]
     others = problem.size - len(kinds)
     return [*shaping.names, *zeros], kinds + [""] * others
 
 
-def _estimates(session: Session, theta: Floats, sureness: Sureness) -> Iterator[Estimates]:
+def _estimates(
+    session: LearnSession, theta: Floats, sureness: Identifiability
+) -> Iterator[Estimates]:
     for number, block in enumerate(session.shaping.blocks):
         part = session.shaping.place(number)
         here, away = theta[part], sureness.away[part]
@@ -337,8 +350,8 @@ def _relative(problem: Problem, theta: Floats) -> float:
         return np.inf
 
 
-def _fitted(session: Session, like: Problem, theta: Floats) -> Iterator[Fitted]:
-    both: Sequence[tuple[Trial, bool]] = [
+def _fitted(session: LearnSession, like: Problem, theta: Floats) -> Iterator[Fitted]:
+    both: Sequence[tuple[FittedExperiment, bool]] = [
         *((trial, False) for trial in session.learning),
         *((trial, True) for trial in session.held_out),
     ]
@@ -346,7 +359,7 @@ def _fitted(session: Session, like: Problem, theta: Floats) -> Iterator[Fitted]:
         problem = session.judged([trial], like)
         error = _relative(problem, theta)
         left = problem.left(theta) if np.isfinite(error) else np.full(len(problem.fits), np.inf)
-        fits = session.lesson.fits
+        fits = session.fit_problem.fits
         rest = {
             fits[k].text: float(np.sqrt(np.mean(np.square(left[problem.fits == k]))))
             for k in np.unique(problem.fits)
@@ -364,7 +377,7 @@ def _stepping(problem: Problem, theta: Floats, errors: Sequence[Floats]) -> tupl
     found, worst = "", 0.0
     for trial, apart in zip(problem.trials, errors, strict=True):
         model = trial.model
-        if not isinstance(model, Moving):
+        if not isinstance(model, DynamicModel):
             continue
         step = f"{model.motion.steps} steps of at most {show(model.motion.longest, TIME)}"
         found, predicted = f"{model.stepping.name}, {step}", model.predict(theta[: problem.own])
@@ -378,16 +391,16 @@ def _stepping(problem: Problem, theta: Floats, errors: Sequence[Floats]) -> tupl
     return found, worst
 
 
-def _method(session: Session, search: Search) -> str:
+def _method(session: LearnSession, search: Search) -> str:
     names = dict.fromkeys(trial.model.name for trial in session.learning)
     way = "forwards" if search.method == LEAST_SQUARES else "backwards"
     derivatives = ", ".join(names)
-    if any(isinstance(trial.model, Moving) for trial in session.learning):
+    if any(isinstance(trial.model, DynamicModel) for trial in session.learning):
         derivatives += f", {way}"
     return f"{search.method}, {derivatives}"
 
 
-def _notes(session: Session, theta: Floats, stepping_error: float) -> Iterator[str]:
+def _notes(session: LearnSession, theta: Floats, stepping_error: float) -> Iterator[str]:
     """Yield what else is to be known."""
     shaping = session.shaping
     low, high = shaping.bounds()

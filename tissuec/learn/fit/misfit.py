@@ -88,7 +88,7 @@ def units(problem: Problem) -> list[str]:
     except (Diverged, TissueError):
         return []
     found, data = [], problem.data[problem.counted]
-    for k, fit in enumerate(problem.lesson.fits):
+    for k, fit in enumerate(problem.fit_problem.fits):
         mine = problem.fits == k
         sizes = [float(np.abs(some[mine]).max(initial=0.0)) for some in (data, predicted)]
         ratio = sizes[0] / sizes[1] if min(sizes) > 0.0 else 1.0

@@ -7,7 +7,7 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
-from tissuec.script.fit_problem import Adjust, Lesson
+from tissuec.script.fit_problem import Adjust, FitProblem
 
 
 class Estimates(Struct, frozen=True, eq=False):
@@ -33,7 +33,7 @@ class Estimates(Struct, frozen=True, eq=False):
     parts: tuple[str, ...] | NDArray[np.int64]
 
 
-class Blind(Struct, frozen=True):
+class UnidentifiableCombination(Struct, frozen=True):
     """A combination of numbers that the data cannot tell.
 
     Attributes:
@@ -97,7 +97,7 @@ class Learnt(Struct, frozen=True, eq=False):
             rules revised.
     """
 
-    lesson: Lesson
+    fit_problem: FitProblem
     estimates: tuple[Estimates, ...]
     zeros: Mapping[str, float]
     error: float
@@ -105,7 +105,7 @@ class Learnt(Struct, frozen=True, eq=False):
     fitted: tuple[Fitted, ...]
     noise: Mapping[str, float]
     singular: Floats
-    blind: tuple[Blind, ...]
+    blind: tuple[UnidentifiableCombination, ...]
     method: str
     stepping: str
     stepping_error: float

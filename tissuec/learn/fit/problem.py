@@ -21,7 +21,7 @@ from tissuec.learn.derivatives.model import Model, measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.parameters.priors import Prior
 from tissuec.model.network import Floats, Indices
-from tissuec.script.fit_problem import Lesson
+from tissuec.script.fit_problem import FitProblem
 
 REACH = 2.0  # of logarithms: a factor of 7
 LIMIT = 3.0  # standard deviations of what is left, beyond which it counts as such
@@ -29,14 +29,14 @@ CONSTANT = 1e-9  # of data: a deviation from the mean that is rounding
 CORRELATED = 0.3  # of neighbouring residuals: more is structure, if it is significant
 
 
-class Trial(Struct, frozen=True, eq=False):
+class FittedExperiment(Struct, frozen=True, eq=False):
     """An experiment with what predicts it."""
 
     experiment: Experiment
     model: Model
 
 
-class Structure(NamedTuple):
+class ResidualStructure(NamedTuple):
     """What residuals are like.
 
     Attributes:
@@ -66,10 +66,10 @@ class Problem:
     ``zeros`` (of how far the data deviates from its mean, where not given).
 
     Attributes:
-        fit_of: Place in the lesson of the fit of each number, shape (number,).
+        fit_of: Place in the fit problem of the fit of each number, shape (number,).
         rows: Number of the row of each number in its series, shape (number,).
         part: Which numbers are in use, shape (number,).
-        noise: Standard deviation by which each fit is measured, by its place in the lesson.
+        noise: Standard deviation by which each fit is measured, by its place in the problem.
         reaches: By how much each parameter may well differ from its start, shape (parameter,):
             a factor of 7 where nothing else is given; infinite for zeros.
         faint: Weight with which each parameter is drawn to its start, shape (parameter,).
@@ -79,17 +79,17 @@ class Problem:
 
     def __init__(
         self,
-        lesson: Lesson,
-        trials: Sequence[Trial],
+        fit_problem: FitProblem,
+        trials: Sequence[FittedExperiment],
         parameters: int,
         priors: Sequence[Prior] = (),
         *,
         zeros: Floats | None = None,
         reaches: Floats | None = None,
     ):
-        self.lesson, self.trials, self.own = lesson, tuple(trials), parameters
+        self.fit_problem, self.trials, self.own = fit_problem, tuple(trials), parameters
         self.priors = tuple(priors)
-        self.zeroed = [k for k, fit in enumerate(lesson.fits) if fit.free_zero]
+        self.zeroed = [k for k, fit in enumerate(fit_problem.fits) if fit.free_zero]
         self.size = parameters + len(self.zeroed)
         self.data = np.concatenate(
             [np.zeros(0), *(measured(t.experiment.series) for t in trials)]
@@ -98,7 +98,7 @@ class Problem:
         self._time = np.concatenate([np.zeros(0), *self._of_times()])
         self.rows = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_rows()])
         self.part = np.ones(len(self.data), dtype=bool)
-        self.spread = np.array([self._deviation(k) for k in range(len(lesson.fits))])
+        self.spread = np.array([self._deviation(k) for k in range(len(fit_problem.fits))])
         self.unit_of_zero = self.spread if zeros is None else zeros
         self.noise = self.first_noise()
         own = np.full(parameters, REACH) if reaches is None else reaches
@@ -108,9 +108,9 @@ class Problem:
 
     def first_noise(self) -> Floats:
         """Return what residuals are measured by at first, shape (fit,)."""
-        if not self.lesson.scaled:
-            return np.ones(len(self.lesson.fits))
-        given = [fit.noise for fit in self.lesson.fits]
+        if not self.fit_problem.scaled:
+            return np.ones(len(self.fit_problem.fits))
+        given = [fit.noise for fit in self.fit_problem.fits]
         return np.array(
             [s if n is None else n for n, s in zip(given, self.spread, strict=True)]
         )
@@ -118,7 +118,9 @@ class Problem:
     @property
     def noise_is_given(self) -> bool:
         """Tell whether residuals are measured by noise that was given for every fit."""
-        return self.lesson.scaled and all(fit.noise is not None for fit in self.lesson.fits)
+        return self.fit_problem.scaled and all(
+            fit.noise is not None for fit in self.fit_problem.fits
+        )
 
     @property
     def duration(self) -> float:
@@ -147,7 +149,7 @@ class Problem:
 
     @property
     def fits(self) -> NDArray[np.int64]:
-        """Return the place in the lesson of the fit of each counted number."""
+        """Return the place in the fit problem of the fit of each counted number."""
         return self.fit_of[self.counted]
 
     def many_until(self, time: float) -> int:
@@ -175,7 +177,7 @@ class Problem:
         left = self._scale * self.left(theta)
         return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
 
-    def structure(self, theta: Floats, limit: float = np.inf) -> Structure:
+    def structure(self, theta: Floats, limit: float = np.inf) -> ResidualStructure:
         """Return what residuals are like, in units of how far data deviates from its mean.
 
         Args:
@@ -196,7 +198,9 @@ class Problem:
             clipped.append(rows[np.isfinite(rows)])
         every = np.concatenate([np.zeros(0), *clipped])
         size = float(np.sqrt(np.mean(every**2))) if len(every) else 0.0
-        return Structure(float(products / squares) if squares > 0.0 else 0.0, pairs, size)
+        return ResidualStructure(
+            float(products / squares) if squares > 0.0 else 0.0, pairs, size
+        )
 
     def residuals(self, theta: Floats) -> Floats:
         """Return what E is half the sum of squares of, shape (counted + priors,)."""
@@ -284,18 +288,18 @@ class Problem:
     @property
     def _scale(self) -> Floats:
         """Return √w / σ of each counted number."""
-        fits = self.lesson.fits
+        fits = self.fit_problem.fits
         each = np.array([np.sqrt(fit.weight) for fit in fits]) / self.noise
         return each[self.fit_of[self.counted]]
 
     def _zeros(self, theta: Floats) -> Floats:
-        found = np.zeros(len(self.lesson.fits))
+        found = np.zeros(len(self.fit_problem.fits))
         found[self.zeroed] = theta[self.own :] * self.unit_of_zero[self.zeroed]
         return found
 
     def _of_fits(self) -> Iterator[NDArray[np.int64]]:
-        """Yield the place in the lesson of the fit of each number, by series."""
-        fits = self.lesson.fits
+        """Yield the place in the fit problem of the fit of each number, by series."""
+        fits = self.fit_problem.fits
         for trial in self.trials:
             series = trial.experiment.series
             for one, slot in zip(series, slots_of(series), strict=True):
@@ -338,7 +342,7 @@ class Problem:
         parts = []
         for trial in self.trials:
             for one in trial.experiment.series:
-                if one.fit.span == self.lesson.fits[fit].span:
+                if one.fit.span == self.fit_problem.fits[fit].span:
                     values = one.values.reshape(len(one.times), -1)
                     known = np.isfinite(values)
                     # A component that was never measured has no mean, and needs none.

@@ -20,18 +20,18 @@ from tissuec.learn.fit.session import prepare
 from tissuec.learn.vocabulary.reread import request_of
 from tissuec.learn.vocabulary.revision import GAIN, revise
 from tissuec.pipeline import Request, compile_request
-from tissuec.script.fit_problem import Lesson
+from tissuec.script.fit_problem import FitProblem
 
 EVERY = 3  # rows, of which the last one chooses
 ROUNDS = 12  # of the fit of a candidate
 CHANCE = 5.0  # over the count of numbers: a part by which errors may differ by chance
 
 
-class Scene(NamedTuple):
-    """A scene with its lesson, and the request that compiles it."""
+class CandidateScene(NamedTuple):
+    """A scene with its fit problem, and the request that compiles it."""
 
     compiled: Compiled
-    lesson: Lesson
+    fit_problem: FitProblem
     request: Request
 
 
@@ -42,21 +42,23 @@ class Revised(NamedTuple):
     sentences: tuple[str, ...]
 
 
-def with_texts(scene: Scene, texts: Mapping[str, str]) -> Scene:
+def with_texts(scene: CandidateScene, texts: Mapping[str, str]) -> CandidateScene:
     """Return a scene with other texts of some of its files; raises CompileError."""
     files = request_of(scene.compiled.scene, texts)
     request = replace(scene.request, source=files.source, files=files.files)
     compiled, _ = compile_request(request)
-    lesson = next(one for one in compiled.lessons if one.name == scene.lesson.name)
-    return Scene(compiled, lesson, request)
+    fit_problem = next(
+        one for one in compiled.fit_problems if one.name == scene.fit_problem.name
+    )
+    return CandidateScene(compiled, fit_problem, request)
 
 
-def revised(scene: Scene) -> Revised:
+def revised(scene: CandidateScene) -> Revised:
     """Return the texts of rules that let rows which were not fitted be met better."""
     texts, sentences = dict[str, str](), list[str]()
     problem = prepare(*scene).problem
     gain = max(GAIN, CHANCE / max(int(_chooses(problem).sum()), 1))
-    for name in scene.lesson.revise:
+    for name in scene.fit_problem.revise:
         changes = revise(
             scene.compiled.scene, name, lambda more: _score(scene, more), start=texts, gain=gain
         )
@@ -66,14 +68,14 @@ def revised(scene: Scene) -> Revised:
     return Revised(texts, tuple(sentences))
 
 
-def _score(scene: Scene, texts: Mapping[str, str]) -> tuple[float, float]:
+def _score(scene: CandidateScene, texts: Mapping[str, str]) -> tuple[float, float]:
     """Return the errors of the rows that are fitted and of those that choose.
 
     Both are infinite where there is no motion.
     """
     try:
-        compiled, lesson, request = with_texts(scene, texts)
-        session = prepare(compiled, lesson, request)
+        compiled, fit_problem, request = with_texts(scene, texts)
+        session = prepare(compiled, fit_problem, request)
         problem = session.problem
         chooses = _chooses(problem)
         problem.part = ~chooses

@@ -48,7 +48,7 @@ FITTING, MET = (
 SAME_ERROR, SAME_PLACE = 0.01, 0.1  # two starts that are so close came to the same minimum
 
 
-class Countless(Diverged):
+class InfiniteError(Diverged):
     """Predictions are so far from the data that their error is not finite."""
 
     def __str__(self) -> str:
@@ -116,9 +116,9 @@ class Search:
     ):
         self.problem, self.bounds, self.keep, self.sample = problem, bounds, keep, sample
         self.rounds = ROUNDS
-        lesson = problem.lesson
+        fit_problem = problem.fit_problem
         entries = problem.size * len(problem.data)
-        self.method = lesson.method
+        self.method = fit_problem.method
         if self.method == "automatic":
             is_small = problem.size <= FEW and entries <= ENTRIES
             self.method = LEAST_SQUARES if is_small else LBFGS
@@ -138,7 +138,7 @@ class Search:
         self._limit(horizon)
         error = problem.error_at(theta)
         if not np.isfinite(error):
-            raise Countless(problem.stop)
+            raise InfiniteError(problem.stop)
         none = np.zeros((0, problem.size))
         return SearchState(
             theta, horizon, 0, error, problem.noise, problem.evaluations, theta, whole, none
@@ -157,7 +157,7 @@ class Search:
             self.keep(state)
         self._enter(state)
         if not np.isfinite(self.problem.error_at(state.theta)):
-            raise Countless(self.problem.stop)
+            raise InfiniteError(self.problem.stop)
         return state
 
     def once(self, rounds: int) -> Floats:
@@ -187,7 +187,7 @@ class Search:
         self._limit(WHOLE)
         problem.freeze(theta)
         best = problem.with_zeros(theta)
-        is_still = problem.lesson.axis.nodes is not None or not problem.duration
+        is_still = problem.fit_problem.axis.nodes is not None or not problem.duration
         if is_still or self._is_near(best):
             return WHOLE, best
         enough = [
@@ -224,7 +224,7 @@ class Search:
     def _pass(self, old: SearchState) -> SearchState:
         """Return where one pass comes to."""
         problem, last = self.problem, old.horizon == WHOLE
-        tolerance = problem.lesson.tolerance if old.refined else LOOSE
+        tolerance = problem.fit_problem.tolerance if old.refined else LOOSE
         self._enter(old)
         before = self._error_at(old.theta)
         if not np.isfinite(before):
@@ -235,7 +235,7 @@ class Search:
         theta, error = self._improved(old.theta, before, tolerance, WIDE if last else NEAR)
         new = replace(old, theta=theta, passes=old.passes + 1, error=error, tries=old.tries + 1)
         calm = before - error <= tolerance * before or error <= PERFECT * len(problem.data)
-        if new.passes >= problem.lesson.passes and not (calm and last):
+        if new.passes >= problem.fit_problem.passes and not (calm and last):
             return self._ended(new)
         if not last:
             over = calm or new.tries == (TRIES if old.start == 0 else 1)
@@ -284,7 +284,10 @@ class Search:
             return self._refined(old)
         if old.start == 1 and self.sample is not None:
             old = replace(old, sample=self.sample())
-        if old.start > len(old.sample) or old.passes > SEARCHING * self.problem.lesson.passes:
+        if (
+            old.start > len(old.sample)
+            or old.passes > SEARCHING * self.problem.fit_problem.passes
+        ):
             return self._refined(old)
         start = old.start + 1
         theta = np.zeros(self.problem.size) if start == 1 else old.sample[start - 2]
@@ -339,12 +342,12 @@ class Search:
         """
         if not (self.problem.noise_is_given or rounds):
             return 0.0
-        return 1.0 if self.problem.lesson.scaled else rest
+        return 1.0 if self.problem.fit_problem.scaled else rest
 
     def _measures_noise(self, state: SearchState) -> bool:
         """Tell whether residuals are to be weighed anew by what was left of each fit."""
         problem = self.problem
-        matters = len(problem.lesson.fits) > 1 or bool(problem.priors)
+        matters = len(problem.fit_problem.fits) > 1 or bool(problem.priors)
         return not problem.noise_is_given and matters and state.rounds < LOOKS
 
     def _weighed(self, old: SearchState) -> SearchState:
@@ -352,10 +355,10 @@ class Search:
         problem, left = self.problem, self.problem.left(old.theta)
         rest = float(np.sqrt(np.mean(left**2)))
         new = replace(old, rounds=old.rounds + 1, rest=rest)
-        if not problem.lesson.scaled:
+        if not problem.fit_problem.scaled:
             return new
         found = problem.noise.copy()
-        for k, fit in enumerate(problem.lesson.fits):
+        for k, fit in enumerate(problem.fit_problem.fits):
             mine = left[problem.fits == k]
             if fit.noise is None and len(mine):
                 found[k] = max(float(np.sqrt(np.mean(mine**2))), 1e-9 * problem.spread[k])
@@ -387,7 +390,7 @@ class Search:
         if not columns.any():
             return theta  # nothing that is looked at depends on anything
         if not np.isfinite(columns).all():
-            raise Countless(problem.stop)
+            raise InfiniteError(problem.stop)
         problem.faint = np.maximum(FAINT * columns.max(), pull)
         size = len(problem.residuals(theta))
 

@@ -11,23 +11,23 @@ from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.data.reading import check_times, read_experiment
-from tissuec.learn.derivatives.dynamic_model import Moving
+from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.event_recording import refusal
 from tissuec.learn.derivatives.kernels import compiled_laws
 from tissuec.learn.derivatives.method_choice import choose
 from tissuec.learn.derivatives.model import Model
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.observables import look_of
-from tissuec.learn.fit.problem import Problem, Trial
-from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.learn.fit.problem import FittedExperiment, Problem
+from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.learn.vocabulary.model import WordsModel
 from tissuec.model.network import Floats
 from tissuec.pipeline import Request, compile_request
-from tissuec.script.fit_problem import WORDS, Data, Lesson
+from tissuec.script.fit_problem import WORDS, Data, FitProblem
 from tissuec.script.plan import RELAXATION
 
 
-class Session(Struct, frozen=True, eq=False):
+class LearnSession(Struct, frozen=True, eq=False):
     """A learning, ready to begin.
 
     Attributes:
@@ -36,23 +36,27 @@ class Session(Struct, frozen=True, eq=False):
         learning, held_out: Experiments that are learnt from, and those that judge.
     """
 
-    lesson: Lesson
-    shaping: Shaping
+    fit_problem: FitProblem
+    shaping: Parametrisation
     words: WordsModel | None
-    learning: tuple[Trial, ...]
-    held_out: tuple[Trial, ...]
+    learning: tuple[FittedExperiment, ...]
+    held_out: tuple[FittedExperiment, ...]
 
     @property
     def problem(self) -> Problem:
         """Return the problem of the experiments that are learnt from."""
         shaping = self.shaping
         return Problem(
-            self.lesson, self.learning, shaping.size, shaping.priors(), reaches=shaping.reaches
+            self.fit_problem,
+            self.learning,
+            shaping.size,
+            shaping.priors(),
+            reaches=shaping.reaches,
         )
 
-    def judged(self, trials: Sequence[Trial], like: Problem) -> Problem:
+    def judged(self, trials: Sequence[FittedExperiment], like: Problem) -> Problem:
         """Return a problem of other experiments, with the zeros of one."""
-        return Problem(self.lesson, trials, self.shaping.size, zeros=like.unit_of_zero)
+        return Problem(self.fit_problem, trials, self.shaping.size, zeros=like.unit_of_zero)
 
     def bounds(self, problem: Problem) -> tuple[Floats, Floats]:
         """Return the least and the greatest parameters of a problem."""
@@ -61,40 +65,40 @@ class Session(Struct, frozen=True, eq=False):
         return np.concatenate([low, -free]), np.concatenate([high, free])
 
 
-def prepare(compiled: Compiled, lesson: Lesson, request: Request) -> Session:
+def prepare(compiled: Compiled, fit_problem: FitProblem, request: Request) -> LearnSession:
     """Return a learning with its data read.
 
     Raises:
         CompileError: Data is wrong, or the scene is, as an experiment has it.
     """
-    session = _prepared(compiled, lesson, request, {})
+    session = _prepared(compiled, fit_problem, request, {})
     scales = _scales(session)
-    return _prepared(compiled, lesson, request, scales) if scales else session
+    return _prepared(compiled, fit_problem, request, scales) if scales else session
 
 
 def _prepared(
-    compiled: Compiled, lesson: Lesson, request: Request, scales: Mapping[int, float]
-) -> Session:
-    words = _words(compiled, lesson)
-    shaping = Shaping(compiled, lesson, words, scales)
-    learning: list[Trial] = []
-    held: list[Trial] = []
-    for data in lesson.data:
-        mine = _of_data(compiled, lesson, data, request, scales)
-        own = mine.lesson
+    compiled: Compiled, fit_problem: FitProblem, request: Request, scales: Mapping[int, float]
+) -> LearnSession:
+    words = _words(compiled, fit_problem)
+    shaping = Parametrisation(compiled, fit_problem, words, scales)
+    learning: list[FittedExperiment] = []
+    held: list[FittedExperiment] = []
+    for data in fit_problem.data:
+        mine = _of_data(compiled, fit_problem, data, request, scales)
+        own = mine.fit_problem
         experiment = read_experiment(data, own, mine.compiled.network)
         check_times(experiment, mine.compiled.plan.simulation.duration)
         if data.held_out:
-            held.append(Trial(experiment, mine.model(experiment)))
+            held.append(FittedExperiment(experiment, mine.model(experiment)))
             continue
-        experiment, last = experiment.split(lesson.last_part)
+        experiment, last = experiment.split(fit_problem.last_part)
         if any(len(one.times) for one in last.series):  # a single row is not parted
-            held.append(Trial(last, mine.model(last)))
-        learning.append(Trial(experiment, mine.model(experiment)))
-    return Session(lesson, shaping, words, tuple(learning), tuple(held))
+            held.append(FittedExperiment(last, mine.model(last)))
+        learning.append(FittedExperiment(experiment, mine.model(experiment)))
+    return LearnSession(fit_problem, shaping, words, tuple(learning), tuple(held))
 
 
-def _scales(session: Session) -> dict[int, float]:
+def _scales(session: LearnSession) -> dict[int, float]:
     """Return scales of constants, by their blocks, that say more than where they start.
 
     A constant that starts at 0 says nothing of how large it may be: its scale is what changes
@@ -122,40 +126,40 @@ class _Scene(Struct, frozen=True, eq=False):
     """A scene as one experiment has it."""
 
     compiled: Compiled
-    lesson: Lesson
-    shaping: Shaping
+    fit_problem: FitProblem
+    shaping: Parametrisation
 
     def model(self, experiment: Experiment) -> Model:
         """Return what predicts an experiment."""
         series, plan = experiment.series, self.compiled.plan
-        lesson, shaping = self.lesson, self.shaping
+        fit_problem, shaping = self.fit_problem, self.shaping
         laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
         looks = [look_of(one.fit, one.nodes, laws) for one in series]
         known = tuple(look for look in looks if look is not None)
         whole = len(known) == len(looks) and not refusal(plan, self.compiled.network)
-        if lesson.axis.nodes is not None:
-            from tissuec.learn.derivatives.static_model import Resting
+        if fit_problem.axis.nodes is not None:
+            from tissuec.learn.derivatives.static_model import StaticModel
 
-            return Resting(shaping, series, known, lesson.axis.nodes, laws)
+            return StaticModel(shaping, series, known, fit_problem.axis.nodes, laws)
         if not whole or plan.simulation.integrator == RELAXATION:
-            from tissuec.learn.derivatives.finite_differences import Differing
+            from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 
-            return Differing(shaping, series)
+            return FiniteDifferenceModel(shaping, series)
         stop = experiment.duration or plan.simulation.duration
         chosen = partial(
             choose,
-            lesson.integrator,
-            lesson.step,
+            fit_problem.integrator,
+            fit_problem.step,
             plan=plan,
             duration=stop,
             laws=laws,
         )
-        return Moving(shaping, series, known, *chosen(self.compiled.network), chosen)
+        return DynamicModel(shaping, series, known, *chosen(self.compiled.network), chosen)
 
 
 def _of_data(
     compiled: Compiled,
-    lesson: Lesson,
+    fit_problem: FitProblem,
     data: Data,
     request: Request,
     scales: Mapping[int, float],
@@ -164,12 +168,12 @@ def _of_data(
     if data.overrides:
         own = replace(request, overrides=(*request.overrides, *data.overrides))
         compiled, _ = compile_request(own)
-        lesson = next(one for one in compiled.lessons if one.name == lesson.name)
-    shaping = Shaping(compiled, lesson, _words(compiled, lesson), scales)
-    return _Scene(compiled, lesson, shaping)
+        fit_problem = next(one for one in compiled.fit_problems if one.name == fit_problem.name)
+    shaping = Parametrisation(compiled, fit_problem, _words(compiled, fit_problem), scales)
+    return _Scene(compiled, fit_problem, shaping)
 
 
-def _words(compiled: Compiled, lesson: Lesson) -> WordsModel | None:
-    if not any(adjust.what == WORDS for adjust in lesson.adjusts):
+def _words(compiled: Compiled, fit_problem: FitProblem) -> WordsModel | None:
+    if not any(adjust.what == WORDS for adjust in fit_problem.adjusts):
         return None
-    return WordsModel(compiled.scene, lesson.adjusts)
+    return WordsModel(compiled.scene, fit_problem.adjusts)

@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.core.errors import TissueError
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.problem import Problem
-from tissuec.learn.parameters.parametrisation import Shaping
+from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats
 
 SIZE, AT_REST = 48, 12  # of the sample; at rest, there are no periods to be missed
@@ -17,16 +17,19 @@ FARTHEST = 1.15  # reaches: of logarithms, a factor of 10
 
 
 def sample(
-    problem: Problem, shaping: Shaping, bounds: tuple[Floats, Floats], parts: tuple[float, ...]
+    problem: Problem,
+    shaping: Parametrisation,
+    bounds: tuple[Floats, Floats],
+    parts: tuple[float, ...],
 ) -> Floats:
     """Return starts whose predictions are nearest to the data, shape (start, parameter).
 
     Args:
         parts: Of the data, from its beginning, on which predictions are judged.
     """
-    random = np.random.default_rng(problem.lesson.seed)
+    random = np.random.default_rng(problem.fit_problem.seed)
     groups = np.append(shaping.groups, np.full(problem.size - shaping.size, -1))
-    size = SIZE if problem.lesson.axis.nodes is None else AT_REST
+    size = SIZE if problem.fit_problem.axis.nodes is None else AT_REST
     drawn = random.uniform(-FARTHEST, FARTHEST, (size, shaping.groups.max(initial=0) + 2))
     drawn[:, -1] = 0.0  # zeros, whose group is -1
     reaches = np.where(np.isfinite(problem.reaches), problem.reaches, 0.0)

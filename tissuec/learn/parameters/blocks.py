@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.names import key_of
-from tissuec.learn.parameters.substitution import Place
+from tissuec.learn.parameters.substitution import UsePlace
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.model import Scene, Tissue
 from tissuec.scene.quantities import QUANTITIES
@@ -19,7 +19,7 @@ ARRAYS = {REST_LENGTH: "rest", START_POSITION: "position", START_VELOCITY: "velo
 _SMALL = {"prestress": 0.01}  # what counts as one of them, where the beginning is at zero
 
 
-class Block(Struct, frozen=True, eq=False):
+class ParameterBlock(Struct, frozen=True, eq=False):
     """The parameters of one ``adjust`` entry.
 
     Attributes:
@@ -37,7 +37,7 @@ class Block(Struct, frozen=True, eq=False):
     start: Floats
     scale: float | None
     group: Indices | None = None
-    places: tuple[Place, ...] = ()
+    places: tuple[UsePlace, ...] = ()
     parts: "tuple[str, ...] | Indices" = ()
 
     @property
@@ -75,8 +75,8 @@ class Block(Struct, frozen=True, eq=False):
         return self.value(theta) if self.scale is None else np.full(len(theta), self.scale)
 
 
-def block_of(adjust: Adjust, compiled: Compiled) -> Block:
-    """Return the parameters of an entry of a lesson."""
+def block_of(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
+    """Return the parameters of an entry of a fit_problem."""
     if adjust.per in ("tissue", "region"):
         return _tissue_block(adjust, compiled)
     if adjust.what in (START_POSITION, START_VELOCITY):
@@ -84,7 +84,7 @@ def block_of(adjust: Adjust, compiled: Compiled) -> Block:
     return _entry_block(adjust, compiled.network)
 
 
-def _entry_block(adjust: Adjust, network: Network) -> Block:
+def _entry_block(adjust: Adjust, network: Network) -> ParameterBlock:
     """Return factors of entries of an array, or one that a set of them shares."""
     array = ARRAYS.get(adjust.what) or QUANTITIES[adjust.what].array
     values = getattr(network, array)
@@ -93,7 +93,9 @@ def _entry_block(adjust: Adjust, network: Network) -> Block:
         group[adjust.members] = 0
         mean = float(np.exp(np.log(values[adjust.members]).mean()))
         name = f"{_called(adjust.what)} of {adjust.of}"
-        return Block(adjust, (name,), np.array([mean]), None, group, parts=(adjust.of,))
+        return ParameterBlock(
+            adjust, (name,), np.array([mean]), None, group, parts=(adjust.of,)
+        )
     group[adjust.members] = np.arange(len(adjust.members))
     ids = network.spring_ids if adjust.per == "spring" else network.node_ids
     names = tuple(
@@ -101,10 +103,10 @@ def _entry_block(adjust: Adjust, network: Network) -> Block:
         for m in adjust.members.tolist()
     )
     start = values[adjust.members].astype(float)
-    return Block(adjust, names, start, None, group, parts=np.asarray(adjust.members))
+    return ParameterBlock(adjust, names, start, None, group, parts=np.asarray(adjust.members))
 
 
-def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
+def _tissue_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     """Return numbers of a tissue or of its laws, or those of each part of a body."""
     scene = compiled.scene
     if adjust.per == "region":
@@ -112,7 +114,7 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
         parts = [("", body.tissue), *((r.name, r.tissue or body.tissue) for r in body.regions)]
         used = [(name, tissue) for name, tissue in parts if tissue is not None]
         places = tuple(
-            Place(key_of(tissue.name), (key_of(body.name), key_of(name)))
+            UsePlace(key_of(tissue.name), (key_of(body.name), key_of(name)))
             for name, tissue in used
         )
         names = tuple(
@@ -121,7 +123,10 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
         tissues, whose = [tissue for _, tissue in used], tuple(name for name, _ in used)
     else:
         tissues, whose = [scene.tissues[key_of(adjust.of)]], (adjust.of,)
-        places, names = (Place(key_of(adjust.of)),), (f"{_called(adjust.what)} of {adjust.of}",)
+        places, names = (
+            (UsePlace(key_of(adjust.of)),),
+            (f"{_called(adjust.what)} of {adjust.of}",),
+        )
     if adjust.what in QUANTITIES:
         start = np.array([t.given[adjust.what].value for t in tissues])
     else:
@@ -129,7 +134,7 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> Block:
     may_turn = adjust.what == "prestress" or adjust.what not in QUANTITIES
     positive = bool((start > 0.0).all()) and not may_turn
     scale = None if positive else max(float(np.abs(start).max()), _SMALL.get(adjust.what, 1.0))
-    return Block(adjust, names, start, scale, places=places, parts=whose)
+    return ParameterBlock(adjust, names, start, scale, places=places, parts=whose)
 
 
 def _called(what: str) -> str:
@@ -145,7 +150,7 @@ def _constant_of(tissue: Tissue, name: str, scene: Scene) -> float:
     return own[0] if own else float(params[key_of(name)].amount)
 
 
-def _start_block(adjust: Adjust, compiled: Compiled) -> Block:
+def _start_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     """Return changes of places or velocities at 0 s, along one direction or all three axes."""
     network = compiled.network
     values = getattr(network, ARRAYS[adjust.what])
@@ -164,4 +169,4 @@ def _start_block(adjust: Adjust, compiled: Compiled) -> Block:
             who = adjust.of if whole else f"node {network.node_ids[node]} of {adjust.of}"
             names += [f"{adjust.what}{axis} of {who}" for axis in axes]
             start += values[node].tolist() if along is None else [float(values[node] @ along)]
-    return Block(adjust, tuple(names), np.array(start), scale, group.ravel())
+    return ParameterBlock(adjust, tuple(names), np.array(start), scale, group.ravel())

@@ -8,8 +8,8 @@ Young's modulus.
 """
 
 from tissuec.compiler.compile import Compiled
-from tissuec.learn.parameters.numbers import Order
-from tissuec.learn.parameters.substitution import Numbers, Place, recompiled
+from tissuec.learn.parameters.numbers import NumberOrder
+from tissuec.learn.parameters.substitution import Numbers, UsePlace, recompiled
 from tissuec.model.network import Floats
 from tissuec.scene.quantities import RETARDATION_TIME, SHARES, YOUNGS_MODULUS
 
@@ -25,7 +25,9 @@ class Compilations:
         first: Numbers of tissues at the beginning.
     """
 
-    def __init__(self, compiled: Compiled, order: Order, variables: Numbers, first: Numbers):
+    def __init__(
+        self, compiled: Compiled, order: NumberOrder, variables: Numbers, first: Numbers
+    ):
         self._compiled, self._order = compiled, order
         self._variables, self._first = variables, first
         # Which of two tissues is the softer decides for all of their springs.
@@ -37,7 +39,7 @@ class Compilations:
         words = {word for _, word in first}
         self._is_linear &= not {YOUNGS_MODULUS, RETARDATION_TIME} <= words
         self._is_linear &= words.isdisjoint(SHARES)
-        self._columns: dict[tuple[Place, str], Floats] = {}
+        self._columns: dict[tuple[UsePlace, str], Floats] = {}
         self._at: tuple[float, ...] | None = None  # where the columns hold, if anywhere
         self._base: Floats | None = None
 
@@ -55,7 +57,7 @@ class Compilations:
                 total += (value - self._first[key]) * self.column(key, given)
         return total
 
-    def column(self, key: tuple[Place, str], given: Numbers) -> Floats:
+    def column(self, key: tuple[UsePlace, str], given: Numbers) -> Floats:
         """Return the derivative by one number of a tissue, shape (number,); raises alike."""
         if not self._is_linear and self._at != tuple(given.values()):
             self._at, self._columns, self._base = tuple(given.values()), {}, self._made(given)

@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scipy import sparse
 
-from tissuec.learn.parameters.blocks import Block
-from tissuec.learn.parameters.numbers import Order
+from tissuec.learn.parameters.blocks import ParameterBlock
+from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.model.network import Floats, Indices
 
 _NONE: Indices = np.zeros(0, dtype=np.int64)
@@ -16,11 +16,11 @@ class Entries:
     """Blocks whose parameters change entries by themselves, on top of all else.
 
     Args:
-        blocks: All blocks of a lesson.
+        blocks: All blocks of a fit_problem.
         parts: Where the parameters of each stand.
     """
 
-    def __init__(self, blocks: Sequence[Block], parts: Sequence[slice]):
+    def __init__(self, blocks: Sequence[ParameterBlock], parts: Sequence[slice]):
         self._own = [
             (block, block.group, part)
             for block, part in zip(blocks, parts, strict=True)
@@ -30,7 +30,7 @@ class Entries:
     def __bool__(self) -> bool:
         return bool(self._own)
 
-    def put(self, order: Order, vector: Floats, theta: Floats) -> Floats:
+    def put(self, order: NumberOrder, vector: Floats, theta: Floats) -> Floats:
         """Return the numbers of a net, shape (number,), changed in place."""
         for block, chosen, parameters in self._chosen():
             array, change = order.array(vector, block.array), theta[parameters]
@@ -40,7 +40,7 @@ class Entries:
                 array[chosen] += block.scale * change * _sense(block, order)[chosen]
         return vector
 
-    def factors(self, order: Order, theta: Floats) -> Floats:
+    def factors(self, order: NumberOrder, theta: Floats) -> Floats:
         """Return what ``put`` multiplies numbers by, shape (number,)."""
         factors = np.ones(order.size)
         for block, chosen, parameters in self._chosen():
@@ -48,7 +48,7 @@ class Entries:
                 order.array(factors, block.array)[chosen] *= np.exp(theta[parameters])
         return factors
 
-    def change(self, order: Order, vector: Floats, size: int) -> sparse.csr_matrix:
+    def change(self, order: NumberOrder, vector: Floats, size: int) -> sparse.csr_matrix:
         """Return the derivative of the numbers, shape (number, parameter).
 
         Args:
@@ -67,14 +67,14 @@ class Entries:
         parts = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
         return sparse.csr_matrix(sparse.coo_matrix(parts, shape=(order.size, size)))
 
-    def _chosen(self) -> Iterator[tuple[Block, Indices, Indices]]:
+    def _chosen(self) -> Iterator[tuple[ParameterBlock, Indices, Indices]]:
         """Yield each block with the entries that it changes and the parameter of each."""
         for block, group, part in self._own:
             chosen = np.flatnonzero(group >= 0)
             yield block, chosen, part.start + group[chosen]
 
 
-def _sense(block: Block, order: Order) -> Floats:
+def _sense(block: ParameterBlock, order: NumberOrder) -> Floats:
     """Return the share that each component of a place or velocity has in its parameter."""
     along = block.adjust.along
     if along is None:

@@ -19,7 +19,7 @@ VALUES = Values._fields
 STATE = ("position", "velocity")
 
 
-class Order(Struct, frozen=True, eq=False, dict=True):
+class NumberOrder(Struct, frozen=True, eq=False, dict=True):
     """Where each array stands in the vector.
 
     Args:
@@ -29,7 +29,7 @@ class Order(Struct, frozen=True, eq=False, dict=True):
     sizes: Mapping[str, int]
 
     @classmethod
-    def of(cls, network: Network, constants: int) -> "Order":
+    def of(cls, network: Network, constants: int) -> "NumberOrder":
         """Return the order for a network some constants of whose laws may change."""
         nodes, springs = network.node_count, network.spring_count
         counts = (nodes, springs, springs, springs, constants, 3 * nodes, 3 * nodes)

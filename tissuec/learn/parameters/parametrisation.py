@@ -17,23 +17,23 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.contact import contact_of
 from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
-from tissuec.learn.parameters.blocks import Block, block_of
+from tissuec.learn.parameters.blocks import ParameterBlock, block_of
 from tissuec.learn.parameters.compilations import Compilations
 from tissuec.learn.parameters.entries import Entries
-from tissuec.learn.parameters.numbers import Order
+from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.learn.parameters.priors import Prior
-from tissuec.learn.parameters.substitution import Place, recompiled
+from tissuec.learn.parameters.substitution import UsePlace, recompiled
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.findings import Findings
-from tissuec.script.fit_problem import WORDS, Lesson
+from tissuec.script.fit_problem import WORDS, FitProblem
 
 SIGMA = 0.5  # of words, in the numbers that move them
 REACH, DIFFERENCE = 2.0, 10.0  # of logarithms, and of differences in units of their scale
 
-Given = dict[tuple[Place, str], float]
+Given = dict[tuple[UsePlace, str], float]
 
 
-class Words(Protocol):
+class WordParameters(Protocol):
     """The words of a vocabulary as parameters; see ``learn.vocabulary``."""
 
     @property
@@ -44,8 +44,8 @@ class Words(Protocol):
     def jacobian(self, theta: Floats) -> tuple[Sequence[tuple[str, str]], Floats]: ...
 
 
-class Shaping:
-    """Parameters of a lesson, for a scene as one experiment has it.
+class Parametrisation:
+    """Parameters of a fit problem, for a scene as one experiment has it.
 
     Args:
         scales: Of blocks of differences, by their places, where the data tells better ones.
@@ -63,12 +63,12 @@ class Shaping:
     def __init__(
         self,
         compiled: Compiled,
-        lesson: Lesson,
-        words: Words | None = None,
+        fit_problem: FitProblem,
+        words: WordParameters | None = None,
         scales: Mapping[int, float] = MappingProxyType({}),
     ):
         self._written, self.words = compiled, words
-        adjusts = [adjust for adjust in lesson.adjusts if adjust.what != WORDS]
+        adjusts = [adjust for adjust in fit_problem.adjusts if adjust.what != WORDS]
         blocks = [block_of(adjust, compiled) for adjust in adjusts]
         self.blocks = tuple(
             replace(block, scale=scales.get(k, block.scale)) for k, block in enumerate(blocks)
@@ -88,7 +88,7 @@ class Shaping:
             (block.places[number], block.adjust.what): Variable(constant_name(k))
             for k, (block, number) in enumerate(self._constants)
         }
-        self.order = Order.of(compiled.network, len(self._constants))
+        self.order = NumberOrder.of(compiled.network, len(self._constants))
         shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
         self.laws, self._law = shaped.laws, shaped.law
         self._entries = Entries(self.blocks, self._parts)
@@ -187,7 +187,7 @@ class Shaping:
 
     # --- parts --------------------------------------------------------------------------------
 
-    def _part(self, block: Block) -> slice:
+    def _part(self, block: ParameterBlock) -> slice:
         return self._parts[self.blocks.index(block)]
 
     def _tissues(self, theta: Floats) -> tuple[Given, Given]:
@@ -196,7 +196,7 @@ class Shaping:
         constants: Given = {}
         if self.words is not None:
             for (tissue, quantity), value in self.words.given(theta[self.own :]).items():
-                given[Place(tissue), quantity] = value
+                given[UsePlace(tissue), quantity] = value
         for block, part in zip(self.blocks, self._parts, strict=True):
             into = constants if block.is_constant else given
             for place, value in zip(block.places, block.value(theta[part]), strict=False):
@@ -206,7 +206,7 @@ class Shaping:
     def _recompiled(self, theta: Floats) -> Compiled:
         """Return the scene with its numbers, also those of single entries."""
         found = recompiled(self._written, *self._tissues(theta))
-        plain = Order.of(found.network, 0)
+        plain = NumberOrder.of(found.network, 0)
         vector = self._entries.put(plain, plain.vector(found.network), theta)
         network = self._with_laws(found.network, theta)
         return replace(found, network=plain.network(vector, network))
@@ -256,7 +256,7 @@ class Shaping:
             pairs, slopes = self.words.jacobian(theta[self.own :])
             total = np.zeros((self.order.size, self.words.size))
             for (tissue, quantity), slope in zip(pairs, slopes, strict=True):
-                key = Place(tissue), quantity
+                key = UsePlace(tissue), quantity
                 if slope.any():
                     column = factors * self._compilations.column(key, given)
                     total += np.outer(given[key] * column, slope)

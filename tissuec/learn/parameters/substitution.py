@@ -14,7 +14,7 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenLaw
 
 
-class Place(Struct, frozen=True):
+class UsePlace(Struct, frozen=True):
     """Where a number is used.
 
     Attributes:
@@ -28,7 +28,7 @@ class Place(Struct, frozen=True):
 
 
 #: Numbers in SI units by place and quantity or constant of a law.
-Numbers = Mapping[tuple[Place, str], Any]
+Numbers = Mapping[tuple[UsePlace, str], Any]
 
 
 def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:

@@ -7,12 +7,12 @@ from pathlib import Path
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.names import key_of
 from tissuec.core.source import Source
-from tissuec.learn.presets.drafts import Draft, Number
+from tissuec.learn.presets.drafts import Draft, LearntNumber
 from tissuec.learn.presets.laws import changed_constants
 from tissuec.learn.presets.tissues import WHOLE
 from tissuec.pipeline import Request, check_request, read_words
 from tissuec.scene.imports import Files, read_source
-from tissuec.scene.model import Given, Tissue
+from tissuec.scene.model import AssignedQuantity, Tissue
 
 ROUNDING = 1e-12  # of a number that is written in full
 WRITTEN = 0.6e-5  # of a learnt one: half a unit of its sixth digit
@@ -84,7 +84,9 @@ def _differs(tissue: Tissue, draft: Draft, moved: bool) -> str | None:
     return None
 
 
-def _is_same(new: Given | None, old: Given, number: Number | None) -> bool:
+def _is_same(
+    new: AssignedQuantity | None, old: AssignedQuantity, number: LearntNumber | None
+) -> bool:
     if new is None or new.spread != old.spread or (new.length is None) != (old.length is None):
         return False
     if new.length is not None and old.length is not None and new.length != old.length:

@@ -27,7 +27,7 @@ def origin(learnt: Learnt, request: Request) -> list[str]:
         lines += _entry("", f"sha256 {fitted.digest}")
     for text in request.overrides:
         lines += _entry("set", text)
-    lines += _entry("fit", "; ".join(dict.fromkeys(f.text for f in learnt.lesson.fits)))
+    lines += _entry("fit", "; ".join(dict.fromkeys(f.text for f in learnt.fit_problem.fits)))
     for text, noise in learnt.noise.items():
         lines += _entry("noise", f"{text}: {_of_fit(learnt, text, noise)}")
     for text, zero in learnt.zeros.items():
@@ -81,7 +81,7 @@ def _of_set(estimates: Estimates, number: int) -> str:
 
 
 def _of_fit(learnt: Learnt, text: str, value: float) -> str:
-    dimensions = {fit.text: fit.dimension for fit in learnt.lesson.fits}
+    dimensions = {fit.text: fit.dimension for fit in learnt.fit_problem.fits}
     return shown(value, dimensions[text]) if text in dimensions else f"{value:.4g}"
 
 

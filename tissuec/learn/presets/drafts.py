@@ -14,7 +14,7 @@ from tissuec.scene.quantities import QUANTITIES
 LEARNED = "learned"
 
 
-class Number(Struct, frozen=True):
+class LearntNumber(Struct, frozen=True):
     """A number that was learnt, in SI units, with its interval."""
 
     value: float
@@ -37,10 +37,10 @@ class Draft(Struct):
     name: str
     original: Tissue
     remark: str
-    numbers: dict[str, Number] = field(default_factory=dict)
-    constants: dict[str, Number] = field(default_factory=dict)
+    numbers: dict[str, LearntNumber] = field(default_factory=dict)
+    constants: dict[str, LearntNumber] = field(default_factory=dict)
 
-    def add(self, what: str, number: Number) -> None:
+    def add(self, what: str, number: LearntNumber) -> None:
         """Enter a number that was learnt."""
         (self.numbers if what in QUANTITIES else self.constants)[what] = number
 
@@ -62,12 +62,12 @@ def drafts_of(learnt: Learnt, scene: Scene) -> list[Draft]:
     if learnt.words:
         for use in used_tissues(scene):
             found.setdefault((use.key, ""), Draft("", use.tissue, ""))
-    _name_all(list(found.values()), learnt.lesson.name, scene)
+    _name_all(list(found.values()), learnt.fit_problem.name, scene)
     return list(found.values())
 
 
-def _number(estimates: Estimates, place: int) -> Number:
-    return Number(
+def _number(estimates: Estimates, place: int) -> LearntNumber:
+    return LearntNumber(
         float(estimates.value[place]),
         float(estimates.low[place]),
         float(estimates.high[place]),
@@ -102,21 +102,21 @@ def _part(body: Body, text: str) -> tuple[str, Tissue]:
     return (region.name if region else ""), tissue
 
 
-def _name_all(drafts: list[Draft], lesson: str, scene: Scene) -> None:
+def _name_all(drafts: list[Draft], fit_problem: str, scene: Scene) -> None:
     """Give each draft a name that nothing else has.
 
-    A single one is called like the lesson, unless a tissue of the scene is called so already.
+    A single one is called like the fit problem, unless a tissue of the scene is called so.
     """
     taken: set[str] = set(scene.declarations.of("tissue")) | set(scene.tissues)
     for draft in drafts:
-        wanted = _wanted(draft, lesson, alone=len(drafts) == 1)
+        wanted = _wanted(draft, fit_problem, alone=len(drafts) == 1)
         draft.name = next(name for name in wanted if key_of(name) not in taken)
         taken.add(key_of(draft.name))
 
 
-def _wanted(draft: Draft, lesson: str, *, alone: bool) -> Iterator[str]:
+def _wanted(draft: Draft, fit_problem: str, *, alone: bool) -> Iterator[str]:
     if alone:
-        yield lesson
+        yield fit_problem
     base = draft.name or draft.original.name
     yield f"{LEARNED} {base}"
     if draft.remark and draft.name:
@@ -127,6 +127,6 @@ def _wanted(draft: Draft, lesson: str, *, alone: bool) -> Iterator[str]:
         number += 1
 
 
-def learnt_values(draft: Draft) -> Mapping[str, Number]:
+def learnt_values(draft: Draft) -> Mapping[str, LearntNumber]:
     """Return everything that was learnt of a draft, by name."""
     return {**draft.numbers, **draft.constants}

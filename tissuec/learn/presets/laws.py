@@ -10,7 +10,7 @@ from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.lang.walk import names_in
-from tissuec.learn.presets.drafts import Number
+from tissuec.learn.presets.drafts import LearntNumber
 from tissuec.learn.presets.numerals import exact, learnt
 from tissuec.scene.laws import FORMS
 from tissuec.scene.model import WrittenLaw
@@ -26,14 +26,16 @@ def constants_in(law: WrittenLaw) -> set[str]:
     return {name.key for name in names_in(function.value)}
 
 
-def changed_constants(law: WrittenLaw, learned: Mapping[str, Number]) -> dict[str, Number]:
+def changed_constants(
+    law: WrittenLaw, learned: Mapping[str, LearntNumber]
+) -> dict[str, LearntNumber]:
     """Return those of the learnt constants that belong to a law."""
     own = constants_in(law)
     return {name: number for name, number in learned.items() if s.key_of(name) in own}
 
 
 def law_text(
-    word: str, law: WrittenLaw, learned: Mapping[str, Number], constants: Constants
+    word: str, law: WrittenLaw, learned: Mapping[str, LearntNumber], constants: Constants
 ) -> str:
     """Return the entry of a tissue that writes a law, with its learnt constants.
 
@@ -51,7 +53,7 @@ def law_text(
     return f"{word} is {law.name}{inner}"
 
 
-def _entry_text(entry: Entry, value: Any, learned: Mapping[str, Number]) -> str:
+def _entry_text(entry: Entry, value: Any, learned: Mapping[str, LearntNumber]) -> str:
     """Return what stands behind the name of an entry."""
     match entry.kind:
         case Measure(dimension=dimension):
@@ -68,11 +70,13 @@ def _entry_text(entry: Entry, value: Any, learned: Mapping[str, Number]) -> str:
             raise TypeError(f"a law with an entry of {entry.kind} cannot be written")
 
 
-def _learnt(number: Number) -> str:
+def _learnt(number: LearntNumber) -> str:
     return learnt(number.value, number.low, number.high, number.dimension)
 
 
-def _formula_text(law: WrittenLaw, learned: Mapping[str, Number], constants: Constants) -> str:
+def _formula_text(
+    law: WrittenLaw, learned: Mapping[str, LearntNumber], constants: Constants
+) -> str:
     """Return a free formula in which every name that is no variable is a number."""
     function = _parsed(law)
     own = FORMS[function.name.key].variables(function)

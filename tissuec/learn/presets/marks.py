@@ -8,9 +8,9 @@ _BEGIN = "# Learned by tissuec"
 _LOOKED_AT = 4096  # bytes
 
 
-def mark(scene: str, lesson: str, seed: int) -> str:
-    """Return the first comment: by what, of which scene and lesson, with which seed."""
-    return f"{_BEGIN} {__version__} from {scene}, learn {lesson}, seed {seed}"
+def mark(scene: str, fit_problem: str, seed: int) -> str:
+    """Return the first comment: by what, of which scene and fit problem, with which seed."""
+    return f"{_BEGIN} {__version__} from {scene}, learn {fit_problem}, seed {seed}"
 
 
 def is_ours(path: Path) -> bool:

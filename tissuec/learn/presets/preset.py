@@ -15,8 +15,8 @@ from tissuec.learn.presets.comments import of_nodes_and_springs, origin
 from tissuec.learn.presets.drafts import Draft, drafts_of
 from tissuec.learn.presets.marks import mark
 from tissuec.learn.presets.tables import tables
-from tissuec.learn.presets.tissues import FORMS, IN_NUMBERS, IN_WORDS, LIKE, Scribe
-from tissuec.learn.presets.vocabularies import Written, vocabularies
+from tissuec.learn.presets.tissues import FORMS, IN_NUMBERS, IN_WORDS, LIKE, TissueWriter
+from tissuec.learn.presets.vocabularies import WrittenVocabularies, vocabularies
 from tissuec.learn.vocabulary.reread import warnings_of
 from tissuec.pipeline import Request
 from tissuec.scene.library import SUFFIX, Library
@@ -52,8 +52,8 @@ def compose(learnt: Learnt, compiled: Compiled, request: Request, target: Path) 
         TissueError: What was learnt makes no valid text, such as words that another file needs
             which is not found from there.
     """
-    lesson = learnt.lesson
-    head = mark(Path(request.source.name).name, lesson.name, lesson.seed)
+    fit_problem = learnt.fit_problem
+    head = mark(Path(request.source.name).name, fit_problem.name, fit_problem.seed)
     words = vocabularies(learnt.words, compiled.scene, target, head)
     listed = tables(learnt, compiled.network, target, head)
     comments = [head, *origin(learnt, request), *of_nodes_and_springs(learnt, listed.names)]
@@ -69,13 +69,13 @@ class _Composer:
         learnt: Learnt,
         scene: Scene,
         target: Path,
-        words: Written,
+        words: WrittenVocabularies,
         comments: Sequence[str],
     ):
         self.scene, self.target, self.words, self.comments = scene, target, words, comments
         self.drafts = drafts_of(learnt, scene)
         self.about = _about(learnt)
-        self.scribe = Scribe(scene, self.about)
+        self.scribe = TissueWriter(scene, self.about)
         self.known = {one.code for one in warnings_of(scene, {})}
         self.problem: object = ""
 
@@ -180,5 +180,5 @@ def _as_list(line: str | None) -> list[str] | None:
 def _about(learnt: Learnt) -> str:
     """Return what a preset is about, without quotes, which a text cannot hold."""
     files = list(dict.fromkeys(f.file for f in learnt.fitted if not f.held_out))
-    text = f"{learnt.lesson.name}, learned from {' and '.join(files) or 'nothing'}"
+    text = f"{learnt.fit_problem.name}, learned from {' and '.join(files) or 'nothing'}"
     return text.replace('"', "'")

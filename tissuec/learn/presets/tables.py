@@ -18,7 +18,7 @@ from tissuec.model.network import Network
 _AXES = "xyz"
 
 
-class Tables(Struct, frozen=True):
+class LearntTables(Struct, frozen=True):
     """Tables of what was learnt one by one.
 
     Attributes:
@@ -30,7 +30,7 @@ class Tables(Struct, frozen=True):
     names: dict[int, str]
 
 
-def tables(learnt: Learnt, network: Network, target: Path, mark: str) -> Tables:
+def tables(learnt: Learnt, network: Network, target: Path, mark: str) -> LearntTables:
     """Return the tables of everything that was learnt per spring or per node.
 
     ``fat_springs.csv`` beside ``fat.tis``, or with numbers where there are several.
@@ -43,7 +43,7 @@ def tables(learnt: Learnt, network: Network, target: Path, mark: str) -> Tables:
         which = f"_{kinds[: number + 1].count(kind)}" if kinds.count(kind) > 1 else ""
         names[place] = f"{target.stem}_{kind}s{which}.csv"
         texts[names[place]] = _text(learnt.estimates[place], network, mark)
-    return Tables(texts, names)
+    return LearntTables(texts, names)
 
 
 def _text(estimates: Estimates, network: Network, mark: str) -> str:

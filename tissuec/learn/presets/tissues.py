@@ -10,17 +10,17 @@ from msgspec import Struct
 from tissuec.core.units import LENGTH
 from tissuec.lang.words import written_name
 from tissuec.learn.fit.shown import PARTS, interval, shown
-from tissuec.learn.presets.drafts import Draft, Number
+from tissuec.learn.presets.drafts import Draft, LearntNumber
 from tissuec.learn.presets.laws import changed_constants, law_text
 from tissuec.learn.presets.numerals import exact, learnt
-from tissuec.scene.model import Fact, Given, Scene
+from tissuec.scene.model import AssignedQuantity, PropertyFact, Scene
 
 LIKE, IN_WORDS, IN_NUMBERS = "like", "in words", "in numbers"
 FORMS = (LIKE, IN_WORDS, IN_NUMBERS)
 WHOLE = "whole body"
 
 
-class Scribe(Struct, frozen=True):
+class TissueWriter(Struct, frozen=True):
     """Writes tissues of one scene.
 
     Attributes:
@@ -47,7 +47,7 @@ class Scribe(Struct, frozen=True):
 
     # --- entries ------------------------------------------------------------------------------
 
-    def _fact(self, fact: Fact) -> str:
+    def _fact(self, fact: PropertyFact) -> str:
         """Return what a tissue says of a property: in its word, or as a number."""
         scale = self.scene.vocabulary.properties[fact.property]
         if "=" in fact.span.text:
@@ -87,7 +87,7 @@ class Scribe(Struct, frozen=True):
             yield f"{text}  # {'; '.join(remarks)}" if remarks else text
 
 
-def remark(number: Number, what: str = "") -> str:
+def remark(number: LearntNumber, what: str = "") -> str:
     """Return what stands behind a learnt number: its interval, and what it was before."""
     known = f"95 %: {interval(number.low, number.high, number.dimension, what)}"
     if not number.identified:
@@ -95,7 +95,7 @@ def remark(number: Number, what: str = "") -> str:
     return f"{known}; before: {shown(number.start, number.dimension, what)}"
 
 
-def _learnt_line(name: str, number: Number, given: Given) -> str:
+def _learnt_line(name: str, number: LearntNumber, given: AssignedQuantity) -> str:
     if given.spread == WHOLE:
         return (
             f"# {name} of the whole body: {shown(number.value, number.dimension, digits=6)}, "
@@ -107,7 +107,7 @@ def _learnt_line(name: str, number: Number, given: Given) -> str:
     return f"{given.quantity.name} = {text}{_per(given)}  # {remark(number, name)}"
 
 
-def _given_line(given: Given) -> str:
+def _given_line(given: AssignedQuantity) -> str:
     name = given.quantity.name
     if given.value == given.quantity.none:
         return f"{name} is none"
@@ -115,7 +115,7 @@ def _given_line(given: Given) -> str:
     return f"{name} = {value}{_per(given)}"
 
 
-def _per(given: Given) -> str:
+def _per(given: AssignedQuantity) -> str:
     """Return the length of springs that a number is for, if it is for one."""
     if given.length is None:
         return ""

@@ -14,7 +14,7 @@ from tissuec.scene.library import SUFFIX, belongs_to_scenes
 from tissuec.scene.model import Scene
 
 
-class Written(Struct, frozen=True):
+class WrittenVocabularies(Struct, frozen=True):
     """What is written of vocabularies.
 
     Attributes:
@@ -31,7 +31,9 @@ class Written(Struct, frozen=True):
         return [f'use "./{name.removesuffix(SUFFIX)}"' for name in self.texts]
 
 
-def vocabularies(texts: Mapping[str, str], scene: Scene, target: Path, mark: str) -> Written:
+def vocabularies(
+    texts: Mapping[str, str], scene: Scene, target: Path, mark: str
+) -> WrittenVocabularies:
     """Return the files of new vocabularies.
 
     Args:
@@ -49,7 +51,7 @@ def vocabularies(texts: Mapping[str, str], scene: Scene, target: Path, mark: str
             text = _words_alone(whole)
         found[file] = _marked(text, mark)
         files[name] = file
-    return Written(found, files)
+    return WrittenVocabularies(found, files)
 
 
 def _free_name(name: str, taken: set[str]) -> str:

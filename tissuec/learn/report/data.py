@@ -17,7 +17,7 @@ def as_dict(learnt: Learnt, moved: Sequence[Drift] = ()) -> dict[str, Any]:
         moved: How far words moved, where any did.
     """
     return {
-        "lesson": learnt.lesson.name,
+        "lesson": learnt.fit_problem.name,
         "converged": learnt.converged,
         "reason": learnt.reason,
         "identified": is_identified(learnt),
@@ -43,7 +43,7 @@ def as_dict(learnt: Learnt, moved: Sequence[Drift] = ()) -> dict[str, Any]:
         "method": learnt.method,
         "stepping": learnt.stepping,
         "stepping_error": learnt.stepping_error,
-        "seed": learnt.lesson.seed,
+        "seed": learnt.fit_problem.seed,
         "passes": learnt.passes,
         "evaluations": learnt.evaluations,
         "wall_time": learnt.wall_time,
@@ -56,7 +56,7 @@ def is_identified(learnt: Learnt) -> bool:
 
     Words are held by where the expert has them, so that one that no tissue uses does no harm.
     """
-    has_words = any(adjust.what == WORDS for adjust in learnt.lesson.adjusts)
+    has_words = any(adjust.what == WORDS for adjust in learnt.fit_problem.adjusts)
     told = all(bool(one.identified.all()) for one in learnt.estimates)
     return told and (has_words or not learnt.blind)
 

@@ -15,7 +15,7 @@ def is_good(found: Sequence[Compared], allowed: float) -> bool:
     return all(one.apart <= max(allowed, BETTER * one.doubt) for one in found)
 
 
-def as_lines(lesson: str, found: Sequence[Compared], allowed: float) -> list[str]:
+def as_lines(fit_problem: str, found: Sequence[Compared], allowed: float) -> list[str]:
     """Return a table of derivatives and the verdict on the worst of them."""
     rows = [
         (one.name, f"{one.exact:+.9e}", f"{one.differences:+.9e}", f"{one.apart:.1e}",
@@ -26,7 +26,10 @@ def as_lines(lesson: str, found: Sequence[Compared], allowed: float) -> list[str
     verdict = "good" if is_good(found, allowed) else "WRONG"
     count = counted(len(found), "direction")
     last = f"{count}, at worst {worst:.1e} apart, allowed {allowed:g}"
-    lines = [*aligned([HEADINGS, *rows]), f"learn {lesson}: derivatives are {verdict}: {last}"]
+    lines = [
+        *aligned([HEADINGS, *rows]),
+        f"learn {fit_problem}: derivatives are {verdict}: {last}",
+    ]
     if verdict == "good" and worst > allowed:
         lines.append(
             "finite differences are no more accurate than that here: the motion is too "

@@ -1,17 +1,17 @@
 """The progress line of a learning."""
 
-from tissuec.core.progress import Line, minutes
-from tissuec.learn.fit.learning import Progress
+from tissuec.core.progress import ProgressLine, minutes
+from tissuec.learn.fit.learning import LearnProgress
 
 
-class Passes(Line):
+class Passes(ProgressLine):
     """The line of a learning: passes, the part of the data in use, errors, time left."""
 
-    def at(self, progress: Progress) -> None:
+    def at(self, progress: LearnProgress) -> None:
         """Show where a learning stands, if it is time to."""
         self.show(lambda _: f"{self.name}: {self._text(progress)}")
 
-    def _text(self, at: Progress) -> str:
+    def _text(self, at: LearnProgress) -> str:
         parts = [f"pass {at.passes} of at most {at.most}"]
         if at.horizon < 1.0:
             parts.append(f"first {100 * at.horizon:.0f} % of the data")

@@ -22,7 +22,7 @@ def as_text(learnt: Learnt, moved: list[Drift] | None = None) -> list[str]:
     told = {one.sentence for one in moved or ()}
     notes = [f"note: {note}" for note in learnt.notes if note not in told]
     parts = (
-        [f"learn {learnt.lesson.name}: {ending(learnt)}"],
+        [f"learn {learnt.fit_problem.name}: {ending(learnt)}"],
         as_lines(learnt.estimates),
         list(sentences(moved or [])),
         aligned([DATA, *(_data_row(learnt, one) for one in learnt.fitted)]),
@@ -46,7 +46,7 @@ def _data_row(learnt: Learnt, fitted: Fitted) -> tuple[str, str, str, str]:
 
 def _of_fits(learnt: Learnt) -> Iterator[str]:
     """Yield the noise and the unknown zero of each fit."""
-    given = {fit.text for fit in learnt.lesson.fits if fit.noise is not None}
+    given = {fit.text for fit in learnt.fit_problem.fits if fit.noise is not None}
     for text, noise in learnt.noise.items():
         known = "given" if text in given else "estimated"
         yield f"noise of {text}: {_of_fit(learnt, text, noise)} ({known})"
@@ -55,7 +55,7 @@ def _of_fits(learnt: Learnt) -> Iterator[str]:
 
 
 def _of_fit(learnt: Learnt, text: str, value: float) -> str:
-    dimensions = {fit.text: fit.dimension for fit in learnt.lesson.fits}
+    dimensions = {fit.text: fit.dimension for fit in learnt.fit_problem.fits}
     return shown(value, dimensions[text]) if text in dimensions else f"{value:.4g}"
 
 

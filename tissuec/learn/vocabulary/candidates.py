@@ -8,10 +8,10 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.fuzzy.sets import Shape
 from tissuec.lang import syntax as s
-from tissuec.learn.vocabulary.edits import Edit, indentation, line_of
+from tissuec.learn.vocabulary.edits import TextEdit, indentation, line_of
 from tissuec.learn.vocabulary.scale_texts import spelt
 from tissuec.scene.model import Scene
-from tissuec.scene.vocabulary import Rules
+from tissuec.scene.vocabulary import RulesBlock
 from tissuec.scene.words import NamedScale
 
 _REMARK = re.compile(r'"[^"\n]*"|(#[^\n]*)')
@@ -26,7 +26,7 @@ class Candidate(Struct, frozen=True):
     """
 
     kind: str
-    edit: Edit
+    edit: TextEdit
     what: str
 
 
@@ -34,7 +34,7 @@ class RuleTexts(Struct, frozen=True):
     """A ``rules`` block: what its rules mean and where they are written, in one order."""
 
     scene: Scene
-    rules: Rules
+    rules: RulesBlock
     nodes: tuple[s.Rule, ...]
 
     @classmethod
@@ -79,7 +79,7 @@ def other_conclusions(texts: RuleTexts) -> Iterator[Candidate]:
                     f'the rule in line {node.span.line} concludes "{new}" instead of '
                     f'"{old.text}" for the {part.quantity.text}'
                 )
-                yield Candidate("conclusion", Edit(old.span, spelling[word]), what)
+                yield Candidate("conclusion", TextEdit(old.span, spelling[word]), what)
 
 
 def _neighbours(middle: float, named: NamedScale) -> Iterator[str]:
@@ -99,7 +99,7 @@ def dropped(texts: RuleTexts) -> Iterator[Candidate]:
             yield Candidate("drop", edit, f"the rule in line {node.span.line} is left out")
 
 
-def _without(span: Span) -> Edit | None:
+def _without(span: Span) -> TextEdit | None:
     """Return an edit that takes a rule out and leaves its remarks; None if they are in the way.
 
     Lines on which nothing else stands go with it.
@@ -110,7 +110,7 @@ def _without(span: Span) -> Edit | None:
     if not before and (not after or after.startswith("#")):
         remarks = [m[1] for m in _REMARK.finditer(text[span.start : end]) if m[1]]
         lines = "".join(f"{indentation(span)}{remark.rstrip()}\n" for remark in remarks)
-        return Edit(Span(span.source, start, min(end + 1, len(text))), lines)
+        return TextEdit(Span(span.source, start, min(end + 1, len(text))), lines)
     if "#" in span.text:
         return None
     start, end = span.start, span.end
@@ -119,17 +119,17 @@ def _without(span: Span) -> Edit | None:
         end += len(text[end:]) - len(text[end:].lstrip(" \t"))
     elif before.endswith(";"):
         start = text.rindex(";", 0, start)
-    return Edit(Span(span.source, start, end), "")
+    return TextEdit(Span(span.source, start, end), "")
 
 
-def appended(texts: RuleTexts, rule: str) -> Edit:
+def appended(texts: RuleTexts, rule: str) -> TextEdit:
     """Return an edit that writes a rule behind the last one, in the way that it stands."""
     span = texts.nodes[-1].span
     end = line_of(span)[1]
     after = span.source.text[span.end : end].strip()
     if not after or after.startswith("#"):
-        return Edit(Span(span.source, end, end), f"\n{indentation(span)}{rule}")
-    return Edit(Span(span.source, span.end, span.end), f"; {rule}")
+        return TextEdit(Span(span.source, end, end), f"\n{indentation(span)}{rule}")
+    return TextEdit(Span(span.source, span.end, span.end), f"; {rule}")
 
 
 def nearest(place: float, words: dict[str, Shape], count: int) -> list[str]:

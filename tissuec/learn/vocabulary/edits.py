@@ -6,25 +6,25 @@ from typing import NamedTuple
 from tissuec.core.source import Source, Span
 
 
-class Edit(NamedTuple):
+class TextEdit(NamedTuple):
     """A stretch of a text and what comes in its place."""
 
     span: Span
     text: str
 
 
-def apply(edits: Iterable[Edit]) -> dict[str, str]:
+def apply(edits: Iterable[TextEdit]) -> dict[str, str]:
     """Return the new text of every source that is edited, by its name.
 
     Edits do not overlap; those of one place stay in their order.
     """
-    by_source: dict[Source, list[Edit]] = {}
+    by_source: dict[Source, list[TextEdit]] = {}
     for edit in edits:
         by_source.setdefault(edit.span.source, []).append(edit)
     return {source.name: _edited(source, some) for source, some in by_source.items()}
 
 
-def _edited(source: Source, edits: list[Edit]) -> str:
+def _edited(source: Source, edits: list[TextEdit]) -> str:
     pieces: list[str] = []
     place = 0
     for edit in sorted(edits, key=lambda one: (one.span.start, one.span.end)):

@@ -26,7 +26,7 @@ from tissuec.model.network import Floats
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 from tissuec.scene.parameters import Constants
-from tissuec.scene.vocabulary import Rules, RulesReader, Vocabulary
+from tissuec.scene.vocabulary import RulesBlock, RulesReader, Vocabulary
 from tissuec.scene.words import NamedScale
 from tissuec.script.fit_problem import WORDS, Adjust
 
@@ -41,7 +41,7 @@ class NoAnswer(TissueError):
     """With these words no rule speaks for a quantity that the rules gave before."""
 
 
-class Values(NamedTuple):
+class RuleOutputs(NamedTuple):
     """What rules give, with its derivatives.
 
     Attributes:
@@ -103,12 +103,12 @@ class WordsModel:
         """
         return self._answers(theta, None)
 
-    def linearised(self, theta: Floats) -> Values:
+    def linearised(self, theta: Floats) -> RuleOutputs:
         """Return what the rules give and its derivatives; raises like ``given``."""
         answers = self._answers(theta, self.size)
         values = np.array([float(value) for value in answers.values()])
         slopes = [slopes_of(value, self.size) for value in answers.values()]
-        return Values(self.pairs, values, np.reshape(slopes, (len(values), self.size)))
+        return RuleOutputs(self.pairs, values, np.reshape(slopes, (len(values), self.size)))
 
     def jacobian(self, theta: Floats) -> tuple[list[Pair], Floats]:
         """Return the derivatives of the logarithms of what rules give; raises like ``given``.
@@ -194,7 +194,7 @@ class WordsModel:
         vocabulary = self._vocabulary(self._moved(theta, total))
         # What there is to warn about was told when the scene was read.
         scope = Constants(scene.declarations, scene.constants.overrides, Findings())
-        rules: dict[str, Rules] = {}
+        rules: dict[str, RulesBlock] = {}
         answers: dict[Pair, float] = {}
         for use in self._uses:
             if use.rules not in rules:

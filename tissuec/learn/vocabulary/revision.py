@@ -34,7 +34,7 @@ Score = Callable[[Mapping[str, str]], tuple[float, float]]
 not; not finite where there is none."""
 
 
-class Change(Struct, frozen=True):
+class RuleChange(Struct, frozen=True):
     """A change of rules that was made.
 
     Attributes:
@@ -63,7 +63,7 @@ def revise(
     gain: float = GAIN,
     slack: float = SLACK,
     most: int = MOST,
-) -> list[Change]:
+) -> list[RuleChange]:
     """Return the changes of rules that let data which was not fitted be met better.
 
     In each round every candidate is scored and the best one taken: a conclusion moved to the
@@ -83,7 +83,7 @@ def revise(
     """
     key = s.key_of(rules)
     before, texts = score(start), dict(start)
-    changes: list[Change] = []
+    changes: list[RuleChange] = []
     while len(changes) < most:
         now = reread(scene, texts) if texts else scene
         best = _best(scene, _candidates(now, key), texts, score, before[0] * (1.0 + slack))
@@ -97,7 +97,7 @@ def revise(
             f"from {before[1]:.3g} to {errors[1]:.3g}"
         )
         changes.append(
-            Change(candidate.kind, file, text, _diff(file, old, text), errors, sentence)
+            RuleChange(candidate.kind, file, text, _diff(file, old, text), errors, sentence)
         )
         texts[file], before = text, errors
     return changes

@@ -15,14 +15,14 @@ from tissuec.scene.words import NamedScale
 _DEGREES = {"triangle": (0.0, 1.0, 0.0), "trapezoid": (0.0, 1.0, 1.0, 0.0)}
 
 
-class Written(Struct, frozen=True):
+class WrittenNumber(Struct, frozen=True):
     """A number in the text and the coordinate that it stands for."""
 
     node: s.Expression
     place: float
 
 
-class Form(Struct, frozen=True):
+class WordForm(Struct, frozen=True):
     """A word of a scale, in the coordinate of the scale.
 
     Attributes:
@@ -40,7 +40,7 @@ class Form(Struct, frozen=True):
     corners: tuple[float, ...]
     degrees: tuple[float, ...]
     bell: Gaussian | None
-    numbers: tuple[Written, ...]
+    numbers: tuple[WrittenNumber, ...]
     sigma: s.Expression | None
     span: Span
 
@@ -57,7 +57,7 @@ class ScaleForm(Struct, frozen=True):
 
     key: str
     named: NamedScale
-    words: tuple[Form, ...]
+    words: tuple[WordForm, ...]
     evenly: s.Assign | None
     block: s.Block
 
@@ -96,16 +96,18 @@ def _sentences(items: Sequence[s.Item]) -> Iterator[s.Sentence]:
     return (item for item in items if isinstance(item, s.Sentence))
 
 
-def _even(name: s.Name, named: NamedScale) -> Form:
+def _even(name: s.Name, named: NamedScale) -> WordForm:
     return _placed(name, named, (), name.span)
 
 
-def _plateau(item: s.Sentence, named: NamedScale, scope: Scope) -> Form:
+def _plateau(item: s.Sentence, named: NamedScale, scope: Scope) -> WordForm:
     nodes = [clause.value for clause in item.clauses]
     return _placed(item.name, named, tuple(_written(nodes, named, scope)), item.span)
 
 
-def _placed(name: s.Name, named: NamedScale, numbers: tuple[Written, ...], span: Span) -> Form:
+def _placed(
+    name: s.Name, named: NamedScale, numbers: tuple[WrittenNumber, ...], span: Span
+) -> WordForm:
     """Return a word of a scale that is parted among its words: nothing leaves the range."""
     shape = named.scale.words[name.key]
     assert not isinstance(shape, Gaussian)
@@ -113,10 +115,10 @@ def _placed(name: s.Name, named: NamedScale, numbers: tuple[Written, ...], span:
     true = [i for i, y in enumerate(shape.ys) if y > 0.0]
     own = slice(max(true[0] - 1, 0), true[-1] + 2)
     xs, ys = shape.xs[own], shape.ys[own]
-    return Form(name.key, spelt(name), xs, ys, None, numbers, None, span)
+    return WordForm(name.key, spelt(name), xs, ys, None, numbers, None, span)
 
 
-def _shape(item: s.Assign, named: NamedScale, scope: Scope) -> Form:
+def _shape(item: s.Assign, named: NamedScale, scope: Scope) -> WordForm:
     call = item.value
     assert isinstance(call, s.Call)
     nodes, kind = [argument.value for argument in call.arguments], call.function.key
@@ -124,16 +126,18 @@ def _shape(item: s.Assign, named: NamedScale, scope: Scope) -> Form:
     name, span = spelt(item.name), call.span
     if isinstance(shape, Gaussian):
         numbers = tuple(_written(nodes[:1], named, scope))
-        return Form(item.name.key, name, (shape.mean,), (1.0,), shape, numbers, nodes[1], span)
+        return WordForm(
+            item.name.key, name, (shape.mean,), (1.0,), shape, numbers, nodes[1], span
+        )
     degrees = _DEGREES.get(kind) or tuple(float(scope.number(y).amount) for y in nodes[1::2])
     numbers = tuple(_written(nodes[::2] if kind == "points" else nodes, named, scope))
     corners = tuple(number.place for number in numbers)
-    return Form(item.name.key, name, corners, degrees, None, numbers, None, span)
+    return WordForm(item.name.key, name, corners, degrees, None, numbers, None, span)
 
 
 def _written(
     nodes: Sequence[s.Expression], named: NamedScale, scope: Scope
-) -> Iterator[Written]:
+) -> Iterator[WrittenNumber]:
     for node in nodes:
         value = float(scope.number(node).amount)
-        yield Written(node, named.scale.axis.coordinate(value))
+        yield WrittenNumber(node, named.scale.axis.coordinate(value))

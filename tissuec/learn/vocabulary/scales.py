@@ -18,7 +18,7 @@ from tissuec.fuzzy.piecewise import Piecewise
 from tissuec.fuzzy.scale import Scale
 from tissuec.fuzzy.sets import Gaussian, Shape
 from tissuec.learn.vocabulary.knots import FLOOR, Knots
-from tissuec.learn.vocabulary.scale_texts import Form, ScaleForm
+from tissuec.learn.vocabulary.scale_texts import ScaleForm, WordForm
 from tissuec.model.network import Floats
 
 WIDEST = 0.99
@@ -129,7 +129,7 @@ class MovingScale:
         for word in self.bells:
             yield f"width of {word.word}"
 
-    def _named(self, knot: int, word: Form) -> tuple[int, str] | None:
+    def _named(self, knot: int, word: WordForm) -> tuple[int, str] | None:
         """Return what a knot is for a word, and how much that says: the less, the more."""
         own = [self.knots.index(x) for x in word.corners]
         if knot not in own:
@@ -182,7 +182,7 @@ def _sums_to_one(form: ScaleForm, knots: Knots) -> bool:
     return all(abs(sum(s.degree(x) for s in shapes) - 1.0) < _WHOLE for x in places)
 
 
-def _with_corners(word: Form, knots: Knots) -> Form:
+def _with_corners(word: WordForm, knots: Knots) -> WordForm:
     """Return a word with further corners where its slopes pass over knots that move."""
     shape = Piecewise(word.corners, word.degrees)
     own = {knots.index(x) for x in word.corners}

@@ -10,9 +10,9 @@ from tissuec.core.source import Span
 from tissuec.fuzzy.scale import Scale
 from tissuec.fuzzy.sets import Gaussian
 from tissuec.lang import syntax as s
-from tissuec.learn.vocabulary.edits import Edit, apply, indentation, line_of
+from tissuec.learn.vocabulary.edits import TextEdit, apply, indentation, line_of
 from tissuec.learn.vocabulary.numerals import Numerals
-from tissuec.learn.vocabulary.scale_texts import Form
+from tissuec.learn.vocabulary.scale_texts import WordForm
 from tissuec.learn.vocabulary.scales import MovingScale
 from tissuec.model.network import Floats
 
@@ -40,18 +40,18 @@ class _Scribe:
         gap = min(b - a for a, b in pairwise(np.array(self.knots.places) + self.moves))
         self.numerals = Numerals(named.scale.axis, named.dimension, gap)
 
-    def edits(self) -> Iterator[Edit]:
+    def edits(self) -> Iterator[TextEdit]:
         if self.form.evenly is not None:
             yield self._in_full(self.form.evenly)
             return
         for word in self.form.words:
             if word.word in self.added:
-                yield Edit(word.span, self._points(word))
+                yield TextEdit(word.span, self._points(word))
                 continue
             for number in word.numbers:
                 if self.knots.index(number.place) in self.knots.movable:
                     text = self.numerals.place(self._now(number.place), number.node)
-                    yield Edit(number.node.span, text)
+                    yield TextEdit(number.node.span, text)
             if word.bell is not None and word.sigma is not None:
                 yield from self._width(word, word.sigma)
 
@@ -59,21 +59,21 @@ class _Scribe:
         """Return where a corner is that the expert has at ``place``."""
         return place + float(self.moves[self.knots.index(place)])
 
-    def _width(self, word: Form, node: s.Expression) -> Iterator[Edit]:
+    def _width(self, word: WordForm, node: s.Expression) -> Iterator[TextEdit]:
         """Yield what is written for the width of a bell, in values and not in coordinates."""
         bell, axis = self.moved.words[word.word], self.form.named.scale.axis
         assert isinstance(bell, Gaussian)
         if bell == word.bell:
             return
         if not axis.log:
-            yield Edit(node.span, self.numerals.width(bell.sigma, node))
+            yield TextEdit(node.span, self.numerals.width(bell.sigma, node))
             return
         mean = axis.from_scale(bell.mean)
         if self.knots.index(word.corners[0]) in self.knots.movable:
             mean = self.numerals.value(self._now(word.corners[0]))
-        yield Edit(node.span, self.numerals.width(mean * expm1(bell.sigma), node))
+        yield TextEdit(node.span, self.numerals.width(mean * expm1(bell.sigma), node))
 
-    def _points(self, word: Form) -> str:
+    def _points(self, word: WordForm) -> str:
         pairs = (
             f"{self._place(x)}, {y:.15g}"
             for x, y in zip(word.corners, word.degrees, strict=True)
@@ -82,13 +82,13 @@ class _Scribe:
 
     # --- scales that were laid out evenly -----------------------------------------------------
 
-    def _in_full(self, entry: s.Assign) -> Edit:
+    def _in_full(self, entry: s.Assign) -> TextEdit:
         """Return shapes in place of a list of words, each on a line of its own."""
         shapes = [f"{word.name} = {self._shape(word)}" for word in self.form.words]
         text, start, end = entry.span.source.text, entry.span.start, entry.span.end
         blanks = indentation(entry.span)
         if not text[line_of(entry.span)[0] : start].strip():
-            return Edit(entry.span, f"\n{blanks}".join(shapes))
+            return TextEdit(entry.span, f"\n{blanks}".join(shapes))
         # The block stands on one line, which has no room for them.
         start -= len(text[:start]) - len(text[:start].rstrip(" \t"))
         rest = text[end:].lstrip(" \t")
@@ -96,9 +96,9 @@ class _Scribe:
         if after:
             end = len(text) - len(rest)
         lines = "".join(f"\n{blanks}  {shape}" for shape in shapes)
-        return Edit(Span(entry.span.source, start, end), lines + after)
+        return TextEdit(Span(entry.span.source, start, end), lines + after)
 
-    def _shape(self, word: Form) -> str:
+    def _shape(self, word: WordForm) -> str:
         xs, ys = word.corners, word.degrees
         if ys == (0.0, 1.0, 0.0):
             return f"triangle({', '.join(map(self._place, xs))})"

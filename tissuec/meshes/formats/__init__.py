@@ -30,7 +30,7 @@ class FormatError(ValueError):
         super().__init__(message)
 
 
-class Cells(Struct, frozen=True, eq=False):
+class MeshCells(Struct, frozen=True, eq=False):
     """Cells of one kind.
 
     Attributes:
@@ -55,7 +55,7 @@ class RawMesh(Struct, frozen=True, eq=False):
     """
 
     position: Floats
-    cells: tuple[Cells, ...]
+    cells: tuple[MeshCells, ...]
     groups: Mapping[str, Indices] = field(default_factory=dict)
     ignored: Mapping[str, int] = field(default_factory=dict)
     curved: int = 0
@@ -119,7 +119,7 @@ def looks_like(data: bytes) -> str:
     return ""
 
 
-def faces(flat: Indices, sizes: Indices) -> tuple[tuple[Cells, ...], int]:
+def faces(flat: Indices, sizes: Indices) -> tuple[tuple[MeshCells, ...], int]:
     """Return faces of any number of corners as triangles and quads.
 
     Args:
@@ -140,7 +140,7 @@ def faces(flat: Indices, sizes: Indices) -> tuple[tuple[Cells, ...], int]:
         else:
             fan = [rows[:, [0, k, k + 1]] for k in range(1, size - 1)]
             triangles.append(np.stack(fan, axis=1).reshape(-1, 3))
-    cells = (Cells("triangle", np.concatenate(triangles)), Cells("quad", quads))
+    cells = (MeshCells("triangle", np.concatenate(triangles)), MeshCells("quad", quads))
     return tuple(c for c in cells if len(c.nodes)), int(np.count_nonzero(sizes > 4))
 
 

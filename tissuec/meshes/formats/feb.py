@@ -13,8 +13,8 @@ import numpy as np
 from tissuec.meshes.formats import (
     CORNERS,
     FORMATS,
-    Cells,
     FormatError,
+    MeshCells,
     RawMesh,
     gather,
     known_by,
@@ -64,7 +64,7 @@ class _Model:
             for block in self.mesh.findall(tag):
                 self._set(block)
         cells = tuple(
-            Cells(kind, np.array(rows, dtype=np.int64))
+            MeshCells(kind, np.array(rows, dtype=np.int64))
             for kind, rows in self.cells.items()
             if rows
         )

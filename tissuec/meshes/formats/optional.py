@@ -14,9 +14,9 @@ import numpy as np
 
 from tissuec.meshes.formats import (
     CORNERS,
-    Cells,
     FormatError,
     Indices,
+    MeshCells,
     RawMesh,
     faces,
     gather,
@@ -56,7 +56,7 @@ def raw_mesh(found: Any, names: dict[tuple[int, int], str] | None = None) -> Raw
         raise FormatError(f"its points have {position.shape[-1]} coordinates")
     if position.shape[1] == 2:
         position = np.column_stack([position, np.zeros(len(position))])
-    cells: list[Cells] = []
+    cells: list[MeshCells] = []
     ignored: dict[str, int] = {}
     curved = polygons = 0
     for block in found.cells:
@@ -75,7 +75,7 @@ def raw_mesh(found: Any, names: dict[tuple[int, int], str] | None = None) -> Raw
         elif kind in CORNERS:
             corners = np.asarray(nodes, dtype=np.int64).reshape(len(nodes), -1)
             curved += len(corners) * (corners.shape[1] > CORNERS[kind])
-            cells.append(Cells(kind, corners[:, : CORNERS[kind]]))
+            cells.append(MeshCells(kind, corners[:, : CORNERS[kind]]))
         else:
             raise FormatError(f"{len(nodes)} cells are of type {block.type}, which is not read")
     groups = _groups(found, names or {})

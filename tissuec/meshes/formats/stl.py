@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tissuec.meshes.formats import FORMATS, Cells, Floats, FormatError, RawMesh, known_by
+from tissuec.meshes.formats import FORMATS, Floats, FormatError, MeshCells, RawMesh, known_by
 
 _HEAD = 84  # bytes before the triangles: 80 of a remark, 4 of their number
 _FACET = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -67,7 +67,7 @@ def _read_text(data: bytes) -> RawMesh:
 def _mesh(corners: Floats, parts: dict) -> RawMesh:
     node, number = one_each(corners)
     groups = {name: np.unique(number[rows]) for name, rows in parts.items()}
-    return RawMesh(node, (Cells("triangle", number.reshape(-1, 3)),), groups)
+    return RawMesh(node, (MeshCells("triangle", number.reshape(-1, 3)),), groups)
 
 
 def one_each(points: Floats) -> tuple[Floats, np.ndarray]:

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from tissuec.meshes.formats import (
     CORNERS,
     FORMATS,
-    Cells,
     FormatError,
     Indices,
+    MeshCells,
     RawMesh,
     faces,
     gather,
@@ -230,7 +230,7 @@ def of_types(
 ) -> RawMesh:
     """Return a mesh from cells of VTK's numbered types and the arrays about them."""
     first = np.cumsum(sizes) - sizes
-    cells: list[Cells] = []
+    cells: list[MeshCells] = []
     ignored: dict[str, int] = {}
     curved = polygons = 0
     for kind in np.unique(types).tolist():
@@ -255,7 +255,7 @@ def of_types(
             if sizes[here].min() < len(order):
                 raise FormatError(f"a cell of type {kind} has fewer than {len(order)} corners")
             curved += int((sizes[here] > len(order)).sum())
-            cells.append(Cells(name, flat[first[here][:, None] + np.array(order)]))
+            cells.append(MeshCells(name, flat[first[here][:, None] + np.array(order)]))
         else:
             raise FormatError(f"{int(here.sum())} cells are of type {kind}, which is not read")
     groups = {}
@@ -268,11 +268,11 @@ def of_types(
     return RawMesh(position.astype(float), tuple(cells), groups, ignored, curved, polygons)
 
 
-def _strips(flat: Indices, first: Indices, sizes: Indices) -> Cells:
+def _strips(flat: Indices, first: Indices, sizes: Indices) -> MeshCells:
     """Return the triangles of strips; every other one is turned."""
     rows = []
     for start, size in zip(first.tolist(), sizes.tolist(), strict=True):
         for k in range(size - 2):
             a, b, c = flat[start + k : start + k + 3]
             rows.append((a, b, c) if k % 2 == 0 else (b, a, c))
-    return Cells("triangle", np.array(rows, dtype=np.int64).reshape(-1, 3))
+    return MeshCells("triangle", np.array(rows, dtype=np.int64).reshape(-1, 3))

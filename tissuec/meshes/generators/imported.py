@@ -18,7 +18,7 @@ from tissuec.meshes.generators.filling import Filling, Interior
 from tissuec.meshes.generators.joining import springs
 from tissuec.meshes.generators.lattice import CRYSTALS, REACH
 from tissuec.meshes.generators.limits import require_limits
-from tissuec.meshes.repair import Shape, repair
+from tissuec.meshes.repair import RepairedMesh, repair
 from tissuec.meshes.stiffness_sharing import (
     area_shares,
     filled_volumes,
@@ -87,7 +87,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             raise self._error(f"the file cannot be read: {reason}") from error
 
     @cached_property
-    def shape(self) -> Shape:
+    def shape(self) -> RepairedMesh:
         """Return what the file holds, repaired; raises MeshFileError."""
         try:
             raw = read(self._bytes, self.file.path)

@@ -23,6 +23,6 @@ class ElasticEnergy(Scalar):
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         springs = moment.intact(subjects[0])
         energy = observables.elastic_energy(
-            moment.situation, moment.position, moment.velocity, springs
+            moment.state, moment.position, moment.velocity, springs
         )
         return one_column(energy, moment)

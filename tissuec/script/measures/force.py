@@ -28,5 +28,5 @@ class Force(Vector):
         nodes = moment.nodes(subjects[0])
         # Subtracted, so that no force is 0 and not -0.
         return 0.0 - observables.force_on(
-            moment.situation, moment.time, moment.position, moment.velocity, nodes
+            moment.state, moment.time, moment.position, moment.velocity, nodes
         )

@@ -22,7 +22,7 @@ class Grip(Scalar):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        network, contact = moment.situation.network, moment.situation.contact
+        network, contact = moment.state.network, moment.state.contact
         jaws = next((t.jaws for t in network.tools if t.name == subjects[0].name), None)
         if contact is None or jaws is None:
             return one_column(np.zeros(np.shape(moment.time)), moment)

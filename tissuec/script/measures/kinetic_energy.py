@@ -23,5 +23,5 @@ class KineticEnergy(Scalar):
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         nodes = moment.nodes(subjects[0])
         return one_column(
-            observables.kinetic_energy(moment.situation, moment.velocity, nodes), moment
+            observables.kinetic_energy(moment.state, moment.velocity, nodes), moment
         )

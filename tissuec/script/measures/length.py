@@ -22,6 +22,6 @@ class Length(Scalar):
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         springs = moment.intact(subjects[0])
-        ends = moment.situation.network.ends[springs]
+        ends = moment.state.network.ends[springs]
         total = observables.lengths(ends, moment.position).sum(axis=-1)
         return one_column(total, moment)

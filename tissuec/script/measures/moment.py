@@ -14,7 +14,7 @@ from msgspec.structs import force_setattr, replace
 from numpy.typing import NDArray
 
 from tissuec.mechanics import observables
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.network import Floats, Indices
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _NOTHING = np.zeros(0, dtype=np.int64)
 
 
-class Ledger(Struct, frozen=True, eq=False):
+class EnergyBalance(Struct, frozen=True, eq=False):
     """Where the energy went since the run began [J]; each a number or of shape (…).
 
     Attributes:
@@ -62,7 +62,7 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
     """The state at a time, and what follows from it.
 
     Attributes:
-        situation: What is alive, held and set; its own state and time are not looked at. Where
+        state: What is alive, held and set; its own state and time are not looked at. Where
             threads are drawn in, its rest lengths are those of this time, shape (…, spring).
         time: [s], shape (…).
         position, velocity: State [m], [m/s], shape (…, node, 3).
@@ -71,76 +71,74 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
         pinned: Moments that conditions may look back to, by their times [s].
     """
 
-    situation: Situation
+    state: State
     time: Floats | float
     position: Floats
     velocity: Floats
     ruptured: NDArray[np.bool_]
-    ledger: Ledger | None = None
+    ledger: EnergyBalance | None = None
     pinned: Mapping[float, "Moment"] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.situation.reelings:  # rest lengths are those of this time
-            force_setattr(self, "situation", self.situation.at(self.time))
+        if self.state.reelings:  # rest lengths are those of this time
+            force_setattr(self, "state", self.state.at(self.time))
 
     @classmethod
-    def of(cls, situation: Situation) -> "Moment":
+    def of(cls, state: State) -> "Moment":
         """Return the moment of a situation's own state, with nothing ruptured or pinned."""
-        none = np.zeros(situation.network.spring_count, dtype=bool)
-        return cls(situation, situation.time, situation.position, situation.velocity, none)
+        none = np.zeros(state.network.spring_count, dtype=bool)
+        return cls(state, state.time, state.position, state.velocity, none)
 
     @cached_property
     def held(self) -> NDArray[np.bool_]:
         """Return which nodes are held, shape (node,)."""
-        return self.situation.held
+        return self.state.held
 
     @cached_property
     def tension(self) -> Floats:
         """Return the tension of every spring [N], shape (…, spring)."""
-        return observables.tension(self.situation, self.position, self.velocity)
+        return observables.tension(self.state, self.position, self.velocity)
 
     @cached_property
     def node_force(self) -> Floats:
         """Return the sum of the inner forces on every node [N], shape (…, node, 3)."""
-        found = observables.inner_forces(
-            self.situation, self.time, self.position, self.velocity
-        )
+        found = observables.inner_forces(self.state, self.time, self.position, self.velocity)
         vars(self).setdefault("tension", found.tension)  # which is asked for, too
         return found.node
 
     @cached_property
     def pieces(self) -> NDArray[np.int32]:
         """Return which connected piece of its body each node belongs to, shape (node,)."""
-        network = self.situation.network
+        network = self.state.network
         own = slice(network.body_springs)  # joints hold pieces together, and leave them pieces
-        ends, alive = network.ends[own], self.situation.alive[own]
+        ends, alive = network.ends[own], self.state.alive[own]
         return topology.pieces(network.node_count, ends, alive)
 
     @cached_property
     def energies(self) -> observables.Energies:
         """Return kinetic, elastic and gravity energy of everything [J], each of shape (…)."""
-        return observables.energies(self.situation, self.time, self.position, self.velocity)
+        return observables.energies(self.state, self.time, self.position, self.velocity)
 
     def nodes(self, subject: "Subject") -> Indices:
         """Return the nodes of a subject: for a tool, those that it holds at this time."""
         if subject.nodes is not None:
             return subject.nodes
-        return self.situation.holders.get(subject.name, _NOTHING)
+        return self.state.holders.get(subject.name, _NOTHING)
 
     def springs(self, subject: "Subject") -> Indices:
         """Return the springs of a subject: for a tool, those inside what it holds now."""
         if subject.nodes is not None:
             return subject.springs
-        inside = np.zeros(self.situation.network.node_count, dtype=bool)
+        inside = np.zeros(self.state.network.node_count, dtype=bool)
         inside[self.nodes(subject)] = True
-        return np.flatnonzero(inside[self.situation.network.ends].all(axis=1))
+        return np.flatnonzero(inside[self.state.network.ends].all(axis=1))
 
     def intact(self, subject: "Subject") -> Indices:
         """Return those of its springs that are alive, shape (spring,)."""
         springs = self.springs(subject)
-        return springs[self.situation.alive[springs]]
+        return springs[self.state.alive[springs]]
 
-    def with_ledger(self, ledger: Ledger) -> "Moment":
+    def with_ledger(self, ledger: EnergyBalance) -> "Moment":
         """Return this moment with a ledger, and with all that was computed already."""
         other = replace(self, ledger=ledger)
         computed = {name: value for name, value in vars(self).items() if name in _COMPUTED}

@@ -28,7 +28,7 @@ class PlasticElongation:
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         springs = subjects[0].springs
-        memory = moment.situation.memory(springs)
+        memory = moment.state.memory(springs)
         if memory is None:
             return np.zeros((*moment.velocity.shape[:-2], len(springs)))
         return memory.flowed(flat(moment.velocity))

@@ -20,7 +20,7 @@ class Pressure(Scalar):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        enclosure = moment.situation.enclosure(subjects[0].name)
+        enclosure = moment.state.enclosure(subjects[0].name)
         if enclosure is None:
             return one_column(0.0, moment)
         each = enclosure.pressures(moment.time, moment.position) * enclosure.drawn

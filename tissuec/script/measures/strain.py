@@ -28,8 +28,8 @@ class Strain(Scalar):
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         springs = moment.intact(subjects[0])
-        rest = observables.rest_lengths(moment.situation, moment.velocity, springs)
-        ends = moment.situation.network.ends[springs]
+        rest = observables.rest_lengths(moment.state, moment.velocity, springs)
+        ends = moment.state.network.ends[springs]
         stretched = np.abs(observables.elongation(ends, moment.position, rest))
         has_length = rest > 0.0
         strain = np.where(has_length, stretched / np.where(has_length, rest, 1.0), 0.0)

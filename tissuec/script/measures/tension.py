@@ -26,7 +26,7 @@ class Tension:
 
     @staticmethod
     def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
-        network, springs = moment.situation.network, subjects[0].springs
+        network, springs = moment.state.network, subjects[0].springs
         knots = [thread.hold for thread in network.threads.values() if not thread.closed]
         names = zip(springs, network.spring_ids[springs], strict=True)
         return tuple("knot" if one in knots else f"spring {number}" for one, number in names)
@@ -34,16 +34,16 @@ class Tension:
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
         springs, state = subjects[0].springs, (moment.position, moment.velocity)
-        tension = observables.tension(moment.situation, *state, springs)
-        for name, thread in moment.situation.network.threads.items():
+        tension = observables.tension(moment.state, *state, springs)
+        for name, thread in moment.state.network.threads.items():
             (knot,) = np.nonzero(springs == thread.hold)
             if not len(knot):
                 continue
             # While a knot slips, the spring beside it bears what it bears.
             tension[..., knot] += observables.tension(
-                moment.situation, *state, np.array([thread.slip])
+                moment.state, *state, np.array([thread.slip])
             )
-            if not thread.closed and name not in moment.situation.knots:
+            if not thread.closed and name not in moment.state.knots:
                 tension[..., knot] = np.nan
         return tension
 

@@ -34,5 +34,5 @@ class Torque(Vector):
         about = moment.position[..., nodes, :].mean(axis=-2)
         # Subtracted, so that no torque is 0 and not -0.
         return 0.0 - observables.torque_on(
-            moment.situation, moment.time, moment.position, moment.velocity, nodes, about
+            moment.state, moment.time, moment.position, moment.velocity, nodes, about
         )

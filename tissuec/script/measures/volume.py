@@ -24,7 +24,7 @@ class Volume(Scalar):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        enclosure = surface_of(moment.situation.network, subjects[0].name)
+        enclosure = surface_of(moment.state.network, subjects[0].name)
         if enclosure is None:
             return one_column(0.0, moment)
         return one_column(enclosure.volumes(moment.position).sum(axis=-1), moment)

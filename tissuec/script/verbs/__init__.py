@@ -12,12 +12,12 @@ from msgspec import Struct
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 
-class Happening(Struct, frozen=True):
+class LoggedEvent(Struct, frozen=True):
     """One row of the event log: what happened, to which springs, and why."""
 
     kind: str  # "cut", "grasp", "release", "rupture", "trigger", …
@@ -26,7 +26,7 @@ class Happening(Struct, frozen=True):
     span: Span
 
 
-class Agenda(Protocol):
+class EventQueue(Protocol):
     """What is still to come; an action may add to it, such as the end of a motion."""
 
     def add(self, time: float, action: "Action") -> None:
@@ -44,11 +44,11 @@ class Action(Protocol):
     @property
     def span(self) -> Span: ...
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        """Change the situation (at ``mechanics.situation.time``) and say what happened.
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        """Change the state (at ``state.time``) and say what happened.
 
         Raises:
-            Failed: It cannot be done; the situation is as it was.
+            Failed: It cannot be done; the state is as it was.
         """
         ...
 
@@ -65,7 +65,7 @@ class Demanding(Protocol):
         ...
 
 
-class Failed(Exception):
+class ActionFailed(Exception):
     """An action cannot be carried out, so that the run cannot go on.
 
     Attributes:
@@ -162,10 +162,10 @@ class Order(Protocol):
         """Return the words of a clause, such as "each node" in ``on each node``."""
         ...
 
-    def courses(self, *, default: str, columns: int = 1) -> tuple[Course, ...]:
-        """Return the course of ``using …`` beginning at 0 s, one per column of a table.
+    def profiles(self, *, default: str, columns: int = 1) -> tuple[TimeProfile, ...]:
+        """Return the profile of ``using …`` beginning at 0 s, one per column of a table.
 
-        ``default`` is the kind without that clause; "" demands one. A course that needs an end
+        ``default`` is the kind without that clause; "" demands one. A profile that needs an end
         (ramp, smooth, constant speed) takes it from the duration and is refused without.
         """
         ...

@@ -12,37 +12,37 @@ from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.forces.branches import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
-from tissuec.script.verbs import VERBS, Action, Agenda, Group, Happening, Order
+from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 
 
-class Parameter(NamedTuple):
-    """A parameter array of a situation that can be changed."""
+class ChangeableArray(NamedTuple):
+    """A parameter array of a state that can be changed."""
 
-    array: str  # of a situation, or one of what its springs remember
+    array: str  # of a state, or one of what its springs remember
     dimension: Dimension
     may_be_zero: bool
 
 
 PARAMETERS = {
-    "spring constant": Parameter("stiffness", units.STIFFNESS, True),
-    "viscosity": Parameter("damping", units.VISCOSITY, True),
-    "fraction force": Parameter("strength", units.FORCE, False),
-    "crushing force": Parameter("crush", units.FORCE, False),
-    "rest length": Parameter("rest", units.LENGTH, True),
-    "mass": Parameter("mass", units.MASS, False),
+    "spring constant": ChangeableArray("stiffness", units.STIFFNESS, True),
+    "viscosity": ChangeableArray("damping", units.VISCOSITY, True),
+    "fraction force": ChangeableArray("strength", units.FORCE, False),
+    "crushing force": ChangeableArray("crush", units.FORCE, False),
+    "rest length": ChangeableArray("rest", units.LENGTH, True),
+    "mass": ChangeableArray("mass", units.MASS, False),
     **{
         name: parameter
         for constant, time in zip(CONSTANTS, TIMES, strict=True)
         for name, parameter in (
-            (constant, Parameter(constant, units.STIFFNESS, True)),
-            (time, Parameter(time, units.TIME, False)),
+            (constant, ChangeableArray(constant, units.STIFFNESS, True)),
+            (time, ChangeableArray(time, units.TIME, False)),
         )
     },
-    LIMIT: Parameter(LIMIT, units.FORCE, True),
-    VISCOSITY: Parameter(VISCOSITY, units.VISCOSITY, False),
+    LIMIT: ChangeableArray(LIMIT, units.FORCE, True),
+    VISCOSITY: ChangeableArray(VISCOSITY, units.VISCOSITY, False),
 }
 
 
@@ -55,14 +55,14 @@ class ChangeParameter(Struct, frozen=True):
     is_factor: bool
     span: Span
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         chosen = self.group.indices
         if self.array == "rest":
-            situation.stop_reeling(chosen)
+            state.stop_reeling(chosen)
         # A copy, because the array may be the network's own.
-        values = getattr(situation, self.array).copy()
+        values = getattr(state, self.array).copy()
         values[chosen] = values[chosen] * self.number if self.is_factor else self.number
-        setattr(situation, self.array, values)
+        setattr(state, self.array, values)
         return (_changed(self.span),)
 
 
@@ -87,14 +87,14 @@ class ChangeMemory(Struct, frozen=True):
             f'to have some later, let their tissue say "{first} is none" and a {second}'
         )
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        assert situation.inelastic is not None  # see ``flaw``
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        assert state.inelastic is not None  # see ``flaw``
 
         def changed(values: Floats) -> Floats | float:
             return values * self.number if self.is_factor else self.number
 
-        memory = situation.inelastic
-        situation.inelastic = memory.changed(self.name, self.group.indices, changed)
+        memory = state.inelastic
+        state.inelastic = memory.changed(self.name, self.group.indices, changed)
         return (_changed(self.span),)
 
 
@@ -105,11 +105,11 @@ class ChangeSurroundings(Struct, frozen=True):
     drag: float | None
     span: Span
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         if self.gravity is not None:
-            situation.gravity = self.gravity
+            state.gravity = self.gravity
         if self.drag is not None:
-            situation.drag = self.drag
+            state.drag = self.drag
         return (_changed(self.span),)
 
 
@@ -121,19 +121,19 @@ class ChangeMotion(Struct, frozen=True):
     is_spin: bool
     span: Span
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         nodes = self.group.indices
-        velocity = self._spinning(situation) if self.is_spin else self.vector
-        situation.velocity[nodes] = velocity
-        situation.place_held()
+        velocity = self._spinning(state) if self.is_spin else self.vector
+        state.velocity[nodes] = velocity
+        state.place_held()
         return (_changed(self.span),)
 
-    def _spinning(self, situation: Situation) -> Floats:
+    def _spinning(self, state: State) -> Floats:
         """Return v = v_c + ω × (x - x_c) about the centre of mass c, shape (node, 3)."""
         nodes = self.group.indices
-        share = situation.mass[nodes] / situation.mass[nodes].sum()
-        arm = situation.position[nodes] - share @ situation.position[nodes]
-        return share @ situation.velocity[nodes] + np.cross(self.vector, arm)
+        share = state.mass[nodes] / state.mass[nodes].sum()
+        arm = state.position[nodes] - share @ state.position[nodes]
+        return share @ state.velocity[nodes] + np.cross(self.vector, arm)
 
 
 @VERBS.member("change")
@@ -169,7 +169,7 @@ class Change:
         return _READERS[what](order)
 
 
-def _read_parameter(order: Order, parameter: Parameter) -> Action:
+def _read_parameter(order: Order, parameter: ChangeableArray) -> Action:
     if order.has("to") == order.has("by"):
         order.reject(
             "TIS306" if order.has("to") else "TIS304",
@@ -221,5 +221,5 @@ def _refuse_size(order: Order, word: str, number: float, *, may_be_zero: bool) -
     order.reject("TIS308", f"{order.words} must be {limit}", word=word)
 
 
-def _changed(span: Span) -> Happening:
-    return Happening("change", (), sentence(span), span)
+def _changed(span: Span) -> LoggedEvent:
+    return LoggedEvent("change", (), sentence(span), span)

@@ -8,10 +8,10 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.blade import ON_PLANE, Blade, plane, strip, stroke
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
@@ -43,7 +43,7 @@ class Cut(Struct, frozen=True):
     )
     group: Group
     blade: Blade | None
-    course: Course | None  # of the closing blades, None where all is cut at once
+    profile: TimeProfile | None  # of the closing blades, None where all is cut at once
     duration: float | None  # [s]
     span: Span
 
@@ -66,68 +66,68 @@ class Cut(Struct, frozen=True):
                 "blades that close over an interval need a line or a stroke to close along",
                 hint="write at T: cut …, or: cut … along line from … to … facing …",
             )
-        course = order.courses(default="constant speed")[0]
-        return cls(group, blade, course, order.duration, order.span)
+        profile = order.profiles(default="constant speed")[0]
+        return cls(group, blade, profile, order.duration, order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        if self.course is not None:
-            return self._begin(self.course, situation, agenda)
-        springs, _ = self.found(situation)
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        if self.profile is not None:
+            return self._begin(self.profile, state, queue)
+        springs, _ = self.found(state)
         if not len(springs):
             text = f"{sentence(self.span)}: there is nothing to cut"
-            return (Happening("note", (), text, self.span),)
-        return (sever(situation, springs, self.span),)
+            return (LoggedEvent("note", (), text, self.span),)
+        return (sever(state, springs, self.span),)
 
     def _begin(
-        self, course: Course, situation: Situation, agenda: Agenda
-    ) -> tuple[Happening, ...]:
-        (begun,), stop = schedule(agenda, (course,), situation.time, self.duration)
-        shares = np.unique(np.append(self.found(situation)[1], 1.0))
-        for time in np.unique([when(begun, share, situation.time, stop) for share in shares]):
-            agenda.add(float(time), Snip(self, begun, stop))
+        self, profile: TimeProfile, state: State, queue: EventQueue
+    ) -> tuple[LoggedEvent, ...]:
+        (begun,), stop = schedule(queue, (profile,), state.time, self.duration)
+        shares = np.unique(np.append(self.found(state)[1], 1.0))
+        for time in np.unique([when(begun, share, state.time, stop) for share in shares]):
+            queue.add(float(time), BladeClosing(self, begun, stop))
         text = f"begin of: {sentence(self.span)}"
-        return (Happening("stroke", (), text, self.span),)
+        return (LoggedEvent("stroke", (), text, self.span),)
 
-    def found(self, situation: Situation) -> tuple[Indices, Floats]:
+    def found(self, state: State) -> tuple[Indices, Floats]:
         """Return the intact springs that the blade goes through, and where along its edge."""
-        springs = self.group.indices[situation.alive[self.group.indices]]
+        springs = self.group.indices[state.alive[self.group.indices]]
         if self.blade is None:
             return springs, np.zeros(len(springs))
-        first, second = situation.position[situation.network.ends[springs]].swapaxes(0, 1)
-        across, share = self.blade.crosses(first, second, situation.network.extent)
+        first, second = state.position[state.network.ends[springs]].swapaxes(0, 1)
+        across, share = self.blade.crosses(first, second, state.network.extent)
         return springs[across], share[across]
 
 
-class Snip(Struct, frozen=True, eq=False):
+class BladeClosing(Struct, frozen=True, eq=False):
     """Closing blades that have come so far along their edge."""
 
     cut: Cut
-    course: Course
+    profile: TimeProfile
     stop: float  # [s]
 
     @property
     def span(self) -> Span:
         return self.cut.span
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        springs, share = self.cut.found(situation)
-        come = 1.0 if situation.time >= self.stop else self.course.at(situation.time)[0]
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        springs, share = self.cut.found(state)
+        come = 1.0 if state.time >= self.stop else self.profile.at(state.time)[0]
         reached = springs[share <= come + ON_PLANE]
-        return (sever(situation, reached, self.span),) if len(reached) else ()
+        return (sever(state, reached, self.span),) if len(reached) else ()
 
 
-def sever(situation: Situation, springs: Indices, span: Span) -> Happening:
+def sever(state: State, springs: Indices, span: Span) -> LoggedEvent:
     """Remove springs for good, and say so."""
-    situation.alive = situation.alive.copy()
-    situation.alive[springs] = False
-    return Happening("cut", tuple(springs.tolist()), sentence(span), span)
+    state.alive = state.alive.copy()
+    state.alive[springs] = False
+    return LoggedEvent("cut", tuple(springs.tolist()), sentence(span), span)
 
 
-def when(course: Course, share: float, start: float, stop: float) -> float:
-    """Return when a course that rises from 0 to 1 comes to a share [s], by bisection."""
+def when(profile: TimeProfile, share: float, start: float, stop: float) -> float:
+    """Return when a profile that rises from 0 to 1 comes to a share [s], by bisection."""
     for _ in range(60):
         middle = 0.5 * (start + stop)
-        start, stop = (middle, stop) if course.at(middle)[0] < share else (start, middle)
+        start, stop = (middle, stop) if profile.at(middle)[0] < share else (start, middle)
     return stop
 
 

@@ -5,8 +5,8 @@ from typing import ClassVar, Self
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
-from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.mechanics.state import State
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import FIX, sentence, take
 
 
@@ -25,6 +25,6 @@ class Fix(Struct, frozen=True):
     def read(cls, order: Order) -> Self:
         return cls(order.nodes(), order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        take(situation, FIX, self.group.indices)
-        return (Happening("fix", (), sentence(self.span), self.span),)
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        take(state, FIX, self.group.indices)
+        return (LoggedEvent("fix", (), sentence(self.span), self.span),)

@@ -5,8 +5,8 @@ from typing import ClassVar, Self
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
-from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.mechanics.state import State
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import let_go, sentence
 
 
@@ -25,8 +25,8 @@ class Free(Struct, frozen=True):
     def read(cls, order: Order) -> Self:
         return cls(order.nodes(), order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         text = sentence(self.span)
-        if not len(let_go(situation, self.group.indices, lambda holder: True)):
-            return (Happening("note", (), f"{text}: nobody holds it", self.span),)
-        return (Happening("free", (), text, self.span),)
+        if not len(let_go(state, self.group.indices, lambda holder: True)):
+            return (LoggedEvent("note", (), f"{text}: nobody holds it", self.span),)
+        return (LoggedEvent("free", (), text, self.span),)

@@ -5,8 +5,8 @@ from typing import ClassVar, Self
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
-from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.mechanics.state import State
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence, take
 from tissuec.script.verbs.motion import joined
 
@@ -31,10 +31,10 @@ class Grasp(Struct, frozen=True):
             order.reject("TIS304", '"grasp" needs a tool', hint="write: grasp SET with TOOL")
         return cls(order.nodes(), tool, order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        motion = situation.motions.get(self.tool)
-        take(situation, self.tool, self.group.indices)
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        motion = state.motions.get(self.tool)
+        take(state, self.tool, self.group.indices)
         if motion is not None:
-            situation.motions[self.tool] = joined(motion, situation, self.group.indices)
-            situation.place_held()
-        return (Happening("grasp", (), sentence(self.span), self.span),)
+            state.motions[self.tool] = joined(motion, state, self.group.indices)
+            state.place_held()
+        return (LoggedEvent("grasp", (), sentence(self.span), self.span),)

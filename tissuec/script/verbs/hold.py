@@ -5,8 +5,8 @@ from typing import ClassVar, Self
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
-from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.mechanics.state import State
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import held_by, let_go, sentence, take
 
 
@@ -17,14 +17,14 @@ class EndHold(Struct, frozen=True):
     time: float  # [s]
     span: Span
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        if situation.hold_ends.get(self.holder) != self.time:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        if state.hold_ends.get(self.holder) != self.time:
             return ()
-        nodes = held_by(situation, self.holder)
-        let_go(situation, nodes, lambda holder: holder == self.holder)
+        nodes = held_by(state, self.holder)
+        let_go(state, nodes, lambda holder: holder == self.holder)
         # Kept, so that a release at the same time is known to have been obeyed already.
-        situation.hold_ends[self.holder] = self.time
-        return (Happening("end", (), f"end of: {sentence(self.span)}", self.span),)
+        state.hold_ends[self.holder] = self.time
+        return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 
 @VERBS.member("hold")
@@ -44,11 +44,11 @@ class Hold(Struct, frozen=True):
     def read(cls, order: Order) -> Self:
         return cls(order.nodes(), order.duration, order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        take(situation, self.group.name, self.group.indices)
-        situation.hold_ends.pop(self.group.name, None)
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        take(state, self.group.name, self.group.indices)
+        state.hold_ends.pop(self.group.name, None)
         if self.duration is not None:
-            end = situation.time + self.duration
-            situation.hold_ends[self.group.name] = end
-            agenda.add(end, EndHold(self.group.name, end, self.span))
-        return (Happening("hold", (), sentence(self.span), self.span),)
+            end = state.time + self.duration
+            state.hold_ends[self.group.name] = end
+            queue.add(end, EndHold(self.group.name, end, self.span))
+        return (LoggedEvent("hold", (), sentence(self.span), self.span),)

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
 
 FIX = "fix"
@@ -22,40 +22,40 @@ def sentence(span: Span) -> str:
     return " ".join(span.text.split())
 
 
-def held_by(situation: Situation, holder: str) -> Indices:
+def held_by(state: State, holder: str) -> Indices:
     """Return the nodes that a tool or set holds, ascending."""
-    return situation.holders.get(holder, _NOTHING)
+    return state.holders.get(holder, _NOTHING)
 
 
-def gripped(situation: Situation, tool: str) -> Indices:
+def gripped(state: State, tool: str) -> Indices:
     """Return the nodes that a tool holds beside those of its own shape, ascending."""
-    own = [t.nodes for t in situation.network.tools if t.name == tool]
-    held = held_by(situation, tool)
+    own = [t.nodes for t in state.network.tools if t.name == tool]
+    held = held_by(state, tool)
     return held[held < own[0].start] if own else held
 
 
-def take(situation: Situation, holder: str, nodes: Indices) -> None:
+def take(state: State, holder: str, nodes: Indices) -> None:
     """Let a holder hold nodes besides those that it holds already; they rest from now on."""
-    situation.place_held()
-    halt(situation, nodes, lambda name: True)
-    situation.holders[holder] = np.union1d(held_by(situation, holder), nodes)
-    situation.place_held()
+    state.place_held()
+    halt(state, nodes, lambda name: True)
+    state.holders[holder] = np.union1d(held_by(state, holder), nodes)
+    state.place_held()
 
 
-def halt(situation: Situation, nodes: Indices, concerns: Callable[[str], bool]) -> None:
+def halt(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> None:
     """Take nodes out of the motions that ``concerns`` picks by their names."""
-    for name in filter(concerns, tuple(situation.motions)):
-        motion = situation.motions[name]
+    for name in filter(concerns, tuple(state.motions)):
+        motion = state.motions[name]
         stays = ~np.isin(motion.nodes, nodes)
         if not stays.any():
-            del situation.motions[name]
+            del state.motions[name]
         elif not stays.all():
-            situation.motions[name] = replace(
+            state.motions[name] = replace(
                 motion, nodes=motion.nodes[stays], base=motion.base[stays]
             )
 
 
-def let_go(situation: Situation, nodes: Indices, concerns: Callable[[str], bool]) -> Indices:
+def let_go(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> Indices:
     """End the hold of the holders that ``concerns`` picks on some nodes.
 
     What nobody holds any more flies on with the velocity that it has at this time.
@@ -63,16 +63,16 @@ def let_go(situation: Situation, nodes: Indices, concerns: Callable[[str], bool]
     Returns:
         The nodes that were let go of, ascending.
     """
-    situation.place_held()
-    halt(situation, nodes, concerns)
+    state.place_held()
+    halt(state, nodes, concerns)
     found = [_NOTHING]
-    for name in filter(concerns, tuple(situation.holders)):
-        held = situation.holders.pop(name)
+    for name in filter(concerns, tuple(state.holders)):
+        held = state.holders.pop(name)
         found.append(np.intersect1d(held, nodes))
         stays = np.setdiff1d(held, nodes)
         if len(stays):
-            situation.holders[name] = stays
+            state.holders[name] = stays
         else:
-            situation.hold_ends.pop(name, None)
-    situation.place_held()
+            state.hold_ends.pop(name, None)
+    state.place_held()
     return np.unique(np.concatenate(found))

@@ -8,10 +8,10 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.errors import Edit, Hint, insertion
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
@@ -42,12 +42,12 @@ class EndJet(Struct, frozen=True):
     stop: float  # [s], by which it is told from others
     span: Span
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        jet = situation.jets.get(self.nozzle)
-        if jet is None or jet.course.stop != self.stop:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        jet = state.jets.get(self.nozzle)
+        if jet is None or jet.profile.stop != self.stop:
             return ()
-        situation.jets = {n: jet for n, jet in situation.jets.items() if n != self.nozzle}
-        return (Happening("end", (), f"end of: {sentence(self.span)}", self.span),)
+        state.jets = {n: jet for n, jet in state.jets.items() if n != self.nozzle}
+        return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 
 @VERBS.member("irrigate")
@@ -57,7 +57,7 @@ class Irrigate(Struct, frozen=True):
     The jet pushes the surface that it meets, of a body or of a set of its nodes, or, where none
     is named, of all bodies; what is not named takes its part of the jet away all the same. The
     jet goes with its nozzle, which can be moved and turned. The flow is constant or follows the
-    course after ``using``; where that is negative, nothing flows. A nozzle has one jet: a new
+    profile after ``using``; where that is negative, nothing flows. A nozzle has one jet: a new
     order takes the place of the one before. ``force of`` the nozzle is what holds it against
     the recoil.
     """
@@ -72,7 +72,7 @@ class Irrigate(Struct, frozen=True):
     nozzle: str
     opening: Opening
     flow: float  # [m³/s]
-    course: Course
+    profile: TimeProfile
     span: Span
 
     @classmethod
@@ -99,8 +99,8 @@ class Irrigate(Struct, frozen=True):
             order.reject("TIS308", "a flow is above 0", word="with", hint=hint)
         group = order.nodes() if order.words else None
         opening = cast(Opening, order.instrument("through", "nozzle"))
-        course = order.courses(default="constant")[0]
-        return cls(group, nozzle, opening, flow, course, order.span)
+        profile = order.profiles(default="constant")[0]
+        return cls(group, nozzle, opening, flow, profile, order.span)
 
     def flaw(self, network: Network) -> str:
         """Return why nothing could ever be pushed, empty if something can."""
@@ -110,11 +110,15 @@ class Irrigate(Struct, frozen=True):
             return "no body here has a surface that a jet could push"
         return f"{self.group.name} has no whole triangle of a surface that a jet could push"
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        from tissuec.forces.jets import Jet, Skin, finest_width  # where something is irrigated
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        from tissuec.forces.jets import (  # where something is irrigated
+            Jet,
+            JetSurface,
+            finest_width,
+        )
 
-        (course,), stop = schedule(agenda, (self.course,), situation.time, None)
-        network, bore = situation.network, self.opening.diameter
+        (profile,), stop = schedule(queue, (self.profile,), state.time, None)
+        network, bore = state.network, self.opening.diameter
         part = next(tool for tool in network.tools if tool.name == self.nozzle)
         nodes = self._nodes(network)
         width = finest_width(network, nodes, bore)
@@ -127,22 +131,22 @@ class Irrigate(Struct, frozen=True):
             growth=self.opening.growth,
             width=width,
             flow=self.flow,
-            course=course,
-            skin=Skin.of(network, nodes, width, situation.alive),
+            profile=profile,
+            skin=JetSurface.of(network, nodes, width, state.alive),
             span=self.span,
         )
-        happenings = [Happening("irrigate", (), sentence(self.span), self.span)]
-        if (old := situation.jets.get(self.nozzle)) is not None:
+        logged_events = [LoggedEvent("irrigate", (), sentence(self.span), self.span)]
+        if (old := state.jets.get(self.nozzle)) is not None:
             text = f"it takes the place of: {sentence(old.span)}"
-            happenings.append(Happening("note", (), text, self.span))
-        situation.place_held()
-        if why := _in_vain(jet, network, situation.position):
+            logged_events.append(LoggedEvent("note", (), text, self.span))
+        state.place_held()
+        if why := _in_vain(jet, network, state.position):
             text = f"{sentence(self.span)}: {why}"
-            happenings.append(Happening("note", (), text, self.span))
-        situation.jets = {**situation.jets, self.nozzle: jet}
+            logged_events.append(LoggedEvent("note", (), text, self.span))
+        state.jets = {**state.jets, self.nozzle: jet}
         if np.isfinite(stop):
-            agenda.add(stop, EndJet(self.nozzle, stop, self.span))
-        return tuple(happenings)
+            queue.add(stop, EndJet(self.nozzle, stop, self.span))
+        return tuple(logged_events)
 
     def _nodes(self, network: Network) -> Indices:
         return np.arange(network.body_nodes) if self.group is None else self.group.indices
@@ -158,9 +162,9 @@ def _in_vain(jet: "Jet", network: Network, position: Floats) -> str:
     return "" if met else "the jet meets nothing now"
 
 
-def stop_irrigating(situation: Situation, target: str) -> bool:
+def stop_irrigating(state: State, target: str) -> bool:
     """End the jets on a set or body, all of them if it is ""; return whether there were any."""
-    kept = {n: jet for n, jet in situation.jets.items() if target not in ("", jet.target)}
-    found = len(kept) < len(situation.jets)
-    situation.jets = kept
+    kept = {n: jet for n, jet in state.jets.items() if target not in ("", jet.target)}
+    found = len(kept) < len(state.jets)
+    state.jets = kept
     return found

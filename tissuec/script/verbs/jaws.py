@@ -6,11 +6,11 @@ import numpy as np
 
 from tissuec.core import units
 from tissuec.core.source import Span
-from tissuec.forces.load import Term
-from tissuec.mechanics.situation import Situation
+from tissuec.forces.load import LoadTerm
+from tissuec.mechanics.state import State
 from tissuec.model.network import Indices, Network
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import Agenda, Failed, Happening, Mover, Order
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent, Mover, Order
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import EndMotion, schedule, set_off
 from tissuec.script.verbs.move import refuse_jump
@@ -18,15 +18,15 @@ from tissuec.script.verbs.move import refuse_jump
 JAWS = ("upper jaw", "lower jaw")
 
 
-def read_jaws(order: Order) -> tuple[str, float, Course]:
-    """Return the forceps named behind the verb, how far they go [m], and the course."""
+def read_jaws(order: Order) -> tuple[str, float, TimeProfile]:
+    """Return the forceps named behind the verb, how far they go [m], and the profile."""
     tool, way = order.mover().name, order.number("by", units.LENGTH)
     if way <= 0.0:
         hint = "to go the other way, write close instead of open, or open instead of close"
         order.reject("TIS308", "jaws move by a length above 0", hint=hint, word="by")
-    courses = order.courses(default="")
-    refuse_jump(order, courses)
-    return tool, way, courses[0]
+    profiles = order.profiles(default="")
+    refuse_jump(order, profiles)
+    return tool, way, profiles[0]
 
 
 def flaw_of_jaws(network: Network, tool: str) -> str:
@@ -42,30 +42,30 @@ def jaws_of(network: Network, tool: str) -> tuple[Indices, Indices] | None:
 
 
 def drive_jaws(
-    situation: Situation,
-    agenda: Agenda,
+    state: State,
+    queue: EventQueue,
     tool: str,
     way: float,
-    course: Course,
+    profile: TimeProfile,
     duration: float | None,
     span: Span,
-) -> Iterator[Happening]:
+) -> Iterator[LoggedEvent]:
     """Let both jaws go half of a way each, apart if it is positive, and say so.
 
     Raises:
         Failed: The forceps are moving as a whole.
     """
-    if tool in situation.motions:
-        node = int(situation.motions[tool].nodes[0])
-        raise Failed(f"{tool} cannot open or close while it is moved", node, span)
-    jaws = jaws_of(situation.network, tool)
+    if tool in state.motions:
+        node = int(state.motions[tool].nodes[0])
+        raise ActionFailed(f"{tool} cannot open or close while it is moved", node, span)
+    jaws = jaws_of(state.network, tool)
     assert jaws is not None, "told before the run"
-    upper, lower = (situation.position[jaw].mean(axis=0) for jaw in jaws)
+    upper, lower = (state.position[jaw].mean(axis=0) for jaw in jaws)
     apart = (upper - lower) / np.linalg.norm(upper - lower)
-    begun, stop = schedule(agenda, (course,), situation.time, duration)
+    begun, stop = schedule(queue, (profile,), state.time, duration)
     for name, jaw, sign in zip(JAWS, jaws, (0.5, -0.5), strict=True):
         mover = Mover(f"{tool} {name}", jaw)
-        set_off(situation, mover, span, shifts=(Term(sign * way * apart, begun[0]),))
+        set_off(state, mover, span, shifts=(LoadTerm(sign * way * apart, begun[0]),))
         if np.isfinite(stop):
-            agenda.add(stop, EndMotion(mover.name, stop, span))
-    yield Happening(span.text.split()[0].lower(), (), sentence(span), span)
+            queue.add(stop, EndMotion(mover.name, stop, span))
+    yield LoggedEvent(span.text.split()[0].lower(), (), sentence(span), span)

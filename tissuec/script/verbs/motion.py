@@ -11,11 +11,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.source import Span
-from tissuec.forces.load import Term
-from tissuec.mechanics.situation import Motion, Situation, Turn
+from tissuec.forces.load import LoadTerm
+from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
 from tissuec.model.network import Floats, Indices
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import Agenda, Happening, Mover
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import EventQueue, LoggedEvent, Mover
 from tissuec.script.verbs.holding import halt, held_by, sentence
 
 
@@ -26,119 +26,119 @@ class EndMotion(Struct, frozen=True):
     stop: float  # [s]
     span: Span
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        if self.mover not in situation.motions:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        if self.mover not in state.motions:
             return ()
-        settle(situation, self.mover, lambda course: course.stop <= self.stop, self.stop)
-        return (Happening("end", (), f"end of: {sentence(self.span)}", self.span),)
+        settle(state, self.mover, lambda profile: profile.stop <= self.stop, self.stop)
+        return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 
-def driven_by(situation: Situation, mover: Mover) -> Indices:
+def driven_by(state: State, mover: Mover) -> Indices:
     """Return what a mover moves now: its nodes, or what the tool holds."""
-    return held_by(situation, mover.name) if mover.nodes is None else mover.nodes
+    return held_by(state, mover.name) if mover.nodes is None else mover.nodes
 
 
 def set_off(
-    situation: Situation,
+    state: State,
     mover: Mover,
     span: Span,
     *,
-    shifts: tuple[Term, ...] = (),
-    turn: Turn | None = None,
+    shifts: tuple[LoadTerm, ...] = (),
+    turn: PrescribedRotation | None = None,
 ) -> None:
-    """Let a mover take what it moves and follow one more path, whose courses begin now.
+    """Let a mover take what it moves and follow one more path, whose profiles begin now.
 
     Args:
         turn: About its present centre; it replaces a turn that is under way.
     """
-    nodes = driven_by(situation, mover)
-    situation.place_held()
-    situation.holders[mover.name] = np.union1d(held_by(situation, mover.name), nodes)
-    situation.hold_ends.pop(mover.name, None)
-    halt(situation, nodes, lambda name: name != mover.name)
+    nodes = driven_by(state, mover)
+    state.place_held()
+    state.holders[mover.name] = np.union1d(held_by(state, mover.name), nodes)
+    state.hold_ends.pop(mover.name, None)
+    halt(state, nodes, lambda name: name != mover.name)
     if turn is not None:
-        stop_turning(situation, mover.name)
-    motion = situation.motions.get(
-        mover.name, Motion(nodes[:0], np.zeros((0, 3)), (), None, span)
+        stop_turning(state, mover.name)
+    motion = state.motions.get(
+        mover.name, PrescribedMotion(nodes[:0], np.zeros((0, 3)), (), None, span)
     )
-    motion = joined(motion, situation, nodes)
+    motion = joined(motion, state, nodes)
     if turn is not None:
-        turn = replace(turn, centre=turn.centre - _shift(motion, situation.time))
-    situation.motions[mover.name] = replace(
+        turn = replace(turn, centre=turn.centre - _shift(motion, state.time))
+    state.motions[mover.name] = replace(
         motion, shifts=motion.shifts + shifts, turn=turn or motion.turn, span=span
     )
-    situation.place_held()
+    state.place_held()
 
 
-def joined(motion: Motion, situation: Situation, nodes: Indices) -> Motion:
+def joined(motion: PrescribedMotion, state: State, nodes: Indices) -> PrescribedMotion:
     """Return a motion that carries further nodes along from their present places."""
     new = np.setdiff1d(nodes, motion.nodes)
-    base = situation.position[new] - _shift(motion, situation.time)
+    base = state.position[new] - _shift(motion, state.time)
     if motion.turn is not None:
-        base = replace(motion.turn, angle=-motion.turn.angle).apply(base, situation.time)[0]
+        base = replace(motion.turn, angle=-motion.turn.angle).apply(base, state.time)[0]
     every = np.concatenate([motion.nodes, new])
     order = np.argsort(every)
     return replace(motion, nodes=every[order], base=np.concatenate([motion.base, base])[order])
 
 
 def settle(
-    situation: Situation, mover: str, is_over: Callable[[Course], bool], time: float
+    state: State, mover: str, is_over: Callable[[TimeProfile], bool], time: float
 ) -> None:
-    """End the parts of a motion whose courses ``is_over`` picks, where they are at ``time``.
+    """End the parts of a motion whose profiles ``is_over`` picks, where they are at ``time``.
 
     That time is the written one, from which the present one may differ by a rounding error.
     """
-    motion = situation.motions[mover]
-    if motion.turn is not None and is_over(motion.turn.course):
+    motion = state.motions[mover]
+    if motion.turn is not None and is_over(motion.turn.profile):
         motion = replace(motion, base=motion.turn.apply(motion.base, time)[0], turn=None)
-    over = replace(motion, shifts=tuple(t for t in motion.shifts if is_over(t.course)))
-    gone, kept = _shift(over, time), tuple(t for t in motion.shifts if not is_over(t.course))
+    over = replace(motion, shifts=tuple(t for t in motion.shifts if is_over(t.profile)))
+    gone, kept = _shift(over, time), tuple(t for t in motion.shifts if not is_over(t.profile))
     turn = motion.turn and replace(motion.turn, centre=motion.turn.centre + gone)
     motion = replace(motion, base=motion.base + gone, shifts=kept, turn=turn)
-    situation.motions[mover] = motion
-    situation.place_held()
+    state.motions[mover] = motion
+    state.place_held()
     if not kept and turn is None:
-        del situation.motions[mover]
+        del state.motions[mover]
 
 
-def stop_shifting(situation: Situation, mover: str) -> bool:
+def stop_shifting(state: State, mover: str) -> bool:
     """End the translations of a mover where they are; return whether there were any."""
-    motion = situation.motions.get(mover)
+    motion = state.motions.get(mover)
     if motion is None or not motion.shifts:
         return False
-    courses = [term.course for term in motion.shifts]
-    settle(situation, mover, lambda course: course in courses, situation.time)
+    profiles = [term.profile for term in motion.shifts]
+    settle(state, mover, lambda profile: profile in profiles, state.time)
     return True
 
 
-def stop_turning(situation: Situation, mover: str) -> bool:
+def stop_turning(state: State, mover: str) -> bool:
     """End the turn of a mover where it is; return whether there was one."""
-    motion = situation.motions.get(mover)
+    motion = state.motions.get(mover)
     if motion is None or motion.turn is None:
         return False
-    turning = motion.turn.course
-    settle(situation, mover, lambda course: course is turning, situation.time)
+    turning = motion.turn.profile
+    settle(state, mover, lambda profile: profile is turning, state.time)
     return True
 
 
 def schedule(
-    agenda: Agenda, courses: tuple[Course, ...], time: float, duration: float | None
-) -> tuple[tuple[Course, ...], float]:
-    """Return courses as they begin at a time, and when all of it is over [s].
+    queue: EventQueue, profiles: tuple[TimeProfile, ...], time: float, duration: float | None
+) -> tuple[tuple[TimeProfile, ...], float]:
+    """Return profiles as they begin at a time, and when all of it is over [s].
 
-    Steps are asked to land on the knots of the courses.
+    Steps are asked to land on the knots of the profiles.
 
     Args:
-        courses: Written to begin at 0 s.
-        duration: When the order ends after ``time`` [s]; None: with the longest course.
+        profiles: Written to begin at 0 s.
+        duration: When the order ends after ``time`` [s]; None: with the longest profile.
     """
     stop = np.inf if duration is None else time + duration
-    begun = tuple(course.begin(time, until=stop) for course in courses)
-    for course in begun:
-        agenda.land(course.knots)
-    return begun, max(course.stop for course in begun)
+    begun = tuple(profile.begin(time, until=stop) for profile in profiles)
+    for profile in begun:
+        queue.land(profile.knots)
+    return begun, max(profile.stop for profile in begun)
 
 
-def _shift(motion: Motion, time: float) -> Floats:
+def _shift(motion: PrescribedMotion, time: float) -> Floats:
     """Return how far the translations of a motion have gone [m], shape (3,)."""
-    return sum((term.course.at(time)[0] * term.vector for term in motion.shifts), np.zeros(3))
+    return sum((term.profile.at(time)[0] * term.vector for term in motion.shifts), np.zeros(3))

@@ -8,11 +8,11 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.errors import Edit, Hint
 from tissuec.core.source import Span
-from tissuec.forces.load import Term
-from tissuec.mechanics.situation import Situation
+from tissuec.forces.load import LoadTerm
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import VERBS, Agenda, Happening, Mover, Order
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Mover, Order
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
 
@@ -35,8 +35,8 @@ class Move(Struct, frozen=True):
         'move SET along table "path.csv"',
     )
     mover: Mover
-    vectors: tuple[Floats, ...]  # [m], one per course, each of shape (3,)
-    courses: tuple[Course, ...]
+    vectors: tuple[Floats, ...]  # [m], one per profile, each of shape (3,)
+    profiles: tuple[TimeProfile, ...]
     duration: float | None  # [s]
     span: Span
 
@@ -44,28 +44,28 @@ class Move(Struct, frozen=True):
     def read(cls, order: Order) -> Self:
         is_shift = order.has("by")
         vectors = (order.vector("by", units.LENGTH),) if is_shift else tuple(np.eye(3))
-        courses = order.courses(default="", columns=len(vectors))
-        refuse_jump(order, courses)
-        return cls(order.mover(), vectors, courses, order.duration, order.span)
+        profiles = order.profiles(default="", columns=len(vectors))
+        refuse_jump(order, profiles)
+        return cls(order.mover(), vectors, profiles, order.duration, order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        if not len(driven_by(situation, self.mover)):
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        if not len(driven_by(state, self.mover)):
             return (nothing_to_move(self.mover, self.span),)
-        begun, stop = schedule(agenda, self.courses, situation.time, self.duration)
-        shifts = tuple(map(Term, self.vectors, begun))
-        set_off(situation, self.mover, self.span, shifts=shifts)
+        begun, stop = schedule(queue, self.profiles, state.time, self.duration)
+        shifts = tuple(map(LoadTerm, self.vectors, begun))
+        set_off(state, self.mover, self.span, shifts=shifts)
         if np.isfinite(stop):
-            agenda.add(stop, EndMotion(self.mover.name, stop, self.span))
-        return (Happening("move", (), sentence(self.span), self.span),)
+            queue.add(stop, EndMotion(self.mover.name, stop, self.span))
+        return (LoggedEvent("move", (), sentence(self.span), self.span),)
 
 
 _SMOOTH = (Edit("using constant speed"), Edit("using smooth profile"))
 
 
-def refuse_jump(order: Order, courses: tuple[Course, ...]) -> None:
+def refuse_jump(order: Order, profiles: tuple[TimeProfile, ...]) -> None:
     """Refuse a path that begins elsewhere than where the nodes are."""
-    if any(course.at(course.start)[0] != 0.0 for course in courses):
-        is_constant = courses[0].kind == "constant"
+    if any(profile.at(profile.start)[0] != 0.0 for profile in profiles):
+        is_constant = profiles[0].kind == "constant"
         order.reject(
             "TIS306",
             "this motion would begin with a jump: its first value is not 0",
@@ -76,6 +76,6 @@ def refuse_jump(order: Order, courses: tuple[Course, ...]) -> None:
         )
 
 
-def nothing_to_move(mover: Mover, span: Span) -> Happening:
+def nothing_to_move(mover: Mover, span: Span) -> LoggedEvent:
     """Return the note that a tool holds nothing."""
-    return Happening("note", (), f"{sentence(span)}: {mover.name} holds nothing", span)
+    return LoggedEvent("note", (), f"{sentence(span)}: {mover.name} holds nothing", span)

@@ -5,10 +5,10 @@ from typing import ClassVar, Self
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Network
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import VERBS, Agenda, Happening, Order
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Order
 from tissuec.script.verbs.jaws import drive_jaws, flaw_of_jaws, read_jaws
 
 
@@ -23,7 +23,7 @@ class Open(Struct, frozen=True):
     forms: ClassVar[tuple[str, ...]] = ("open TOOL by LENGTH using PROFILE",)
     tool: str
     way: float  # [m]
-    course: Course
+    profile: TimeProfile
     duration: float | None  # [s]
     span: Span
 
@@ -35,8 +35,8 @@ class Open(Struct, frozen=True):
         """Return why these forceps cannot open, empty if they can."""
         return flaw_of_jaws(network, self.tool)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         way = self.way
         return tuple(
-            drive_jaws(situation, agenda, self.tool, way, self.course, self.duration, self.span)
+            drive_jaws(state, queue, self.tool, way, self.profile, self.duration, self.span)
         )

@@ -7,10 +7,10 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.source import Span
 from tissuec.forces.volume import Enclosure
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.network import Network
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import VERBS, Agenda, Failed, Group, Happening, Order
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import VERBS, ActionFailed, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
@@ -53,10 +53,10 @@ class Preserve(Struct, frozen=True):
             return str(error)
         return ""
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        made = Enclosure.of(situation.network, self.group.name, self.modulus, self.span)
-        situation.enclosures = {**situation.enclosures, made.name: made}
-        return (Happening("preserve", (), sentence(self.span), self.span),)
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        made = Enclosure.of(state.network, self.group.name, self.modulus, self.span)
+        state.enclosures = {**state.enclosures, made.name: made}
+        return (LoggedEvent("preserve", (), sentence(self.span), self.span),)
 
 
 @VERBS.member("inflate")
@@ -74,7 +74,7 @@ class Inflate(Struct, frozen=True):
     )
     group: Group
     volume: float  # [m³]
-    course: Course
+    profile: TimeProfile
     duration: float | None  # [s]
     span: Span
 
@@ -84,20 +84,20 @@ class Inflate(Struct, frozen=True):
         if volume <= 0.0:
             order.reject("TIS308", "a volume is above 0", word="to")
         default = "constant" if order.duration is None else "ramp"
-        course = order.courses(default=default)[0]
-        return cls(order.nodes(), volume, course, order.duration, order.span)
+        profile = order.profiles(default=default)[0]
+        return cls(order.nodes(), volume, profile, order.duration, order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        enclosure = situation.enclosure(self.group.name)
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        enclosure = state.enclosure(self.group.name)
         if enclosure is None:
             message = f"the volume of {self.group.name} is not preserved, or it leaks"
-            raise Failed(message, int(self.group.indices[0]), self.span)
-        (course,), _ = schedule(agenda, (self.course,), situation.time, self.duration)
+            raise ActionFailed(message, int(self.group.indices[0]), self.span)
+        (profile,), _ = schedule(queue, (self.profile,), state.time, self.duration)
         amount = self.volume / float(enclosure.drawn.sum()) - 1.0
-        amount -= enclosure.swell(situation.time)[0]
-        swollen = enclosure.swollen(amount, course)
-        situation.enclosures = {**situation.enclosures, swollen.name: swollen}
-        return (Happening("inflate", (), sentence(self.span), self.span),)
+        amount -= enclosure.swell(state.time)[0]
+        swollen = enclosure.swollen(amount, profile)
+        state.enclosures = {**state.enclosures, swollen.name: swollen}
+        return (LoggedEvent("inflate", (), sentence(self.span), self.span),)
 
 
 def _expect_volume(order: Order) -> None:

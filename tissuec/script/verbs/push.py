@@ -7,11 +7,11 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.errors import Edit, Hint, insertion
 from tissuec.core.source import Span
-from tissuec.forces.load import Load, Term
-from tissuec.mechanics.situation import Situation
+from tissuec.forces.load import Load, LoadTerm
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
@@ -25,10 +25,10 @@ class EndPush(Struct, frozen=True):
     load: str
     span: Span
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        if situation.loads.pop(self.load, None) is None:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        if state.loads.pop(self.load, None) is None:
             return ()
-        return (Happening("end", (), f"end of: {sentence(self.span)}", self.span),)
+        return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 
 @VERBS.member("push")
@@ -37,7 +37,7 @@ class Push(Struct, frozen=True):
 
     The force is that on the whole set and is shared equally by its nodes; with ``on each
     node`` each of them gets all of it. It is written as a vector, or as an amount ``along`` a
-    direction, and is constant or follows the course after ``using``. Forces on one set add up.
+    direction, and is constant or follows the profile after ``using``. Forces on one set add up.
     ``push`` and ``pull`` are two words for one thing: the direction is the one that is
     written. A force on a held node is taken up by whoever holds it.
     """
@@ -50,7 +50,7 @@ class Push(Struct, frozen=True):
     )
     group: Group
     force: Floats  # [N] on each node, shape (3,)
-    course: Course
+    profile: TimeProfile
     duration: float | None  # [s]
     span: Span
 
@@ -68,35 +68,35 @@ class Push(Struct, frozen=True):
         force = _written_force(order)
         if not _is_for_each_node(order):
             force = force / max(len(group.indices), 1)
-        course = order.courses(default="constant")[0]
-        return cls(group, force, course, order.duration, order.span)
+        profile = order.profiles(default="constant")[0]
+        return cls(group, force, profile, order.duration, order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        (course,), stop = schedule(agenda, (self.course,), situation.time, self.duration)
-        load = _free_name(situation, self.group.name, stop)
-        terms = (Term(self.force, course),)
-        situation.loads[load] = Load(self.group.indices, terms, self.span)
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
+        load = _free_name(state, self.group.name, stop)
+        terms = (LoadTerm(self.force, profile),)
+        state.loads[load] = Load(self.group.indices, terms, self.span)
         if self.duration is not None:
-            agenda.add(stop, EndPush(load, self.span))
-        return (Happening("push", (), sentence(self.span), self.span),)
+            queue.add(stop, EndPush(load, self.span))
+        return (LoggedEvent("push", (), sentence(self.span), self.span),)
 
 
-def stop_pushing(situation: Situation, group: str) -> bool:
+def stop_pushing(state: State, group: str) -> bool:
     """End every force on a set; return whether there was one."""
-    loads = [load for load in situation.loads if load.rpartition(_FROM)[0] == group]
+    loads = [load for load in state.loads if load.rpartition(_FROM)[0] == group]
     for load in loads:
-        del situation.loads[load]
+        del state.loads[load]
     return bool(loads)
 
 
 _FROM = " from "
 
 
-def _free_name(situation: Situation, group: str, stop: float) -> str:
+def _free_name(state: State, group: str, stop: float) -> str:
     """Return a name that no other load has, had or will have, unless both end together."""
-    name = f"{group}{_FROM}{situation.time!r} s to {stop!r} s"
+    name = f"{group}{_FROM}{state.time!r} s to {stop!r} s"
     count = 1
-    while f"{name} #{count}" in situation.loads:
+    while f"{name} #{count}" in state.loads:
         count += 1
     return f"{name} #{count}"
 

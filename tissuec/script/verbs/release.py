@@ -5,8 +5,8 @@ from typing import ClassVar, Self
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
-from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.mechanics.state import State
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import FIX, gripped, let_go, sentence
 
 
@@ -37,17 +37,14 @@ class Release(Struct, frozen=True):
             )
         return cls(None, order.mover().name, order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        if self.group is None:
-            nodes = gripped(situation, self.tool or "")
-        else:
-            nodes = self.group.indices
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        nodes = gripped(state, self.tool or "") if self.group is None else self.group.indices
         text = sentence(self.span)
-        if not len(let_go(situation, nodes, self._concerns)):
-            if self.group and situation.hold_ends.get(self.group.name) == situation.time:
+        if not len(let_go(state, nodes, self._concerns)):
+            if self.group and state.hold_ends.get(self.group.name) == state.time:
                 return ()
-            return (Happening("note", (), f"{text}: it is not held any more", self.span),)
-        return (Happening("release", (), text, self.span),)
+            return (LoggedEvent("note", (), f"{text}: it is not held any more", self.span),)
+        return (LoggedEvent("release", (), text, self.span),)
 
     def _concerns(self, holder: str) -> bool:
         return holder != FIX if self.tool is None else holder == self.tool

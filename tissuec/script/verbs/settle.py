@@ -6,8 +6,8 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
-from tissuec.script.verbs import VERBS, Agenda, Failed, Group, Happening, Order
+from tissuec.mechanics.state import State
+from tissuec.script.verbs import VERBS, ActionFailed, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 
 
@@ -35,29 +35,31 @@ class Settle(Struct, frozen=True):
             order.reject("TIS403", "settle takes no time", hint="write: at T: settle")
         return cls(order.nodes() if order.words else None, order.span)
 
-    def chosen(self, situation: Situation) -> np.ndarray:
+    def chosen(self, state: State) -> np.ndarray:
         """Return which nodes may move if nobody holds them, shape (node,)."""
-        count = situation.network.node_count
+        count = state.network.node_count
         if self.group is None:
             return np.ones(count, dtype=bool)
         return np.isin(np.arange(count), self.group.indices)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         from tissuec.mechanics.settling import (
             Unsettled,
             settle,
         )  # SciPy: only where it is needed
 
         text = sentence(self.span)
-        situation.place_held()
+        state.place_held()
         try:
-            remarks = settle(situation, self.chosen(situation))
+            remarks = settle(state, self.chosen(state))
         except Unsettled as failure:
-            raise Failed(f"{text}: {failure.message}", failure.node, self.span) from failure
-        ids = situation.network.node_ids
+            raise ActionFailed(
+                f"{text}: {failure.message}", failure.node, self.span
+            ) from failure
+        ids = state.network.node_ids
         above = ("" if r.node is None else f", above all node {ids[r.node]}" for r in remarks)
         notes = tuple(
-            Happening("note", (), f"{text}: {r.message}{node}", self.span)
+            LoggedEvent("note", (), f"{text}: {r.message}{node}", self.span)
             for r, node in zip(remarks, above, strict=True)
         )
-        return (Happening("settle", (), text, self.span), *notes)
+        return (LoggedEvent("settle", (), text, self.span), *notes)

@@ -6,8 +6,8 @@ from msgspec import Struct
 
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
-from tissuec.script.verbs import VERBS, Agenda, Happening, Order
+from tissuec.mechanics.state import State
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.irrigate import stop_irrigating
 from tissuec.script.verbs.motion import stop_shifting, stop_turning
@@ -60,8 +60,8 @@ class Stop(Struct, frozen=True):
         named = order.mover(after=what) if is_mover else order.nodes(after=what)
         return cls(what, named.name, order.span)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         text = sentence(self.span)
-        if not _STOPS[self.what](situation, self.name):
-            return (Happening("note", (), f"{text}: there is nothing to stop", self.span),)
-        return (Happening("stop", (), text, self.span),)
+        if not _STOPS[self.what](state, self.name):
+            return (LoggedEvent("note", (), f"{text}: there is nothing to stop", self.span),)
+        return (LoggedEvent("stop", (), text, self.span),)

@@ -9,10 +9,10 @@ from tissuec.core import units
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import FORCE, LENGTH, show
-from tissuec.mechanics.situation import Situation
+from tissuec.mechanics.state import State
 from tissuec.model.knots import Knot
 from tissuec.model.network import Network
-from tissuec.script.verbs import VERBS, Agenda, Group, Happening, Order
+from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.tighten import is_of_joints, not_to_be_drawn
 
@@ -81,51 +81,51 @@ class Tie(Struct, frozen=True):
             )
         return ""
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        if is_of_joints(situation.network, self.group):
-            return self._sew(situation)
-        thread = situation.network.threads[self.group.name]
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        if is_of_joints(state.network, self.group):
+            return self._sew(state)
+        thread = state.network.threads[self.group.name]
         hold, slip = thread.hold, thread.slip
         # Without the piece of the knot, which may have been tied before.
         along = np.setdiff1d(np.r_[thread.pieces], thread.hold)
-        whole = float(situation.strength[along].min())
+        whole = float(state.strength[along].min())
         limit = KNOTS[self.kind] * whole if self.force is None else self.force
-        alive, rest = situation.alive.copy(), situation.rest.copy()
-        first, second = situation.position[situation.network.ends[hold]]
+        alive, rest = state.alive.copy(), state.rest.copy()
+        first, second = state.position[state.network.ends[hold]]
         apart = float(np.linalg.norm(second - first))
-        happenings = [Happening("tie", (), sentence(self.span), self.span)]
+        logged_events = [LoggedEvent("tie", (), sentence(self.span), self.span)]
         if not alive[hold]:
             rest[hold] = apart
             if apart > rest[thread.pieces].max():
                 note = (
                     f"the ends of {self.group.name} are {show(apart, LENGTH)} apart when tied"
                 )
-                happenings.append(Happening("note", (), note, self.span))
+                logged_events.append(LoggedEvent("note", (), note, self.span))
         alive[hold], alive[slip] = True, False
-        strength, damping = situation.strength.copy(), situation.damping.copy()
+        strength, damping = state.strength.copy(), state.damping.copy()
         strength[hold], damping[slip] = min(limit, whole), limit
         damping[hold] = 0.0  # so that it slips by being drawn out, never by being let in
-        situation.alive, situation.rest = alive, rest
-        situation.strength, situation.damping = strength, damping
+        state.alive, state.rest = alive, rest
+        state.strength, state.damping = strength, damping
         knot = Knot(self.kind, hold, slip, limit, whole, None, self.span)
-        situation.knots = {**situation.knots, self.group.name: knot}
-        return tuple(happenings)
+        state.knots = {**state.knots, self.group.name: knot}
+        return tuple(logged_events)
 
-    def _sew(self, situation: Situation) -> tuple[Happening, ...]:
+    def _sew(self, state: State) -> tuple[LoggedEvent, ...]:
         """Let each stitch bear what its knot holds."""
-        whole = situation.network.strength[self.group.indices]
+        whole = state.network.strength[self.group.indices]
         limit = KNOTS[self.kind] * whole if self.force is None else self.force
-        situation.strength = situation.strength.copy()
-        situation.strength[self.group.indices] = np.minimum(limit, whole)
-        return (Happening("tie", (), sentence(self.span), self.span),)
+        state.strength = state.strength.copy()
+        state.strength[self.group.indices] = np.minimum(limit, whole)
+        return (LoggedEvent("tie", (), sentence(self.span), self.span),)
 
 
-def slipped(name: str, knot: Knot) -> Happening:
+def slipped(name: str, knot: Knot) -> LoggedEvent:
     """Return the entry of a knot that begins to slip."""
     text = f"the {knot.kind} of {name} slips at {show(knot.limit, FORCE)}"
-    return Happening("slip", (), text, knot.span)
+    return LoggedEvent("slip", (), text, knot.span)
 
 
-def seized(name: str, knot: Knot) -> Happening:
+def seized(name: str, knot: Knot) -> LoggedEvent:
     """Return the entry of a knot that holds again."""
-    return Happening("seize", (), f"the {knot.kind} of {name} holds again", knot.span)
+    return LoggedEvent("seize", (), f"the {knot.kind} of {name} holds again", knot.span)

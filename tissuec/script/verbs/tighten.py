@@ -8,16 +8,24 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
-from tissuec.forces.rest_length import Reeling
-from tissuec.mechanics.situation import Situation
+from tissuec.forces.rest_length import ChangingRestLengths
+from tissuec.mechanics.state import State
 from tissuec.model.network import Indices, Network
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import VERBS, Action, Agenda, Failed, Group, Happening, Order
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import (
+    VERBS,
+    Action,
+    ActionFailed,
+    EventQueue,
+    Group,
+    LoggedEvent,
+    Order,
+)
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
 
-class Reel(Struct, frozen=True):
+class ChangeRestLength(Struct, frozen=True):
     """Another length for a thread, or for every spring of a joint.
 
     A thread gets it by shares of the lengths that its pieces have.
@@ -26,7 +34,7 @@ class Reel(Struct, frozen=True):
     group: Group  # of springs
     length: float  # [m]
     shorter: bool  # whether it is to become so
-    course: Course
+    profile: TimeProfile
     duration: float | None  # [s]
     span: Span
 
@@ -34,17 +42,17 @@ class Reel(Struct, frozen=True):
         """Return why it cannot be done, empty if it can."""
         return not_to_be_drawn(network, self.group)
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         name = self.group.name
-        springs = intact(situation, self.group)
-        situation.stop_reeling(self.group.indices)
-        rest = situation.rest[springs]
+        springs = intact(state, self.group)
+        state.stop_reeling(self.group.indices)
+        rest = state.rest[springs]
         if rest.sum() <= 0.0:
             message = f"nothing is left of {name} that could change its length"
-            first = situation.network.ends[self.group.indices[0], 0]
-            raise Failed(message, int(first), self.span)
+            first = state.network.ends[self.group.indices[0], 0]
+            raise ActionFailed(message, int(first), self.span)
         text = sentence(self.span)
-        if name in situation.network.threads:
+        if name in state.network.threads:
             present = float(rest.sum())
             wanted = rest * (self.length / present)
             idle = f"its length is {show(present, LENGTH)} already"
@@ -54,37 +62,37 @@ class Reel(Struct, frozen=True):
         change = wanted - rest
         change = np.minimum(change, 0.0) if self.shorter else np.maximum(change, 0.0)
         if not change.any():
-            return (Happening("note", (), f"{text}: {idle}", self.span),)
-        if self.course.kind == "constant":
-            situation.rest = situation.rest.copy()
-            situation.rest[springs] += change
-            return (Happening("reel", (), text, self.span),)
-        (course,), stop = schedule(agenda, (self.course,), situation.time, self.duration)
-        reeling = Reeling(springs, rest, change, course, self.span)
-        situation.reelings = {**situation.reelings, name: reeling}
+            return (LoggedEvent("note", (), f"{text}: {idle}", self.span),)
+        if self.profile.kind == "constant":
+            state.rest = state.rest.copy()
+            state.rest[springs] += change
+            return (LoggedEvent("reel", (), text, self.span),)
+        (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
+        reeling = ChangingRestLengths(springs, rest, change, profile, self.span)
+        state.reelings = {**state.reelings, name: reeling}
         if np.isfinite(stop):
-            agenda.add(stop, EndReel(name, self.span, stop))
-        return (Happening("reel", (), text, self.span),)
+            queue.add(stop, EndRestLengthChange(name, self.span, stop))
+        return (LoggedEvent("reel", (), text, self.span),)
 
 
-class EndReel(Struct, frozen=True):
+class EndRestLengthChange(Struct, frozen=True):
     """The end of drawing in or paying out, unless another order took its place."""
 
     thread: str
     span: Span
     stop: float  # [s]
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        reeling = situation.reelings.get(self.thread)
-        if reeling is None or reeling.course.stop > self.stop:
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        reeling = state.reelings.get(self.thread)
+        if reeling is None or reeling.profile.stop > self.stop:
             return ()
-        rest = situation.rest.copy()
+        rest = state.rest.copy()
         rest[reeling.springs] = reeling.rest(self.stop)
-        situation.reelings = {
-            name: other for name, other in situation.reelings.items() if other is not reeling
+        state.reelings = {
+            name: other for name, other in state.reelings.items() if other is not reeling
         }
-        situation.rest = rest
-        return (Happening("end", (), f"end of: {sentence(self.span)}", self.span),)
+        state.rest = rest
+        return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 
 @VERBS.member("tighten")
@@ -94,7 +102,7 @@ class Tighten:
     The length is that without tension. Of a thread it is that of all pieces that are whole and
     of a tied knot: of a sling, its circumference once it is slack. All pieces become shorter in
     proportion, as when a sling is drawn through its knot while it slides on what it holds. Of a
-    joint, or of a set of its springs, it is that of each spring. ``using`` a course says how
+    joint, or of a set of its springs, it is that of each spring. ``using`` a profile says how
     (otherwise evenly). What is shorter already is left as it is, and noted if nothing else is.
     """
 
@@ -124,13 +132,15 @@ class Loosen:
         return _read(order, shorter=False)
 
 
-def _read(order: Order, *, shorter: bool) -> Reel:
+def _read(order: Order, *, shorter: bool) -> ChangeRestLength:
     length = order.number("to", units.LENGTH)
     if length <= 0.0:
         order.reject("TIS308", "the length without tension is above 0", word="to")
     default = "constant" if order.duration is None else "ramp"
-    course = order.courses(default=default)[0]
-    return Reel(order.springs(), length, shorter, course, order.duration, order.span)
+    profile = order.profiles(default=default)[0]
+    return ChangeRestLength(
+        order.springs(), length, shorter, profile, order.duration, order.span
+    )
 
 
 def is_of_joints(network: Network, group: Group) -> bool:
@@ -145,14 +155,14 @@ def not_to_be_drawn(network: Network, group: Group) -> str:
     return f"{group.name} is no body of mesh thread and no joint"
 
 
-def intact(situation: Situation, group: Group) -> Indices:
+def intact(state: State, group: Group) -> Indices:
     """Return the springs along a thread that are there, or those of a joint, ascending.
 
     Of a thread, that of its knot is one of them.
     """
-    thread = situation.network.threads.get(group.name)
+    thread = state.network.threads.get(group.name)
     every = group.indices
     if thread is not None:
         pieces = np.arange(thread.pieces.start, thread.pieces.stop)
         every = np.unique(np.append(pieces, thread.hold))
-    return every[situation.alive[every]]
+    return every[state.alive[every]]

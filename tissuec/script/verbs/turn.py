@@ -7,11 +7,11 @@ from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.source import Span
-from tissuec.mechanics.situation import Situation
-from tissuec.mechanics.situation import Turn as Path
+from tissuec.mechanics.state import PrescribedRotation as Path
+from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
-from tissuec.model.profiles import Course
-from tissuec.script.verbs import VERBS, Agenda, Happening, Mover, Order
+from tissuec.model.profiles import TimeProfile
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Mover, Order
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
 from tissuec.script.verbs.move import nothing_to_move, refuse_jump
@@ -35,33 +35,33 @@ class Turn(Struct, frozen=True):
     angle: float  # [rad]
     axis: Floats  # unit vector, shape (3,)
     centre: Floats | None  # [m], shape (3,); None: the mean position
-    course: Course
+    profile: TimeProfile
     duration: float | None  # [s]
     span: Span
 
     @classmethod
     def read(cls, order: Order) -> Self:
-        courses = order.courses(default="")
-        refuse_jump(order, courses)
+        profiles = order.profiles(default="")
+        refuse_jump(order, profiles)
         return cls(
             order.mover(),
             order.number("by", units.NUMBER),
             order.direction("around"),
             order.vector("through", units.LENGTH) if order.has("through") else None,
-            courses[0],
+            profiles[0],
             order.duration,
             order.span,
         )
 
-    def apply(self, situation: Situation, agenda: Agenda) -> tuple[Happening, ...]:
-        nodes = driven_by(situation, self.mover)
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        nodes = driven_by(state, self.mover)
         if not len(nodes):
             return (nothing_to_move(self.mover, self.span),)
-        situation.place_held()
-        centre = situation.position[nodes].mean(axis=0) if self.centre is None else self.centre
-        (course,), stop = schedule(agenda, (self.course,), situation.time, self.duration)
-        path = Path(centre, self.axis, self.angle, course)
-        set_off(situation, self.mover, self.span, turn=path)
+        state.place_held()
+        centre = state.position[nodes].mean(axis=0) if self.centre is None else self.centre
+        (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
+        path = Path(centre, self.axis, self.angle, profile)
+        set_off(state, self.mover, self.span, turn=path)
         if np.isfinite(stop):
-            agenda.add(stop, EndMotion(self.mover.name, stop, self.span))
-        return (Happening("turn", (), sentence(self.span), self.span),)
+            queue.add(stop, EndMotion(self.mover.name, stop, self.span))
+        return (LoggedEvent("turn", (), sentence(self.span), self.span),)

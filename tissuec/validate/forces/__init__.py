@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-class Formula(Protocol):
+class ForceFormula(Protocol):
     """A field of forces; a member of ``FORMULAS`` is made of the field of a ``force`` block.
 
     Arguments have the same meaning everywhere: ``time`` [s], ``position`` [m] and ``velocity``
@@ -53,6 +53,6 @@ class Formula(Protocol):
 
 
 #: Under the names of the members of ``tissuec.forces.FORCES``.
-FORMULAS: Family[Callable[[Any], Formula]] = Family(
+FORMULAS: Family[Callable[[Any], ForceFormula]] = Family(
     "tissuec.validate.forces", "formula of a force"
 )

@@ -15,7 +15,7 @@ from tissuec.core.vectors import cross
 from tissuec.geometry.nearest import CAPSULE, PLANE, TRIANGLE
 
 if TYPE_CHECKING:
-    from tissuec.forces.contact import Contact, Pairs
+    from tissuec.forces.contact import Contact, ContactPairs
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -45,7 +45,7 @@ class ContactForce:
     def __init__(self, contact: "Contact"):
         self._of = contact
 
-    def energy(self, position: Floats, pairs: "Pairs") -> float:
+    def energy(self, position: Floats, pairs: "ContactPairs") -> float:
         """Return Σ W k ∫ φ dδ [J]."""
         k, w = self._of.stiffness, self._of.layer
         touched = _Touched(self._of, position, pairs)
@@ -53,7 +53,7 @@ class ContactForce:
         deep = shallow**3 / (6.0 * w) + 0.5 * over * (over + w)
         return float(touched.weight @ (k[touched.node] * deep))
 
-    def at(self, position: Floats, velocity: Floats, pairs: "Pairs") -> Touching:
+    def at(self, position: Floats, velocity: Floats, pairs: "ContactPairs") -> Touching:
         """Return what contact does.
 
         Args:
@@ -123,7 +123,7 @@ class _Touched:
         surface: P_S [N], shape (group,).
     """
 
-    def __init__(self, of: "Contact", position: Floats, pairs: "Pairs"):
+    def __init__(self, of: "Contact", position: Floats, pairs: "ContactPairs"):
         x, carriers = position[of.nodes[pairs.node]], of.points[pairs.shape]
         corners, kind = position[carriers], of.kind[pairs.shape]
         share = np.zeros((len(x), 3))

@@ -47,7 +47,7 @@ class JetForce:
     """The jet of one nozzle as a field of forces.
 
     Args:
-        jet: Read for its numbers, its course, and the triangles that it may meet.
+        jet: Read for its numbers, its profile, and the triangles that it may meet.
         network: Read for positions as drawn, which decide how triangles are divided.
     """
 
@@ -72,7 +72,7 @@ class JetForce:
         self._found: tuple[Beam, Floats]
 
     def _thrust(self, time: float) -> float:
-        flow = max(self._jet.flow * self._jet.course.at(time)[0], 0.0)
+        flow = max(self._jet.flow * self._jet.profile.at(time)[0], 0.0)
         return 4.0 * self._jet.density * flow**2 / (np.pi * self._jet.bore**2)
 
     def _beam(self, position: Floats) -> Beam:

@@ -21,7 +21,7 @@ QUADRATURE = 1e-13  # relative error of energies of free formulas
 ROUNDING, TINY = 1e-15, 1e-200
 
 
-class Rule(NamedTuple):
+class ForceRule(NamedTuple):
     """The force of springs [N] as a function of their elongations [m].
 
     Each function takes them, c [N/m] and rest lengths [m], of shape (spring,).
@@ -55,7 +55,7 @@ class Dashpot(NamedTuple):
     )
 
 
-LINEAR = Rule(
+LINEAR = ForceRule(
     lambda e, c, rest: c * e,
     lambda e, c, rest: c + 0.0 * e,
     lambda e, c, rest: c * e * e / 2.0,
@@ -63,26 +63,26 @@ LINEAR = Rule(
 LINEAR_DASHPOT = Dashpot(lambda e, w, d, rest: d * w, lambda e, w, d, rest: d + 0.0 * w)
 
 
-def _tension_only(law: Any) -> Rule:
-    return Rule(
+def _tension_only(law: Any) -> ForceRule:
+    return ForceRule(
         lambda e, c, rest: c * np.maximum(e, 0.0),
         lambda e, c, rest: np.where(e >= 0.0, c, 0.0),
         lambda e, c, rest: c * np.maximum(e, 0.0) ** 2 / 2.0,
     )
 
 
-def _dead_band(law: Any) -> Rule:
+def _dead_band(law: Any) -> ForceRule:
     def beyond(e: Floats) -> Floats:
         return np.sign(e) * np.maximum(np.abs(e) - law.slack, 0.0)
 
-    return Rule(
+    return ForceRule(
         lambda e, c, rest: c * beyond(e),
         lambda e, c, rest: np.where(np.abs(e) >= law.slack, c, 0.0),
         lambda e, c, rest: c * beyond(e) ** 2 / 2.0,
     )
 
 
-def _toe(law: Any) -> Rule:
+def _toe(law: Any) -> ForceRule:
     """∫ is c e³/(6 e*) in the toe, and c (e²/2 - e e*/2 + e*²/6) behind it."""
 
     def part(e: Floats, rest: Floats) -> Floats:
@@ -97,10 +97,10 @@ def _toe(law: Any) -> Rule:
         behind = np.maximum(e - end, 0.0)
         return c * (end * end * p**3 / 6.0 + end * behind / 2.0 + behind**2 / 2.0)
 
-    return Rule(force, lambda e, c, rest: c * part(e, rest), energy)
+    return ForceRule(force, lambda e, c, rest: c * part(e, rest), energy)
 
 
-def _exponential(law: Any) -> Rule:
+def _exponential(law: Any) -> ForceRule:
     """∫ is c (L0/k)² (exp(k e/L0) - 1 - k e/L0)."""
     k = law.stiffening
 
@@ -109,27 +109,27 @@ def _exponential(law: Any) -> Rule:
         series = s * s / 2.0 * (1.0 + s / 3.0 * (1.0 + s / 4.0 * (1.0 + s / 5.0)))
         return c * (rest / k) ** 2 * np.where(np.abs(s) < 1e-3, series, np.expm1(s) - s)
 
-    return Rule(
+    return ForceRule(
         lambda e, c, rest: c * rest / k * np.expm1(k * e / rest),
         lambda e, c, rest: c * np.exp(k * e / rest),
         energy,
     )
 
 
-def _polynomial(law: Any) -> Rule:
+def _polynomial(law: Any) -> ForceRule:
     a, b = law.square, law.cube
-    return Rule(
+    return ForceRule(
         lambda e, c, rest: c * e + a * e**2 + b * e**3,
         lambda e, c, rest: c + 2.0 * a * e + 3.0 * b * e**2,
         lambda e, c, rest: c * e**2 / 2.0 + a * e**3 / 3.0 + b * e**4 / 4.0,
     )
 
 
-def _curve(law: Any) -> Rule:
+def _curve(law: Any) -> ForceRule:
     return _points(law.elongations, law.forces)
 
 
-def _stress_curve(law: Any, modulus: float) -> Rule:
+def _stress_curve(law: Any, modulus: float) -> ForceRule:
     """A bar of the section c rest / E under a stress of e / rest."""
     stress = _points(law.strains, law.stresses)
 
@@ -142,10 +142,10 @@ def _stress_curve(law: Any, modulus: float) -> Rule:
     def energy(e: Floats, c: Floats, rest: Floats) -> Floats:
         return c * rest * rest / modulus * stress.energy(e / rest, c, rest)
 
-    return Rule(force, slope, energy)
+    return ForceRule(force, slope, energy)
 
 
-def _points(places: Any, values: Any) -> Rule:
+def _points(places: Any, values: Any) -> ForceRule:
     """SciPy's PCHIP, which is the same interpolant; straight beyond the points."""
     x, y = np.array(places, float), np.array(values, float)
     spline = PchipInterpolator(x, y)
@@ -160,7 +160,7 @@ def _points(places: Any, values: Any) -> Rule:
         out = e - inside
         return whole(inside) + spline(inside) * out + slope(inside) * out * out / 2.0
 
-    return Rule(
+    return ForceRule(
         force,
         lambda e, c, rest: slope(np.clip(e, x[0], x[-1])),
         lambda e, c, rest: integral(e) - integral(np.zeros_like(e)),
@@ -178,7 +178,7 @@ def _power(law: Any) -> Dashpot:
 
 
 #: By the names of the classes that the language has for them.
-RULES: dict[str, Callable[[Any], Rule]] = {
+RULES: dict[str, Callable[[Any], ForceRule]] = {
     "Linear": lambda law: LINEAR,
     "TensionOnly": _tension_only,
     "DeadBand": _dead_band,
@@ -193,7 +193,7 @@ DASHPOTS: dict[str, Callable[[Any], Dashpot]] = {
 }
 
 
-def _free_spring(tree: Any) -> Rule:
+def _free_spring(tree: Any) -> ForceRule:
     """Return what a free formula of e, c and rest says."""
 
     def both(e: Floats, c: Floats, rest: Floats) -> tuple[Floats, Floats]:
@@ -211,7 +211,7 @@ def _free_spring(tree: Any) -> Rule:
         )
         return np.asarray(found)
 
-    return Rule(lambda *given: both(*given)[0], lambda *given: both(*given)[1], energy)
+    return ForceRule(lambda *given: both(*given)[0], lambda *given: both(*given)[1], energy)
 
 
 def _free_dashpot(tree: Any) -> Dashpot:
@@ -280,7 +280,7 @@ _SLOPES: dict[str, Callable[[Any], Any]] = {
 }
 
 
-class Laws:
+class ReferenceLaws:
     """The laws of some springs with their numbers.
 
     Args:
@@ -302,7 +302,7 @@ class Laws:
         self._springs = [(spring_rule(one), chosen) for one, chosen in groups]
         self._dashpots = [(dashpot_rule(one), chosen) for one, chosen in groups]
 
-    def with_rest(self, rest: Floats) -> "Laws":
+    def with_rest(self, rest: Floats) -> "ReferenceLaws":
         """Return the same with other rest lengths [m], shape (spring,)."""
         other = copy(self)
         other.rest = rest
@@ -339,7 +339,7 @@ class Laws:
     def _each(
         self,
         groups: list[tuple[Any, NDArray[np.int64]]],
-        linear: Rule | Dashpot,
+        linear: ForceRule | Dashpot,
         name: str,
         *at: Floats,
     ) -> Floats:
@@ -353,7 +353,7 @@ def _resisting(slope: Floats) -> Floats:
     return np.where(np.isfinite(slope), np.maximum(slope, 0.0), 0.0)
 
 
-def spring_rule(law: "Law") -> Rule:
+def spring_rule(law: "Law") -> ForceRule:
     """Return what a spring of a law pulls with."""
     if law.spring is None:
         return _free_spring(law.elastic)

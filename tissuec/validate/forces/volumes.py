@@ -21,7 +21,7 @@ Indices = NDArray[np.int64]
 SPLITS = ((0, 1, 2), (0, 2, 3), (0, 1, 3), (1, 2, 3))  # half of each counts
 
 
-class Volume:
+class VolumeField:
     """The enclosed volumes of one body as a field of forces.
 
     Args:
@@ -53,7 +53,7 @@ class Volume:
 
     def _swell(self, time: float) -> tuple[float, float]:
         """Return by what part more than drawn is due, and the rate of that [1/s]."""
-        parts = [(s.amount, *s.course.at(time)) for s in self._swellings]
+        parts = [(s.amount, *s.profile.at(time)) for s in self._swellings]
         return sum(a * f for a, f, _ in parts), sum(a * r for a, _, r in parts)
 
     def _pressures(self, time: float, position: Floats) -> Floats:

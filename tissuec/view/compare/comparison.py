@@ -10,18 +10,18 @@ from msgspec.structs import replace
 from tissuec.model.network import Indices
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.compare.curves import Curves, compare_curves
-from tissuec.view.compare.events import Happenings, compare_happenings
-from tissuec.view.compare.matching import Pairs, match_nodes, match_springs
-from tissuec.view.compare.motion import Motion, compare_motions
-from tissuec.view.compare.parameters import Change, compare_parameters
-from tissuec.view.compare.places import Places
+from tissuec.view.compare.events import EventComparison, compare_events
+from tissuec.view.compare.matching import MatchedIndices, match_nodes, match_springs
+from tissuec.view.compare.motion import MotionDifference, compare_motions
+from tissuec.view.compare.parameters import QuantityDifference, compare_parameters
+from tissuec.view.compare.places import SideParts
 from tissuec.view.compare.sides import Side
 from tissuec.view.compare.texts import TextDifference, changed_files, compare_texts
 
 MOST_NAMED = 6  # nodes or springs that are named of one part
 
 
-class Fact(Struct, frozen=True):
+class StatedDifference(Struct, frozen=True):
     """Something that is said of both, and not the same."""
 
     name: str
@@ -59,7 +59,7 @@ class Comparison(Struct, frozen=True, eq=False):
         nodes, springs: Which are the same.
         leftovers: Nodes and springs that one side alone has.
         changes: Numbers of the others.
-        happenings: Of two scenes what is scripted, of two results what happened.
+        logged_events: Of two scenes what is scripted, of two results what happened.
         provenance: How the runs were made and ended; only of two results, as all below.
         curves: Logs and energies.
         motion: Or why it cannot be compared.
@@ -69,26 +69,26 @@ class Comparison(Struct, frozen=True, eq=False):
     b: Side
     texts: tuple[TextDifference, ...]
     files: tuple[TextDifference, ...]
-    settings: tuple[Fact, ...]
-    nodes: Pairs
-    springs: Pairs
+    settings: tuple[StatedDifference, ...]
+    nodes: MatchedIndices
+    springs: MatchedIndices
     leftovers: tuple[Leftover, ...]
-    changes: tuple[Change, ...]
-    happenings: Happenings | None = None
-    provenance: tuple[Fact, ...] = ()
+    changes: tuple[QuantityDifference, ...]
+    logged_events: EventComparison | None = None
+    provenance: tuple[StatedDifference, ...] = ()
     curves: Curves | None = None
-    motion: Motion | str | None = None
+    motion: MotionDifference | str | None = None
 
     @property
     def is_same(self) -> bool:
         """Return whether nothing differs."""
         lists = (self.texts, self.files, self.settings, self.leftovers, self.changes)
-        wholes = (self.happenings, self.curves)
+        wholes = (self.logged_events, self.curves)
         return (
             not any(lists)
             and not self.provenance
             and all(whole is None or whole.is_same for whole in wholes)
-            and (not isinstance(self.motion, Motion) or self.motion.is_same)
+            and (not isinstance(self.motion, MotionDifference) or self.motion.is_same)
         )
 
 
@@ -101,7 +101,7 @@ def compare(a: Side, b: Side) -> Comparison:
         a, b, tuple(compare_texts(a, b)), tuple(changed_files(a.files, b.files)),
         _facts(a.settings, b.settings), nodes, springs, _leftovers(a, b, nodes, springs),
         tuple(compare_parameters(a, b, nodes, springs)),
-        compare_happenings(a, b, springs) if alike else None,
+        compare_events(a, b, springs) if alike else None,
     )  # fmt: skip
     if a.trajectory is None or b.trajectory is None:
         return found
@@ -130,21 +130,25 @@ def _made(trajectory: Trajectory) -> dict[str, Any]:
     }
 
 
-def _facts(a: Mapping[str, Any], b: Mapping[str, Any]) -> tuple[Fact, ...]:
+def _facts(a: Mapping[str, Any], b: Mapping[str, Any]) -> tuple[StatedDifference, ...]:
     names = {**a, **b}
     return tuple(
-        Fact(name, a.get(name), b.get(name)) for name in names if a.get(name) != b.get(name)
+        StatedDifference(name, a.get(name), b.get(name))
+        for name in names
+        if a.get(name) != b.get(name)
     )
 
 
-def _leftovers(a: Side, b: Side, nodes: Pairs, springs: Pairs) -> tuple[Leftover, ...]:
+def _leftovers(
+    a: Side, b: Side, nodes: MatchedIndices, springs: MatchedIndices
+) -> tuple[Leftover, ...]:
     """Return what only one side has, part by part."""
     found: list[Leftover] = []
     for side, which, alone, springs_alone in (
         (a, "a", nodes.only_a, springs.only_a),
         (b, "b", nodes.only_b, springs.only_b),
     ):
-        network, places = side.network, Places(side)
+        network, places = side.network, SideParts(side)
         body, part = places.body_of_nodes, places.part_of_springs
         found += _by_part(which, "node", alone, body, places.bodies, network.node_ids)
         names = [part.name for part in network.parts]

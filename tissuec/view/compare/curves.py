@@ -17,7 +17,7 @@ from tissuec.view.compare.times import are_same, common
 AXES = ("x", "y", "z")
 
 
-class Curve(Struct, frozen=True):
+class LogDifference(Struct, frozen=True):
     """The largest difference of a log.
 
     Attributes:
@@ -65,7 +65,7 @@ class Curves(Struct, frozen=True):
         apart: Names of logs that have no time, or no column, in common.
     """
 
-    both: tuple[Curve, ...]
+    both: tuple[LogDifference, ...]
     only_a: tuple[str, ...]
     only_b: tuple[str, ...]
     apart: tuple[str, ...]
@@ -106,7 +106,7 @@ def _alone_columns(name: str, one: Log, other: Log) -> list[str]:
     return [f"{name}: {column}" for column in one.columns if column not in other.columns]
 
 
-def compare_logs(name: str, a: Log, b: Log) -> Iterator[Curve | None]:
+def compare_logs(name: str, a: Log, b: Log) -> Iterator[LogDifference | None]:
     """Yield the curves of a log: one, but a curve for each energy."""
     columns = [column for column in a.columns if column in b.columns]
     if not columns or not len(a.time) or not len(b.time):
@@ -145,7 +145,7 @@ def _between(times: Floats, log: Log, columns: list[int]) -> Floats:
 def _curve(
     name: str, unit: str, times: Floats, a: Floats, b: Floats, columns: list[str],
     interpolated: bool, *, vector: bool = False,
-) -> Curve:  # fmt: skip
+) -> LogDifference:  # fmt: skip
     known_a, known_b = np.isfinite(a), np.isfinite(b)
     missing = int((known_a != known_b).any(axis=1).sum())
     known = known_a & known_b
@@ -156,7 +156,7 @@ def _curve(
                    ((known_a, a), (known_b, b))]  # fmt: skip
         apart, size = np.linalg.norm(apart, axis=1)[:, None], np.maximum(*lengths)
     row, column = np.unravel_index(np.argmax(np.abs(apart)), apart.shape)
-    return Curve(
+    return LogDifference(
         name, unit, float(np.abs(apart[row, column])), float(times[row]), columns[column],
         float(size.max()), len(times), interpolated, missing,
         float(times[0]), float(times[-1]),

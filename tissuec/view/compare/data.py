@@ -6,9 +6,9 @@ from tissuec.core.data import as_data
 from tissuec.core.units import DIMENSION_NAMES
 from tissuec.view.compare.comparison import Comparison
 from tissuec.view.compare.curves import Curves
-from tissuec.view.compare.events import Entry, Happenings
-from tissuec.view.compare.parameters import Change
-from tissuec.view.compare.places import Places
+from tissuec.view.compare.events import EventComparison, EventEntry
+from tissuec.view.compare.parameters import QuantityDifference
+from tissuec.view.compare.places import SideParts
 from tissuec.view.compare.sides import Side
 
 
@@ -24,7 +24,7 @@ def as_dict(found: Comparison) -> dict[str, Any]:
         "common_springs": len(found.springs),
         "leftovers": [as_data(one) for one in found.leftovers],
         "parameters": [_change(one) for one in found.changes],
-        "events": _happened(found.happenings),
+        "events": _happened(found.logged_events),
         "provenance": [as_data(one) for one in found.provenance],
         "logs": None if found.curves is None else _curves_data(found.curves),
         "motion": _motion_data(found),
@@ -39,17 +39,17 @@ def _side(side: Side) -> dict[str, Any]:
     )
 
 
-def _change(change: Change) -> dict[str, Any]:
+def _change(change: QuantityDifference) -> dict[str, Any]:
     unit = None if change.dimension is None else DIMENSION_NAMES[change.dimension][1]
     return as_data(change) | {"dimension": unit}
 
 
-def _happened(found: Happenings | None) -> dict[str, Any] | None:
+def _happened(found: EventComparison | None) -> dict[str, Any] | None:
     if found is None:
         return None
     names = ("time", "kind", "cause")
 
-    def plain(entry: Entry) -> dict[str, Any]:
+    def plain(entry: EventEntry) -> dict[str, Any]:
         return {name: getattr(entry, name) for name in names}
 
     return {
@@ -81,7 +81,7 @@ def _motion_data(found: Comparison) -> dict[str, Any] | None:
         "largest": motion.largest,
         "relative": float(motion.relative.max()),
         "time": float(motion.times[worst]),
-        "node": Places(found.a).node(int(motion.node[worst])),
+        "node": SideParts(found.a).node(int(motion.node[worst])),
         "parting": motion.parting,
         "times": len(motion.times),
         "span_a": motion.span_a,

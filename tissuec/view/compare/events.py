@@ -11,13 +11,13 @@ from msgspec import Struct
 
 from tissuec.model.network import Indices
 from tissuec.results.recording import Event
-from tissuec.view.compare.matching import Pairs
+from tissuec.view.compare.matching import MatchedIndices
 from tissuec.view.compare.sides import Side
 
 BREAKING = ("rupture", "crush")  # of single springs, by themselves
 
 
-class Entry(Struct, frozen=True):
+class EventEntry(Struct, frozen=True):
     """An event, or one spring of it.
 
     Attributes:
@@ -32,11 +32,11 @@ class Entry(Struct, frozen=True):
     spring: int = -1
 
 
-class Meeting(Struct, frozen=True):
+class MatchedEvent(Struct, frozen=True):
     """An event of both."""
 
-    a: Entry
-    b: Entry
+    a: EventEntry
+    b: EventEntry
 
     @property
     def shift(self) -> float:
@@ -53,12 +53,12 @@ class Meeting(Struct, frozen=True):
         )
 
 
-class Happenings(Struct, frozen=True):
+class EventComparison(Struct, frozen=True):
     """Events that both have, in the order of a, and those of one alone."""
 
-    both: tuple[Meeting, ...]
-    only_a: tuple[Entry, ...]
-    only_b: tuple[Entry, ...]
+    both: tuple[MatchedEvent, ...]
+    only_a: tuple[EventEntry, ...]
+    only_b: tuple[EventEntry, ...]
 
     @property
     def is_same(self) -> bool:
@@ -66,19 +66,19 @@ class Happenings(Struct, frozen=True):
         return not (self.only_a or self.only_b) and all(one.is_same for one in self.both)
 
 
-def compare_happenings(a: Side, b: Side, springs: Pairs) -> Happenings:
+def compare_events(a: Side, b: Side, springs: MatchedIndices) -> EventComparison:
     """Return what happened in which of the two."""
     left_a = _entries(a.events, springs.number(a.network.spring_count, "a"), odd=True)
     left_b = _entries(b.events, springs.number(b.network.spring_count, "b"), odd=False)
-    both: list[Meeting] = []
+    both: list[MatchedEvent] = []
     for key in (_exactly, _alike, _of_kind):
         met, left_a, left_b = _meet(left_a, left_b, key)
         both += met
     both.sort(key=lambda meeting: (meeting.a.time, meeting.b.time))
-    return Happenings(tuple(both), tuple(left_a), tuple(left_b))
+    return EventComparison(tuple(both), tuple(left_a), tuple(left_b))
 
 
-def _entries(events: Iterable[Event], pair: Indices, *, odd: bool) -> list[Entry]:
+def _entries(events: Iterable[Event], pair: Indices, *, odd: bool) -> list[EventEntry]:
     """Return events with the springs that both sides have numbered alike.
 
     Args:
@@ -90,30 +90,32 @@ def _entries(events: Iterable[Event], pair: Indices, *, odd: bool) -> list[Entry
         numbered = zip(pair[list(event.springs)].tolist(), event.springs, strict=True)
         springs = tuple(n if n >= 0 else -2 * s - 2 + odd for n, s in numbered)
         if event.kind not in BREAKING:
-            found.append(Entry(event.time, event.kind, event.cause, tuple(sorted(springs))))
+            found.append(
+                EventEntry(event.time, event.kind, event.cause, tuple(sorted(springs)))
+            )
             continue
         for number, spring in zip(springs, event.springs, strict=True):
-            found.append(Entry(event.time, event.kind, event.cause, (number,), spring))
+            found.append(EventEntry(event.time, event.kind, event.cause, (number,), spring))
     return found
 
 
-def _exactly(entry: Entry) -> Hashable:
+def _exactly(entry: EventEntry) -> Hashable:
     return entry.kind, entry.cause, entry.springs
 
 
-def _alike(entry: Entry) -> Hashable:
+def _alike(entry: EventEntry) -> Hashable:
     return None if entry.kind in BREAKING else (entry.kind, entry.cause)
 
 
-def _of_kind(entry: Entry) -> Hashable:
+def _of_kind(entry: EventEntry) -> Hashable:
     return None if entry.kind in (*BREAKING, "note") else entry.kind
 
 
 def _meet(
-    a: list[Entry], b: list[Entry], key: Callable[[Entry], Hashable]
-) -> tuple[list[Meeting], list[Entry], list[Entry]]:
+    a: list[EventEntry], b: list[EventEntry], key: Callable[[EventEntry], Hashable]
+) -> tuple[list[MatchedEvent], list[EventEntry], list[EventEntry]]:
     """Return pairs of events with the same key, in order, and what is left of both."""
-    waiting: dict[Hashable, deque[Entry]] = {}
+    waiting: dict[Hashable, deque[EventEntry]] = {}
     for entry in b:
         waiting.setdefault(key(entry), deque()).append(entry)
     nobody = waiting.pop(None, deque())
@@ -121,7 +123,7 @@ def _meet(
     for entry in a:
         partners = waiting.get(key(entry))
         if partners:
-            met.append(Meeting(entry, partners.popleft()))
+            met.append(MatchedEvent(entry, partners.popleft()))
         else:
             left.append(entry)
     rest = {id(entry) for entries in (*waiting.values(), nobody) for entry in entries}

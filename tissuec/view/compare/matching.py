@@ -14,7 +14,7 @@ from tissuec.model.network import Indices, Network
 from tissuec.view.compare.sides import Side
 
 
-class Pairs(Struct, frozen=True, eq=False):
+class MatchedIndices(Struct, frozen=True, eq=False):
     """Network numbers of what is the same in both, and of what only one has.
 
     Attributes:
@@ -28,7 +28,7 @@ class Pairs(Struct, frozen=True, eq=False):
     only_b: Indices
 
     @classmethod
-    def of(cls, a: Indices, b: Indices, count_a: int, count_b: int) -> "Pairs":
+    def of(cls, a: Indices, b: Indices, count_a: int, count_b: int) -> "MatchedIndices":
         """Return pairs in the order of ``a`` with what is left of so many things."""
         order = np.argsort(a)
         rest = np.setdiff1d(np.arange(count_a), a), np.setdiff1d(np.arange(count_b), b)
@@ -52,7 +52,7 @@ def tools_of(side: Side) -> Iterator[tuple[str, Indices]]:
             yield group.name, group.indices
 
 
-def match_nodes(a: Side, b: Side) -> Pairs:
+def match_nodes(a: Side, b: Side) -> MatchedIndices:
     """Return the nodes of bodies and tools that have the same names and ids."""
     parts_a, parts_b = _node_parts(a), _node_parts(b)
     found: list[tuple[Indices, Indices]] = []
@@ -62,10 +62,10 @@ def match_nodes(a: Side, b: Side) -> Pairs:
         _, rows_a, rows_b = np.intersect1d(ids_a, ids_b, return_indices=True)
         found.append((here[rows_a], there[rows_b]))
     shown = a.network.shown_nodes, b.network.shown_nodes
-    return Pairs.of(*_joined(found), *shown)
+    return MatchedIndices.of(*_joined(found), *shown)
 
 
-def match_springs(a: Side, b: Side, nodes: Pairs) -> Pairs:
+def match_springs(a: Side, b: Side, nodes: MatchedIndices) -> MatchedIndices:
     """Return the springs between the same nodes in bodies and joints of the same names.
 
     Of several springs between two nodes the first belongs to the first, and so on.
@@ -77,7 +77,7 @@ def match_springs(a: Side, b: Side, nodes: Pairs) -> Pairs:
     _, rows_a, rows_b = np.intersect1d(apart_a, apart_b, return_indices=True)
     known = codes_a[rows_a] >= 0
     counts = a.network.spring_count, b.network.spring_count
-    return Pairs.of(rows_a[known], rows_b[known], *counts)
+    return MatchedIndices.of(rows_a[known], rows_b[known], *counts)
 
 
 def _node_parts(side: Side) -> dict[str, Indices]:
@@ -88,7 +88,9 @@ def _node_parts(side: Side) -> dict[str, Indices]:
     return bodies | {key_of(name): indices for name, indices in tools_of(side)}
 
 
-def _spring_codes(network: Network, nodes: Pairs, which: str, keys: Sequence[str]) -> Indices:
+def _spring_codes(
+    network: Network, nodes: MatchedIndices, which: str, keys: Sequence[str]
+) -> Indices:
     """Return a number for body or joint and nodes of each spring, -1 where one is unknown."""
     number, count = nodes.number(network.node_count, which), len(nodes)
     ends = np.sort(number[network.ends], axis=1).reshape(-1, 2)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.compare.matching import Pairs
+from tissuec.view.compare.matching import MatchedIndices
 from tissuec.view.compare.times import are_same, common, nearest, nearness
 
 Verdict = Literal["agree", "differ", "cannot tell", "nothing promised"]
@@ -28,7 +28,7 @@ SMALLEST = 1e-6  # displacement by which distances are measured, relative to the
 MOST_NUMBERS = 3_000_000  # that are read at once
 
 
-class Motion(Struct, frozen=True, eq=False):
+class MotionDifference(Struct, frozen=True, eq=False):
     """How far common nodes are apart.
 
     Attributes:
@@ -106,13 +106,15 @@ class Motion(Struct, frozen=True, eq=False):
         return self.is_whole and not self.interpolated and not self.largest
 
 
-def compare_motions(a: Trajectory, b: Trajectory, nodes: Pairs) -> Motion | str:
+def compare_motions(
+    a: Trajectory, b: Trajectory, nodes: MatchedIndices
+) -> MotionDifference | str:
     """Return how far the nodes of two runs are apart, or why that cannot be said."""
     shown = np.isin(nodes.a, a.nodes) & np.isin(nodes.b, b.nodes)
     one = _Course(a, np.searchsorted(a.nodes, nodes.a[shown]))
     other = _Course(b, np.searchsorted(b.nodes, nodes.b[shown]))
-    for name, course in (("a", one), ("b", other)):
-        if not course.shape[0] or not course.shape[1]:
+    for name, profile in (("a", one), ("b", other)):
+        if not profile.shape[0] or not profile.shape[1]:
             return f"{name} has no frames"
     if not shown.any():
         return "no node is in the frames of both"
@@ -125,7 +127,7 @@ def compare_motions(a: Trajectory, b: Trajectory, nodes: Pairs) -> Motion | str:
         apart = np.linalg.norm(one.at(times[rows]) - other.at(times[rows]), axis=-1)
         node[rows] = nodes.a[shown][apart.argmax(axis=1)]
         distance[rows] = apart.max(axis=1)
-    return Motion(
+    return MotionDifference(
         times, distance, node, one.displacement(times), other.displacement(times),
         _tolerance(a), _tolerance(b), int(shown.sum()), one.shape[1], other.shape[1],
         one.span, other.span, _is_whole(one, other, int(shown.sum())), interpolated,
@@ -229,8 +231,8 @@ def _is_whole(a: _Course, b: _Course, common: int) -> bool:
 
     Frames at other intervals may end at other times, though the runs do not.
     """
-    ends = [course.times[-1:] for course in (a, b)]
-    runs = [course.trajectory for course in (a, b)]
+    ends = [profile.times[-1:] for profile in (a, b)]
+    runs = [profile.trajectory for profile in (a, b)]
     done = all(run.finished for run in runs)
     durations = {run.manifest.get("duration") for run in runs}
     ended = are_same(*ends) or (done and len(durations) == 1)

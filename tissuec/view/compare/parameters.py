@@ -14,8 +14,8 @@ from tissuec.core import units
 from tissuec.core.units import Dimension
 from tissuec.forces.branches import CONSTANTS, LIMIT, TIMES, VISCOSITY
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.view.compare.matching import Pairs
-from tissuec.view.compare.places import Places
+from tissuec.view.compare.matching import MatchedIndices
+from tissuec.view.compare.places import SideParts
 from tissuec.view.compare.sides import Side
 
 ROUNDING = 1e-12
@@ -30,7 +30,7 @@ OF_SPRINGS = {
 }
 
 
-class Given(Struct, frozen=True):
+class SourcePlace(Struct, frozen=True):
     """A place of a text that gave a number."""
 
     place: str
@@ -38,7 +38,7 @@ class Given(Struct, frozen=True):
     text: str
 
 
-class Change(Struct, frozen=True):
+class QuantityDifference(Struct, frozen=True):
     """A quantity that differs in a part of a body.
 
     Attributes:
@@ -67,8 +67,8 @@ class Change(Struct, frozen=True):
     range_a: tuple[float, ...]
     range_b: tuple[float, ...]
     dimension: Dimension | None
-    from_a: tuple[Given, ...] = ()
-    from_b: tuple[Given, ...] = ()
+    from_a: tuple[SourcePlace, ...] = ()
+    from_b: tuple[SourcePlace, ...] = ()
 
 
 class _Column(Struct, frozen=True, eq=False):
@@ -88,9 +88,11 @@ class _Column(Struct, frozen=True, eq=False):
     floor: float = 0.0
 
 
-def compare_parameters(a: Side, b: Side, nodes: Pairs, springs: Pairs) -> Iterator[Change]:
+def compare_parameters(
+    a: Side, b: Side, nodes: MatchedIndices, springs: MatchedIndices
+) -> Iterator[QuantityDifference]:
     """Yield what differs, nodes first, the largest difference of each quantity first."""
-    places = Places(a), Places(b)
+    places = SideParts(a), SideParts(b)
     for what, pairs, columns in (
         ("node", nodes, _of_nodes(a.network, b.network, nodes)),
         ("spring", springs, _of_springs(a.network, b.network, springs)),
@@ -116,7 +118,7 @@ def relative_difference(a: Floats, b: Floats, floor: float = 0.0) -> Floats:
     return np.where(one_is_none, 1.0, relative)
 
 
-def _of_nodes(a: Network, b: Network, pairs: Pairs) -> Iterator[_Column]:
+def _of_nodes(a: Network, b: Network, pairs: MatchedIndices) -> Iterator[_Column]:
     extent = max(a.extent, b.extent)
     yield _Column("mass", "mass", units.MASS, a.mass[pairs.a], b.mass[pairs.b])
     here, there = a.position[pairs.a], b.position[pairs.b]
@@ -125,7 +127,7 @@ def _of_nodes(a: Network, b: Network, pairs: Pairs) -> Iterator[_Column]:
     yield _Column("initial velocity", "velocity", units.VELOCITY, here, there)
 
 
-def _of_springs(a: Network, b: Network, pairs: Pairs) -> Iterator[_Column]:
+def _of_springs(a: Network, b: Network, pairs: MatchedIndices) -> Iterator[_Column]:
     for array, (name, dimension) in OF_SPRINGS.items():
         here, there = getattr(a, array)[pairs.a], getattr(b, array)[pairs.b]
         yield _Column(name, array, dimension, here, there)
@@ -152,7 +154,7 @@ def _inelastic(network: Network, springs: Indices) -> dict[str, tuple[Floats, Di
 
 
 def _grouped(
-    places: tuple[Places, Places], pairs: Pairs, what: str
+    places: tuple[SideParts, SideParts], pairs: MatchedIndices, what: str
 ) -> tuple[Indices, list[str]]:
     """Return a number for the part that each pair belongs to, and the names of the parts."""
     keys = []
@@ -169,9 +171,9 @@ def _grouped(
 
 
 def _changes(
-    column: _Column, what: str, pairs: Pairs, groups: Indices, names: list[str],
-    a: Side, b: Side, places: Places,
-) -> Iterator[Change]:  # fmt: skip
+    column: _Column, what: str, pairs: MatchedIndices, groups: Indices, names: list[str],
+    a: Side, b: Side, places: SideParts,
+) -> Iterator[QuantityDifference]:  # fmt: skip
     """Yield the changes of one quantity, a part at a time."""
     relative = relative_difference(column.a, column.b, column.floor)
     different = relative > ROUNDING
@@ -182,7 +184,7 @@ def _changes(
         worst = rows[np.argmax(relative[rows])]
         called = places.node if what == "node" else places.spring
         found.append(
-            Change(
+            QuantityDifference(
                 column.quantity, names[group], what, len(rows), int(inside.sum()),
                 float(relative[worst]), called(int(pairs.a[worst])),
                 _plain(column.a[worst]), _plain(column.b[worst]),
@@ -195,8 +197,8 @@ def _changes(
 
 
 def _laws(
-    a: Network, b: Network, pairs: Pairs, places: tuple[Places, Places]
-) -> Iterator[Change]:
+    a: Network, b: Network, pairs: MatchedIndices, places: tuple[SideParts, SideParts]
+) -> Iterator[QuantityDifference]:
     """Yield parts whose springs or dashpots follow other laws."""
     codes = [
         [f"{law.elastic.code()}; {law.viscous.code()}" for law in network.laws]
@@ -211,7 +213,7 @@ def _laws(
         rows = np.flatnonzero(inside & (here != there))
         first = rows[0]
         laws = a.laws[a.law[pairs.a[first]]], b.laws[b.law[pairs.b[first]]]
-        yield Change(
+        yield QuantityDifference(
             "law", names[group], "spring", len(rows), int(inside.sum()), 1.0,
             places[0].spring(int(pairs.a[first])), laws[0].name, laws[1].name, (), (), None,
         )  # fmt: skip
@@ -225,14 +227,14 @@ def _range(values: Floats) -> tuple[float, ...]:
     return (float(values.min()), float(values.max())) if values.ndim == 1 else ()
 
 
-def _origins(side: Side, array: str, entries: Indices) -> tuple[Given, ...]:
+def _origins(side: Side, array: str, entries: Indices) -> tuple[SourcePlace, ...]:
     """Return the places that gave some entries of an array, those of most entries first."""
     provenance = side.provenance.get(array)
     if provenance is None:
         return ()
     rows, counts = np.unique(provenance.index[entries], return_counts=True)
     chosen = [provenance.origins[row] for row in rows[np.argsort(-counts, kind="stable")]]
-    given = (Given(o.span.place, o.how, shortened(o.span.one_line)) for o in chosen)
+    given = (SourcePlace(o.span.place, o.how, shortened(o.span.one_line)) for o in chosen)
     return tuple(dict.fromkeys(given))[:MOST_ORIGINS]
 
 

@@ -11,7 +11,7 @@ from tissuec.view.compare.matching import tools_of
 from tissuec.view.compare.sides import Side
 
 
-class Places:
+class SideParts:
     """The parts of one side: its bodies, their regions, joints and tools."""
 
     def __init__(self, side: Side):

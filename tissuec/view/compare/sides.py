@@ -11,7 +11,7 @@ from tissuec.model.network import Network, Provenance
 from tissuec.pipeline import Request, compile_request
 from tissuec.results.recording import Event, NamedGroup
 from tissuec.results.trajectory import Trajectory
-from tissuec.script.plan import Event as Scripted
+from tissuec.script.plan import ScheduledAction as Scripted
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"  # with which every HDF5 file begins
 RESULTS = (".vtkhdf", ".h5", ".hdf5")

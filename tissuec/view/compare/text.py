@@ -6,12 +6,12 @@ from typing import Any
 
 from tissuec.core.errors import counted
 from tissuec.core.units import DIMENSION_NAMES, LENGTH, TIME, Dimension, show
-from tissuec.view.compare.comparison import Comparison, Fact, Leftover
-from tissuec.view.compare.curves import Curve, Curves
-from tissuec.view.compare.events import BREAKING, Entry, Happenings, Meeting
-from tissuec.view.compare.motion import Motion
-from tissuec.view.compare.parameters import Change, Given, shortened
-from tissuec.view.compare.places import Places
+from tissuec.view.compare.comparison import Comparison, Leftover, StatedDifference
+from tissuec.view.compare.curves import Curves, LogDifference
+from tissuec.view.compare.events import BREAKING, EventComparison, EventEntry, MatchedEvent
+from tissuec.view.compare.motion import MotionDifference
+from tissuec.view.compare.parameters import QuantityDifference, SourcePlace, shortened
+from tissuec.view.compare.places import SideParts
 from tissuec.view.compare.sides import Side
 from tissuec.view.compare.texts import TextDifference
 
@@ -31,7 +31,7 @@ def as_text(found: Comparison) -> list[str]:
         "settings": _facts(found.settings),
         "nodes and springs": _leftovers(found.leftovers),
         "parameters": _changes(found.changes),
-        _events_title(found): _happenings(found),
+        _events_title(found): _logged_events(found),
         "logs": _curves(found.curves),
         "motion": _motion(found),
         "how they were made": _facts(found.provenance),
@@ -56,7 +56,7 @@ def _headline(side: Side) -> str:
 def _looked_at(found: Comparison) -> str:
     nodes = counted(len(found.nodes), "node")
     parts = ["text", nodes, counted(len(found.springs), "spring")]
-    if isinstance(found.motion, Motion):
+    if isinstance(found.motion, MotionDifference):
         parts.append(counted(len(found.motion.times), "frame"))
     elif found.motion is not None:
         parts.append(found.motion)
@@ -84,7 +84,7 @@ def _texts(differences: Sequence[TextDifference]) -> Iterator[str]:
                 yield f"… {len(one.lines) - MOST_LINES} more lines; --json has all of them"
 
 
-def _facts(facts: Sequence[Fact]) -> Iterator[str]:
+def _facts(facts: Sequence[StatedDifference]) -> Iterator[str]:
     for fact in facts:
         line = f"{fact.name}: {_value(fact.a)} -> {_value(fact.b)}"
         if len(line) <= WIDEST or not isinstance(fact.a, list):
@@ -120,7 +120,7 @@ def _leftovers(leftovers: Sequence[Leftover]) -> Iterator[str]:
         )
 
 
-def _changes(changes: Sequence[Change]) -> Iterator[str]:
+def _changes(changes: Sequence[QuantityDifference]) -> Iterator[str]:
     for change in changes:
         of = "all" if change.count == change.total else f"{change.count} of"
         things = f"{of} {counted(change.total, change.what)}"
@@ -131,7 +131,7 @@ def _changes(changes: Sequence[Change]) -> Iterator[str]:
                 yield from (f"  {side}: {_origin(one)}" for one in given)
 
 
-def _sizes(change: Change) -> str:
+def _sizes(change: QuantityDifference) -> str:
     """Return what it was and is: of all alike, or where it differs most."""
     if change.dimension is None:
         return f"{change.a} -> {change.b}"
@@ -156,7 +156,7 @@ def _percent(part: float) -> str:
     return f"{100.0 * part:.3g} %"
 
 
-def _origin(given: Given) -> str:
+def _origin(given: SourcePlace) -> str:
     return f"{given.place}, {given.how}: {given.text}"
 
 
@@ -164,24 +164,27 @@ def _origin(given: Given) -> str:
 
 
 def _events_title(found: Comparison) -> str:
-    if found.happenings is None:
+    if found.logged_events is None:
         return ""
     return "script" if found.a.trajectory is None else "events"
 
 
-def _happenings(found: Comparison) -> Iterator[str]:
-    if found.happenings is None or found.happenings.is_same:
+def _logged_events(found: Comparison) -> Iterator[str]:
+    if found.logged_events is None or found.logged_events.is_same:
         return
-    places = Places(found.a), Places(found.b)
-    orders = [m for m in found.happenings.both if m.a.kind not in BREAKING and not m.is_same]
+    places = SideParts(found.a), SideParts(found.b)
+    orders = [m for m in found.logged_events.both if m.a.kind not in BREAKING and not m.is_same]
     yield from _cut_short([_met(meeting) for meeting in orders])
-    for which, entries in (("a", found.happenings.only_a), ("b", found.happenings.only_b)):
+    for which, entries in (
+        ("a", found.logged_events.only_a),
+        ("b", found.logged_events.only_b),
+    ):
         told = [e for e in entries if e.kind not in BREAKING]
         yield from _cut_short(
             [f"only in {which}: {show(e.time, TIME)} {shortened(e.cause)}" for e in told]
         )
     for kind in BREAKING:
-        yield from _broken(kind, found.happenings, places)
+        yield from _broken(kind, found.logged_events, places)
 
 
 def _cut_short(lines: Sequence[str]) -> Iterator[str]:
@@ -190,7 +193,7 @@ def _cut_short(lines: Sequence[str]) -> Iterator[str]:
         yield f"and {len(lines) - MOST_TOLD} more"
 
 
-def _met(meeting: Meeting) -> str:
+def _met(meeting: MatchedEvent) -> str:
     a, b = meeting.a, meeting.b
     when = show(a.time, TIME)
     if a.time != b.time:
@@ -211,7 +214,9 @@ def _met(meeting: Meeting) -> str:
     )
 
 
-def _broken(kind: str, found: Happenings, places: tuple[Places, Places]) -> Iterator[str]:
+def _broken(
+    kind: str, found: EventComparison, places: tuple[SideParts, SideParts]
+) -> Iterator[str]:
     """Yield how many springs broke in both, and in one alone."""
     both = [meeting for meeting in found.both if meeting.a.kind == kind]
     only = [[e for e in entries if e.kind == kind] for entries in (found.only_a, found.only_b)]
@@ -234,7 +239,7 @@ def _broken(kind: str, found: Happenings, places: tuple[Places, Places]) -> Iter
             yield f"  only in {which}: {_springs(entries, place)}"
 
 
-def _springs(entries: Sequence[Entry], places: Places) -> str:
+def _springs(entries: Sequence[EventEntry], places: SideParts) -> str:
     told = [f"{places.spring(e.spring)} at {show(e.time, TIME)}" for e in entries[:MOST_NAMED]]
     more = f", and {len(entries) - MOST_NAMED} more" if len(entries) > MOST_NAMED else ""
     return f"spring{'s' if len(entries) > 1 else ''} {', '.join(told)}{more}"
@@ -256,7 +261,7 @@ def _curves(curves: Curves | None) -> Iterator[str]:
         yield f"without a common time or column: {', '.join(curves.apart)}"
 
 
-def _table(curves: Sequence[Curve]) -> Iterator[str]:
+def _table(curves: Sequence[LogDifference]) -> Iterator[str]:
     rows = [("log", "largest difference", "relative", "at")]
     for curve in curves:
         where = show(curve.time, TIME) + (f", {curve.column}" if curve.column else "")
@@ -282,7 +287,7 @@ def _in_unit(value: float, unit: str) -> str:
 
 def _motion(found: Comparison) -> Iterator[str]:
     motion = found.motion
-    if motion is None or (isinstance(motion, Motion) and motion.is_same):
+    if motion is None or (isinstance(motion, MotionDifference) and motion.is_same):
         return
     if isinstance(motion, str):
         yield f"not compared: {motion}"
@@ -293,7 +298,7 @@ def _motion(found: Comparison) -> Iterator[str]:
         yield (
             f"largest distance {show(motion.largest, LENGTH)} at "
             f"{show(float(motion.times[worst]), TIME)}, node "
-            f"{Places(found.a).node(int(motion.node[worst]))}"
+            f"{SideParts(found.a).node(int(motion.node[worst]))}"
         )
         yield (
             f"up to {float(motion.relative.max()):.2g} of the largest displacement until then"
@@ -304,7 +309,7 @@ def _motion(found: Comparison) -> Iterator[str]:
         yield f"velocities, which leaves up to {show(float(motion.open.max()), LENGTH)} open"
 
 
-def _compared(motion: Motion) -> str:
+def _compared(motion: MotionDifference) -> str:
     first, last = (show(float(motion.times[row]), TIME) for row in (0, -1))
     times = counted(len(motion.times), "time")
     said = f"{counted(motion.nodes, 'node')} at {times}, {first} to {last}"
@@ -317,7 +322,7 @@ def _compared(motion: Motion) -> str:
     return f"{said} ({'; '.join(parts)})" if parts else said
 
 
-def _promise(motion: Motion) -> str:
+def _promise(motion: MotionDifference) -> str:
     """Return whether both can be right."""
     allowed = motion.allowed
     if allowed is None:

@@ -13,7 +13,7 @@ from tissuec.core import palette, resources
 from tissuec.core.errors import TissueError
 from tissuec.pipeline import Request, read_words
 from tissuec.scene.library import Library
-from tissuec.scene.resolve import Words
+from tissuec.scene.resolve import ResolvedProgram
 from tissuec.view.explorer.presets import presets
 from tissuec.view.explorer.tables import tables
 
@@ -73,7 +73,7 @@ def render(page: Mapping[str, Any]) -> str:
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _file(PARTS[0]))
 
 
-def _used_as(path: Path, words: Words) -> str:
+def _used_as(path: Path, words: ResolvedProgram) -> str:
     """Return the name behind ``use`` that brings the rules; empty for a scene."""
     declarations = words.declarations
     if declarations.single or declarations.of("body"):

@@ -15,9 +15,9 @@ from tissuec.lang.words import written_name
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import load, read_source
 from tissuec.scene.library import SUFFIX, Library
-from tissuec.scene.model import Fact, Given, Tissue
-from tissuec.scene.resolve import Words, resolve_words
-from tissuec.scene.vocabulary import Rules
+from tissuec.scene.model import AssignedQuantity, PropertyFact, Tissue
+from tissuec.scene.resolve import ResolvedProgram, resolve_words
+from tissuec.scene.vocabulary import RulesBlock
 from tissuec.view.explorer.writing import short_place
 
 _NUMBER = r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
@@ -25,7 +25,9 @@ _LITERAL = re.compile(rf"({_NUMBER}) ?([^\d\s+.-][^\s]*)?")
 _GIVEN = re.compile(rf"[^=]*= ?({_LITERAL.pattern}(?: per {_LITERAL.pattern})?)")
 
 
-def presets(words: Words, library: Library, libraries: Sequence[Path]) -> list[dict[str, Any]]:
+def presets(
+    words: ResolvedProgram, library: Library, libraries: Sequence[Path]
+) -> list[dict[str, Any]]:
     """Return the tissues described in the rules of a program, its own ones first."""
     found = [_preset(tissue, words, "") for tissue in words.tissues.values()]
     for name, path in library.files():
@@ -37,7 +39,7 @@ def presets(words: Words, library: Library, libraries: Sequence[Path]) -> list[d
     return list(reversed(named.values()))
 
 
-def _used_words(path: Path, name: str, libraries: Sequence[Path]) -> Iterator[Words]:
+def _used_words(path: Path, name: str, libraries: Sequence[Path]) -> Iterator[ResolvedProgram]:
     """Yield what a file of a library says, unless it is a scene or has mistakes."""
     with suppress(CompileError):
         source = read_source(path, f"{name}{SUFFIX}")
@@ -51,22 +53,22 @@ def _used_words(path: Path, name: str, libraries: Sequence[Path]) -> Iterator[Wo
             yield words
 
 
-def _have_same_rules(tissue: Tissue, used: Words, words: Words) -> bool:
+def _have_same_rules(tissue: Tissue, used: ResolvedProgram, words: ResolvedProgram) -> bool:
     theirs, ours = _rules(tissue, used), _rules(tissue, words)
     return theirs is not None and ours is not None and _is_copy(theirs, ours)
 
 
-def _rules(tissue: Tissue, words: Words) -> Rules | None:
+def _rules(tissue: Tissue, words: ResolvedProgram) -> RulesBlock | None:
     return words.vocabulary.rules.get(key_of(tissue.vocabulary))
 
 
-def _is_copy(one: Rules, other: Rules) -> bool:
+def _is_copy(one: RulesBlock, other: RulesBlock) -> bool:
     """Return whether two blocks of rules are the same lines of the same file, or of a copy."""
     first, second = one.span, other.span
     return first.start == second.start and first.source.text == second.source.text
 
 
-def _preset(tissue: Tissue, words: Words, file: str) -> dict[str, Any]:
+def _preset(tissue: Tissue, words: ResolvedProgram, file: str) -> dict[str, Any]:
     """Return a tissue as plain data; empty if no rules describe it."""
     if not tissue.vocabulary:
         return {}
@@ -89,7 +91,7 @@ def _preset(tissue: Tissue, words: Words, file: str) -> dict[str, Any]:
     }
 
 
-def _fact(fact: Fact, unit: str) -> dict[str, Any]:
+def _fact(fact: PropertyFact, unit: str) -> dict[str, Any]:
     """Return ``is`` a phrase or ``=`` a number, as a text without names has it."""
     is_number = "=" in re.sub(r'"[^"]*"', "", fact.span.text)
     text = fact.written if not is_number or _is_literal(fact.written) else ""
@@ -97,7 +99,7 @@ def _fact(fact: Fact, unit: str) -> dict[str, Any]:
     return {"sign": "=" if is_number else "is", "text": text, "value": fact.number}
 
 
-def _number(given: Given) -> dict[str, Any]:
+def _number(given: AssignedQuantity) -> dict[str, Any]:
     """Return a number that replaces what rules say, in a form that stands by itself."""
     quantity = given.quantity
     if given.value == quantity.none:

@@ -23,9 +23,9 @@ from tissuec.lang.words import RESERVED, written_name
 from tissuec.scene.evidence import KNOWN
 from tissuec.scene.laws import BY_ENTRY
 from tissuec.scene.quantities import QUANTITIES
-from tissuec.scene.resolve import Words
+from tissuec.scene.resolve import ResolvedProgram
 from tissuec.scene.scales import QuantityScale
-from tissuec.scene.vocabulary import Rules
+from tissuec.scene.vocabulary import RulesBlock
 from tissuec.scene.words import NamedScale, reading
 from tissuec.view.explorer.writing import short_place
 
@@ -34,7 +34,7 @@ _NOT_TEXT = re.compile(r'("[^"\n]*")|#[^\n]*')
 _READING = re.compile(r" \([^()]* \+ [^()]*\)$")  # "very hard (very + hard)"
 
 
-def tables(words: Words) -> dict[str, Any]:
+def tables(words: ResolvedProgram) -> dict[str, Any]:
     """Return everything that a page needs to infer, and to show what it inferred."""
     shapes = Shapes()
     vocabulary = words.vocabulary
@@ -80,7 +80,7 @@ class Shapes:
 class _Writer:
     """Writes the parts of one vocabulary."""
 
-    def __init__(self, words: Words, shapes: Shapes):
+    def __init__(self, words: ResolvedProgram, shapes: Shapes):
         self.words = words
         self.shapes = shapes
 
@@ -142,7 +142,7 @@ class _Writer:
 
     # --- rules --------------------------------------------------------------------------------
 
-    def rules(self, key: str, rules: Rules) -> dict[str, Any]:
+    def rules(self, key: str, rules: RulesBlock) -> dict[str, Any]:
         block = self.words.declarations.of("rules")[key].item
         assert isinstance(block, s.Block)
         texts = [item for item in block.items if isinstance(item, s.Rule)]

@@ -10,7 +10,7 @@ _LAMP = np.array([-0.45, 0.6, 0.75]) / np.linalg.norm([-0.45, 0.6, 0.75])
 _SHARP = np.cos(np.radians(50.0))  # between faces, beyond which an edge is seen
 
 
-class Mesh(NamedTuple):
+class TriangleMesh(NamedTuple):
     """Triangles by their corners.
 
     Attributes:
@@ -31,7 +31,7 @@ def across(axis: Floats) -> tuple[Floats, Floats]:
     return right, np.asarray(np.cross(axis, right), dtype=float)
 
 
-def capsules(first: Floats, second: Floats, radius: Floats, *, sides: int = 24) -> Mesh:
+def capsules(first: Floats, second: Floats, radius: Floats, *, sides: int = 24) -> TriangleMesh:
     """Return rods with round ends, or spheres where both ends are one point.
 
     Args:
@@ -50,7 +50,7 @@ def capsules(first: Floats, second: Floats, radius: Floats, *, sides: int = 24) 
     return _joined(np.array(rings), np.array(normals))
 
 
-def arrows(foot: Floats, arrow: Floats, thick: float, *, sides: int = 10) -> Mesh:
+def arrows(foot: Floats, arrow: Floats, thick: float, *, sides: int = 10) -> TriangleMesh:
     """Return arrows with these feet [m] and vectors [m], shape (arrow, 3); see the shader."""
     length = np.linalg.norm(arrow, axis=1)
     slim = np.minimum(1.0, length / (9.0 * thick)) * thick
@@ -78,7 +78,7 @@ def _frames(way: Floats, sides: int) -> tuple[Floats, Floats]:
     return axis, np.cos(turn)[:, None, None] * right + np.sin(turn)[:, None, None] * up
 
 
-def _joined(rings: Floats, normals: Floats) -> Mesh:
+def _joined(rings: Floats, normals: Floats) -> TriangleMesh:
     """Return the triangles between rings of points, both of shape (ring, side, solid, 3)."""
     count, sides = rings.shape[:2]
     corner = np.arange(count * sides).reshape(count, sides)
@@ -86,13 +86,13 @@ def _joined(rings: Floats, normals: Floats) -> Mesh:
     c, d = corner[1:], np.roll(corner, -1, axis=1)[1:]
     chosen = np.concatenate([np.stack([a, b, c], -1), np.stack([b, d, c], -1)]).reshape(-1, 3)
     flat = [table.reshape(count * sides, -1, 3)[chosen] for table in (rings, normals)]
-    return Mesh(*(np.moveaxis(table, 2, 0).reshape(-1, 3, 3) for table in flat))
+    return TriangleMesh(*(np.moveaxis(table, 2, 0).reshape(-1, 3, 3) for table in flat))
 
 
 _SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
-def boxes(middle: Floats, half: float) -> Mesh:
+def boxes(middle: Floats, half: float) -> TriangleMesh:
     """Return cubes around points, shape (box, 3), with half such edges [m]."""
     corners, normals = [], []
     for axis in range(3):
@@ -108,10 +108,10 @@ def boxes(middle: Floats, half: float) -> Mesh:
                 normals.append(np.tile(normal, (3, 1)))
     at = middle[:, None, None] + half * np.array(corners)
     normal = np.broadcast_to(np.array(normals), at.shape)
-    return Mesh(at.reshape(-1, 3, 3), normal.reshape(-1, 3, 3))
+    return TriangleMesh(at.reshape(-1, 3, 3), normal.reshape(-1, 3, 3))
 
 
-def smooth_mesh(position: Floats, triangles: Indices) -> Mesh:
+def smooth_mesh(position: Floats, triangles: Indices) -> TriangleMesh:
     """Return triangles with normals that are smooth, but across sharp edges."""
     corners = position[triangles]
     face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -131,7 +131,7 @@ def smooth_mesh(position: Floats, triangles: Indices) -> Mesh:
     sums = [np.bincount(corner, axis[other], minlength=len(flat)) for axis in face.T]
     found = np.stack(sums, axis=1).astype(float)  # without any triangle they are whole
     found /= np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300)
-    return Mesh(corners, found.reshape(-1, 3, 3))
+    return TriangleMesh(corners, found.reshape(-1, 3, 3))
 
 
 def lit(base: Floats, normal: Floats, to_eye: Floats, shine: float) -> Floats:

@@ -13,7 +13,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
-from tissuec.view.player.film import Film
+from tissuec.view.player.film import PlayerData
 
 ANGLE = 36.0  # of the longer side of the picture [deg]
 MARGIN = 0.86  # of the picture, that the motion fills
@@ -42,7 +42,7 @@ class Framing(Struct, frozen=True, eq=False):
         return float(np.linalg.norm(np.ptp(self.points, axis=0))) or 1.0
 
 
-def framing(film: Film) -> Framing:
+def framing(film: PlayerData) -> Framing:
     """Return what a picture of all frames is to hold: the outermost points of the motion."""
     nodes = film.position[:, : film.node_count]
     middle = nodes.mean(axis=1)
@@ -57,7 +57,7 @@ def framing(film: Film) -> Framing:
     return Framing(np.concatenate([points, _near(film, points)]), middle, follows)
 
 
-def _near(film: Film, points: Floats) -> Floats:
+def _near(film: PlayerData, points: Floats) -> Floats:
     """Return the outermost points of tools that come close enough."""
     low, high = points.min(axis=0), points.max(axis=0)
     reach = _AHEAD * float(np.linalg.norm(high - low))

@@ -10,7 +10,7 @@ MOST_MOMENTS = 1200  # of a curve: more than a chart has columns of pixels
 _MOST_COLUMNS = 60
 
 
-class Curve(Struct, frozen=True, eq=False):
+class LogCurve(Struct, frozen=True, eq=False):
     """A logged quantity, or the energies.
 
     Attributes:
@@ -30,7 +30,7 @@ class Curve(Struct, frozen=True, eq=False):
     left_out: int = 0
 
 
-def read_curves(trajectory: Trajectory) -> list[Curve]:
+def read_curves(trajectory: Trajectory) -> list[LogCurve]:
     """Return all logs of a result in the order of the scene, and the energies behind them."""
     logs = list(trajectory.logs.values())
     if trajectory.energies is not None:
@@ -38,13 +38,13 @@ def read_curves(trajectory: Trajectory) -> list[Curve]:
     return [_curve(log) for log in logs if log.columns]
 
 
-def _curve(log: Log) -> Curve:
+def _curve(log: Log) -> LogCurve:
     columns = tuple(map(str, log.columns[:_MOST_COLUMNS]))
     time, value = log.with_jumps()
     value = value[:, :_MOST_COLUMNS]
     kept = outline(value)
     left_out = len(log.columns) - len(columns)
-    return Curve(log.name, log.unit, columns, time[kept], value[kept], left_out)
+    return LogCurve(log.name, log.unit, columns, time[kept], value[kept], left_out)
 
 
 def outline(value: Floats, most: int = MOST_MOMENTS) -> Indices:

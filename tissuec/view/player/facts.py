@@ -6,7 +6,7 @@ from typing import Any
 from tissuec.core.printable import printable
 from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.film import Film
+from tissuec.view.player.film import PlayerData
 
 _PACKAGES = ("tissuec", "python", "numpy", "scipy", "llvmlite")
 
@@ -60,7 +60,7 @@ def _error(manifest: dict[str, Any]) -> str:
     return f"{known} ({promised})" if promised else known
 
 
-def thinning(film: Film) -> str:
+def thinning(film: PlayerData) -> str:
     """Return what is not drawn; empty if all is."""
     nodes, springs = film.recorded
     if film.node_count == nodes:

@@ -13,7 +13,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
-from tissuec.view.player.lifetimes import Lives, is_there
+from tissuec.view.player.lifetimes import Lifetimes, is_there
 
 _SURE = 0.98  # of all numbers: scales of colours and arrows end there
 
@@ -38,7 +38,7 @@ class Lines(Struct, frozen=True, eq=False):
     radius: Floats
 
 
-class Skin(Struct, frozen=True, eq=False):
+class SkinPiece(Struct, frozen=True, eq=False):
     """Triangles of the net.
 
     Attributes:
@@ -52,7 +52,7 @@ class Skin(Struct, frozen=True, eq=False):
     smooth: NDArray[np.bool_]
 
 
-class Piece(Struct, frozen=True, eq=False):
+class SurfacePiece(Struct, frozen=True, eq=False):
     """A smooth surface while its triangles stay the same.
 
     Attributes:
@@ -66,7 +66,7 @@ class Piece(Struct, frozen=True, eq=False):
     position: NDArray
 
 
-class Solid(Struct, frozen=True):
+class ToolSolid(Struct, frozen=True):
     """A shape of a tool.
 
     Attributes:
@@ -82,7 +82,7 @@ class Solid(Struct, frozen=True):
     name: str
 
 
-class Film(Struct, frozen=True, eq=False):
+class PlayerData(Struct, frozen=True, eq=False):
     """Everything that moves.
 
     Attributes:
@@ -105,12 +105,12 @@ class Film(Struct, frozen=True, eq=False):
     position: NDArray
     force: NDArray
     lines: Lines
-    skin: Skin
-    dots: Lives
-    held: Lives
+    skin: SkinPiece
+    dots: Lifetimes
+    held: Lifetimes
     fixed: NDArray[np.bool_]
-    solids: tuple[Solid, ...]
-    surfaces: dict[str, list[Piece]]
+    solids: tuple[ToolSolid, ...]
+    surfaces: dict[str, list[SurfacePiece]]
     laws: tuple[str, ...]
     recorded: tuple[int, int]
 

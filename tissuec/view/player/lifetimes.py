@@ -17,7 +17,7 @@ _MOST_NODES = 1 << 21  # for numbers of three nodes to fit into one of 63 bits
 Mask = NDArray[np.bool_]
 
 
-class Lives(NamedTuple):
+class Lifetimes(NamedTuple):
     """What is there for a while; something that comes back stands here more than once.
 
     Attributes:
@@ -34,7 +34,7 @@ def is_there(life: Floats, frame: float) -> Mask:
     return (life[:, 0] <= frame) & (frame < life[:, 1])
 
 
-def lives(changes: Iterable[tuple[float, Mask]], count: int) -> Lives:
+def lives(changes: Iterable[tuple[float, Mask]], count: int) -> Lifetimes:
     """Return the lives of ``count`` things.
 
     Args:
@@ -53,7 +53,7 @@ def lives(changes: Iterable[tuple[float, Mask]], count: int) -> Lives:
     births = np.concatenate([one[1] for one in found])
     deaths = np.concatenate([np.full(len(one[0]), one[2]) for one in found])
     order = np.lexsort((births, of))
-    return Lives(of[order], np.stack([births, deaths], axis=1)[order])
+    return Lifetimes(of[order], np.stack([births, deaths], axis=1)[order])
 
 
 class Timeline(Struct, frozen=True, eq=False):
@@ -69,7 +69,9 @@ class Timeline(Struct, frozen=True, eq=False):
         """Return where times [s] lie among the frames."""
         return np.asarray(np.interp(time, self.times, np.arange(len(self.times))))
 
-    def sharpened(self, found: Lives, springs: Indices, events: Iterable[Event]) -> Lives:
+    def sharpened(
+        self, found: Lifetimes, springs: Indices, events: Iterable[Event]
+    ) -> Lifetimes:
         """Return lives of springs that end when the log of events says, between frames.
 
         Args:
@@ -85,7 +87,7 @@ class Timeline(Struct, frozen=True, eq=False):
             end = life[row, 1]
             fits = [at for at in when[int(springs[found.of[row]])] if end - 1 < at <= end]
             life[row, 1] = fits[-1] if fits else end
-        return Lives(found.of, life)
+        return Lifetimes(found.of, life)
 
 
 def sharpened_triangles(life: Floats, ends: Floats) -> Floats:

@@ -5,10 +5,10 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
-from tissuec.view.player.film import Film, Piece
+from tissuec.view.player.film import PlayerData, SurfacePiece
 
 
-class Moment(Struct, frozen=True, eq=False):
+class InterpolatedFrame(Struct, frozen=True, eq=False):
     """A film between two of its frames.
 
     Attributes:
@@ -26,7 +26,7 @@ class Moment(Struct, frozen=True, eq=False):
     strain: Floats
 
     @classmethod
-    def of(cls, film: Film, at: float) -> "Moment":
+    def of(cls, film: PlayerData, at: float) -> "InterpolatedFrame":
         """Return what a film shows at a number of frames; it goes straight between two."""
         first = int(at)
         second, part = min(first + 1, len(film.times) - 1), at - first
@@ -42,7 +42,7 @@ class Moment(Struct, frozen=True, eq=False):
         return cls(at, position, between(film.force), between(film.lines.tension), strain)
 
 
-def surface_at(pieces: list[Piece], at: float) -> tuple[Piece, Floats]:
+def surface_at(pieces: list[SurfacePiece], at: float) -> tuple[SurfacePiece, Floats]:
     """Return which piece of a smooth surface is seen, and its points [m], (point, 3)."""
     piece = [one for one in pieces if one.frames[0] <= at + 1e-6 or one is pieces[0]][-1]
     place = float(np.interp(at, piece.frames, np.arange(len(piece.frames))))

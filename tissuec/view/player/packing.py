@@ -84,7 +84,7 @@ def to_bytes(rows: NDArray[np.uint32], order: int, width: int) -> bytes:
     return np.ascontiguousarray(planes.T).tobytes()
 
 
-class Scale(Struct, frozen=True):
+class Quantization(Struct, frozen=True):
     """What whole numbers stand for: ``origin + step * number``, for each of the last axis."""
 
     origin: tuple[float, ...]
@@ -95,7 +95,7 @@ class Scale(Struct, frozen=True):
         return np.rint((values - np.array(self.origin)) / self.step).astype(np.int64)
 
 
-def box_scale(position: NDArray) -> Scale:
+def box_scale(position: NDArray) -> Quantization:
     """Return a scale that divides the largest side of all frames into 65535 steps.
 
     Where something flies far away, that of a usual frame: it does not spoil the net.
@@ -108,7 +108,7 @@ def box_scale(position: NDArray) -> Scale:
     far = float((high.max(axis=0) - low.min(axis=0)).max())
     usual = far if far < _FAR * size or not size else size
     step = max(usual / _FINE, far / 2**31) or 1.0  # half of all numbers of four bytes, at most
-    return Scale(tuple(map(float, low.min(axis=0))), step)
+    return Quantization(tuple(map(float, low.min(axis=0))), step)
 
 
 def even(values: NDArray, most: float, steps: int) -> NDArray[np.int64]:

@@ -15,9 +15,9 @@ from tissuec.core.data import as_data
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player import facts
 from tissuec.view.player.camera import ANGLE, MARGIN, framing, viewpoint
-from tissuec.view.player.curves import Curve, read_curves
+from tissuec.view.player.curves import LogCurve, read_curves
 from tissuec.view.player.events import marks
-from tissuec.view.player.film import Film, Piece
+from tissuec.view.player.film import PlayerData, SurfacePiece
 from tissuec.view.player.lifetimes import FOREVER
 from tissuec.view.player.options import DEFAULT, Options
 from tissuec.view.player.pace import pace
@@ -44,7 +44,7 @@ def render(trajectory: Trajectory, options: Options = DEFAULT) -> str:
     return render_film(read_film(trajectory, options), trajectory, options)
 
 
-def render_film(film: Film, trajectory: Trajectory, options: Options = DEFAULT) -> str:
+def render_film(film: PlayerData, trajectory: Trajectory, options: Options = DEFAULT) -> str:
     """Return the document for what was read of a result already."""
     pack = Pack()
     described = describe(film, trajectory, options, pack)
@@ -85,7 +85,7 @@ def as_script(value: object) -> str:
 
 
 def describe(
-    film: Film, trajectory: Trajectory, options: Options, pack: Pack
+    film: PlayerData, trajectory: Trajectory, options: Options, pack: Pack
 ) -> dict[str, Any]:
     """Put arrays into ``pack``, and return everything else that the page is told."""
     held, dots = film.held, film.dots
@@ -154,7 +154,7 @@ def _frames(life: NDArray) -> NDArray[np.int64]:
     return np.rint(np.minimum(life, FOREVER / 1e3) * 1e3).astype(np.int64).T
 
 
-def _view(film: Film, options: Options) -> dict[str, Any]:
+def _view(film: PlayerData, options: Options) -> dict[str, Any]:
     frame = framing(film)
     azimuth, elevation = options.view or viewpoint(frame.points)
     return {
@@ -168,7 +168,7 @@ def _view(film: Film, options: Options) -> dict[str, Any]:
     }
 
 
-def _surfaces(film: Film, pack: Pack, step: float) -> list[dict[str, Any]]:
+def _surfaces(film: PlayerData, pack: Pack, step: float) -> list[dict[str, Any]]:
     """Pack smooth surfaces in the steps of the net."""
     found = []
     for number, (name, pieces) in enumerate(film.surfaces.items()):
@@ -178,7 +178,7 @@ def _surfaces(film: Film, pack: Pack, step: float) -> list[dict[str, Any]]:
     return found
 
 
-def _piece(piece: Piece, name: str, pack: Pack, step: float) -> dict[str, Any]:
+def _piece(piece: SurfacePiece, name: str, pack: Pack, step: float) -> dict[str, Any]:
     origin = piece.position.min(axis=(0, 1)).tolist() if piece.position.size else [0.0] * 3
     numbers = np.rint((piece.position - np.array(origin)) / step).astype(np.int64)
     pack.add(f"{name} position", numbers.transpose(0, 2, 1))
@@ -186,7 +186,7 @@ def _piece(piece: Piece, name: str, pack: Pack, step: float) -> dict[str, Any]:
     return {"name": name, "origin": origin, "frames": piece.frames.tolist()}
 
 
-def _curve(curve: Curve, number: int, pack: Pack) -> dict[str, Any]:
+def _curve(curve: LogCurve, number: int, pack: Pack) -> dict[str, Any]:
     finite = curve.value[np.isfinite(curve.value)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     step = (high - low) / _LEVELS or 1.0

@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from tissuec.core import palette
 from tissuec.core.errors import TissueError
 from tissuec.model.network import Floats, Indices
-from tissuec.view.player.bodies import Mesh, across, arrows, boxes, capsules, lit, smooth_mesh
+from tissuec.view.player.bodies import (
+    TriangleMesh,
+    across,
+    arrows,
+    boxes,
+    capsules,
+    lit,
+    smooth_mesh,
+)
 from tissuec.view.player.camera import (
     Camera,
     fitted,
@@ -22,9 +30,9 @@ from tissuec.view.player.camera import (
     outermost,
     viewpoint,
 )
-from tissuec.view.player.film import Film, Solid
+from tissuec.view.player.film import PlayerData, ToolSolid
 from tissuec.view.player.lifetimes import Mask, is_there
-from tissuec.view.player.moment import Moment, surface_at
+from tissuec.view.player.moment import InterpolatedFrame, surface_at
 from tissuec.view.player.options import Colour, Options
 from tissuec.view.player.pace import near, scaled
 from tissuec.view.player.strokes import dashed, ramp, rgb
@@ -55,7 +63,7 @@ def need_matplotlib() -> None:
         ) from error
 
 
-class Soup(NamedTuple):
+class ProjectedTriangles(NamedTuple):
     """Triangles as the camera sees them.
 
     Attributes:
@@ -82,7 +90,7 @@ class Painter:
 
     def __init__(
         self,
-        film: Film,
+        film: PlayerData,
         options: Options,
         size: tuple[int, int],
         title: str,
@@ -138,7 +146,7 @@ class Painter:
         """Return the picture without what is written on it."""
         from tissuec.view.player.raster import Raster
 
-        moment = Moment.of(self.film, at)
+        moment = InterpolatedFrame.of(self.film, at)
         self.camera = self._following(at)
         raster = Raster(self.size, rgb(palette.PAPER))
         for soup in self._solid(moment):
@@ -149,7 +157,7 @@ class Painter:
             self._rasterise(raster, soup, hides=False)
         return raster.pixels()
 
-    def _rasterise(self, raster: "Raster", soup: Soup, *, hides: bool) -> None:
+    def _rasterise(self, raster: "Raster", soup: ProjectedTriangles, *, hides: bool) -> None:
         depth = self.camera.distance - soup.corners[..., 2]
         ahead = (depth > 0.02 * self.camera.distance).all(axis=1)
         scale = self.size[1] / 2.0 / half_height(self.camera.aspect)
@@ -171,7 +179,7 @@ class Painter:
         seen = half_height(self.home.aspect) * self.home.distance
         return length * self.size[1] / 2.0 / seen
 
-    def _solid(self, moment: Moment) -> Iterator[Soup]:
+    def _solid(self, moment: InterpolatedFrame) -> Iterator[ProjectedTriangles]:
         """Yield all that hides what is behind it."""
         film, at = self.film, moment.at
         outside = rgb(palette.SKIN)
@@ -189,11 +197,11 @@ class Painter:
         if self.shows_springs:
             yield self._springs(moment, is_there(film.lines.life, at), 1.0, 1.0)
 
-    def _body(self, mesh: Mesh, base: Floats, shine: float) -> Soup:
+    def _body(self, mesh: TriangleMesh, base: Floats, shine: float) -> ProjectedTriangles:
         """Return triangles in the light."""
         return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), shine)
 
-    def _skin(self, mesh: Mesh, outside: Floats) -> Soup:
+    def _skin(self, mesh: TriangleMesh, outside: Floats) -> ProjectedTriangles:
         """Return triangles in the light, of other colour inside."""
         seen = self._into(mesh.corners)
         normal = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
@@ -202,7 +210,7 @@ class Painter:
         base = np.where(is_front[:, None, None], outside, rgb(palette.LUMEN))
         return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), 0.06)
 
-    def _shaded(self, mesh: Mesh, base: Floats, shine: float) -> Soup:
+    def _shaded(self, mesh: TriangleMesh, base: Floats, shine: float) -> ProjectedTriangles:
         seen = self._into(mesh.corners)
         normal = self._into(mesh.normals, direction=True)
         normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
@@ -210,7 +218,7 @@ class Painter:
         to_eye /= np.linalg.norm(to_eye, axis=-1, keepdims=True)
         away = (normal * to_eye).sum(axis=-1, keepdims=True) < 0.0
         colour = lit(base, np.where(away, -normal, normal), to_eye, shine)
-        return Soup(seen, self._hazy(colour, seen, 0.3), np.ones(len(seen)))
+        return ProjectedTriangles(seen, self._hazy(colour, seen, 0.3), np.ones(len(seen)))
 
     def _hazy(self, colour: Floats, seen: Floats, most: float) -> Floats:
         """Return colours that are paler further away."""
@@ -223,7 +231,7 @@ class Painter:
         """Return points, or directions, as the camera sees them, shape (…, 3)."""
         return (points - (0.0 if direction else self.camera.target)) @ self.camera.axes.T
 
-    def _tools(self, moment: Moment) -> Iterator[tuple[Mesh, str]]:
+    def _tools(self, moment: InterpolatedFrame) -> Iterator[tuple[TriangleMesh, str]]:
         """Yield tools and threads with their colours."""
         for solid in self.film.solids:
             first, second = moment.position[list(solid.points)]
@@ -238,7 +246,7 @@ class Painter:
         first, second = (moment.position[ends] for ends in lines.ends[thread].T)
         yield capsules(first, second, lines.radius[thread], sides=16), palette.SILK
 
-    def _nodes(self, moment: Moment) -> Iterator[tuple[Mesh, str]]:
+    def _nodes(self, moment: InterpolatedFrame) -> Iterator[tuple[TriangleMesh, str]]:
         """Yield nodes that are held, fixed ones as boxes, and those that nothing touches."""
         film, size = self.film, self.marker
         held = is_there(film.held.life, moment.at)
@@ -268,12 +276,12 @@ class Painter:
         size = np.linalg.norm(force.astype(float), axis=1, keepdims=True)
         return force * (self._reach * np.where(size > most, most / np.maximum(size, most), 1.0))
 
-    def _arrows(self, moment: Moment) -> Mesh:
+    def _arrows(self, moment: InterpolatedFrame) -> TriangleMesh:
         arrow, thick = self._arrow(moment.force), 0.0022 * self.framing.size
         seen = np.linalg.norm(arrow, axis=1) > SHORTEST * thick
         return arrows(moment.position[: self.film.node_count][seen], arrow[seen], thick)
 
-    def _fading(self, moment: Moment) -> Soup:
+    def _fading(self, moment: InterpolatedFrame) -> ProjectedTriangles:
         """Return springs that broke a short while ago, without a colour that says something."""
         life = self.film.lines.life
         age = moment.at - life[:, 1]
@@ -283,13 +291,13 @@ class Painter:
 
     def _springs(
         self,
-        moment: Moment,
+        moment: InterpolatedFrame,
         there: Mask,
         slim: float,
         opacity: float | Floats,
         *,
         is_whole: bool = True,
-    ) -> Soup:
+    ) -> ProjectedTriangles:
         """Return springs as strips that face the eye; those that are pressed are dashed."""
         lines = self.film.lines
         chosen = np.flatnonzero(there & (lines.radius == 0.0) & self.shows_springs)
@@ -319,9 +327,11 @@ class Painter:
         corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)])
         tint = np.repeat(np.tile(colour[which], (2, 1))[:, None], 3, axis=1)
         alpha = np.broadcast_to(opacity, lines.tension.shape[1:])[chosen][which]
-        return Soup(corners, self._hazy(tint, corners, 0.62), np.tile(alpha, 2).astype(float))
+        return ProjectedTriangles(
+            corners, self._hazy(tint, corners, 0.62), np.tile(alpha, 2).astype(float)
+        )
 
-    def _coloured(self, moment: Moment, shown: Indices) -> tuple[Floats, Floats]:
+    def _coloured(self, moment: InterpolatedFrame, shown: Indices) -> tuple[Floats, Floats]:
         """Return numbers from -1 to 1 and colours of some lines."""
         if self.colour == "law":
             table = np.array([rgb(text) for text in palette.SERIES])
@@ -331,7 +341,7 @@ class Painter:
         value = np.clip(number[shown] / (self._most[self.colour] or 1.0), -1.0, 1.0)
         return value, ramp(palette.TENSION, value)
 
-    def _plane(self, moment: Moment, solid: Solid) -> Soup:
+    def _plane(self, moment: InterpolatedFrame, solid: ToolSolid) -> ProjectedTriangles:
         first, second = moment.position[list(solid.points)]
         axis = (second - first) / np.linalg.norm(second - first)
         points = self.framing.points
@@ -342,7 +352,7 @@ class Painter:
                       for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))  # fmt: skip
         seen = self._into(np.array([[a, b, c], [a, c, d]]))
         colour = np.broadcast_to(rgb(palette.STEEL), seen.shape)
-        return Soup(seen, colour, np.full(2, 0.35))
+        return ProjectedTriangles(seen, colour, np.full(2, 0.35))
 
     def _annotate(self, sheet, time: float) -> None:
         width, height = self.size

@@ -9,9 +9,9 @@ from tissuec.core.errors import TissueError
 from tissuec.model.network import Floats, Indices
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.film import Film, Lines, Piece, Skin, Solid
+from tissuec.view.player.film import Lines, PlayerData, SkinPiece, SurfacePiece, ToolSolid
 from tissuec.view.player.lifetimes import (
-    Lives,
+    Lifetimes,
     Mask,
     Register,
     Timeline,
@@ -20,7 +20,7 @@ from tissuec.view.player.lifetimes import (
 )
 from tissuec.view.player.options import Options
 from tissuec.view.player.thinning import (
-    Strands,
+    SpringLines,
     Thinning,
     strands,
     thin_triangles,
@@ -31,7 +31,7 @@ from tissuec.view.player.thinning import (
 FIX = "fix"
 
 
-def read_film(trajectory: Trajectory, options: Options) -> Film:
+def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     """Return what is drawn of a result.
 
     Raises:
@@ -47,7 +47,7 @@ def read_film(trajectory: Trajectory, options: Options) -> Film:
     strand = strands(thin, trajectory.ends)
     position, force = _vectors(trajectory, chosen, thin)
     fixed, held = _held(trajectory, timeline, thin)
-    return Film(
+    return PlayerData(
         times=timeline.times,
         position=position,
         force=force,
@@ -88,7 +88,7 @@ def choose_frames(times: Floats, options: Options) -> Indices:
 
 def _topologies(
     trajectory: Trajectory, timeline: Timeline, chosen: Indices
-) -> tuple[Lives, NDArray[np.integer], Floats, Lives]:
+) -> tuple[Lifetimes, NDArray[np.integer], Floats, Lifetimes]:
     """Return the lives of springs, triangles and theirs, and the lives of lonely nodes."""
     nodes, count = len(trajectory.nodes), len(trajectory.springs)
     register = Register(nodes, 3)
@@ -134,7 +134,9 @@ def _vectors(
     return position, force
 
 
-def _tensions(trajectory: Trajectory, chosen: Indices, strand: Strands) -> NDArray[np.float32]:
+def _tensions(
+    trajectory: Trajectory, chosen: Indices, strand: SpringLines
+) -> NDArray[np.float32]:
     """Return the tension of each strand, or the last one known, shape (frame, strand)."""
     tensions = np.zeros((len(chosen), len(strand.ends)), dtype=np.float32)
     for row, frame in enumerate(chosen):
@@ -149,8 +151,8 @@ def _tensions(trajectory: Trajectory, chosen: Indices, strand: Strands) -> NDArr
 def _lines(
     trajectory: Trajectory,
     thin: Thinning,
-    strand: Strands,
-    springs: Lives,
+    strand: SpringLines,
+    springs: Lifetimes,
     tension: NDArray[np.float32],
 ) -> Lines:
     found = strand.lives(springs)
@@ -170,7 +172,7 @@ def _lines(
     )
 
 
-def _rest(trajectory: Trajectory, thin: Thinning, strand: Strands) -> Floats:
+def _rest(trajectory: Trajectory, thin: Thinning, strand: SpringLines) -> Floats:
     """Return rest lengths [m] that give lines the mean stretch of their springs as drawn."""
     network = trajectory.network
     rest = network.rest[trajectory.springs]
@@ -190,23 +192,25 @@ def _lengths(position: Floats, ends: Indices) -> Floats:
     return np.linalg.norm(position[ends[:, 1]] - position[ends[:, 0]], axis=1)
 
 
-def _skin(trajectory: Trajectory, thin: Thinning, triangles: Indices, life: Floats) -> Skin:
+def _skin(
+    trajectory: Trajectory, thin: Thinning, triangles: Indices, life: Floats
+) -> SkinPiece:
     corners, first, life = thin_triangles(thin, triangles, life)
     smooth = np.zeros(len(trajectory.nodes), dtype=bool)
     for body in trajectory.network.bodies:
         if body.name in trajectory.surfaces and len(trajectory.surfaces[body.name]):
             inside = trajectory.nodes >= body.nodes.start
             smooth |= inside & (trajectory.nodes < body.nodes.stop)
-    return Skin(corners, life, smooth[triangles[first, 0]])
+    return SkinPiece(corners, life, smooth[triangles[first, 0]])
 
 
-def _held(trajectory: Trajectory, timeline: Timeline, thin: Thinning) -> tuple[Mask, Lives]:
+def _held(trajectory: Trajectory, timeline: Timeline, thin: Thinning) -> tuple[Mask, Lifetimes]:
     """Return the lives of nodes that are held, and whether by nobody that moves."""
     fixed, gripped = (
         thin.nodes(lives(_changes(trajectory, timeline, fixed=is_fixed), len(thin.place)))
         for is_fixed in (True, False)
     )
-    both = Lives(
+    both = Lifetimes(
         np.concatenate([fixed.of, gripped.of]), np.concatenate([fixed.life, gripped.life])
     )
     return np.arange(len(both.of)) < len(fixed.of), both
@@ -223,24 +227,26 @@ def _changes(
             yield float(timeline.frame_of(hold.time)), np.isin(trajectory.nodes, held)
 
 
-def _solids(trajectory: Trajectory, nodes: int) -> tuple[Solid, ...]:
+def _solids(trajectory: Trajectory, nodes: int) -> tuple[ToolSolid, ...]:
     """Return the shapes of tools, whose points stand behind the nodes."""
     if trajectory.tools is None:
         return ()
     shapes = [(tool, shape) for tool in trajectory.network.tools for shape in tool.shapes]
     return tuple(
-        Solid(shape.kind, shape.radius, (nodes + 2 * number, nodes + 2 * number + 1), tool.name)
+        ToolSolid(
+            shape.kind, shape.radius, (nodes + 2 * number, nodes + 2 * number + 1), tool.name
+        )
         for number, (tool, shape) in enumerate(shapes)
     )
 
 
-def _pieces(series: SurfaceSeries, timeline: Timeline, options: Options) -> list[Piece]:
+def _pieces(series: SurfaceSeries, timeline: Timeline, options: Options) -> list[SurfacePiece]:
     """Return a smooth surface as pieces whose triangles stay the same."""
     chosen = choose_frames(series.times, options)
-    found: list[Piece] = []
+    found: list[SurfacePiece] = []
     for part in np.unique(series.parts[chosen]):
         own = chosen[series.parts[chosen] == part]
         position = np.stack([series.position(int(frame)) for frame in own])
         frames = timeline.frame_of(series.times[own])
-        found.append(Piece(frames, series.triangles(int(own[0])), position))
+        found.append(SurfacePiece(frames, series.triangles(int(own[0])), position))
     return found

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tissuec.model import topology
 from tissuec.model.network import Floats, Indices
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.lifetimes import FOREVER, Lives
+from tissuec.view.player.lifetimes import FOREVER, Lifetimes
 
 
 class Thinning(Struct, frozen=True, eq=False):
@@ -33,10 +33,10 @@ class Thinning(Struct, frozen=True, eq=False):
         """Return whether all nodes are drawn."""
         return len(self.kept) == len(self.place)
 
-    def nodes(self, found: Lives) -> Lives:
+    def nodes(self, found: Lifetimes) -> Lifetimes:
         """Return the lives of those nodes that are drawn."""
         drawn = self.kept[self.place[found.of]] == found.of
-        return Lives(self.place[found.of[drawn]], found.life[drawn])
+        return Lifetimes(self.place[found.of[drawn]], found.life[drawn])
 
 
 def whole(count: int) -> Thinning:
@@ -98,7 +98,7 @@ def _groups(trajectory: Trajectory) -> Indices:
     return np.where(alone, 0, labels + 1) * (int(bodies.max(initial=0)) + 1) + bodies
 
 
-class Strands(Struct, frozen=True, eq=False):
+class SpringLines(Struct, frozen=True, eq=False):
     """What lines are drawn for the springs.
 
     Attributes:
@@ -125,7 +125,7 @@ class Strands(Struct, frozen=True, eq=False):
         sums = np.bincount(at, values, minlength=len(self.ends))
         return sums[there] / count[there], there
 
-    def lives(self, springs: Lives) -> Lives:
+    def lives(self, springs: Lifetimes) -> Lifetimes:
         """Return from when until when any spring of each strand is there."""
         if len(self.ends) == len(self.of):
             return springs
@@ -134,14 +134,14 @@ class Strands(Struct, frozen=True, eq=False):
         births, deaths = np.full(len(self.ends), FOREVER), np.zeros(len(self.ends))
         np.minimum.at(births, at, life[:, 0])
         np.maximum.at(deaths, at, life[:, 1])
-        return Lives(np.arange(len(self.ends)), np.stack([births, deaths], axis=1))
+        return Lifetimes(np.arange(len(self.ends)), np.stack([births, deaths], axis=1))
 
 
-def strands(thinning: Thinning, ends: Indices) -> Strands:
+def strands(thinning: Thinning, ends: Indices) -> SpringLines:
     """Return the lines that are drawn for springs with these ends, shape (spring, 2)."""
     numbers = np.arange(len(ends))
     if thinning.is_whole:
-        return Strands(numbers, ends, numbers)
+        return SpringLines(numbers, ends, numbers)
     pairs = np.sort(thinning.place[ends], axis=1)
     apart = pairs[:, 0] != pairs[:, 1]
     of = np.full(len(ends), -1)
@@ -149,7 +149,7 @@ def strands(thinning: Thinning, ends: Indices) -> Strands:
         pairs[apart], axis=0, return_index=True, return_inverse=True
     )
     of[apart] = inverse.reshape(-1)
-    return Strands(of, drawn.reshape(-1, 2), numbers[apart][first])
+    return SpringLines(of, drawn.reshape(-1, 2), numbers[apart][first])
 
 
 def thin_triangles(

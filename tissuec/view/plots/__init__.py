@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tissuec.view.plots.page import Picture
-    from tissuec.view.plots.subjects import Subject
+    from tissuec.view.plots.subjects import PlotSubject
 
 
 class WrongOption(ValueError):
@@ -35,7 +35,7 @@ class Plot(Protocol):
     takes: ClassVar[str]
     several: ClassVar[bool]
 
-    def picture(self, subjects: "Sequence[Subject]") -> "Picture":
+    def picture(self, subjects: "Sequence[PlotSubject]") -> "Picture":
         """Return what is to be drawn, with all that it needs.
 
         Raises:
@@ -103,7 +103,7 @@ def draw(
         return figure
 
 
-def usual(subjects: "Sequence[Subject]", options: dict[str, Any]) -> str:
+def usual(subjects: "Sequence[PlotSubject]", options: dict[str, Any]) -> str:
     """Return the kind that suits subjects and has all of some options."""
     taking = [name for name in PLOTS if PLOTS[name].takes == subjects[0].kind]
     first = USUAL[subjects[0].kind]
@@ -146,7 +146,7 @@ def _is_one(value: Any) -> bool:
     return isinstance(value, str | int | float)
 
 
-def check(kind: str, plot: Plot, subjects: "Sequence[Subject]") -> None:
+def check(kind: str, plot: Plot, subjects: "Sequence[PlotSubject]") -> None:
     """Make sure that a kind can be drawn of subjects.
 
     Raises:

@@ -8,7 +8,7 @@ import numpy as np
 
 from tissuec.core.palette import INK, SERIES
 from tissuec.model.network import Floats
-from tissuec.view.plots.page import Sheet
+from tissuec.view.plots.page import Canvas
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +68,7 @@ def thinned_band(x: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, 
     )
 
 
-def name_curves(sheet: Sheet, axes: "Axes", lines: Sequence["Line2D"]) -> None:
+def name_curves(sheet: Canvas, axes: "Axes", lines: Sequence["Line2D"]) -> None:
     """Write the names of curves behind their ends, or in a legend where ends lie together."""
     if len(lines) < 2:
         return
@@ -98,7 +98,7 @@ def beside(axes: "Axes", drawn: Sequence[Any], **options: Any) -> None:
     )  # fmt: skip
 
 
-def above(sheet: Sheet, lines: Sequence["Line2D"]) -> None:
+def above(sheet: Canvas, lines: Sequence["Line2D"]) -> None:
     """Put a legend of files above all axes."""
     longest = max(len(str(line.get_label())) for line in lines)
     columns = max(1, min(len(lines), 96 // (longest + 8)))

@@ -13,9 +13,9 @@ from tissuec.results.recording import ENERGIES
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import DASHES, look, plain
 from tissuec.view.plots.options import Option, Start, Stop
-from tissuec.view.plots.over_time import Curve, Panel, Window, picture_of
+from tissuec.view.plots.over_time import Panel, TimeCurve, Window, picture_of
 from tissuec.view.plots.page import Picture
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
@@ -29,7 +29,7 @@ DRIFT = "energy drift"
 LATER = ("dissipated", SUPPLY)
 
 
-class Books(NamedTuple):
+class EnergySeries(NamedTuple):
     """The energies of a run [J], each of shape (moment,).
 
     Attributes:
@@ -59,34 +59,34 @@ class Energies(Struct, frozen=True):
     start: Start = None
     stop: Stop = None
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         heights = (1.7, 0.9) if len(subjects) == 1 else ()
         return picture_of(self.panels(subjects), subjects, heights=heights)
 
-    def panels(self, runs: Sequence[Subject]) -> list[Panel]:
+    def panels(self, runs: Sequence[PlotSubject]) -> list[Panel]:
         """Return the energies, and below them the error of the books."""
         known = {run: self._books(run.content) for run in runs}
         if len(runs) == 1:
             (books,) = known.values()
             stacks = not self.lines and _can_be_stacked(books)
             above = Panel("energy", "J", _stacked(books) if stacks else _lines(books))
-            closing = [Curve("", books.time, books.error, plain())]
+            closing = [TimeCurve("", books.time, books.error, plain())]
             return [above, Panel(DRIFT, "", closing, is_log=True)]
         panels = [
             Panel(f"energy {name}" if name in LATER else f"{name} energy", "J", [
-                Curve("", books.time, _part(books, name), look(number))
+                TimeCurve("", books.time, _part(books, name), look(number))
                 for number, books in enumerate(known.values())
             ])
             for name in (*STACK, SUPPLY)
         ]  # fmt: skip
         shown = [panel for panel in panels if any(c.value.any() for c in panel.curves)]
         closing = [
-            Curve("", books.time, books.error, look(number))
+            TimeCurve("", books.time, books.error, look(number))
             for number, books in enumerate(known.values())
         ]
         return [*shown, Panel(DRIFT, "", closing, is_log=True)]
 
-    def _books(self, trajectory: "Trajectory") -> Books:
+    def _books(self, trajectory: "Trajectory") -> EnergySeries:
         if trajectory.energies is None:
             raise TissueError(
                 f'"{trajectory.path}" holds no energies; write output {{ energy every 10 ms }} '
@@ -95,14 +95,14 @@ class Energies(Struct, frozen=True):
         books = books_of(*trajectory.energies.with_jumps())
         rows = Window(self.start, self.stop).rows(books.time, "the table of energies")
         parts = {name: part[rows] for name, part in books.parts.items()}
-        return Books(books.time[rows], parts, books.supply[rows], books.error[rows])
+        return EnergySeries(books.time[rows], parts, books.supply[rows], books.error[rows])
 
 
-def books_of(time: Floats, value: Floats) -> Books:
+def books_of(time: Floats, value: Floats) -> EnergySeries:
     """Return the books that a table of energies [J] stands for, shape (moment, column)."""
     parts: dict[str, Floats] = dict(zip(ENERGIES, value.T, strict=True))
     if not len(time):
-        return Books(time, parts, time, time)
+        return EnergySeries(time, parts, time, time)
     parts["gravity"] = parts["gravity"] - np.nanmin(parts["gravity"])
     there = parts["kinetic"] + parts["elastic"] + parts["gravity"] + parts["dissipated"]
     given = parts["work"] + parts["switched"]
@@ -113,24 +113,24 @@ def books_of(time: Floats, value: Floats) -> Books:
     largest = np.maximum.accumulate(sizes)
     error = np.zeros(len(time))
     np.divide(np.abs(there - supply), largest, out=error, where=largest > 0.0)
-    return Books(time, parts, supply, error)
+    return EnergySeries(time, parts, supply, error)
 
 
-def _part(books: Books, name: str) -> Floats:
+def _part(books: EnergySeries, name: str) -> Floats:
     return books.supply if name == SUPPLY else books.parts[name]
 
 
-def _largest(books: Books) -> float:
+def _largest(books: EnergySeries) -> float:
     return max(float(np.abs(_part(books, name)).max()) for name in (*STACK, SUPPLY))
 
 
-def _can_be_stacked(books: Books) -> bool:
+def _can_be_stacked(books: EnergySeries) -> bool:
     """Tell whether no part is below zero, as where dampers are paid or a law gives energy."""
     least = -_SHARE * _largest(books)
     return all(bool((books.parts[name] >= least).all()) for name in STACK)
 
 
-def _stacked(books: Books) -> list[Curve]:
+def _stacked(books: EnergySeries) -> list[TimeCurve]:
     """Return the parts above one another, and a line for what was put in."""
     curves, low = [], np.zeros(len(books.time))
     for name in STACK:
@@ -138,17 +138,17 @@ def _stacked(books: Books) -> list[Curve]:
         if part.max() > _SHARE * _largest(books):
             high = low + part
             looks = {"color": SERIES[_SERIES[name]]}
-            curves.append(Curve(name, books.time, high, looks, (low, high), is_layer=True))
+            curves.append(TimeCurve(name, books.time, high, looks, (low, high), is_layer=True))
             low = high
     looks = {"color": INK, "linestyle": DASHES[1], "linewidth": 1.2}
-    return [*curves, Curve(SUPPLY, books.time, books.supply, looks)]
+    return [*curves, TimeCurve(SUPPLY, books.time, books.supply, looks)]
 
 
-def _lines(books: Books) -> list[Curve]:
+def _lines(books: EnergySeries) -> list[TimeCurve]:
     """Return a line for each part that is there, and for what was put in."""
     curves = [
-        Curve(name, books.time, books.parts[name], look(number))
+        TimeCurve(name, books.time, books.parts[name], look(number))
         for number, name in enumerate(STACK)
         if np.abs(books.parts[name]).max() > _SHARE * _largest(books)
     ]
-    return [*curves, Curve(SUPPLY, books.time, books.supply, plain(1))]
+    return [*curves, TimeCurve(SUPPLY, books.time, books.supply, plain(1))]

@@ -11,9 +11,9 @@ from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import look, plain
 from tissuec.view.plots.frame_reader import largest_displacements
 from tissuec.view.plots.options import Start, Stop
-from tissuec.view.plots.over_time import Curve, Panel, Window, picture_of
+from tissuec.view.plots.over_time import Panel, TimeCurve, Window, picture_of
 from tissuec.view.plots.page import Picture
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Log, Trajectory
@@ -31,7 +31,7 @@ class Errors(Struct, frozen=True):
     start: Start = None
     stop: Stop = None
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         return picture_of([self.panel(subjects[0].content)], subjects, heights=(1.7,))
 
     def panel(self, trajectory: "Trajectory") -> Panel:
@@ -51,11 +51,11 @@ class Errors(Struct, frozen=True):
             curves.append(allowed)
         return Panel("error of positions", "m", curves, is_log=True)
 
-    def _curve(self, name: str, log: "Log", number: int) -> Curve:
+    def _curve(self, name: str, log: "Log", number: int) -> TimeCurve:
         rows = Window(self.start, self.stop).rows(log.time, f"the error {name}")
-        return Curve(name, log.time[rows], log.value[rows, 0], look(number))
+        return TimeCurve(name, log.time[rows], log.value[rows, 0], look(number))
 
-    def _allowed(self, trajectory: "Trajectory") -> Curve | None:
+    def _allowed(self, trajectory: "Trajectory") -> TimeCurve | None:
         """Return what the tolerance allows; None where a fixed step promises nothing."""
         from tissuec.engine.execution.companion import SMALLEST, USUAL
 
@@ -67,7 +67,7 @@ class Errors(Struct, frozen=True):
             largest_displacements(trajectory), SMALLEST * trajectory.network.extent
         )
         rows = Window(self.start, self.stop).rows(trajectory.times, "the trajectory")
-        return Curve(
+        return TimeCurve(
             f"allowed by {tolerance:g}",
             trajectory.times[rows],
             tolerance * reach[rows],

@@ -17,11 +17,11 @@ from tissuec.view.plots.marks import SILENT, told
 from tissuec.view.plots.options import Direction, Option, read_time
 from tissuec.view.plots.origin import origin_of
 from tissuec.view.plots.over_time import say_unfinished
-from tissuec.view.plots.page import Picture, Sheet
-from tissuec.view.plots.projection import View, suiting
-from tissuec.view.plots.scale import Scale, scale_of
+from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.projection import Projection, suiting
+from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.solid import Mask, seen_springs, solid_nodes
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +40,7 @@ _BARS = (1.0, 2.0, 5.0)
 SHOWN = ("springs", "skin", "surface")
 
 
-class Moment(NamedTuple):
+class ChosenFrame(NamedTuple):
     """A frame and what it is called."""
 
     frame: int
@@ -81,7 +81,7 @@ class Frames(Struct, frozen=True):
         "springs"
     )
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         subject = subjects[0]
         trajectory: Trajectory = subject.content
         if self.show not in SHOWN:
@@ -91,14 +91,14 @@ class Frames(Struct, frozen=True):
         shown = Shown.of(self, trajectory)
         columns, height = shown.layout()
 
-        def draw(sheet: Sheet) -> None:
+        def draw(sheet: Canvas) -> None:
             shown.draw(sheet, columns)
             say_unfinished(sheet, subjects)
 
         return Picture(WIDTH, height, draw, shown.notes)
 
 
-def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[Moment]:
+def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[ChosenFrame]:
     """Return frames by time; without times, some that are apart in time and in motion."""
     known = trajectory.times
     if times:
@@ -120,7 +120,7 @@ def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[Moment]:
         text = show(float(known[frame]), TIME)
         titles.append(text + (f": {told(between)}" if between and known[frame] > 0.0 else ""))
         before = known[frame]
-    return [Moment(frame, title) for frame, title in zip(frames, titles, strict=True)]
+    return [ChosenFrame(frame, title) for frame, title in zip(frames, titles, strict=True)]
 
 
 def telling_frames(trajectory: "Trajectory") -> list[int]:
@@ -150,10 +150,10 @@ class Shown(Struct, frozen=True, eq=False):
 
     trajectory: "Trajectory"
     kind: str
-    moments: list[Moment]
-    view: View
+    moments: list[ChosenFrame]
+    view: Projection
     points: list[Floats]
-    scale: Scale
+    scale: AxisUnit
     box: tuple[float, float, float, float]
     norm: "Normalize | None"
     solid: Mask
@@ -165,7 +165,7 @@ class Shown(Struct, frozen=True, eq=False):
         """Read what is to be drawn."""
         chosen = moments(trajectory, plot.times)
         own = trajectory.nodes < trajectory.network.body_nodes
-        view = View(*plot.view) if plot.view else suiting(drawn(trajectory)[own])
+        view = Projection(*plot.view) if plot.view else suiting(drawn(trajectory)[own])
         points = [np.asarray(trajectory.position[m.frame], dtype=float) for m in chosen]
         tools, notes = _tools(trajectory)
         norm = None
@@ -207,7 +207,7 @@ class Shown(Struct, frozen=True, eq=False):
             best = max(best, (worth, columns, height))
         return best[1], max(best[2], 45.0)
 
-    def draw(self, sheet: Sheet, columns: int) -> None:
+    def draw(self, sheet: Canvas, columns: int) -> None:
         rows = -(-len(self.moments) // columns)
         grid = sheet.figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         panels = grid.ravel()
@@ -225,7 +225,7 @@ class Shown(Struct, frozen=True, eq=False):
             for moment, points in zip(self.moments, self.points, strict=True)
         ]
 
-    def _springs(self, moment: Moment, points: Floats) -> tuple[Floats, Indices]:
+    def _springs(self, moment: ChosenFrame, points: Floats) -> tuple[Floats, Indices]:
         """Return the tensions [N] of the springs that are drawn, and their rows."""
         tension, rows = self.trajectory.spring_force(moment.frame)
         triangles = self.trajectory.cells(moment.frame).triangles
@@ -233,7 +233,7 @@ class Shown(Struct, frozen=True, eq=False):
         seen = seen_springs(ends, self.solid, points, triangles, self.view)
         return tension[seen], rows[seen]
 
-    def _draw_moment(self, axes: "Axes", moment: Moment, points: Floats) -> None:
+    def _draw_moment(self, axes: "Axes", moment: ChosenFrame, points: Floats) -> None:
         place, view, run = self.scale.of(points), self.view, self.trajectory
         cells = run.cells(moment.frame)
         if self.kind == "surface":
@@ -277,7 +277,7 @@ class Shown(Struct, frozen=True, eq=False):
 
 
 def _reached(
-    place: Floats, own: NDArray[np.bool_], tools: Sequence[Part], view: View
+    place: Floats, own: NDArray[np.bool_], tools: Sequence[Part], view: Projection
 ) -> Floats:
     """Return what a moment must show on paper [m], shape (point, 2).
 
@@ -298,7 +298,7 @@ def _line_width(springs: int) -> float:
     return float(np.clip(0.9 * (1500.0 / max(springs, 1)) ** 0.35, 0.15, 1.2))
 
 
-def _draw_bar(axes: "Axes", scale: Scale, box: tuple[float, float, float, float]) -> None:
+def _draw_bar(axes: "Axes", scale: AxisUnit, box: tuple[float, float, float, float]) -> None:
     """Draw a bar of a round length below the right end of a panel."""
     left, low, right, _ = scale.of(box)
     wanted = 0.2 * (right - left)
@@ -315,7 +315,7 @@ def _draw_bar(axes: "Axes", scale: Scale, box: tuple[float, float, float, float]
 
 
 def _say_tensions(
-    sheet: Sheet, norm: "Normalize", tensions: list[Floats], panels: list["Axes"]
+    sheet: Canvas, norm: "Normalize", tensions: list[Floats], panels: list["Axes"]
 ) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize

@@ -12,10 +12,10 @@ from tissuec.model.network import Floats
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import look, plain
 from tissuec.view.plots.options import Option, Start, Stop
-from tissuec.view.plots.over_time import Curve, Panel, Window, alike, picture_of
+from tissuec.view.plots.over_time import Panel, TimeCurve, Window, alike, picture_of
 from tissuec.view.plots.page import Picture
 from tissuec.view.plots.scale import largest_of
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Log, Trajectory
@@ -44,11 +44,11 @@ class Logs(Struct, frozen=True):
     start: Start = None
     stop: Stop = None
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         panels, notes = self.panels(subjects)
         return picture_of(panels, subjects, notes=notes)
 
-    def panels(self, runs: Sequence[Subject]) -> tuple[list[Panel], list[str]]:
+    def panels(self, runs: Sequence[PlotSubject]) -> tuple[list[Panel], list[str]]:
         """Return what is drawn, and what there is to be said of what is not."""
         panels, notes = [], []
         for name in self._names(runs):
@@ -63,7 +63,7 @@ class Logs(Struct, frozen=True):
             notes.append(f"{counted(left, 'panel')} left out; name logs to see others")
         return panels[:MOST_PANELS], notes
 
-    def _names(self, runs: Sequence[Subject]) -> list[str]:
+    def _names(self, runs: Sequence[PlotSubject]) -> list[str]:
         """Return which logs are shown, in the order of the scenes."""
         every = list(dict.fromkeys(name for run in runs for name in run.content.logs))
         if not every:
@@ -95,26 +95,26 @@ class Logs(Struct, frozen=True):
             return [Panel(name, log.unit, curves)]
         if len(log.columns) <= MOST_COLUMNS:
             names = [_column(column) if len(log.columns) > 1 else "" for column in log.columns]
-            curves = [Curve(n, time, value[:, k], look(k)) for k, n in enumerate(names)]
+            curves = [TimeCurve(n, time, value[:, k], look(k)) for k, n in enumerate(names)]
             return [Panel(name, log.unit, curves)]
         low, high = np.fmin.reduce(value, axis=1), np.fmax.reduce(value, axis=1)
         curves = [
-            Curve("largest", time, high, look(0), (low, high)),
-            Curve("smallest", time, low, look(1)),
+            TimeCurve("largest", time, high, look(0), (low, high)),
+            TimeCurve("smallest", time, low, look(1)),
         ]
         return [Panel(f"{name}, {len(log.columns)} values", log.unit, curves)]
 
     def _of_several(
-        self, name: str, runs: Sequence[Subject], held: "dict[Subject, Log]"
+        self, name: str, runs: Sequence[PlotSubject], held: "dict[PlotSubject, Log]"
     ) -> list[Panel]:
         """Return a panel for each component, with a curve for each run."""
-        parts: dict[str, list[Curve]] = {}
+        parts: dict[str, list[TimeCurve]] = {}
         unit = next(iter(held.values())).unit
         for number, run in enumerate(runs):
             if run in held:
                 for part, time, value in self._parts(name, held[run]):
                     curves = parts.setdefault(part, [])
-                    curves.append(Curve("", time, value, look(number)))
+                    curves.append(TimeCurve("", time, value, look(number)))
         sizes = {part: _size(curves) for part, curves in parts.items()}
         largest = max(sizes.values())
         shown = [part for part in parts if sizes[part] > NOTHING * largest] or list(parts)[:1]
@@ -132,7 +132,7 @@ class Logs(Struct, frozen=True):
         return [("(largest)", time, np.fmax.reduce(value, axis=1))]
 
 
-def _has_rows(run: Subject, name: str) -> bool:
+def _has_rows(run: PlotSubject, name: str) -> bool:
     return name in run.content.logs and len(run.content.logs[name].time) > 0
 
 
@@ -141,25 +141,25 @@ def is_place(name: str) -> bool:
     return name.startswith("position of ")
 
 
-def _vector(name: str, time: Floats, value: Floats) -> list[Curve]:
+def _vector(name: str, time: Floats, value: Floats) -> list[TimeCurve]:
     """Return the components that are there, and their magnitude if that says more."""
     sizes = np.abs(np.where(np.isfinite(value), value, 0.0)).max(axis=0)
     present = [k for k in range(3) if sizes[k] > NOTHING * sizes.max()]
-    curves = [Curve(AXES[k], time, value[:, k], look(k)) for k in present]
+    curves = [TimeCurve(AXES[k], time, value[:, k], look(k)) for k in present]
     if is_place(name):
-        return curves or [Curve("", time, value[:, 0], look(0))]
+        return curves or [TimeCurve("", time, value[:, 0], look(0))]
     if len(present) == 1:
         return curves
     magnitude = np.linalg.norm(value, axis=1)
     looks = plain() | {"linewidth": 1.6, "alpha": 0.85, "zorder": 1.9}
-    return [Curve("magnitude" if present else "", time, magnitude, looks), *curves]
+    return [TimeCurve("magnitude" if present else "", time, magnitude, looks), *curves]
 
 
 def _column(column: str | int) -> str:
     return f"spring {column}" if isinstance(column, int) else str(column)
 
 
-def _size(curves: Sequence[Curve]) -> float:
+def _size(curves: Sequence[TimeCurve]) -> float:
     return largest_of(curve.value for curve in curves)
 
 

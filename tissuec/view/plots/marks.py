@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from tissuec.core.palette import INK
 from tissuec.results.recording import Event
-from tissuec.view.plots.scale import Scale
+from tissuec.view.plots.scale import AxisUnit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +22,7 @@ _SMALL = 7
 def mark_events(
     axes: Sequence["Axes"],
     happened: Sequence[tuple[float, str]],
-    scale: Scale,
+    scale: AxisUnit,
     *,
     color: str = INK,
     linestyle: Any = (0, (4, 3)),

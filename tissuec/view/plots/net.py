@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.palette import INK, LUMEN, SKIN, STEEL, TENSION
 from tissuec.model.network import Floats, Network
-from tissuec.view.plots.projection import View
+from tissuec.view.plots.projection import Projection
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +41,7 @@ def tension_norm(tensions: list[Floats]) -> "Normalize":
 def draw_springs(
     axes: "Axes",
     ends: Floats,
-    view: View,
+    view: Projection,
     *,
     tension: Floats | None = None,
     norm: "Normalize | None" = None,
@@ -80,7 +80,12 @@ def draw_springs(
 
 
 def draw_skin(
-    axes: "Axes", position: Floats, triangles: NDArray[np.integer], view: View, *, rims: bool
+    axes: "Axes",
+    position: Floats,
+    triangles: NDArray[np.integer],
+    view: Projection,
+    *,
+    rims: bool,
 ) -> Any:
     """Draw triangles in the light of a lamp, those further away first.
 
@@ -106,14 +111,14 @@ def draw_skin(
     return axes.add_collection(skin)
 
 
-def draw_nodes(axes: "Axes", position: Floats, view: View, *, colour: str = INK) -> None:
+def draw_nodes(axes: "Axes", position: Floats, view: Projection, *, colour: str = INK) -> None:
     """Draw nodes that have no spring, in what the axes are in, shape (node, 3)."""
     if len(position):
         x, y = view.flat(position).T
         axes.plot(x, y, "o", color=colour, markersize=4, zorder=3)
 
 
-def draw_tool(axes: "Axes", points: Floats, radius: float, view: View) -> None:
+def draw_tool(axes: "Axes", points: Floats, radius: float, view: Projection) -> None:
     """Draw all points within a radius of a line, in what the axes are in, shape (2, 3)."""
     from matplotlib.patches import Polygon
 

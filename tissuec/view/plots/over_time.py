@@ -13,9 +13,9 @@ from tissuec.core.units import TIME, show
 from tissuec.model.network import Floats
 from tissuec.view.plots.curves import above, beside, look, name_curves, thinned, thinned_band
 from tissuec.view.plots.marks import clusters, mark_events, stagger
-from tissuec.view.plots.page import Picture, Sheet
-from tissuec.view.plots.scale import Scale, largest_of, scale_of
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.scale import AxisUnit, largest_of, scale_of
+from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import whole_decades
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _PALE, _SOLID = 0.22, 0.75  # how much a band hides
 _ROUNDING = 1e-9
 
 
-class Curve(Struct, frozen=True, eq=False):
+class TimeCurve(Struct, frozen=True, eq=False):
     """A number over time.
 
     Attributes:
@@ -64,7 +64,7 @@ class Panel(Struct, frozen=True, eq=False):
 
     name: str
     unit: str
-    curves: list[Curve]
+    curves: list[TimeCurve]
     is_log: bool = False
     size: float | None = None
 
@@ -91,7 +91,7 @@ class Window(Struct, frozen=True):
 
 def picture_of(
     panels: Sequence[Panel],
-    runs: Sequence[Subject],
+    runs: Sequence[PlotSubject],
     *,
     notes: Sequence[str] = (),
     heights: Sequence[float] = (),
@@ -104,14 +104,14 @@ def picture_of(
     height = AROUND + PANEL * (sum(heights) if heights else len(panels))
     layout = {"height_ratios": list(heights)} if heights else {}
 
-    def draw(sheet: Sheet) -> None:
+    def draw(sheet: Canvas) -> None:
         draw_panels(sheet, panels, runs, **layout)
 
     return Picture(WIDTH, height, draw, tuple(notes))
 
 
 def draw_panels(
-    sheet: Sheet, panels: Sequence[Panel], runs: Sequence[Subject], **layout: Any
+    sheet: Canvas, panels: Sequence[Panel], runs: Sequence[PlotSubject], **layout: Any
 ) -> list["Axes"]:
     """Draw panels with the events of the runs; several runs are named above all.
 
@@ -148,7 +148,7 @@ def _key(axes: "Axes", name: str, number: int) -> "Line2D":
 
 
 def _draw_panel(
-    sheet: Sheet, axes: "Axes", panel: Panel, time: Scale, *, names: bool
+    sheet: Canvas, axes: "Axes", panel: Panel, time: AxisUnit, *, names: bool
 ) -> list[Any]:
     """Draw a panel; return what bears the names of its curves, written there or not."""
     scale = scale_of(panel.unit, numbers_of([panel]) if panel.size is None else [panel.size])
@@ -184,7 +184,7 @@ def alike(panels: list[Panel]) -> list[Panel]:
     return [replace(panel, size=largest) for panel in panels]
 
 
-def _show_what_stays(axes: "Axes", panel: Panel, scale: Scale) -> None:
+def _show_what_stays(axes: "Axes", panel: Panel, scale: AxisUnit) -> None:
     """Keep an axis from showing the rounding of numbers that are all the same."""
     numbers = np.concatenate([curve.value for curve in panel.curves])
     known = scale.of(numbers[np.isfinite(numbers)])
@@ -194,7 +194,7 @@ def _show_what_stays(axes: "Axes", panel: Panel, scale: Scale) -> None:
         axes.set_ylim(known[0] - around, known[0] + around)
 
 
-def _draw_curve(axes: "Axes", curve: Curve, time: Scale, scale: Scale) -> Any:
+def _draw_curve(axes: "Axes", curve: TimeCurve, time: AxisUnit, scale: AxisUnit) -> Any:
     """Draw a curve; return what bears its name."""
     label = curve.name or "_"
     if curve.band is not None:
@@ -214,10 +214,10 @@ def _draw_curve(axes: "Axes", curve: Curve, time: Scale, scale: Scale) -> Any:
 
 
 def _mark(
-    sheet: Sheet,
+    sheet: Canvas,
     axes: Sequence["Axes"],
-    runs: Sequence[Subject],
-    scale: Scale,
+    runs: Sequence[PlotSubject],
+    scale: AxisUnit,
     shown: tuple[float, float],
 ) -> None:
     """Mark what happened: in all runs alike, or else in the colour of each."""
@@ -237,7 +237,7 @@ def _mark(
         sheet.later.append(lambda: stagger(texts, axes[0]))
 
 
-def say_unfinished(sheet: Sheet, runs: Sequence[Subject]) -> None:
+def say_unfinished(sheet: Canvas, runs: Sequence[PlotSubject]) -> None:
     """Say in the picture, and beside it, which runs did not come to their end."""
     said = [text for run in runs if (text := unfinished(run))]
     for text in said:
@@ -246,7 +246,7 @@ def say_unfinished(sheet: Sheet, runs: Sequence[Subject]) -> None:
         sheet.figure.supxlabel("\n".join(said), fontsize=8, style="italic")
 
 
-def unfinished(run: Subject) -> str:
+def unfinished(run: PlotSubject) -> str:
     """Return how far an unfinished run has come; nothing of one that is finished."""
     trajectory = run.content
     if trajectory.finished:

@@ -12,8 +12,8 @@ from tissuec.view.plots.frames import Frames
 from tissuec.view.plots.logs import Logs
 from tissuec.view.plots.options import Direction
 from tissuec.view.plots.over_time import WIDTH, picture_of
-from tissuec.view.plots.page import Picture, Sheet
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
@@ -35,7 +35,7 @@ class Overview(Struct, frozen=True):
 
     view: Direction = None
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         parts = self._parts(subjects)
         if not parts:
             raise TissueError(
@@ -43,7 +43,7 @@ class Overview(Struct, frozen=True):
                 "write output { trajectory every 20 ms } into the scene and run it again"
             )
 
-        def draw(sheet: Sheet) -> None:
+        def draw(sheet: Canvas) -> None:
             heights = [part.height for part in parts]
             figures = sheet.figure.subfigures(
                 len(parts), 1, height_ratios=heights, squeeze=False
@@ -54,7 +54,7 @@ class Overview(Struct, frozen=True):
 
         return Picture(WIDTH, HEAD + sum(part.height for part in parts), draw)
 
-    def _parts(self, subjects: Sequence[Subject]) -> list[Picture]:
+    def _parts(self, subjects: Sequence[PlotSubject]) -> list[Picture]:
         """Return the pictures of what the result has, from above."""
         trajectory: Trajectory = subjects[0].content
         parts, panels, notes = [], [], []
@@ -82,7 +82,7 @@ def _telling(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in names if name in chosen)
 
 
-def _head(subject: Subject) -> str:
+def _head(subject: PlotSubject) -> str:
     """Return what a page is of: scene, size, method and outcome."""
     trajectory: Any = subject.content
     network, manifest = trajectory.network, trajectory.manifest

@@ -57,7 +57,7 @@ STYLE: dict[str, Any] = {
 }
 
 
-class Sheet(Struct):
+class Canvas(Struct):
     """A figure, or a part of one, that is drawn on.
 
     Attributes:
@@ -70,9 +70,9 @@ class Sheet(Struct):
     notes: list[str] = field(default_factory=list)
     later: list[Callable[[], None]] = field(default_factory=list)
 
-    def part(self, figure: "FigureBase") -> "Sheet":
+    def part(self, figure: "FigureBase") -> "Canvas":
         """Return a part of this sheet."""
-        return Sheet(figure, self.notes, self.later)
+        return Canvas(figure, self.notes, self.later)
 
     def note(self, text: str) -> None:
         """Say something once."""
@@ -91,10 +91,10 @@ class Picture(Struct, frozen=True):
 
     width: float
     height: float
-    draw: Callable[[Sheet], object]
+    draw: Callable[[Canvas], object]
     notes: tuple[str, ...] = ()
 
-    def on(self, sheet: Sheet) -> None:
+    def on(self, sheet: Canvas) -> None:
         """Draw it, and say what there is to be said."""
         self.draw(sheet)
         for note in self.notes:
@@ -127,7 +127,7 @@ def style() -> Iterator[None]:
 
 
 @contextmanager
-def new_sheet(width: float, height: float) -> Iterator[Sheet]:
+def new_sheet(width: float, height: float) -> Iterator[Canvas]:
     """Yield an empty sheet of a size [mm], and finish it behind the block.
 
     Raises:
@@ -137,7 +137,7 @@ def new_sheet(width: float, height: float) -> Iterator[Sheet]:
     with style():
         size = (width * MILLIMETRE, height * MILLIMETRE)
         figure = _page_class()(figsize=size, dpi=DPI, layout="constrained")
-        sheet = Sheet(figure)
+        sheet = Canvas(figure)
         yield sheet
         _show_plainly(figure)
         _lay_out(figure)

@@ -11,8 +11,8 @@ from tissuec.core.units import si_unit
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.sets import Gaussian, Shape
 from tissuec.model.network import Floats
-from tissuec.view.plots.page import Sheet
-from tissuec.view.plots.scale import Scale, scale_of
+from tissuec.view.plots.page import Canvas
+from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.ticks import plain_ticks
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ _BELL_POINTS = 201
 _ROWS = 3
 
 
-def draw_partition(sheet: Sheet, axes: "Axes", named: "NamedScale") -> None:
+def draw_partition(sheet: Canvas, axes: "Axes", named: "NamedScale") -> None:
     """Draw the set of every word under its name; the axis of a log scale is logarithmic."""
     axis, words = named.scale.axis, named.scale.words
     scale = scale_along(named)
@@ -49,7 +49,7 @@ def draw_partition(sheet: Sheet, axes: "Axes", named: "NamedScale") -> None:
     sheet.later.append(lambda: _stagger(names))
 
 
-def scale_along(named: "NamedScale") -> Scale:
+def scale_along(named: "NamedScale") -> AxisUnit:
     """Return the scale that suits the range of a property or quantity."""
     axis = named.scale.axis
     ends = axis.low, axis.high
@@ -81,7 +81,12 @@ def outline(axis: Axis, shape: Shape) -> tuple[Floats, Floats]:
 
 
 def _name(
-    axes: "Axes", axis: Axis, scale: Scale, word: str, shape: Shape, colour: tuple[float, ...]
+    axes: "Axes",
+    axis: Axis,
+    scale: AxisUnit,
+    word: str,
+    shape: Shape,
+    colour: tuple[float, ...],
 ) -> "Text":
     low, high = axis.bounds
     core_low, core_high = shape.core

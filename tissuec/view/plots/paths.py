@@ -14,9 +14,9 @@ from tissuec.view.plots.curves import look
 from tissuec.view.plots.frame_reader import drawn, moved, no_frames
 from tissuec.view.plots.options import Option, Start, Stop
 from tissuec.view.plots.origin import nodes_of, recorded
-from tissuec.view.plots.over_time import Curve, Panel, Window, alike, picture_of
+from tissuec.view.plots.over_time import Panel, TimeCurve, Window, alike, picture_of
 from tissuec.view.plots.page import Picture
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
@@ -66,11 +66,11 @@ class Paths(Struct, frozen=True):
     start: Start = None
     stop: Stop = None
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         notes: list[str] = []
         return picture_of(self.panels(subjects, notes), subjects, notes=notes)
 
-    def panels(self, runs: Sequence[Subject], notes: list[str]) -> list[Panel]:
+    def panels(self, runs: Sequence[PlotSubject], notes: list[str]) -> list[Panel]:
         """Return what is drawn; add what there is to be said of what is not."""
         paths = [self._paths(run.content, notes) for run in runs]
         axes = _moving(paths)
@@ -159,7 +159,7 @@ def _moving(paths: Sequence[Sequence[Path]]) -> list[str]:
     return moving or list(AXES)
 
 
-def _curve(path: Path, axis: str, number: int, name: str) -> Curve:
+def _curve(path: Path, axis: str, number: int, name: str) -> TimeCurve:
     column = AXES.index(axis)
     band = path.low[:, column], path.high[:, column]
-    return Curve(name, path.time, path.centre[:, column], look(number), band)
+    return TimeCurve(name, path.time, path.centre[:, column], look(number), band)

@@ -15,7 +15,7 @@ LOW = 0.12  # of the other sides: what is lower is looked at from higher above
 _STRAIGHT = ((0.0, 0.0), FRONT, (-90.0, 90.0))  # along x, y and z
 
 
-class View(Struct, frozen=True):
+class Projection(Struct, frozen=True):
     """A direction of looking.
 
     Attributes:
@@ -66,7 +66,7 @@ class View(Struct, frozen=True):
         return names[0], names[1]
 
 
-def suiting(position: Floats) -> View:
+def suiting(position: Floats) -> Projection:
     """Return the view that shows a net well, as drawn [m], shape (node, 3).
 
     Its longer side lies across the picture, a little turned; what is flat is seen from straight
@@ -74,8 +74,8 @@ def suiting(position: Floats) -> View:
     """
     wide, deep, high = sides = np.ptp(position, axis=0) if len(position) else np.zeros(3)
     if not sides.any():
-        return View(*FRONT)
+        return Projection(*FRONT)
     if sides.min() <= FLAT * sides.max():
-        return View(*_STRAIGHT[int(sides.argmin())])
+        return Projection(*_STRAIGHT[int(sides.argmin())])
     azimuth = -90.0 - ACROSS if wide >= deep else -ACROSS
-    return View(azimuth, 2.0 * ABOVE if high < LOW * min(wide, deep) else ABOVE)
+    return Projection(azimuth, 2.0 * ABOVE if high < LOW * min(wide, deep) else ABOVE)

@@ -20,16 +20,16 @@ from tissuec.fuzzy.inference import Inference
 from tissuec.model.network import Floats
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.options import Option, reader
-from tissuec.view.plots.page import Picture, Sheet
+from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.partition import scale_along
-from tissuec.view.plots.scale import Scale
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.scale import AxisUnit
+from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import plain_ticks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from tissuec.scene.vocabulary import Rules as RulesBlock
+    from tissuec.scene.vocabulary import RulesBlock as RulesBlock
     from tissuec.scene.vocabulary import Vocabulary
     from tissuec.scene.words import NamedScale
 
@@ -40,7 +40,7 @@ LEVELS = 12
 _EVERYWHERE = 1e-9  # of the largest value: less than this is no change
 
 
-class Surface(NamedTuple):
+class RuleSurface(NamedTuple):
     """What rules say of a quantity over two properties.
 
     Attributes:
@@ -87,12 +87,12 @@ class Rules(Struct, frozen=True):
         ),
     ] = ()  # fmt: skip
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         surfaces = self.surfaces(subjects[0].content.vocabulary, subjects[0].name)
         columns = min(2, len(surfaces))
         rows = -(-len(surfaces) // columns)
 
-        def draw(sheet: Sheet) -> None:
+        def draw(sheet: Canvas) -> None:
             grid = sheet.figure.subplots(rows, columns, squeeze=False).ravel()
             for axes, surface in zip(grid, surfaces, strict=False):
                 _draw(sheet, axes, surface)
@@ -101,7 +101,7 @@ class Rules(Struct, frozen=True):
 
         return Picture(WIDTH if columns == 2 else 0.62 * WIDTH, AROUND + rows * ROW, draw)
 
-    def surfaces(self, vocabulary: "Vocabulary", name: str) -> list[Surface]:
+    def surfaces(self, vocabulary: "Vocabulary", name: str) -> list[RuleSurface]:
         """Return the surface of each quantity that is asked for."""
         blocks = list(vocabulary.rules.values())
         if not blocks:
@@ -119,7 +119,9 @@ class Rules(Struct, frozen=True):
         chosen = [_found(one, known, "quantity that rules conclude") for one in self.of]
         return [self._surface(vocabulary, concluded[key], key) for key in chosen or known]
 
-    def _surface(self, vocabulary: "Vocabulary", block: "RulesBlock", quantity: str) -> Surface:
+    def _surface(
+        self, vocabulary: "Vocabulary", block: "RulesBlock", quantity: str
+    ) -> RuleSurface:
         properties = vocabulary.properties
         asked = _asked(block, quantity)
         given = [
@@ -145,7 +147,7 @@ class Rules(Struct, frozen=True):
         }
         named = vocabulary.quantities[quantity].named
         along_x, along_y = properties[x], properties[y]
-        return Surface(named, along_x, along_y, right, up, value, is_fallback, counted)
+        return RuleSurface(named, along_x, along_y, right, up, value, is_fallback, counted)
 
     def _fixed(self, vocabulary: "Vocabulary") -> dict[str, float]:
         """Return values of properties that are asked for."""
@@ -235,7 +237,7 @@ def _infer(
     return value, fallback
 
 
-def _draw(sheet: Sheet, axes: "Axes", surface: Surface) -> None:
+def _draw(sheet: Canvas, axes: "Axes", surface: RuleSurface) -> None:
     x = scale_along(surface.along_x).of(surface.x)
     y = scale_along(surface.along_y).of(surface.y)
     axes.set_facecolor(GRID)
@@ -248,7 +250,7 @@ def _draw(sheet: Sheet, axes: "Axes", surface: Surface) -> None:
 
 
 def _fill(
-    sheet: Sheet, axes: "Axes", named: "NamedScale", x: Floats, y: Floats, value: Any
+    sheet: Canvas, axes: "Axes", named: "NamedScale", x: Floats, y: Floats, value: Any
 ) -> None:
     """Draw values, masked where there are none, as colours with contours and their scale."""
     from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
@@ -272,7 +274,7 @@ def _fill(
         bar.add_lines(levels, ["white"] * len(levels), [0.5] * len(levels))
 
 
-def _hatch(axes: "Axes", surface: Surface, x: Floats, y: Floats) -> None:
+def _hatch(axes: "Axes", surface: RuleSurface, x: Floats, y: Floats) -> None:
     """Say where no rule speaks, and what holds there."""
     for where, hatch, text in (
         (surface.is_fallback, "....", "no rule speaks: otherwise"),
@@ -288,7 +290,7 @@ def _hatch(axes: "Axes", surface: Surface, x: Floats, y: Floats) -> None:
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
-def _label(axes: "Axes", surface: Surface) -> None:
+def _label(axes: "Axes", surface: RuleSurface) -> None:
     for named, which in ((surface.along_x, "x"), (surface.along_y, "y")):
         scale, axis = scale_along(named), named.scale.axis
         low, high = scale.of([axis.low, axis.high])
@@ -302,7 +304,7 @@ def _label(axes: "Axes", surface: Surface) -> None:
     axes.set_title("\n".join(wrap(title, _LINE)), fontsize=8.5)
 
 
-def _name_words(axes: "Axes", named: "NamedScale", scale: Scale, which: str) -> None:
+def _name_words(axes: "Axes", named: "NamedScale", scale: AxisUnit, which: str) -> None:
     """Mark what the words of a property stand for, at the other side of the axes."""
     other = axes.secondary_xaxis("top") if which == "x" else axes.secondary_yaxis("right")
     words = named.scale.words

@@ -22,7 +22,7 @@ _LEAST = {"s": 0.1}  # 0.4 s rather than 400 ms
 _ROUNDING = 0.9995
 
 
-class Scale(Struct, frozen=True):
+class AxisUnit(Struct, frozen=True):
     """How numbers in an SI unit stand on an axis.
 
     Attributes:
@@ -42,7 +42,7 @@ class Scale(Struct, frozen=True):
         return f"{name} [{self.unit}]" if self.unit else name
 
 
-def scale_of(unit: str, values: Iterable[ArrayLike]) -> Scale:
+def scale_of(unit: str, values: Iterable[ArrayLike]) -> AxisUnit:
     """Return the scale that suits numbers.
 
     Args:
@@ -51,10 +51,10 @@ def scale_of(unit: str, values: Iterable[ArrayLike]) -> Scale:
     """
     factor, symbol, rest = _SHOWN.get(unit) or _split(unit)
     if not symbol:
-        return Scale(factor, readable(rest))
+        return AxisUnit(factor, readable(rest))
     largest = factor * largest_of(values)
     size, prefix = _prefix(symbol, largest)
-    return Scale(factor / size, readable(f"{prefix}{symbol}{rest}"))
+    return AxisUnit(factor / size, readable(f"{prefix}{symbol}{rest}"))
 
 
 def largest_of(values: Iterable[ArrayLike]) -> float:

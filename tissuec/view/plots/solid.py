@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from tissuec.geometry.edges import Edges
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.view.plots.projection import View
+from tissuec.view.plots.projection import Projection
 
 Mask = NDArray[np.bool_]
 _ASIDE = 1e-9  # cosine to the viewer below which a triangle is seen from its edge
@@ -21,7 +21,11 @@ def solid_nodes(network: Network) -> Mask:
 
 
 def seen_springs(
-    ends: Indices, solid: Mask, position: Floats, triangles: NDArray[np.integer], view: View
+    ends: Indices,
+    solid: Mask,
+    position: Floats,
+    triangles: NDArray[np.integer],
+    view: Projection,
 ) -> Mask:
     """Return which springs are drawn: of solid bodies those on the side that is looked at.
 

@@ -9,8 +9,8 @@ from msgspec import Struct
 from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK
 from tissuec.view.plots import PLOTS
-from tissuec.view.plots.page import Picture, Sheet
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,7 @@ class Stability(Struct, frozen=True):
     takes: ClassVar[str] = "stress"
     several: ClassVar[bool] = False
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         document = subjects[0].content
         methods, verdicts = list(document["methods"]), list(document["verdicts"])
         width = len(methods)
@@ -41,7 +41,7 @@ class Stability(Struct, frozen=True):
             raise TissueError(f'"{subjects[0].name}" holds no whole map')
         rows = [verdicts[i : i + width] for i in range(0, len(verdicts), width)]
 
-        def draw(sheet: Sheet) -> None:
+        def draw(sheet: Canvas) -> None:
             axes = sheet.figure.subplots()
             _draw(axes, methods, rows, document.get("signs", {}))
             _explain(sheet, verdicts, document.get("signs", {}))
@@ -80,7 +80,7 @@ def _draw(
 
 
 def _explain(
-    sheet: Sheet, verdicts: Sequence[Mapping[str, Any]], signs: Mapping[str, Sequence[str]]
+    sheet: Canvas, verdicts: Sequence[Mapping[str, Any]], signs: Mapping[str, Sequence[str]]
 ) -> None:
     """Say what the signs mean, and how often each stands there."""
     from matplotlib.patches import Patch

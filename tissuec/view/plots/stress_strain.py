@@ -9,15 +9,15 @@ from msgspec import Struct
 from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK, SERIES
 from tissuec.view.plots import PLOTS
-from tissuec.view.plots.page import Picture, Sheet
-from tissuec.view.plots.scale import Scale, scale_of
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.scale import AxisUnit, scale_of
+from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDTH, ROW, LEGEND = 150.0, 65.0, 14.0  # [mm]
-PERCENT = Scale(100.0, "%")
+PERCENT = AxisUnit(100.0, "%")
 LOOKS = {
     "coarse": {"color": SERIES[1], "linestyle": "--", "marker": "o", "markersize": 2.5},
     "fine": {"color": SERIES[0], "linestyle": "-", "marker": ".", "markersize": 3.0},
@@ -37,13 +37,13 @@ class StressStrain(Struct, frozen=True):
     takes: ClassVar[str] = "laboratory"
     several: ClassVar[bool] = False
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         every = subjects[0].content["tissues"]
         tissues = [one for one in every if any(map(len, one["curves"].values()))]
         if not tissues:
             raise TissueError(f'"{subjects[0].name}" holds no curve of any tissue')
 
-        def draw(sheet: Sheet) -> None:
+        def draw(sheet: Canvas) -> None:
             rows = sheet.figure.subplots(len(tissues), squeeze=False)[:, 0]
             for axes, tissue in zip(rows, tissues, strict=True):
                 _draw(axes, tissue)
@@ -94,7 +94,7 @@ def _known(tissue: Mapping[str, Any]) -> Iterator[tuple[str, float, float]]:
     yield from sorted(found)
 
 
-def _shade(axes: "Axes", quantity: str, low: float, high: float, scale: Scale) -> None:
+def _shade(axes: "Axes", quantity: str, low: float, high: float, scale: AxisUnit) -> None:
     """Shade where curves may be: a wedge of moduli, or a band of strains or stresses."""
     look: Any = {**KNOWN[quantity], "linewidth": 0.0, "label": f"known {quantity}"}
     if quantity == "breaking strain":

@@ -12,7 +12,7 @@ from tissuec.core.errors import TissueError
 from tissuec.results.places import SUFFIX as RESULT
 from tissuec.scene.library import SUFFIX as SCENE
 from tissuec.scene.library import find_words
-from tissuec.scene.resolve import Words
+from tissuec.scene.resolve import ResolvedProgram
 
 Kind = Literal["result", "words", "bench", "stress", "laboratory"]
 #: What the kinds are called in messages.
@@ -25,12 +25,12 @@ CALLED: dict[str, str] = {
 }
 
 
-class Subject(Struct, frozen=True, eq=False):
+class PlotSubject(Struct, frozen=True, eq=False):
     """Something to plot.
 
     Attributes:
         name: What it is called in legends.
-        content: A `Trajectory`, `Words`, or what a bench found, as its JSON has it.
+        content: A `Trajectory`, `ResolvedProgram`, or what a bench found, as its JSON has it.
     """
 
     kind: Kind
@@ -45,7 +45,7 @@ def opened(
     overrides: Sequence[str] = (),
     libraries: Sequence[Path] = (),
     strict: bool = False,
-) -> Iterator[list[Subject]]:
+) -> Iterator[list[PlotSubject]]:
     """Yield what was given: names of files, or what has been read from them already.
 
     Results that are opened here are closed behind the block.
@@ -60,16 +60,16 @@ def opened(
         yield _told_apart(subjects, given)
 
 
-def _subject(given: Any, stack: ExitStack, options: Mapping[str, Any]) -> Subject:
-    if isinstance(given, Words):
-        return Subject("words", "words", given)
+def _subject(given: Any, stack: ExitStack, options: Mapping[str, Any]) -> PlotSubject:
+    if isinstance(given, ResolvedProgram):
+        return PlotSubject("words", "words", given)
     if isinstance(given, Mapping):
         return _benched(given, "bench")
     if not isinstance(given, str | Path):
         from tissuec.results.trajectory import Trajectory
 
         if isinstance(given, Trajectory):
-            return Subject("result", given.path.stem, given)
+            return PlotSubject("result", given.path.stem, given)
         raise ValueError(f"{type(given).__name__} is nothing that can be plotted")
     path = Path(given)
     if path.suffix == ".json":
@@ -78,10 +78,10 @@ def _subject(given: Any, stack: ExitStack, options: Mapping[str, Any]) -> Subjec
         return _words(str(given), options)
     from tissuec.results.trajectory import Trajectory
 
-    return Subject("result", path.stem, stack.enter_context(Trajectory.open(path)))
+    return PlotSubject("result", path.stem, stack.enter_context(Trajectory.open(path)))
 
 
-def _words(name: str, options: Mapping[str, Any]) -> Subject:
+def _words(name: str, options: Mapping[str, Any]) -> PlotSubject:
     from tissuec.core.errors import CompileError
     from tissuec.pipeline import Request, read_words
 
@@ -89,7 +89,7 @@ def _words(name: str, options: Mapping[str, Any]) -> Subject:
     words, warnings = read_words(Request.file(path, **options))
     if options["strict"] and warnings:
         raise CompileError(warnings)
-    return Subject("words", path.stem, words)
+    return PlotSubject("words", path.stem, words)
 
 
 def _read_json(path: Path) -> Any:
@@ -102,14 +102,14 @@ def _read_json(path: Path) -> Any:
         raise TissueError(f'"{path}" is no JSON: {error}') from error
 
 
-def _benched(document: Any, name: str, path: Path | None = None) -> Subject:
+def _benched(document: Any, name: str, path: Path | None = None) -> PlotSubject:
     if isinstance(document, Mapping):
         if "points" in document and "reference" in document:
-            return Subject("bench", _scene(document) or name, document)
+            return PlotSubject("bench", _scene(document) or name, document)
         if "verdicts" in document and "methods" in document:
-            return Subject("stress", name, document)
+            return PlotSubject("stress", name, document)
         if "tissues" in document and all("curves" in one for one in document["tissues"]):
-            return Subject("laboratory", name, document)
+            return PlotSubject("laboratory", name, document)
         if document.get("ok") is False and "error" in document:
             raise TissueError(f'"{path or name}" says: {document["error"]}')
     raise TissueError(
@@ -123,11 +123,11 @@ def _scene(document: Mapping[str, Any]) -> str:
     return Path(str(document.get("scene", ""))).name
 
 
-def _told_apart(subjects: list[Subject], given: Sequence[Any]) -> list[Subject]:
+def _told_apart(subjects: list[PlotSubject], given: Sequence[Any]) -> list[PlotSubject]:
     """Return subjects with names of their own: where two are alike, the whole path."""
     names = [subject.name for subject in subjects]
     return [
-        Subject(one.kind, str(said), one.content)
+        PlotSubject(one.kind, str(said), one.content)
         if names.count(one.name) > 1 and isinstance(said, str | Path)
         else one
         for one, said in zip(subjects, given, strict=True)

@@ -9,9 +9,9 @@ from tissuec.core.errors import TissueError, alternatives
 from tissuec.core.names import key_of
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.options import Option
-from tissuec.view.plots.page import Picture, Sheet
+from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.partition import draw_partition
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from tissuec.scene.vocabulary import Vocabulary
@@ -35,12 +35,12 @@ class Words(Struct, frozen=True):
         tuple[str, ...], Option("Only of this property or quantity; may be repeated.", "NAME")
     ] = ()
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         scales = self._chosen(subjects[0])
         columns = min(2, len(scales))
         rows = -(-len(scales) // columns)
 
-        def draw(sheet: Sheet) -> None:
+        def draw(sheet: Canvas) -> None:
             # Side by side, more words have more room; in a table all have the same.
             room = [len(named.scale.words) for named in scales] if rows == 1 else None
             grid = sheet.figure.subplots(
@@ -55,7 +55,7 @@ class Words(Struct, frozen=True):
 
         return Picture(WIDTH if columns == 2 else 0.6 * WIDTH, AROUND + rows * ROW, draw)
 
-    def _chosen(self, subject: Subject) -> list["NamedScale"]:
+    def _chosen(self, subject: PlotSubject) -> list["NamedScale"]:
         known = scales_of(subject.content.vocabulary)
         if not known:
             raise TissueError(

@@ -10,9 +10,9 @@ from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK, SERIES
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import DASHES, MARKERS, beside
-from tissuec.view.plots.page import Picture, Sheet
-from tissuec.view.plots.scale import Scale, scale_of
-from tissuec.view.plots.subjects import Subject
+from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.scale import AxisUnit, scale_of
+from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import plain_ticks
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 SIZE = 180.0, 120.0  # [mm]
 
 
-class Curve(NamedTuple):
+class SolverCurve(NamedTuple):
     """A solver: its errors and times [s], from coarse to fine."""
 
     name: str
@@ -37,7 +37,7 @@ class WorkPrecision(Struct, frozen=True):
     takes: ClassVar[str] = "bench"
     several: ClassVar[bool] = False
 
-    def picture(self, subjects: Sequence[Subject]) -> Picture:
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         document = subjects[0].content
         floor = float(document["reference"]["uncertainty"])
         curves = curves_of(document, floor)
@@ -46,7 +46,7 @@ class WorkPrecision(Struct, frozen=True):
         seconds = [second for curve in curves for second in curve.seconds]
         scale = scale_of("s", [math.sqrt(min(seconds) * max(seconds))])
 
-        def draw(sheet: Sheet) -> None:
+        def draw(sheet: Canvas) -> None:
             axes = sheet.figure.subplots()
             for number, curve in enumerate(curves):
                 _draw(axes, curve, scale, number)
@@ -64,19 +64,19 @@ class WorkPrecision(Struct, frozen=True):
         return Picture(*SIZE, draw)
 
 
-def curves_of(document: Mapping[str, Any], floor: float) -> list[Curve]:
+def curves_of(document: Mapping[str, Any], floor: float) -> list[SolverCurve]:
     """Return the solvers of a bench; an error below what is known of it is no smaller."""
-    found: dict[str, Curve] = {}
+    found: dict[str, SolverCurve] = {}
     for point in document["points"]:
         name = point["method"]
-        curve = found.setdefault(name, Curve(name, bool(point["ours"]), [], []))
+        curve = found.setdefault(name, SolverCurve(name, bool(point["ours"]), [], []))
         if point["error"] is not None and point["seconds"] is not None:
             curve.errors.append(max(point["error"], floor))
             curve.seconds.append(point["seconds"])
     return [curve for curve in found.values() if curve.errors]
 
 
-def _draw(axes: "Axes", curve: Curve, scale: Scale, number: int) -> None:
+def _draw(axes: "Axes", curve: SolverCurve, scale: AxisUnit, number: int) -> None:
     colour = SERIES[number % len(SERIES)]
     axes.plot(
         curve.errors, scale.of(curve.seconds), color=colour, label=curve.name,

@@ -9,21 +9,21 @@ from tissuec.compiler.prediction import Prediction, predict
 from tissuec.core.errors import counted
 from tissuec.results.info import summary
 from tissuec.results.promise import Promise
-from tissuec.results.recording import Event, Judged
+from tissuec.results.recording import Event, ExpectationResult
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate.summary import HEADINGS
-from tissuec.view.report.recompiled import Retelling, retell
+from tissuec.view.report.recompiled import RecompiledScene, retell
 from tissuec.view.report.texts import Texts, file_name
 from tissuec.view.report.verdict import Kind, Tone, Verdict, kind_of
 
 #: Verdicts of a validation that nobody has to be warned of.
 _FINE = ("kept", "nothing promised")
 _BAD = ("broken", "diverged")
-#: What an expectation can come to; ``Judged`` knows all but the last.
+#: What an expectation can come to; ``ExpectationResult`` knows all but the last.
 State = Literal["holds", "fails", "not reached", "not recorded"]
 
 
-class Story:
+class ReportContent:
     """One run, from its result file alone.
 
     Args:
@@ -36,7 +36,7 @@ class Story:
         trajectory: Trajectory,
         *,
         validation: Mapping[str, Any] | None = None,
-        retelling: Retelling | None = None,
+        retelling: RecompiledScene | None = None,
         libraries: Sequence[Path] = (),
     ):
         self.trajectory = trajectory
@@ -96,7 +96,7 @@ class Story:
         return None if compiled is None else predict(compiled)
 
     @cached_property
-    def expectations(self) -> tuple[Judged, ...]:
+    def expectations(self) -> tuple[ExpectationResult, ...]:
         """All expectations, as far as they are known."""
         if known := self.trajectory.expectations:
             return known
@@ -104,7 +104,9 @@ class Story:
         spans = () if compiled is None else [one.span for one in compiled.plan.expectations]
         counts = [self.manifest.get(f"{word}_expectations") for word in ("failed", "unreached")]
         state: State = "holds" if counts == [0, 0] else "not recorded"
-        return tuple(Judged(span.one_line, span.place, state, None, "") for span in spans)
+        return tuple(
+            ExpectationResult(span.one_line, span.place, state, None, "") for span in spans
+        )
 
     def count(self, state: State) -> int:
         """Return how many expectations are in a state."""

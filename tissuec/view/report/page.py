@@ -4,7 +4,7 @@ from pathlib import Path
 
 from tissuec import __version__
 from tissuec.core import palette
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Html, element, link
 from tissuec.view.report.sections import (
     Section,
@@ -42,7 +42,7 @@ _COLOURS = {
 }
 
 
-def render(story: Story) -> str:
+def render(story: ReportContent) -> str:
     """Return the whole HTML document."""
     parts = _sections(story)
     main = element("main", head(story), [part.write() for part in parts])
@@ -68,7 +68,7 @@ def render(story: Story) -> str:
     return f"<!doctype html>\n{page}\n"
 
 
-def _sections(story: Story) -> list[Section]:
+def _sections(story: ReportContent) -> list[Section]:
     every: list[Section | None] = [
         motion.section(story),
         expectations.section(story),

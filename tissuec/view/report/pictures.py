@@ -9,7 +9,7 @@ from tissuec.core.errors import TissueError
 from tissuec.core.palette import GRID, INK, PAPER
 from tissuec.view.plots import draw
 from tissuec.view.plots.page import need_matplotlib
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Html, element
 
 #: Colours that follow the page into the dark.
@@ -26,7 +26,7 @@ def lacking() -> str:
     return ""
 
 
-def curves(story: Story, kind: str) -> Html:
+def curves(story: ReportContent, kind: str) -> Html:
     """Return a plot over time as a drawing that is a part of the page, or why there is none."""
     try:
         drawn: Any = draw(kind, story.trajectory)
@@ -40,7 +40,7 @@ def curves(story: Story, kind: str) -> Html:
     return element("figure", element("div", picture, role="img", aria_label=label), notes)
 
 
-def for_paper(story: Story, kind: str, label: str) -> Html | None:
+def for_paper(story: ReportContent, kind: str, label: str) -> Html | None:
     """Return a plot that is printed and not shown; None where there is none."""
     try:
         drawn: Any = draw(kind, story.trajectory)

@@ -16,14 +16,14 @@ from tissuec.model.network import Network
 from tissuec.pipeline import Request, compile_request, digests, read_words
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.imports import Kept
-from tissuec.scene.resolve import Words
+from tissuec.scene.resolve import ResolvedProgram
 
 #: What makes a net the same one, but for its ``ends``.
 _ARRAYS = ("position", "mass", "stiffness", "damping", "rest", "strength", "crush")
 _ROUNDING = 1e-9  # relative: another machine may have other sines
 
 
-class Doubt(Struct, frozen=True):
+class Discrepancy(Struct, frozen=True):
     """Something that is not, or may not be, as it was when the scene ran.
 
     Attributes:
@@ -35,7 +35,7 @@ class Doubt(Struct, frozen=True):
     details: tuple[str, ...] = ()
 
 
-class Retelling(Struct, frozen=True, eq=False):
+class RecompiledScene(Struct, frozen=True, eq=False):
     """What the texts of a result say today.
 
     Attributes:
@@ -46,13 +46,13 @@ class Retelling(Struct, frozen=True, eq=False):
     """
 
     request: Request
-    words: Words | None
+    words: ResolvedProgram | None
     compiled: Compiled | None
     warnings: tuple[Diagnostic, ...]
-    doubts: tuple[Doubt, ...]
+    doubts: tuple[Discrepancy, ...]
 
 
-def retell(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Retelling:
+def retell(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> RecompiledScene:
     """Return what the texts of a result say, as far as that can be found out.
 
     Args:
@@ -66,14 +66,14 @@ def retell(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Retelling:
         compiled, warnings = compile_request(request)
     except CompileError as error:
         what = "its texts cannot be read" if words is None else "the scene cannot be compiled"
-        doubts.append(Doubt(f"{what} again from what the file keeps", _messages(error)))
+        doubts.append(Discrepancy(f"{what} again from what the file keeps", _messages(error)))
     if compiled is not None:
         differences = tuple(_differences(trajectory, compiled))
         if differences:
             what = "the texts give another net than the one that ran"
-            doubts.append(Doubt(what, differences))
+            doubts.append(Discrepancy(what, differences))
             compiled = None
-    return Retelling(request, words, compiled, warnings, tuple(doubts))
+    return RecompiledScene(request, words, compiled, warnings, tuple(doubts))
 
 
 def request_of(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Request:
@@ -88,13 +88,15 @@ def request_of(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Reques
     )
 
 
-def _origins(trajectory: Trajectory) -> Iterator[Doubt]:
+def _origins(trajectory: Trajectory) -> Iterator[Discrepancy]:
     manifest = trajectory.manifest
     if manifest.get("digest") != sha256(trajectory.text.encode()).hexdigest():
-        yield Doubt("the text has another digest than the one that was run")
+        yield Discrepancy("the text has another digest than the one that was run")
     version = manifest.get("versions", {}).get("tissuec")
     if version != __version__:
-        yield Doubt(f"tissuec {version} ran the scene, and {__version__} reads its texts here")
+        yield Discrepancy(
+            f"tissuec {version} ran the scene, and {__version__} reads its texts here"
+        )
 
 
 def _messages(error: CompileError) -> tuple[str, ...]:

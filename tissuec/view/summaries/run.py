@@ -25,9 +25,9 @@ def net(nodes: int, springs: int) -> str:
     return f"{counted(nodes, 'node')}, {counted(springs, 'spring')}"
 
 
-def stepping(methods: str, steps: int, tier: str, threads: int, wall_time: float) -> str:
+def stepping(methods: str, steps: int, backend: str, threads: int, wall_time: float) -> str:
     """Return how a run was stepped and how long that took."""
-    code = tier if threads == 1 else f"{tier}, {threads} threads"
+    code = backend if threads == 1 else f"{backend}, {threads} threads"
     return f"{methods}, {counted(steps, 'step')} ({code}), {wall_time:.2f} s"
 
 
@@ -37,7 +37,7 @@ def expectations(total: int, failed: int, unreached: int) -> str:
     return f"{total - failed - unreached} of {total} hold{rest}"
 
 
-class Judged(Protocol):
+class AccuracyStatement(Protocol):
     """What is known of the accuracy of a run."""
 
     @property
@@ -50,7 +50,7 @@ class Judged(Protocol):
     def reason(self) -> str: ...
 
 
-def accuracy(promise: Judged, allowed: float) -> str:
+def accuracy(promise: AccuracyStatement, allowed: float) -> str:
     """Return how accurate positions are, in one line.
 
     Args:

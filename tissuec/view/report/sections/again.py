@@ -2,7 +2,7 @@
 
 from urllib.parse import quote
 
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, pairs
 from tissuec.view.report.sections import Section
 from tissuec.view.report.texts import file_name
@@ -11,12 +11,12 @@ from tissuec.view.summaries import run as wording
 LONGEST = 300_000  # characters of a text that can be saved from the page
 
 
-def section(story: Story) -> Section:
+def section(story: ReportContent) -> Section:
     """Return the command line, the digest of the text, and the text to be saved."""
     return Section("again", "Run it again", html((_commands(story), pairs(_facts(story)))))
 
 
-def _commands(story: Story) -> Html:
+def _commands(story: ReportContent) -> Html:
     manifest = story.manifest
     options = wording.set_options(manifest.get("overrides", ()), manifest.get("libraries", ()))
     lines = [wording.command(story.texts.scene, options)]
@@ -31,7 +31,7 @@ def _commands(story: Story) -> Html:
     )
 
 
-def _facts(story: Story) -> list[tuple[Content, Content]]:
+def _facts(story: ReportContent) -> list[tuple[Content, Content]]:
     used = [name for name in story.texts.texts if name != story.texts.scene]
     facts: list[tuple[Content, Content]] = [
         ("digest of the text", element("code", "SHA-256 ", story.manifest["digest"])),

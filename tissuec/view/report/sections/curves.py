@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.results.trajectory import Log
 from tissuec.view.report import pictures
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, row, table
 from tissuec.view.report.sections import Section
 from tissuec.view.report.sections.head import capital
@@ -14,7 +14,7 @@ from tissuec.view.report.sections.head import capital
 _MOST_ROWS = 200  # of the table of extremes
 
 
-def section(story: Story) -> Section | None:
+def section(story: ReportContent) -> Section | None:
     """Return everything that was logged; None where nothing was."""
     kinds = list(_kinds(story))
     if not kinds:
@@ -23,7 +23,7 @@ def section(story: Story) -> Section | None:
     return Section("curves", "Logs and energies", body)
 
 
-def _kinds(story: Story) -> Iterator[str]:
+def _kinds(story: ReportContent) -> Iterator[str]:
     """Yield the kinds of plots for which there are rows."""
     trajectory = story.trajectory
     if any(len(log.time) for log in trajectory.logs.values()):
@@ -34,13 +34,13 @@ def _kinds(story: Story) -> Iterator[str]:
         yield "errors"
 
 
-def _figures(story: Story, kinds: list[str]) -> Content:
+def _figures(story: ReportContent, kinds: list[str]) -> Content:
     if lacking := pictures.lacking():
         return element("p", f"{capital(lacking)}.")
     return [pictures.curves(story, kind) for kind in kinds]
 
 
-def _extremes(story: Story) -> Content:
+def _extremes(story: ReportContent) -> Content:
     """Return the numbers that the curves run between."""
     trajectory = story.trajectory
     logs = [*trajectory.logs.values()]

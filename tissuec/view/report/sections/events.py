@@ -6,7 +6,7 @@ from typing import Any
 from tissuec.core.errors import counted
 from tissuec.core.units import TIME, show
 from tissuec.results.export import table_rows
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, folded, html, row, table
 from tissuec.view.report.sections import Section
 
@@ -15,7 +15,7 @@ SHOWN = 8  # springs that are named without being asked for
 NAMED = 400  # springs of one event that are named at all
 
 
-def section(story: Story) -> Section:
+def section(story: ReportContent) -> Section:
     """Return the table of events."""
     _, *events = list[Any](table_rows(story.trajectory, "events"))
     if not events:
@@ -26,7 +26,7 @@ def section(story: Story) -> Section:
     return Section("events", "Events", html((body, _rest(story, len(events)))))
 
 
-def _rest(story: Story, count: int) -> Html | None:
+def _rest(story: ReportContent, count: int) -> Html | None:
     if count <= MOST:
         return None
     command = f'tissuec export "{story.trajectory.path.name}" events'
@@ -35,7 +35,9 @@ def _rest(story: Story, count: int) -> Html | None:
     )
 
 
-def _row(story: Story, time: float, kind: str, springs: str, cause: str, place: str) -> Html:
+def _row(
+    story: ReportContent, time: float, kind: str, springs: str, cause: str, place: str
+) -> Html:
     return row(
         show(time, TIME, digits=6), element("b", kind), cause, _springs(springs.split()),
         story.texts.link(place),

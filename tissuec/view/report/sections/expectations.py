@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from tissuec.core.units import TIME, show
-from tissuec.results.recording import Judged
-from tissuec.view.report.content import Story
+from tissuec.results.recording import ExpectationResult
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, row, table
 from tissuec.view.report.sections import Section
 from tissuec.view.report.verdict import SIGNS, Tone
@@ -14,7 +14,7 @@ TONES: Mapping[str, Tone] = {
 }  # fmt: skip
 
 
-def section(story: Story) -> Section | None:
+def section(story: ReportContent) -> Section | None:
     """Return the table of expectations; None of a scene without any."""
     if not story.expectations:
         return None
@@ -24,7 +24,7 @@ def section(story: Story) -> Section | None:
     return Section("expectations", "Expectations", html((_lead(story), body)))
 
 
-def _lead(story: Story) -> Html | None:
+def _lead(story: ReportContent) -> Html | None:
     if story.count("not recorded"):
         return element("p", "The file does not tell which of them hold.")
     if story.count("holds") and any(one.time is not None for one in story.expectations):
@@ -33,7 +33,7 @@ def _lead(story: Story) -> Html | None:
     return None
 
 
-def _row(story: Story, one: Judged) -> Html:
+def _row(story: ReportContent, one: ExpectationResult) -> Html:
     time: Content = "–" if one.time is None else show(one.time, TIME, digits=6)
     return row(
         mark(TONES[one.state], one.state),

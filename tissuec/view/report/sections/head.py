@@ -9,12 +9,12 @@ import numpy as np
 
 from tissuec.core.errors import counted
 from tissuec.core.units import TIME, show
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, link
 from tissuec.view.summaries import run as wording
 
 
-def head(story: Story) -> Html:
+def head(story: ReportContent) -> Html:
     """Return what stands above all sections."""
     about = story.manifest.get("about")
     return element(
@@ -35,7 +35,7 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _verdict(story: Story) -> Html:
+def _verdict(story: ReportContent) -> Html:
     verdict = story.verdict
     sign = element("span", verdict.sign, aria_hidden="true")
     reasons = [element("li", link(target, reason)) for reason, target in verdict.reasons]
@@ -47,7 +47,7 @@ def _verdict(story: Story) -> Html:
     )
 
 
-def sentence(story: Story) -> Iterator[str]:
+def sentence(story: ReportContent) -> Iterator[str]:
     """Yield the clauses of the sentence that sums a run up."""
     net = story.facts["network"]
     size = f"{counted(net['nodes'], 'node')} and {counted(net['springs'], 'spring')}"
@@ -64,7 +64,7 @@ def sentence(story: Story) -> Iterator[str]:
         yield f"accuracy: {wording.accuracy(story.promise, story.allowed)}"
 
 
-def _reached(story: Story) -> str:
+def _reached(story: ReportContent) -> str:
     duration = story.manifest.get("duration")
     if duration is None:
         return ""
@@ -84,7 +84,7 @@ def _by(statistics: Any) -> str:
     return f" by {methods} in {counted(statistics['accepted'], 'step')}"
 
 
-def _tiles(story: Story) -> Html:
+def _tiles(story: ReportContent) -> Html:
     tiles = [
         element("div", element("dt", name), element("dd", value, element("small", unit)))
         for name, value, unit in _numbers(story)
@@ -92,7 +92,7 @@ def _tiles(story: Story) -> Html:
     return element("dl", tiles, class_="tiles")
 
 
-def _numbers(story: Story) -> Iterator[tuple[str, str, Content]]:
+def _numbers(story: ReportContent) -> Iterator[tuple[str, str, Content]]:
     """Yield name, number, and what it is measured in or by."""
     net, statistics = story.facts["network"], story.statistics
     yield "nodes", f"{net['nodes']:,}", ""
@@ -110,17 +110,17 @@ def _numbers(story: Story) -> Iterator[tuple[str, str, Content]]:
         yield "error", f"{story.promise.error:.1e}", promise
 
 
-def _made(story: Story) -> Html:
+def _made(story: ReportContent) -> Html:
     """Return when the scene was run, and with which versions."""
     return html((_when(story), "; ", versions(story), "."))
 
 
-def versions(story: Story) -> str:
+def versions(story: ReportContent) -> str:
     """Return what a run was made with."""
     return ", ".join(f"{name} {one}" for name, one in story.manifest["versions"].items())
 
 
-def _when(story: Story) -> Content:
+def _when(story: ReportContent) -> Content:
     begun = story.manifest.get("begun")
     if begun is None:
         return "Run at a time that the file does not tell"
@@ -128,7 +128,7 @@ def _when(story: Story) -> Content:
     return "Run on ", element("time", f"{moment:%d %B %Y, %H:%M} UTC", datetime=begun)
 
 
-def _doubts(story: Story) -> Html | None:
+def _doubts(story: ReportContent) -> Html | None:
     doubts = story.retelling.doubts
     if not doubts:
         return None

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 from tissuec.core.errors import counted
 from tissuec.lsp.semantic_tokens import tokens
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, folded, html
 from tissuec.view.report.sections import Section
 
@@ -17,7 +17,7 @@ WIDEST = 2000  # characters of a line that are shown
 Stretch = tuple[int, int, bool]
 
 
-def section(story: Story) -> Section:
+def section(story: ReportContent) -> Section:
     """Return the scene, and folded what it uses. To be made last, when all links are known."""
     scene, *used = story.texts.texts
     parts: list[Content] = [_text(story, scene)]
@@ -27,7 +27,7 @@ def section(story: Story) -> Section:
     return Section("text", "The text", html(parts))
 
 
-def _text(story: Story, name: str) -> Html:
+def _text(story: ReportContent, name: str) -> Html:
     text = story.texts.texts[name]
     lines = colour_lines(text) if name.endswith(".tis") else [html(x) for x in text.split("\n")]
     if lines and not text.rpartition("\n")[2]:
@@ -44,7 +44,9 @@ def _text(story: Story, name: str) -> Html:
     return element("pre", element("code", rows), class_="text", tabindex="0", aria_label=label)
 
 
-def _line(story: Story, name: str, number: int, content: Html, linked: "set[int]") -> Html:
+def _line(
+    story: ReportContent, name: str, number: int, content: Html, linked: "set[int]"
+) -> Html:
     anchor = story.texts.anchor(name, number)
     digits = element(
         "a", href=f"#{anchor}", class_="digits", data_line=number, aria_label=f"line {number}"

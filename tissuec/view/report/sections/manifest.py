@@ -3,19 +3,19 @@
 from collections.abc import Mapping
 from typing import Any
 
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, element, folded, link, pairs
 from tissuec.view.report.sections import Section
 
 
-def section(story: Story) -> Section:
+def section(story: ReportContent) -> Section:
     """Return the whole manifest, folded; texts as links to where they stand."""
     entries = [(name, _shown(story, name, value)) for name, value in story.manifest.items()]
     count = f"{len(entries)} entries"
     return Section("manifest", "Manifest", folded(count, pairs(entries, "manifest")))
 
 
-def _shown(story: Story, name: str, value: Any) -> Content:
+def _shown(story: ReportContent, name: str, value: Any) -> Content:
     if name == "sources" and isinstance(value, Mapping):
         links = [
             element("li", link(story.texts.key(source), source))

@@ -3,7 +3,7 @@
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import fragment
 from tissuec.view.report import pictures
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html
 from tissuec.view.report.sections import Section
 
@@ -12,12 +12,12 @@ MOST_POSITIONS, MOST_NODES = 400_000, 20_000
 FEWEST_FRAMES = 20
 
 
-def section(story: Story) -> Section:
+def section(story: ReportContent) -> Section:
     """Return the motion, to be played."""
     return Section("motion", "Motion", html(_body(story)))
 
 
-def _body(story: Story) -> Content:
+def _body(story: ReportContent) -> Content:
     frames, nodes = len(story.trajectory.times), len(story.trajectory.nodes)
     if not frames or not nodes:
         return element("p", "The run recorded no trajectory, so that there is nothing to play.")

@@ -1,14 +1,14 @@
 """What the run was to do and what it left out, as ``tissuec explain --plan`` has it."""
 
 from tissuec.compiler.prediction import Prediction
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Html, element, html, listing, row, table
 from tissuec.view.report.sections import Section
 from tissuec.view.report.sections.head import capital
 from tissuec.view.summaries import plan as wording
 
 
-def section(story: Story) -> Section:
+def section(story: ReportContent) -> Section:
     """Return the plan; what the file itself says of it where the scene cannot be compiled."""
     plan = story.prediction
     if plan is not None:

@@ -4,19 +4,19 @@ from collections.abc import Iterator
 from typing import Any
 
 from tissuec.core.units import LENGTH, TIME, show
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, listing, pairs, row, table
 from tissuec.view.report.sections import Section
 from tissuec.view.summaries import run as wording
 from tissuec.view.summaries.sizes import size
 
 
-def exactness(story: Story) -> Section:
+def exactness(story: ReportContent) -> Section:
     """Return what is known of the error of the run."""
     return Section("exactness", "Exactness", pairs(_exactness(story)))
 
 
-def _exactness(story: Story) -> Iterator[tuple[Content, Content]]:
+def _exactness(story: ReportContent) -> Iterator[tuple[Content, Content]]:
     manifest, errors = story.manifest, story.trajectory.errors
     if manifest.get("tolerance") is not None:
         text = f"{manifest['tolerance']:g} of the largest displacement so far"
@@ -30,7 +30,7 @@ def _exactness(story: Story) -> Iterator[tuple[Content, Content]]:
     yield "accuracy", wording.accuracy(story.promise, story.allowed)
 
 
-def run(story: Story) -> Section:
+def run(story: ReportContent) -> Section:
     """Return how the run ended, and what it cost."""
     parts = (
         pairs(_facts(story)),
@@ -41,7 +41,7 @@ def run(story: Story) -> Section:
     return Section("run", "The run", html(parts))
 
 
-def _facts(story: Story) -> Iterator[tuple[Content, Content]]:
+def _facts(story: ReportContent) -> Iterator[tuple[Content, Content]]:
     manifest, statistics = story.manifest, story.statistics
     yield "outcome", manifest["outcome"]
     yield "time of computing", show(manifest["wall_time"], TIME)
@@ -61,7 +61,7 @@ def _facts(story: Story) -> Iterator[tuple[Content, Content]]:
 def _steps(statistics: Any) -> str:
     rejected = f", {statistics['rejected']:,} rejected"
     stalls = f", {statistics['stalls']:,} stalled" if statistics["stalls"] else ""
-    return f"{statistics['accepted']:,} ({statistics['tier']}){rejected}{stalls}"
+    return f"{statistics['accepted']:,} ({statistics['backend']}){rejected}{stalls}"
 
 
 def _range(statistics: Any) -> str:
@@ -80,7 +80,7 @@ def _changes(statistics: Any) -> Html | None:
     return table("Methods in turn", ("from", "method", "because"), rows)
 
 
-def _recorded(story: Story) -> Html:
+def _recorded(story: ReportContent) -> Html:
     """Return what the file holds."""
     facts = story.facts
     frames = facts["frames"]

@@ -2,15 +2,15 @@
 
 from collections.abc import Iterable
 
-from tissuec.compiler.provenance import SET, Reason, Row, tissue_rows, used_tissues
+from tissuec.compiler.provenance import SET, ProvenanceRow, Reason, tissue_rows, used_tissues
 from tissuec.scene.model import Tissue
-from tissuec.scene.resolve import Words
-from tissuec.view.report.content import Story
+from tissuec.scene.resolve import ResolvedProgram
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, row, table
 from tissuec.view.report.sections import Section
 
 
-def section(story: Story) -> Section:
+def section(story: ReportContent) -> Section:
     """Return params, and the table of each tissue that bodies are made of."""
     words = story.retelling.words
     if words is None:
@@ -24,7 +24,7 @@ def section(story: Story) -> Section:
     return Section("numbers", "Where the numbers come from", body)
 
 
-def _params(story: Story, words: Words) -> Html | None:
+def _params(story: ReportContent, words: ResolvedProgram) -> Html | None:
     parameters = words.constants.parameters()
     if not parameters:
         return None
@@ -41,7 +41,7 @@ def _params(story: Story, words: Words) -> Html | None:
     return html((element("h3", "Params"), table("Params of the scene", heads, rows)))
 
 
-def _tissue(story: Story, tissue: Tissue) -> Html:
+def _tissue(story: ReportContent, tissue: Tissue) -> Html:
     heads = ("name", "value", "how", "because", "line")
     rows = [line for one in tissue_rows(tissue) for line in _rows(story, one)]
     missing = [
@@ -58,7 +58,7 @@ def _tissue(story: Story, tissue: Tissue) -> Html:
     )
 
 
-def _rows(story: Story, entry: Row) -> Iterable[Html]:
+def _rows(story: ReportContent, entry: ProvenanceRow) -> Iterable[Html]:
     """Yield an entry as one row for each of its reasons."""
     first, *others = entry.reasons
     span = len(entry.reasons) if others else None
@@ -72,11 +72,11 @@ def _rows(story: Story, entry: Row) -> Iterable[Html]:
         yield element("tr", _reason(story, reason), class_=entry.kind)
 
 
-def _how(entry: Row) -> str:
+def _how(entry: ProvenanceRow) -> str:
     return f"stands for {entry.how}" if entry.kind == "property" else entry.how
 
 
-def _reason(story: Story, reason: Reason) -> Html:
+def _reason(story: ReportContent, reason: Reason) -> Html:
     bar: Content = None
     if reason.degree is not None:
         # The number stands beside it; the bar is for the eye.

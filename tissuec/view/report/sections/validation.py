@@ -1,7 +1,7 @@
 """The run beside SciPy's solution, as ``tissuec validate`` has it."""
 
 from tissuec.validate import summary
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import element, html, listing, row, table
 from tissuec.view.report.sections import Section
 from tissuec.view.report.sections.expectations import mark
@@ -12,7 +12,7 @@ _TONES: dict[str, Tone] = {
 }  # fmt: skip
 
 
-def section(story: Story) -> Section:
+def section(story: ReportContent) -> Section:
     """Return table and verdict, or how to get them."""
     document = story.validation
     if document is None:

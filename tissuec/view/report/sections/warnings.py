@@ -1,12 +1,12 @@
 """What the compiler warned of."""
 
 from tissuec.core.errors import Diagnostic
-from tissuec.view.report.content import Story
+from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Html, element, html
 from tissuec.view.report.sections import Section
 
 
-def section(story: Story) -> Section | None:
+def section(story: ReportContent) -> Section | None:
     """Return the warnings of the text; None where there are none."""
     warnings = story.retelling.warnings
     if not warnings:
@@ -14,7 +14,7 @@ def section(story: Story) -> Section | None:
     return Section("warnings", "Warnings of the text", html([_one(story, w) for w in warnings]))
 
 
-def _one(story: Story, warning: Diagnostic) -> Html:
+def _one(story: ReportContent, warning: Diagnostic) -> Html:
     place = story.texts.link(warning.span.place) if warning.span is not None else None
     notes = [
         element("p", one.message, " ", one.span and story.texts.link(one.span.place))

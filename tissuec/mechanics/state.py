@@ -1,6 +1,6 @@
 """What is true at one moment of a run: the state, and everything that the script has switched.
 
-The engine and the reference both step a ``Situation`` from event to event; events change it
+The engine and the reference both step a ``State`` from event to event; events change it
 between steps. Arrays stand in the order of the network.
 """
 
@@ -16,35 +16,35 @@ from tissuec.forces import Effect, Field, Imposed, Nodal
 from tissuec.forces.bending import Hinges
 from tissuec.forces.branches import Inelastic
 from tissuec.forces.drag import Drag
-from tissuec.forces.load import Load, Term, total
-from tissuec.forces.rest_length import Reeling
-from tissuec.forces.springs import Springs
+from tissuec.forces.load import Load, LoadTerm, total
+from tissuec.forces.rest_length import ChangingRestLengths
+from tissuec.forces.springs import SpringSubset
 from tissuec.forces.volume import Enclosure
 from tissuec.forces.weight import Weight
 from tissuec.laws.evaluation import Behaviour
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.model.profiles import Course
+from tissuec.model.profiles import TimeProfile
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.contact import Contact
     from tissuec.forces.jets import Jet
 
 
-class Turn(Struct, frozen=True, eq=False):
-    """A rotation about a fixed axis by ``angle`` times a course."""
+class PrescribedRotation(Struct, frozen=True, eq=False):
+    """A rotation about a fixed axis by ``angle`` times a profile."""
 
     centre: Floats  # [m], shape (3,)
     axis: Floats  # unit vector, shape (3,)
     angle: float  # [rad]
-    course: Course
+    profile: TimeProfile
 
     def apply(self, base: Floats, time: Floats | float) -> tuple[Floats, Floats]:
         """Return the turned points and their velocities, each of shape (…, point, 3).
 
         Rodrigues' formula: R r = r cos θ + (n × r) sin θ + n (n·r)(1 - cos θ).
         """
-        factor, rate = (np.asarray(part)[..., None, None] for part in self.course.at(time))
+        factor, rate = (np.asarray(part)[..., None, None] for part in self.profile.at(time))
         theta = self.angle * factor
         arm = base - self.centre
         along = np.outer(arm @ self.axis, self.axis)
@@ -55,14 +55,14 @@ class Turn(Struct, frozen=True, eq=False):
         return self.centre + turned, velocity
 
 
-class Motion(Struct, frozen=True, eq=False):
+class PrescribedMotion(Struct, frozen=True, eq=False):
     """A prescribed path of some nodes.
 
     x(t) = centre + R(t) (base - centre) + Σ vectorᵢ sᵢ(t), with R = 1 where ``turn`` is None.
 
     Attributes:
         nodes: The driven nodes, shape (driven,).
-        base: Their positions where every course is zero [m], shape (driven, 3).
+        base: Their positions where every profile is zero [m], shape (driven, 3).
         shifts: Translations.
         turn: At most one rotation.
         span: The sentence that ordered it.
@@ -70,8 +70,8 @@ class Motion(Struct, frozen=True, eq=False):
 
     nodes: Indices
     base: Floats
-    shifts: tuple[Term, ...]
-    turn: Turn | None
+    shifts: tuple[LoadTerm, ...]
+    turn: PrescribedRotation | None
     span: Span
 
     def at(self, time: Floats | float) -> tuple[Floats, Floats]:
@@ -83,7 +83,7 @@ class Motion(Struct, frozen=True, eq=False):
         return position + shift, velocity + speed
 
 
-class Situation(Struct, eq=False):
+class State(Struct, eq=False):
     """The state at ``time`` and what acts on it until the next event.
 
     Attributes:
@@ -122,13 +122,13 @@ class Situation(Struct, eq=False):
     gravity: Floats
     drag: float
     holders: dict[str, Indices] = field(default_factory=dict)
-    motions: dict[str, Motion] = field(default_factory=dict)
+    motions: dict[str, PrescribedMotion] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)
     enclosures: dict[str, Enclosure] = field(default_factory=dict)
     contact: "Contact | None" = None
     jets: "dict[str, Jet]" = field(default_factory=dict)
     forces: tuple[Imposed, ...] = ()
-    reelings: dict[str, Reeling] = field(default_factory=dict)
+    reelings: dict[str, ChangingRestLengths] = field(default_factory=dict)
     knots: dict[str, Knot] = field(default_factory=dict)
     inelastic: Inelastic | None = None
     hold_ends: dict[str, float] = field(default_factory=dict)
@@ -142,8 +142,8 @@ class Situation(Struct, eq=False):
         drag: float,
         contact: "Contact | None" = None,
         forces: tuple[Imposed, ...] = (),
-    ) -> "Situation":
-        """Return the situation at 0 s, before any event: all is free, no knot is tied."""
+    ) -> "State":
+        """Return the state at 0 s, before any event: all is free, no knot is tied."""
         tools = {
             tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in network.tools
         }
@@ -196,14 +196,14 @@ class Situation(Struct, eq=False):
             self.rest[..., chosen],
         )
 
-    def springs(self, chosen: Indices | None = None) -> Springs:
+    def springs(self, chosen: Indices | None = None) -> SpringSubset:
         """Return some springs with their present numbers, all of them by default."""
         part = slice(None) if chosen is None else chosen
         ends, alive = self.network.ends[part], self.alive[part]
-        return Springs(ends, alive, self.behaviour(chosen), self.memory(chosen))
+        return SpringSubset(ends, alive, self.behaviour(chosen), self.memory(chosen))
 
     @property
-    def acting(self) -> Springs:
+    def acting(self) -> SpringSubset:
         """Return the springs that act on a free node."""
         held = self.held[self.network.ends].all(axis=1)
         return self.springs(np.flatnonzero(self.alive & ~held))
@@ -226,7 +226,7 @@ class Situation(Struct, eq=False):
             rest[..., reeling.springs] = np.reshape(found, (*times.shape, -1))
         return rest
 
-    def at(self, time: Floats | float) -> "Situation":
+    def at(self, time: Floats | float) -> "State":
         """Return this with the rest lengths of times; of shape (…, spring) if they change."""
         return replace(self, rest=self.rest_at(time)) if self.reelings else self
 
