@@ -1,9 +1,11 @@
-"""Families: a member is a file dropped into the family's folder; nobody keeps a list."""
+"""Families: a member is a file in the folder of the family, or a plug-in of another package."""
 
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from typing import Any, Generic, TypeVar
+
+from tissuec.core import plugins
 
 T = TypeVar("T")
 M = TypeVar("M")
@@ -12,9 +14,14 @@ M = TypeVar("M")
 class Family(Mapping[str, T], Generic[T]):
     """A mapping from names to members, filled by importing the modules of a package.
 
+    Plug-ins of other packages add members, too; see ``core.plugins``.
+
     Args:
         package: The folder that holds the members, as a package name.
         kind: What one member is called in messages, such as "mesh".
+
+    Raises:
+        BrokenPlugIn: On first use, if a plug-in cannot be imported.
     """
 
     def __init__(self, package: str, kind: str):
@@ -39,6 +46,7 @@ class Family(Mapping[str, T], Generic[T]):
             self._complete = True
             for module in pkgutil.iter_modules(import_module(self.package).__path__):
                 import_module(f"{self.package}.{module.name}")
+            plugins.load(self.kind)
         return self._members
 
     def __getitem__(self, name: str) -> T:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from tissuec.core.plugins import plugins
 from tissuec.core.printable import printable
 from tissuec.core.version import __version__
 from tissuec.results import access
@@ -42,14 +43,14 @@ def first_manifest(given: Mapping[str, object], scene_text: str) -> dict[str, ob
 
 @cache
 def versions() -> Mapping[str, str]:
-    """Return the versions of Python and of the packages that matter, without importing them."""
+    """Return the versions of Python, plug-ins and the packages that matter, without imports."""
     found = {"tissuec": __version__, "python": platform.python_version()}
     for name in PACKAGES:
         try:
             found[name] = version(name)
         except PackageNotFoundError:
             found[name] = "not installed"
-    return found
+    return found | {one.package: one.version for one in plugins()}
 
 
 def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:

@@ -1,8 +1,8 @@
 """Values of a run as plain text and arrays, so that it can be kept in a file and gone on with.
 
-Structs of this package, tuples, lists, dictionaries, numbers, texts and arrays are written
-out; what network and plan hold anyway (``known``) is only referred to. Numbers come back to the
-last bit. Reading makes nothing but values of this package: a file cannot run anything.
+Structs of this package and of plug-ins, tuples, lists, dictionaries, numbers, texts and arrays
+are written out; what network and plan hold anyway (``known``) is only referred to. Numbers come
+back to the last bit. Reading makes nothing but such values: a file cannot run anything.
 """
 
 import json
@@ -14,7 +14,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-PACKAGE = __name__.partition(".")[0]
+from tissuec.core.plugins import packages
+
 TEXT = "text"
 
 
@@ -54,7 +55,7 @@ def write_state(value: object, known: Iterable[object]) -> dict[str, str | NDArr
 
     def _plain_record(value: object) -> Any:
         kind = type(value)
-        if not isinstance(value, Struct) or kind.__module__.partition(".")[0] != PACKAGE:
+        if not isinstance(value, Struct) or kind.__module__.partition(".")[0] not in packages():
             raise TypeError(f"a checkpoint cannot hold {kind.__module__}.{kind.__qualname__}")
         content = {name: plain(getattr(value, name)) for name in value.__struct_fields__}
         return {"record": f"{kind.__module__}:{kind.__qualname__}", "fields": content}
@@ -95,11 +96,11 @@ def read_state(state: Mapping[str, Any], known: Iterable[object]) -> Any:
 
 
 def _record_class(name: str) -> Any:
-    """Return a class of this package by ``module:name``."""
+    """Return a class of this package, or of a plug-in, by ``module:name``."""
     module, _, qualified = name.partition(":")
-    if module.partition(".")[0] != PACKAGE:
-        raise ValueError(f'"{name}" is not a record of {PACKAGE}')
+    if module.partition(".")[0] not in packages():
+        raise ValueError(f'"{name}" is not a record of tissuec or a plug-in')
     found = getattr(import_module(module), qualified, None)
     if not isinstance(found, type) or not issubclass(found, Struct):
-        raise ValueError(f'"{name}" is not a record of {PACKAGE}')
+        raise ValueError(f'"{name}" is not a record of tissuec or a plug-in')
     return found

@@ -54,5 +54,5 @@ class ForceFormula(Protocol):
 
 #: Under the names of the members of ``tissuec.forces.FORCES``.
 FORMULAS: Family[Callable[[Any], ForceFormula]] = Family(
-    "tissuec.validate.forces", "formula of a force"
+    "tissuec.validate.forces", "force formula"
 )
