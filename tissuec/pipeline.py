@@ -183,16 +183,8 @@ def simulate(
             writer = ResultWriter(path, network, wishes(network, plan), manifest, text, groups)
         with writer:
             recorder = Recorder(network, plan, writer, tap=beside.take)
-            tell = _both(progress, beside)
-            outcome = run(
-                network,
-                plan,
-                recorder,
-                progress=tell,
-                interrupt=stop,
-                resume=state,
-                threads=threads,
-            )
+            asked = {"progress": _both(progress, beside), "interrupt": stop, "threads": threads}
+            outcome = run(network, plan, recorder, resume=state, **asked)
             finished = outcome.kind == "done"
             estimate = beside.estimate(stop) if finished else None
             if estimate is not None and len(estimate.times):

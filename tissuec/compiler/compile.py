@@ -5,6 +5,7 @@ number.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -224,20 +225,7 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         node_ids=every(lambda b: b.node_ids, (), np.int64),
         spring_ids=both(lambda p: p.spring_ids, np.int64),
         bodies=tuple(
-            BodyPart(
-                body.body.name,
-                slice(int(n), int(n2)),
-                slice(int(p), int(p2)),
-                body.body.span,
-                body.mesh.grid,
-                body.bending,
-                mesh.cell_nodes if isinstance(mesh := body.body.mesh, Celled) else None,
-                renumbered(body.thread, int(p)),
-                None if body.poisson is None else body.mesh.tetrahedra,
-            )
-            for body, n, n2, p, p2 in zip(
-                bodies, nodes, nodes[1:], springs, springs[1:], strict=False
-            )
+            map(_body_part, bodies, pairwise(nodes.tolist()), pairwise(springs.tolist()))
         ),
         provenance={
             name: _join_provenance([part.provenance[name] for part in parts]) for name in ARRAYS
@@ -256,6 +244,22 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
             ]
         ),
         inelastic=inelastic_of([part.arrays for part in parts], np.diff(springs).tolist()),
+    )
+
+
+def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int]) -> BodyPart:
+    """Return a body with the first and the last but one of its nodes and springs."""
+    mesh = body.body.mesh
+    return BodyPart(
+        body.body.name,
+        slice(*nodes),
+        slice(*springs),
+        body.body.span,
+        body.mesh.grid,
+        body.bending,
+        mesh.cell_nodes if isinstance(mesh, Celled) else None,
+        renumbered(body.thread, springs[0]),
+        None if body.poisson is None else body.mesh.tetrahedra,
     )
 
 
@@ -330,6 +334,29 @@ def _adds_energy(simulation: Simulation) -> bool:
     return named and not INTEGRATORS[simulation.integrator].promises
 
 
+def _script(
+    scene: Scene, network: Network, conditions: Conditions, *, is_whole: bool
+) -> Script:
+    """Return the script of a scene; the arguments are those of ``_plan``."""
+    block, findings = scene.declarations.single.get("script"), conditions.findings
+    if block is None:
+        return Script()
+    groups, duration = conditions.groups, conditions.duration
+    reader = ScriptReader(groups, scene.tools, conditions, scene.constants, duration=duration)
+    script = reader.read(block.items)
+    # What was left out may hold what is moved or released; nodes of tools stand behind all
+    # bodies.
+    if script.is_whole and (is_whole or not network.tools):
+        shaped = all(tool.entries is not None for tool in scene.tools.values())
+        held = check_holds(script.events, script.triggers, network.tools, shaped=shaped)
+        findings.extend(held)
+    actions = {id(event.action): event.action for event in _events(script)}
+    for action in actions.values():  # each once, however often it is repeated
+        if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):
+            findings.add("TIS309", flaw, action.span)
+    return script
+
+
 def _plan(
     scene: Scene,
     network: Network,
@@ -348,22 +375,7 @@ def _plan(
     """
     groups, findings, duration = conditions.groups, conditions.findings, conditions.duration
     single = scene.declarations.single
-    script = Script()
-    if "script" in single:
-        reader = ScriptReader(
-            groups, scene.tools, conditions, scene.constants, duration=duration
-        )
-        script = reader.read(single["script"].items)
-        # What was left out may hold what is moved or released; nodes of tools stand behind all
-        # bodies.
-        if script.is_whole and (is_whole or not network.tools):
-            shaped = all(tool.entries is not None for tool in scene.tools.values())
-            held = check_holds(script.events, script.triggers, network.tools, shaped=shaped)
-            findings.extend(held)
-        actions = {id(event.action): event.action for event in _events(script)}
-        for action in actions.values():  # each once, however often it is repeated
-            if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):
-                findings.add("TIS309", flaw, action.span)
+    script = _script(scene, network, conditions, is_whole=is_whole)
     contact = None
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]

@@ -111,20 +111,11 @@ class MethodTrial(Struct):
             change, self.rival, self.rival_pace = Choice(self.rival, reason, {}), name, pace
             self.length *= 4
             window = self.length
-        elif (
-            not self.rival
-            and ahead > WORTHWHILE * pace
-            and (found := candidate(pace)) is not None
-            and ahead > TRIALS * found[1] * pace
-        ):
-            other = found[0]
-            reason = (
-                f"explicit steps at the limit of stability may come further than {name}"
-                if INTEGRATORS[name].implicit
-                else f"stability and not accuracy limits the steps of {name}: tried instead"
-            )
-            change, self.rival, self.rival_pace = Choice(other, reason, {}), name, pace
-            window, allowance = STEPS * INTEGRATORS[other].evaluations, 0.5 * found[1]
+        elif not self.rival and (found := self._worth_trying(pace, ahead, candidate)):
+            other, price = found
+            change = Choice(other, _why_tried(name), {})
+            self.rival, self.rival_pace = name, pace
+            window, allowance = STEPS * INTEGRATORS[other].evaluations, 0.5 * price
         else:
             # What the other method was worth then is forgotten, so that it is tried again.
             self.length, self.rival = 2 * self.length, ""
@@ -132,6 +123,13 @@ class MethodTrial(Struct):
         self.allowance = allowance
         self._open(now, effort, cost, window, warming=change is not None)
         return change
+
+    def _worth_trying(
+        self, pace: float, ahead: float, candidate: Callable[[float], tuple[str, float] | None]
+    ) -> tuple[str, float] | None:
+        """Return another method and what its trial costs [s], if enough time [s] is ahead."""
+        found = candidate(pace) if ahead > WORTHWHILE * pace else None
+        return found if found is not None and ahead > TRIALS * found[1] * pace else None
 
     def _open(
         self, now: Progress, effort: np.ndarray, cost: float, window: int, *, warming: bool
@@ -215,3 +213,10 @@ def trial_cost(name: str, evaluation: float, springs: int, solver: Solver) -> fl
     steps, solutions = 2 * STEPS, member.evaluations if member.implicit else 0
     effort = np.array([member.evaluations, int(member.implicit), solutions]) * steps
     return cost_of(effort, evaluation, springs, solver)
+
+
+def _why_tried(name: str) -> str:
+    """Return why another method is tried instead of the present one."""
+    if INTEGRATORS[name].implicit:
+        return f"explicit steps at the limit of stability may come further than {name}"
+    return f"stability and not accuracy limits the steps of {name}: tried instead"

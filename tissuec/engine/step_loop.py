@@ -92,15 +92,8 @@ def drive(
     smallest, largest, energy, error = now.smallest, now.largest, now.energy, now.error
     bends, glanced = now.bends, now.glanced
     if fresh:
-        place(time, work.x[current], work.v[current], net)
-        x, v, a = work.x[current], work.v[current], work.a[current]
-        force(time, x, v, a, work.power[1], net)
-        work.effort[0] += 1
+        bends = begin(time, current, bends, work, net)
         fresh = 0
-        if net.touched:
-            bends = net.touches.bends[0]
-        if net.ledger:
-            work.trend[0] = work.trend[1] = nan
     growing = True
     reason = REACHED
     while True:
@@ -143,18 +136,15 @@ def drive(
             ratio = 0.0
             off, off_speed = estimate(h, current, work)
             if task.fixed == 0:
+                # What is thrown off flies on as wrongly as it was thrown.
+                thrown = net.touched and net.touches.bends[1] < net.touches.bends[2]
+                if thrown:
+                    off_speed /= BEND_SHARE
                 # Implicit steps may brake what is too fast for them, and lose its energy.
-                strict = near or IMPLICIT
-                if net.touched and net.touches.bends[1] < net.touches.bends[2]:
-                    # What is thrown off flies on as wrongly as it was thrown.
-                    strict, off_speed = True, off_speed / BEND_SHARE
-                growth = reach - displacement
+                strict, growth = near or IMPLICIT or thrown, reach - displacement
                 ratio = judge(h, off, off_speed, reach, pace, growth, strict, task)
                 if not ratio <= 1.0:
-                    factor = 0.25 if IMPLICIT else 0.1
-                    if isfinite(ratio):
-                        factor = max(0.1, 0.9 * ratio ** (-1.0 / CONTROL_ORDER))
-                    size = h * factor
+                    size = h * shrunk(ratio)
                     rejected += 1
                     memory, calm, growing = 0.0, 0, False
                     continue
@@ -203,16 +193,7 @@ def drive(
                 growing = True
             pending, prepared = 1, 0
             if net.ledger:
-                wrong = book(time, end, current, work, net)
-                work.pieces[0] = 0
-                moving = kinetic(work.v[1 - current], net)
-                energy = max(energy, moving, turnover(current, work))
-                may = bearable(h, energy, task)
-                # Fixed steps are as good as their method, where it keeps the ledger at all.
-                if not isfinite(wrong) or (task.fixed == 0 and wrong > may):
-                    prepare(time, end, current, work, net)
-                    prepared = 1
-                    integrate_finely(time, end, current, may, work, net)
+                energy, prepared = balance(time, end, current, energy, task, work, net)
             if task.hold > 0:
                 glance(time, end, current, glanced, work, net, buffer)
                 glanced += GLANCES
@@ -226,23 +207,11 @@ def drive(
             if task.hold > 0 and glanced >= GLANCES * task.hold:
                 reason = HELD
                 break
-        # Samples of the step under way: from its start up to, but not at, its end.
-        while sample < buffer.times.size and buffer.times[sample] < end:
-            if filled == buffer.time.size:
-                reason = FULL
-                break
-            when = buffer.times[sample]
-            buffer.time[filled] = when
-            if when <= time:
-                x, v = work.x[current], work.v[current]
-                copy_sample(x, v, work.ledger[current], error, filled, buffer)
-            else:
-                x, v = buffer.position[filled], buffer.velocity[filled]
-                buffer.error[filled] = error
-                look(when, time, end, current, x, v, buffer.ledger[filled], work, net)
-            sample += 1
-            filled += 1
-        if reason == FULL:
+        sample, filled = deliver(
+            sample, filled, time, end, current, error, work, net, buffer,
+        )  # fmt: skip
+        if sample < buffer.times.size and buffer.times[sample] < end:
+            reason = FULL
             break
         if net.ledger:
             work.power[1, 0] = work.power[END_ROW, 0]
@@ -273,6 +242,77 @@ def drive(
         bends=bends,
         glanced=glanced,
     )
+
+
+def begin(time: float, current: int, bends: int, work: Work, net: Net) -> int:
+    """Find the forces at the beginning; return how often contact has set in or ended there."""
+    place(time, work.x[current], work.v[current], net)
+    x, v, a = work.x[current], work.v[current], work.a[current]
+    force(time, x, v, a, work.power[1], net)
+    work.effort[0] += 1
+    if net.ledger:
+        work.trend[0] = work.trend[1] = nan
+    return net.touches.bends[0] if net.touched else bends
+
+
+def shrunk(ratio: float) -> float:
+    """Return the size of the next trial over that of a step with a ``ratio`` of ``judge``."""
+    if isfinite(ratio):
+        return max(0.1, 0.9 * ratio ** (-1.0 / CONTROL_ORDER))
+    return 0.25 if IMPLICIT else 0.1
+
+
+def balance(
+    time: float, end: float, current: int, energy: float, task: Task, work: Work, net: Net
+) -> tuple[float, int]:
+    """Set the ledger at the end of a step.
+
+    Returns:
+        The largest energy so far [J], and whether the step was prepared for looks inside.
+    """
+    wrong = book(time, end, current, work, net)
+    work.pieces[0] = 0
+    energy = max(energy, kinetic(work.v[1 - current], net), turnover(current, work))
+    may = bearable(end - time, energy, task)
+    # Fixed steps are as good as their method, where it keeps the ledger at all.
+    if not isfinite(wrong) or (task.fixed == 0 and wrong > may):
+        prepare(time, end, current, work, net)
+        integrate_finely(time, end, current, may, work, net)
+        return energy, 1
+    return energy, 0
+
+
+def deliver(
+    sample: int,
+    filled: int,
+    time: float,
+    end: float,
+    current: int,
+    error: float,
+    work: Work,
+    net: Net,
+    buffer: Buffer,
+) -> tuple[int, int]:
+    """Enter samples from the start of a step up to, but not at, its end, while there is room.
+
+    Returns:
+        The number of the next sample, and how many rows of the buffer are filled.
+    """
+    while sample < buffer.times.size and buffer.times[sample] < end:
+        if filled == buffer.time.size:
+            break
+        when = buffer.times[sample]
+        buffer.time[filled] = when
+        if when <= time:
+            x, v = work.x[current], work.v[current]
+            copy_sample(x, v, work.ledger[current], error, filled, buffer)
+        else:
+            x, v = buffer.position[filled], buffer.velocity[filled]
+            buffer.error[filled] = error
+            look(when, time, end, current, x, v, buffer.ledger[filled], work, net)
+        sample += 1
+        filled += 1
+    return sample, filled
 
 
 def strayed(x: Floats, since: Floats, net: Net) -> float:

@@ -407,15 +407,14 @@ def fold(
         j0 += r * e0 - q * r0
         j1 += r * e1 - q * r1
         j2 += r * e2 - q * r2
-        f[k] -= k0
-        f[k + 1] -= k1
-        f[k + 2] -= k2
-        f[m] -= m0
-        f[m + 1] -= m1
-        f[m + 2] -= m2
-        f[j] -= j0
-        f[j + 1] -= j1
-        f[j + 2] -= j2
-        f[i] += j0 + k0 + m0
-        f[i + 1] += j1 + k1 + m1
-        f[i + 2] += j2 + k2 + m2
+        take(k, k0, k1, k2, f)
+        take(m, m0, m1, m2, f)
+        take(j, j0, j1, j2, f)
+        take(i, -(j0 + k0 + m0), -(j1 + k1 + m1), -(j2 + k2 + m2), f)
+
+
+def take(place: int, x: float, y: float, z: float, f: Floats) -> None:
+    """Subtract a force [N] from that on the node whose components begin at ``place``."""
+    f[place] -= x
+    f[place + 1] -= y
+    f[place + 2] -= z

@@ -323,8 +323,8 @@ class ResultWriter:
         self._events.append(Event(float(time), kind, tuple(map(int, springs)), cause, place))
         self._flush_if_due()
 
-    def checkpoint(self, state: Mapping[str, Value]) -> None:
-        """Keep ``state`` to resume from, in the place of the former one.
+    def checkpoint(self, saved: Mapping[str, Value]) -> None:
+        """Keep ``saved`` to resume from, in the place of the former one.
 
         A kill leaves either the former checkpoint or this one, never something between.
         """
@@ -333,7 +333,7 @@ class ResultWriter:
             raise ValueError("state the topology before the first checkpoint")
         rows = self._store.row_counts()
         alive, wall_time = self._frames.alive, self._wall_time()
-        write_checkpoint(self._store, Checkpoint(state, rows, alive, wall_time, self._scene))
+        write_checkpoint(self._store, Checkpoint(saved, rows, alive, wall_time, self._scene))
         self.flush()
 
     def flush(self) -> None:

@@ -40,16 +40,7 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     w1 = sinh(angle) * root * root / (cosh(angle) * stages * root - w0 * sinh(angle))
     b_last = b_before = 1.0 / (4.0 * w0 * w0)
     shift = w1 * b_last
-    # Stages 0 and 1.
-    scale(1.0, work.x[current], rows[BEFORE_X])
-    scale(1.0, work.v[current], rows[BEFORE_V])
-    scale(1.0, work.x[current], rows[LAST_X])
-    scale(1.0, work.v[current], rows[LAST_V])
-    accumulate(h * shift, work.v[current], rows[LAST_X])
-    accumulate(h * shift, rows[1], rows[LAST_V])
-    for k in range(2):
-        ledger[0, k] = 0.0
-        ledger[1, k] = h * shift * work.power[1, k]
+    begin(h * shift, current, work)
     now, before = shift, 0.0
     z, z_before, dz, dz_before, d2z, d2z_before = w0, 1.0, 1.0, 0.0, 0.0, 0.0
     near = False
@@ -90,6 +81,20 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     scale(1.0, v, rows[GAIN_V])
     place(time, rows[GAIN_X], rows[GAIN_V], net)
     return near
+
+
+def begin(h: float, current: int, work: Work) -> None:
+    """Set stages 0 and 1, which is at μ̃₁ times the step [s], and their ledgers."""
+    rows, ledger = work.rows, work.booked
+    scale(1.0, work.x[current], rows[BEFORE_X])
+    scale(1.0, work.v[current], rows[BEFORE_V])
+    scale(1.0, work.x[current], rows[LAST_X])
+    scale(1.0, work.v[current], rows[LAST_V])
+    accumulate(h, work.v[current], rows[LAST_X])
+    accumulate(h, rows[1], rows[LAST_V])
+    for k in range(2):
+        ledger[0, k] = 0.0
+        ledger[1, k] = h * work.power[1, k]
 
 
 def blend(

@@ -93,19 +93,10 @@ def learn(
         scene, state=state, fresh=fresh, progress=progress, began=began
     )
     try:
-        first_error = _first_error(problem)
-        error = problem.error_at(end.theta)
-        singles = [session.judged([trial], problem) for trial in session.learning]
-        own = end.theta[: problem.own]
-        errors = [trial.model.step_error(own) for trial in problem.trials]
-        stepping, stepping_error = _stepping(problem, end.theta, errors)
-        step_error = np.concatenate([np.zeros(0), *errors])
-        sureness = judge(problem, end.theta, *_names(session, problem), step_error)
-        failure = too_coarse(stepping_error) or misfit(problem, end.theta, singles)
-        structure = remark(problem, end.theta)
-        fitted = tuple(_fitted(session, problem, end.theta))
+        found = _assessed(session, problem, end.theta)
     except Diverged as failure:
         raise Unlearnable(str(failure)) from failure
+    sureness = found.sureness
     if session.words is not None:
         moving = end.theta[session.shaping.own : session.shaping.size]
         texts |= session.words.texts(moving)
@@ -115,30 +106,60 @@ def learn(
         fit_problem=fit_problem,
         estimates=tuple(_estimates(session, end.theta, sureness)),
         zeros={fit_problem.fits[k].text: problem.zero(end.theta, k) for k in problem.zeroed},
-        error=error,
-        first_error=first_error,
-        fitted=fitted,
+        error=found.error,
+        first_error=found.first_error,
+        fitted=found.fitted,
         noise={
             fit.text: float(s) for fit, s in zip(fit_problem.fits, sureness.noise, strict=True)
         },
         singular=sureness.singular,
         blind=sureness.blind,
         method=_method(session, search),
-        stepping=stepping,
-        stepping_error=stepping_error,
+        stepping=found.stepping,
+        stepping_error=found.stepping_error,
         passes=end.passes,
         evaluations=end.evaluations,
         reason=end.reason,
         converged=end.converged,
-        failure=failure,
+        failure=found.failure,
         wall_time=clock.monotonic() - began,
         notes=(
-            *(units(problem) if failure or sureness.blind else ()),
-            *filter(None, [structure]),
-            *_notes(session, end.theta, stepping_error),
+            *(units(problem) if found.failure or sureness.blind else ()),
+            *filter(None, [found.structure]),
+            *_notes(session, end.theta, found.stepping_error),
             *sentences,
         ),
         words=texts,
+    )
+
+
+class _Assessed(NamedTuple):
+    """What is found of the parameters that a search ended with; see ``Learnt``."""
+
+    first_error: float
+    error: float
+    fitted: tuple[Fitted, ...]
+    sureness: Identifiability
+    stepping: str
+    stepping_error: float
+    failure: str
+    structure: str
+
+
+def _assessed(session: LearnSession, problem: Problem, theta: Floats) -> _Assessed:
+    singles = [session.judged([trial], problem) for trial in session.learning]
+    errors = [trial.model.step_error(theta[: problem.own]) for trial in problem.trials]
+    stepping, stepping_error = _stepping(problem, theta, errors)
+    step_error = np.concatenate([np.zeros(0), *errors])
+    return _Assessed(
+        first_error=_first_error(problem),
+        error=problem.error_at(theta),
+        fitted=tuple(_fitted(session, problem, theta)),
+        sureness=judge(problem, theta, *_names(session, problem), step_error),
+        stepping=stepping,
+        stepping_error=stepping_error,
+        failure=too_coarse(stepping_error) or misfit(problem, theta, singles),
+        structure=remark(problem, theta),
     )
 
 

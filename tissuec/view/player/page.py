@@ -88,30 +88,12 @@ def describe(
     film: PlayerData, trajectory: Trajectory, options: Options, pack: Pack
 ) -> dict[str, Any]:
     """Put arrays into ``pack``, and return everything else that the page is told."""
-    held, dots = film.held, film.dots
-    for name, numbers in (
-        ("ends", film.lines.ends.T),
-        ("law", film.lines.law[None]),
-        ("triangles", film.skin.triangles.T),
-        ("smooth", film.skin.smooth[None].astype(int)),
-        ("dots", dots.of[None]),
-        ("held", held.of[None]),
-        ("fixed", film.fixed[None].astype(int)),
-    ):
-        pack.add(name, numbers)
-    lives = {
-        "lines": film.lines.life,
-        "skin": film.skin.life,
-        "dots": dots.life,
-        "held": held.life,
-    }
-    for name, life in lives.items():
-        pack.add(f"life of {name}", _frames(life))
     scale = box_scale(film.position)
-    pack.add("position", scale.steps(film.position).transpose(0, 2, 1))
     most = {
         "tension": film.most_tension, "strain": film.most_strain, "force": film.most_force,
     }  # fmt: skip
+    _pack_shapes(film, pack)
+    pack.add("position", scale.steps(film.position).transpose(0, 2, 1))
     pack.add("tension", even(film.lines.tension, most["tension"], _TENSIONS))
     # Arrows of outliers are longer; beyond four times the scale they would leave the picture.
     pack.add("force", even(film.force, 4.0 * most["force"], _FORCES).transpose(0, 2, 1))
@@ -147,6 +129,28 @@ def describe(
         "looks": _looks(),
         "shaders": {name: _web(f"{name}.glsl") for name in SHADERS},
     }
+
+
+def _pack_shapes(film: PlayerData, pack: Pack) -> None:
+    """Put what is drawn into ``pack``: which nodes, and in which frames."""
+    for name, numbers in (
+        ("ends", film.lines.ends.T),
+        ("law", film.lines.law[None]),
+        ("triangles", film.skin.triangles.T),
+        ("smooth", film.skin.smooth[None].astype(int)),
+        ("dots", film.dots.of[None]),
+        ("held", film.held.of[None]),
+        ("fixed", film.fixed[None].astype(int)),
+    ):
+        pack.add(name, numbers)
+    lives = {
+        "lines": film.lines.life,
+        "skin": film.skin.life,
+        "dots": film.dots.life,
+        "held": film.held.life,
+    }
+    for name, life in lives.items():
+        pack.add(f"life of {name}", _frames(life))
 
 
 def _frames(life: NDArray) -> NDArray[np.int64]:
