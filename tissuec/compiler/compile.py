@@ -200,11 +200,13 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
     springs = np.cumsum([0, *(len(part.law) for part in parts)])
 
     def every(
-        pick: Callable[[BodyArrays], NDArray], shape: tuple[int, ...], kind: type
-    ) -> NDArray:
+        pick: Callable[[BodyArrays], NDArray[Any]], shape: tuple[int, ...], kind: type
+    ) -> NDArray[Any]:
         return _behind_one_another([pick(body) for body in bodies], shape, kind)
 
-    def both(pick: Callable[[BodyArrays | JointArrays], NDArray], kind: type) -> NDArray:
+    def both(
+        pick: Callable[[BodyArrays | JointArrays], NDArray[Any]], kind: type
+    ) -> NDArray[Any]:
         return uniform(_behind_one_another([pick(part) for part in parts], (), kind))
 
     shifted = list(zip(bodies, nodes, strict=False))
@@ -264,8 +266,8 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
 
 
 def _behind_one_another(
-    parts: Sequence[NDArray], shape: tuple[int, ...], kind: type[np.generic] | type
-) -> NDArray:
+    parts: Sequence[NDArray[Any]], shape: tuple[int, ...], kind: type[np.generic] | type
+) -> NDArray[Any]:
     """Return parts as one array of rows of a shape; a single one as it is."""
     if len(parts) == 1:
         return np.asarray(parts[0], dtype=kind)

@@ -1,10 +1,12 @@
 """Arrays that take no more room than what they say."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 
-def uniform(values: NDArray) -> NDArray:
+def uniform(values: NDArray[Any]) -> NDArray[Any]:
     """Return values as they are or, if all are the same, as a view of one, which is read-only.
 
     Args:

@@ -189,7 +189,7 @@ class KernelInputs:
         all_act = bool(alive.all())
         in_order = self._sorted is None and len(ids) == len(acting)
 
-        def present(values: NDArray, dead: float) -> NDArray:
+        def present(values: NDArray[Any], dead: float) -> NDArray[Any]:
             """Return numbers of the springs; no copies of what takes no room, or is there."""
             if not all_act:
                 return np.where(alive, values[ids], values.dtype.type(dead))

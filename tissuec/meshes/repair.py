@@ -7,6 +7,7 @@ files without any surface or cell.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from msgspec import Struct, field
@@ -372,6 +373,6 @@ def _wrong_way(
     return wrong[patch]
 
 
-def _place(point: NDArray) -> str:
+def _place(point: NDArray[Any]) -> str:
     shown = ", ".join(units.show(float(value), units.LENGTH) for value in point)
     return f"({shown})"

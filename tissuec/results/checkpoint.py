@@ -7,6 +7,7 @@ network it is.
 import json
 from collections.abc import Mapping
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -22,7 +23,7 @@ from tissuec.results.store import Store, member_name
 
 CHECKPOINT = "/tissuec/checkpoint"
 FORMAT = 1
-Value = NDArray | int | float | bool | str
+Value = NDArray[Any] | int | float | bool | str
 
 
 class Checkpoint(Struct, frozen=True, eq=False):

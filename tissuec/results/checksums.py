@@ -7,7 +7,7 @@ read in parts: HDF5 keeps one of each of their chunks.
 import json
 import zlib
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ class DatasetSum(NamedTuple):
     crc: int | None
 
 
-def crc_of(data: NDArray, former: int = 0) -> int:
+def crc_of(data: NDArray[Any], former: int = 0) -> int:
     """Return the CRC-32 of numbers or texts, behind others that had the CRC-32 ``former``."""
     if data.dtype.kind not in "OSU":
         return zlib.crc32(np.ascontiguousarray(data), former)

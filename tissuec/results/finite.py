@@ -1,5 +1,7 @@
 """No number that is none reaches a frame unnoticed."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -9,12 +11,12 @@ from tissuec.results.recording import body_of
 LARGEST = np.float64(1e100)  # as in scenes
 
 
-def are_numbers(data: NDArray) -> NDArray[np.bool_]:
+def are_numbers(data: NDArray[Any]) -> NDArray[np.bool_]:
     """Return which numbers are some, and so small that squares of them are, too."""
     return np.abs(data) < LARGEST  # false for NaN
 
 
-def all_numbers(data: NDArray) -> bool:
+def all_numbers(data: NDArray[Any]) -> bool:
     """Return whether all of them are, without an array of answers."""
     return not data.size or bool(data.max() < LARGEST and data.min() > -LARGEST)
 
@@ -34,7 +36,7 @@ def check_times(time: ArrayLike, *, after: float) -> Floats:
 
 
 def check_finite(
-    data: NDArray,
+    data: NDArray[Any],
     quantity: str,
     time: Floats,
     network: Network,
@@ -66,7 +68,7 @@ def check_finite(
     )
 
 
-def check_shape(data: NDArray, shape: tuple[int, ...], name: str) -> None:
+def check_shape(data: NDArray[Any], shape: tuple[int, ...], name: str) -> None:
     """Raise a ValueError if ``data`` has another shape."""
     if data.shape != shape:
         raise ValueError(f"{name} has shape {data.shape}, not {shape}")

@@ -1,5 +1,7 @@
 """From the arrays of the whole network to checked frames of the recorded part."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -78,7 +80,7 @@ class FrameRecorder:
             self._last_time = float(times[-1])
             self.waiting += len(times)
 
-    def _at_nodes(self, data: ArrayLike, frames: int, name: str) -> NDArray:
+    def _at_nodes(self, data: ArrayLike, frames: int, name: str) -> NDArray[Any]:
         """Return the numbers at the recorded nodes, shape (frame, node, 3)."""
         data = np.asarray(data)
         check_shape(data, (frames, self._network.node_count, 3), name)
@@ -87,7 +89,7 @@ class FrameRecorder:
         with np.errstate(over="ignore"):  # such a number is reported as not finite
             return np.array(data[:, self._nodes], dtype=self._file.kind, copy=waits)
 
-    def _at_lines(self, tension: ArrayLike, frames: int) -> NDArray:
+    def _at_lines(self, tension: ArrayLike, frames: int) -> NDArray[Any]:
         """Return the tensions of the lines, shape (frame, line)."""
         assert self._cells is not None
         data, springs = np.asarray(tension), self._cells.springs

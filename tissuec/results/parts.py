@@ -1,5 +1,7 @@
 """Topologies in the file: each *part* of the VTKHDF group is one set of cells."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -58,7 +60,7 @@ class CellTables:
         """Return how many parts there are, those that wait included."""
         return self._points.rows
 
-    def add(self, points: int, *tables: NDArray) -> None:
+    def add(self, points: int, *tables: NDArray[Any]) -> None:
         """Append a part; a table has the points of the cells of one of `KINDS` as rows."""
         rows: dict[GrowingDataset, ArrayLike] = {self._points: [points]}
         for columns, table in zip(self._cells.values(), tables, strict=True):
@@ -69,7 +71,7 @@ class CellTables:
         self._store.append(rows)
         self.locate(*tables)
 
-    def locate(self, *tables: NDArray) -> None:
+    def locate(self, *tables: NDArray[Any]) -> None:
         """Find out where the last part, which has these cells, begins."""
         self.first_cells, self.first_ids = [], []
         for columns, table in zip(self._cells.values(), tables, strict=True):
@@ -140,7 +142,7 @@ def read_cells(file: Group, part: int, springs: Indices) -> Cells:
     return Cells(vertices, lines, triangles, drawn)
 
 
-def read_table(file: Group, root: str, kind: str, part: int, width: int) -> NDArray:
+def read_table(file: Group, root: str, kind: str, part: int, width: int) -> NDArray[Any]:
     """Return the points of the cells of one kind in a part, shape (cell, width)."""
     path = f"{root}/{kind}/Connectivity"
     points = int(access.array(file, f"{root}/NumberOfPoints")[part])
@@ -152,6 +154,6 @@ def read_table(file: Group, root: str, kind: str, part: int, width: int) -> NDAr
     return cells.reshape(-1, width)
 
 
-def _tables(cells: Cells) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+def _tables(cells: Cells) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Return the point numbers of the cells of each of `KINDS`."""
     return cells.vertices, cells.lines, cells.triangles, np.zeros((0, 3), dtype=np.int64)

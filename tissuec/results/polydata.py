@@ -7,6 +7,7 @@ polygons, strips. (VTK file formats, section VTKHDF, version 2.2.)
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import h5py
 import numpy as np
@@ -103,7 +104,11 @@ class PolyDataFrames:
         return steps
 
     def append(
-        self, cells: Cells, time: Floats, vectors: Mapping[str, NDArray], tension: NDArray
+        self,
+        cells: Cells,
+        time: Floats,
+        vectors: Mapping[str, NDArray[Any]],
+        tension: NDArray[Any],
     ) -> None:
         """Add frames that all show ``cells``.
 
@@ -126,7 +131,7 @@ class PolyDataFrames:
         rows[self._tension] = numbers.reshape(-1)
         self._store.append(rows)
 
-    def _offsets(self, cells: int, frames: int) -> dict[str, NDArray]:
+    def _offsets(self, cells: int, frames: int) -> dict[str, NDArray[Any]]:
         """Return the rows of ``Steps`` for frames that are about to be added."""
         nodes = len(self.mesh.nodes)
         points = nodes * np.arange(self.count, self.count + frames)

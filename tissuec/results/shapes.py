@@ -3,6 +3,7 @@
 from base64 import b64encode
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -28,12 +29,12 @@ class ExportedShape(Struct, frozen=True, eq=False):
 
     title: str
     time: float
-    points: NDArray
+    points: NDArray[Any]
     vertices: Indices
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
-    point_data: Mapping[str, NDArray]
-    cell_data: Mapping[str, NDArray]
+    point_data: Mapping[str, NDArray[Any]]
+    cell_data: Mapping[str, NDArray[Any]]
 
 
 def write_vtu(shape: ExportedShape, path: Path) -> None:
@@ -109,12 +110,12 @@ def _obj_line(letter: str, numbers: Iterable[float]) -> str:
     return " ".join([letter, *map(repr, numbers)]) + "\n"
 
 
-def _section(name: str, arrays: Mapping[str, NDArray], *, tuples: bool = False) -> str:
+def _section(name: str, arrays: Mapping[str, NDArray[Any]], *, tuples: bool = False) -> str:
     texts = [_data_array(key, data, tuples=tuples) for key, data in arrays.items()]
     return f"<{name}>\n{''.join(texts)}</{name}>\n"
 
 
-def _data_array(name: str, data: NDArray, *, tuples: bool) -> str:
+def _data_array(name: str, data: NDArray[Any], *, tuples: bool) -> str:
     """Return an array as VTK's XML has it: base64 of its length in bytes and its bytes."""
     kind = _VTK_TYPES[data.dtype.name]
     plain = data.astype(data.dtype.newbyteorder("<")).tobytes()

@@ -46,13 +46,13 @@ class GrowingDataset:
     def __init__(self, dataset: h5py.Dataset, crc: int | None):
         self.dataset, self.crc = dataset, crc
         self.rows = len(dataset)
-        self._waiting: list[NDArray] = []
+        self._waiting: list[NDArray[Any]] = []
 
-    def convert(self, values: ArrayLike) -> NDArray:
+    def convert(self, values: ArrayLike) -> NDArray[Any]:
         """Return ``values`` as rows of this column."""
         return np.asarray(values, dtype=self.dataset.dtype)
 
-    def append(self, rows: NDArray) -> None:
+    def append(self, rows: NDArray[Any]) -> None:
         """Add rows that were converted."""
         if len(rows):
             self._waiting.append(rows)
@@ -311,7 +311,7 @@ class Store:
         return {path: column.rows for path, column in self.columns.items()}
 
 
-def _fixed_text(text: str) -> NDArray:
+def _fixed_text(text: str) -> NDArray[Any]:
     """Return a text that can be overwritten by others of about its length.
 
     HDF5 gives back the space neither of texts of variable length nor of text attributes, so

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from typing import Any
 
 import h5py
 from numpy.typing import NDArray
@@ -43,7 +44,7 @@ class SurfaceSeries:
     def __len__(self) -> int:
         return len(self.times)
 
-    def position(self, frame: int) -> NDArray:
+    def position(self, frame: int) -> NDArray[Any]:
         """Return the points in a frame [m], shape (point, 3)."""
         first, part = self._step("PointOffsets", frame), self._step("PartOffsets", frame)
         count = int(access.array(self._file, f"{self.path}/NumberOfPoints")[part])

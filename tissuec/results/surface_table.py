@@ -134,7 +134,7 @@ class SurfaceTable:
             self._cells.add(refinement.points, *_tables(refinement.triangles))
             self._drawn = refinement.triangles
 
-    def _offsets(self, frames: int, points: int) -> dict[str, NDArray]:
+    def _offsets(self, frames: int, points: int) -> dict[str, NDArray[Any]]:
         same = np.zeros(frames, dtype=np.int64)
         return {
             "PartOffsets": same + (self._cells.count - 1),
@@ -174,7 +174,7 @@ def _entries(group: Group) -> dict[str, Any]:
         return dict(json.loads(access.attribute(group, "entries", str)))
 
 
-def read_triangles(file: Group, path: str, part: int) -> NDArray:
+def read_triangles(file: Group, path: str, part: int) -> NDArray[Any]:
     """Return the triangles in a part of a surface, or in the last one for -1."""
     count = len(access.dataset(file, f"{path}/NumberOfPoints"))
     return read_table(file, path, "Polygons", part % count, 3)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -50,7 +51,7 @@ class ToolTable:
                 in_parts=True,
             )
 
-    def checked(self, position: NDArray, time: Floats) -> NDArray:
+    def checked(self, position: NDArray[Any], time: Floats) -> NDArray[Any]:
         """Return the positions of these nodes, (frame, node, 3), as they are to be kept.
 
         Raises:
@@ -61,7 +62,7 @@ class ToolTable:
         check_finite(found, "position", time, self._network, self._nodes, "node")
         return found
 
-    def append(self, position: NDArray) -> None:
+    def append(self, position: NDArray[Any]) -> None:
         """Add frames that were checked."""
         if self._position is not None:
             self._store.append({self._position: position.reshape(-1, 3)})

@@ -19,7 +19,7 @@ from tissuec.core.plugins import packages
 TEXT = "text"
 
 
-def write_state(value: object, known: Iterable[object]) -> dict[str, str | NDArray]:
+def write_state(value: object, known: Iterable[object]) -> dict[str, str | NDArray[Any]]:
     """Return a value as one text and numbered arrays.
 
     Args:
@@ -30,7 +30,7 @@ def write_state(value: object, known: Iterable[object]) -> dict[str, str | NDArr
         TypeError: The value holds something else.
     """
     places = {id(item): place for place, item in enumerate(known)}
-    arrays: list[NDArray] = []
+    arrays: list[NDArray[Any]] = []
 
     def plain(value: object) -> Any:
         if id(value) in places:

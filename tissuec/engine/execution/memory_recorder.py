@@ -21,7 +21,7 @@ class MemoryRecording:
     def __init__(self) -> None:
         self.events: list[Event] = []
         self.state: Mapping[str, Any] | None = None
-        self._rows: dict[str, list[tuple[NDArray, ...]]] = {}
+        self._rows: dict[str, list[tuple[NDArray[Any], ...]]] = {}
         self._alive: NDArray[np.bool_] = np.zeros(0, dtype=bool)
 
     def topology(self, alive: NDArray[np.bool_]) -> None:
@@ -62,7 +62,7 @@ class MemoryRecording:
     def checkpoint(self, state: Mapping[str, Any]) -> None:
         self.state = dict(state)
 
-    def frame_arrays(self) -> tuple[NDArray, ...]:
+    def frame_arrays(self) -> tuple[NDArray[Any], ...]:
         """Return time [s], position [m], velocity [m/s], force [N], tension [N] and alive.
 
         Shapes (frame,), (frame, node, 3) three times, and (frame, spring) twice.
@@ -88,10 +88,10 @@ class MemoryRecording:
         time, before, after = self._joined(f"jumps of {channel}")
         return time, before, after
 
-    def _add(self, table: str, *columns: NDArray) -> None:
+    def _add(self, table: str, *columns: NDArray[Any]) -> None:
         self._rows.setdefault(table, []).append(tuple(np.array(c) for c in columns))
 
-    def _joined(self, table: str) -> tuple[NDArray, ...]:
+    def _joined(self, table: str) -> tuple[NDArray[Any], ...]:
         """Return the columns of a table.
 
         Raises:

@@ -6,6 +6,7 @@ arrays of the cells number its parts, which become groups: ``label 3``.
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,10 +66,10 @@ class _File:
         if form not in ("ASCII", "BINARY"):
             raise FormatError(f'its third line is neither ASCII nor BINARY but "{form[:20]}"')
         self.is_text = form == "ASCII"
-        self.position: NDArray | None = None
+        self.position: NDArray[Any] | None = None
         self.lists: dict[str, tuple[Indices, Indices]] = {}
         self.types: Indices | None = None
-        self.arrays: dict[str, NDArray] = {}
+        self.arrays: dict[str, NDArray[Any]] = {}
 
     def _line(self) -> str:
         line, _, self.left = self.left.partition(b"\n")
@@ -141,7 +142,9 @@ class _File:
         heads = np.cumsum(sizes + 1) - sizes - 1
         return np.delete(row, heads), sizes
 
-    def _attribute(self, key: str, words: list[str], count: int) -> dict[str, NDArray] | None:
+    def _attribute(
+        self, key: str, words: list[str], count: int
+    ) -> dict[str, NDArray[Any]] | None:
         """Return an array, by name; None where it cannot be passed over."""
         columns = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9}
         if key == "FIELD":
@@ -165,7 +168,7 @@ class _File:
             return None
         return {}
 
-    def _field(self, count: int) -> dict[str, NDArray] | None:
+    def _field(self, count: int) -> dict[str, NDArray[Any]] | None:
         found = {}
         for _ in range(count):
             words: list[str] = []
@@ -184,7 +187,7 @@ class _File:
                 found[name] = values
         return found
 
-    def _numbers(self, count: int, kind: str) -> NDArray:
+    def _numbers(self, count: int, kind: str) -> NDArray[Any]:
         """Take numbers off what is left."""
         kind = _TYPES[kind.lower()]
         if not self.is_text:
@@ -222,11 +225,11 @@ class _File:
 
 
 def of_types(
-    position: NDArray,
+    position: NDArray[Any],
     flat: Indices,
     sizes: Indices,
     types: Indices,
-    arrays: dict[str, NDArray],
+    arrays: dict[str, NDArray[Any]],
 ) -> RawMesh:
     """Return a mesh from cells of VTK's numbered types and the arrays about them."""
     first = np.cumsum(sizes) - sizes

@@ -7,6 +7,7 @@ same (``web/camera.js``).
 """
 
 from math import cos, radians, sin, tan
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -71,7 +72,7 @@ def _near(film: PlayerData, points: Floats) -> Floats:
     return np.concatenate(found)
 
 
-def outermost(points: NDArray) -> Floats:
+def outermost(points: NDArray[Any]) -> Floats:
     """Return the points that are furthest in some direction."""
     if len(points) <= len(_DIRECTIONS):
         return np.asarray(points, dtype=float)
@@ -124,7 +125,7 @@ class Camera(Struct, frozen=True, eq=False):
         """Return the directions to the right, upwards and to the eye, shape (3, 3)."""
         return axes(self.azimuth, self.elevation)
 
-    def seen(self, points: NDArray) -> tuple[Floats, Floats]:
+    def seen(self, points: NDArray[Any]) -> tuple[Floats, Floats]:
         """Return where points are in the picture, and how far from the eye [m].
 
         Returns:

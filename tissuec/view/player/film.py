@@ -7,6 +7,7 @@ several of them.
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -63,7 +64,7 @@ class SurfacePiece(Struct, frozen=True, eq=False):
 
     frames: Floats
     triangles: Indices
-    position: NDArray
+    position: NDArray[Any]
 
 
 class ToolSolid(Struct, frozen=True):
@@ -102,8 +103,8 @@ class PlayerData(Struct, frozen=True, eq=False):
     """
 
     times: Floats
-    position: NDArray
-    force: NDArray
+    position: NDArray[Any]
+    force: NDArray[Any]
     lines: Lines
     skin: SkinPiece
     dots: Lifetimes
@@ -149,7 +150,7 @@ class PlayerData(Struct, frozen=True, eq=False):
         return _most(np.linalg.norm(row, axis=1) for row in self.force)
 
 
-def _most(rows: Iterator[NDArray]) -> float:
+def _most(rows: Iterator[NDArray[Any]]) -> float:
     """Return what nearly all numbers stay below, rounded up to two digits; 0 if all are 0."""
     tops = [float(np.quantile(row, _SURE)) for row in rows if len(row)]
     most = max(tops, default=0.0)

@@ -1,5 +1,7 @@
 """What a film shows between two of its frames."""
 
+from typing import Any
+
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
@@ -31,7 +33,7 @@ class InterpolatedFrame(Struct, frozen=True, eq=False):
         first = int(at)
         second, part = min(first + 1, len(film.times) - 1), at - first
 
-        def between(numbers: NDArray) -> Floats:
+        def between(numbers: NDArray[Any]) -> Floats:
             return (1.0 - part) * numbers[first] + part * numbers[second]
 
         position = between(film.position)

@@ -32,7 +32,7 @@ class Pack(Struct):
     _parts: list[bytes] = field(default_factory=list)
     _size: int = 0
 
-    def add(self, name: str, numbers: NDArray) -> None:
+    def add(self, name: str, numbers: NDArray[Any]) -> None:
         """Add whole numbers of shape (frame, …), whose differences along frames are small."""
         shape = np.shape(numbers)
         rows = np.asarray(numbers).reshape(shape[0], int(np.prod(shape[1:])))
@@ -90,12 +90,12 @@ class Quantization(Struct, frozen=True):
     origin: tuple[float, ...]
     step: float
 
-    def steps(self, values: NDArray) -> NDArray[np.int64]:
+    def steps(self, values: NDArray[Any]) -> NDArray[np.int64]:
         """Return values as whole numbers of steps."""
         return np.rint((values - np.array(self.origin)) / self.step).astype(np.int64)
 
 
-def box_scale(position: NDArray) -> Quantization:
+def box_scale(position: NDArray[Any]) -> Quantization:
     """Return a scale that divides the largest side of all frames into 65535 steps.
 
     Where something flies far away, that of a usual frame: it does not spoil the net.
@@ -111,6 +111,6 @@ def box_scale(position: NDArray) -> Quantization:
     return Quantization(tuple(map(float, low.min(axis=0))), step)
 
 
-def even(values: NDArray, most: float, steps: int) -> NDArray[np.int64]:
+def even(values: NDArray[Any], most: float, steps: int) -> NDArray[np.int64]:
     """Return values from -most to most as whole numbers from -steps to steps; outliers too."""
     return np.rint(np.clip(values / (most or 1.0), -1.0, 1.0) * steps).astype(np.int64)

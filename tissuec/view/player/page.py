@@ -153,7 +153,7 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         pack.add(f"life of {name}", _frames(life))
 
 
-def _frames(life: NDArray) -> NDArray[np.int64]:
+def _frames(life: NDArray[Any]) -> NDArray[np.int64]:
     """Return lives in thousandths of frames, beginnings before ends, shape (2, life)."""
     return np.rint(np.minimum(life, FOREVER / 1e3) * 1e3).astype(np.int64).T
 

@@ -4,7 +4,7 @@ Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stag
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -227,7 +227,7 @@ class Painter:
         fog = most * part * part * (3.0 - 2.0 * part)
         return colour + fog * (rgb(palette.PAPER) - colour)
 
-    def _into(self, points: NDArray, *, direction: bool = False) -> Floats:
+    def _into(self, points: NDArray[Any], *, direction: bool = False) -> Floats:
         """Return points, or directions, as the camera sees them, shape (…, 3)."""
         return (points - (0.0 if direction else self.camera.target)) @ self.camera.axes.T
 
@@ -270,7 +270,7 @@ class Painter:
             held = ((foot >= low - near) & (foot <= high + near)).all(axis=1)
             yield outermost(foot[held] + self._arrow(force[held]))
 
-    def _arrow(self, force: NDArray) -> Floats:
+    def _arrow(self, force: NDArray[Any]) -> Floats:
         """Return the arrows of forces [N], shape (node, 3), as they are drawn [m]."""
         most = LONGEST * (self.film.most_force or 1.0)
         size = np.linalg.norm(force.astype(float), axis=1, keepdims=True)

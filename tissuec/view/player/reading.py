@@ -1,6 +1,7 @@
 """From a result file to what is drawn of it, frame by frame."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,7 +121,7 @@ def _mask(numbers: Indices, count: int) -> Mask:
 
 def _vectors(
     trajectory: Trajectory, chosen: Indices, thin: Thinning
-) -> tuple[NDArray, NDArray]:
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return positions of nodes and of points of tools, and forces on nodes."""
     tools, nodes = trajectory.tools, len(thin.kept)
     points = nodes + (0 if tools is None else tools.shape[1])

@@ -7,6 +7,8 @@ Modeling in Computer Graphics, 1993, pp. 455-465). Nodes of different bodies, or
 pieces at the end, never come together, so that a cut stays open.
 """
 
+from typing import Any
+
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
@@ -111,7 +113,7 @@ class SpringLines(Struct, frozen=True, eq=False):
     ends: Indices
     first: Indices
 
-    def mean(self, values: NDArray, chosen: Indices) -> tuple[Floats, Indices]:
+    def mean(self, values: NDArray[Any], chosen: Indices) -> tuple[Floats, Indices]:
         """Return the means over some springs, and whose they are.
 
         Args:

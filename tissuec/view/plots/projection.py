@@ -1,6 +1,7 @@
 """Who looks from where: points in space onto paper, without perspective."""
 
 from math import cos, radians, sin
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -43,11 +44,11 @@ class Projection(Struct, frozen=True):
         """Return what leads upwards on paper, shape (3,)."""
         return np.cross(self.towards, self.right)
 
-    def flat(self, points: NDArray) -> Floats:
+    def flat(self, points: NDArray[Any]) -> Floats:
         """Return points (…, 3) on paper, shape (…, 2)."""
         return np.asarray(points @ np.stack([self.right, self.up], axis=-1))
 
-    def nearness(self, points: NDArray) -> Floats:
+    def nearness(self, points: NDArray[Any]) -> Floats:
         """Return how near points (…, 3) are to who looks, shape (…)."""
         return np.asarray(points @ self.towards)
 
