@@ -1,7 +1,6 @@
 """Scenes run from Python: parameters, places of results, and how runs end."""
 
 import gc
-import os
 import signal
 import threading
 import warnings
@@ -248,7 +247,7 @@ def test_an_interrupted_run_is_a_keyboard_interrupt_and_can_be_resumed(tmp_path)
     def press(time):
         if time > 0.05 and not pressed:
             pressed.append(time)
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
 
     pressed = []
     assert threading.current_thread() is threading.main_thread()

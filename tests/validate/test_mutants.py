@@ -1,8 +1,12 @@
 """Faults of one part in a hundred in the engine's forces are found by ``validate``."""
 
+import os
+
 import pytest
 
 from tests.validate.mutants import SCENES, found_in, survey, tried
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes as on POSIX")
 
 #: Scenes, and faults that they have to tell from the truth.
 QUICK = {

@@ -1,8 +1,5 @@
 """The companion run tells the error of a run, and whether anybody can know better."""
 
-import os
-import signal
-
 import h5py
 import numpy as np
 import pytest
@@ -174,7 +171,7 @@ def test_a_process_that_is_killed_leaves_the_run_as_it_is(tmp_path, monkeypatch)
 
     def killed(self, launch):
         start(self, launch)
-        os.kill(self._process.pid, signal.SIGKILL)
+        self._process.kill()
 
     monkeypatch.setattr(Companion, "_start", killed)
     result = simulated(tmp_path, companion="process")

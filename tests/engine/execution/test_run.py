@@ -1,6 +1,5 @@
 """The loop between events, against closed forms, conservation laws and itself."""
 
-import os
 import signal
 import threading
 
@@ -447,7 +446,7 @@ def test_a_signal_interrupts_at_the_end_of_a_step_with_a_checkpoint(number):
     def press_once(time):
         if time > 0.2 and not told:
             told.append(time)
-            os.kill(os.getpid(), number)
+            signal.raise_signal(number)
 
     outcome, recording = carry_out(network, plan, progress=press_once)
     assert threading.current_thread() is threading.main_thread()
@@ -463,8 +462,8 @@ def test_a_second_signal_ends_a_run_at_once(number):
     network, plan = eventful()
 
     def press(time):
-        os.kill(os.getpid(), number)
-        os.kill(os.getpid(), number)
+        signal.raise_signal(number)
+        signal.raise_signal(number)
 
     with pytest.raises(KeyboardInterrupt) as raised:
         carry_out(network, plan, progress=press)
@@ -477,7 +476,7 @@ def test_a_signal_that_comes_while_a_file_is_closed_counts_when_that_is_done():
     with pytest.raises(Terminated), asked_to_stop() as stop:  # noqa: PT012
         with asked_to_stop(stop) as inner:
             assert not inner()
-        os.kill(os.getpid(), signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
         done.append("closed")
     assert done == ["closed"]
 
@@ -489,7 +488,7 @@ def test_a_signal_that_somebody_else_handles_or_ignores_is_left_alone():
     before = signal.signal(signal.SIGTERM, lambda number, frame: taken.append(number))
     try:
         outcome, _ = carry_out(
-            network, plan, progress=lambda time: os.kill(os.getpid(), signal.SIGTERM)
+            network, plan, progress=lambda time: signal.raise_signal(signal.SIGTERM)
         )
     finally:
         signal.signal(signal.SIGTERM, before)
