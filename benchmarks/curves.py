@@ -3,6 +3,8 @@
 Takes some seconds. The pieces are drawn evenly along one axis and are free to become narrower.
 """
 
+from typing import cast
+
 import click
 import numpy as np
 from scipy.optimize import brentq
@@ -71,8 +73,8 @@ def tension(network: Network, strain: float, dimensions: int) -> float:
         force = network.behaviour().pull(length - network.rest)
         return (force / length) @ span**2 / stretch
 
-    side = brentq(lambda side: along(side)[1:dimensions].sum(), -0.5, 0.1)
-    return float(along(side)[0])
+    free = brentq(lambda side: along(side)[1:dimensions].sum(), -0.5, 0.1)
+    return float(along(cast(float, free))[0])  # a tuple only with full_output
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ from functools import cache
 from math import pi, tanh
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import SimpleNamespace
 
 import click
 import numpy as np
@@ -53,7 +52,9 @@ def block(kind: str, sides: tuple[float, float, float], cell: float) -> Network:
     shown = 1e3 * np.array(sides)
     with TemporaryDirectory() as folder:
         if kind == "tetrahedra":
-            Path(folder, "bar.vtk").write_text(as_vtk(*tetrahedra(shown, 1e3 * cell, 0.15)))
+            Path(folder, "bar.vtk").write_text(
+                as_vtk(*tetrahedra(shown, 1e3 * cell, 0.15)), encoding="utf-8"
+            )
             mesh = 'imported { file "bar.vtk" in mm }'
         else:
             to = ", ".join(f"{side:.12g}" for side in shown)
@@ -62,14 +63,14 @@ def block(kind: str, sides: tuple[float, float, float], cell: float) -> Network:
                 f"cell = {1e3 * cell:.12g} mm; box from (0, 0, 0) mm to ({to}) mm }}"
             )
         path = Path(folder, "piece.tis")
-        path.write_text(SCENE.replace("MESH", mesh))
+        path.write_text(SCENE.replace("MESH", mesh), encoding="utf-8")
         return tissuec.compile(path).network
 
 
 @cache
 def matrix(network: Network) -> csc_matrix:
     """Return the matrix of a net [N/m]."""
-    return stiffness(network, SimpleNamespace(events=()))
+    return stiffness(network)
 
 
 @cache
@@ -234,6 +235,7 @@ def hertz(kind: str, cell: float) -> tuple[float, float]:
     surface = r[top] ** 2 / (2.0 * ball) - a**2 / ball  # of the ball, above that of the block
     touches = r[top] <= a
     stiffness = matrix(network)
+    found = np.zeros_like(x)
     for _ in range(ROUNDS):
         pressed = {3 * top[k] + 2: surface[k] for k in np.flatnonzero(touches)}
         way, found = moved(stiffness, at | pressed)

@@ -75,7 +75,9 @@ def all_springs(folder: Path) -> Iterator[tuple[str, str]]:
     """Yield how well every spring of the tube comes back from data without noise."""
     rings, sides = TUBES
     began = time.process_time()
-    _, _, true, learnt = known.learn_tube(folder, rings=rings, sides=sides, **known.PUSHED)
+    _, _, true, learnt = known.learn_tube(
+        folder, 2e-3, rings=rings, sides=sides, **known.PUSHED
+    )
     spent = time.process_time() - began
     springs, _ = learnt.estimates
     error = np.abs(springs.value / true - 1.0).max()
@@ -91,7 +93,7 @@ def hidden_nodes(folder: Path) -> tuple[str, str]:
     rings, sides = TUBES
     seen = [n for n in range(rings * sides) if (n // sides + 2 * (n % sides)) % 4 == 0]
     form = {**known.LIFTED, "seen": f"in [{', '.join(str(n + 1) for n in seen)}]"}
-    scene, true, _, learnt = known.learn_tube(folder, rings=rings, sides=sides, **form)
+    scene, true, _, learnt = known.learn_tube(folder, 2e-3, rings=rings, sides=sides, **form)
     network = replace(scene.network, stiffness=learnt.estimates[0].value)
     apart = np.linalg.norm(motion(scene, 2e-3, network)[1] - true, axis=2)
     moved = np.linalg.norm(true - true[0], axis=2)

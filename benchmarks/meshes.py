@@ -105,12 +105,14 @@ def measured(mesh: str, cell: float) -> dict[str, float]:
     """Return what a body is at one resolution, by the names of quantities."""
     with TemporaryDirectory() as folder:
         for name, text in files(cell).items():
-            Path(folder, name).write_text(text)
+            Path(folder, name).write_text(text, encoding="utf-8")
 
         def scene(script: str = "fix left", damping: str = "contact is off") -> Path:
             text = SCENE.replace("MESH", written(mesh, cell))
             path = Path(folder, "piece.tis")
-            path.write_text(text.replace("SCRIPT", script).replace("DAMPING", damping))
+            path.write_text(
+                text.replace("SCRIPT", script).replace("DAMPING", damping), encoding="utf-8"
+            )
             return path
 
         (body,) = tissuec.properties(scene(), frequencies=0)
@@ -125,7 +127,9 @@ def measured(mesh: str, cell: float) -> dict[str, float]:
         modes = tissuec.modes(scene(), above=lowest, count=count)
         mass = modes.state.mass
         first = max(modes, key=lambda mode: abs(mass @ mode.shape[:, 0]))
+        assert first.frequency is not None and first.damping_ratio is not None
         braked = tissuec.compile(scene(damping="surface damping = 1 Pa*s/m")).network
+        assert braked.drag is not None
         return {
             "mass [g]": 1e3 * body.mass,
             "force at 10 % [mN]": 1e3 * stretched(network),

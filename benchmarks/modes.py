@@ -127,12 +127,18 @@ def membrane(cells: int) -> float:
 
 def supported(cells: int) -> float:
     """Return the lowest frequency [Hz] of a wall that bends elastically; its rim is held."""
-    return tissuec.modes(SHELL.replace("COUNT", str(cells + 1)), count=1)[0].frequency
+    return _lowest(SHELL.replace("COUNT", str(cells + 1)))
 
 
 def plate(cell: float) -> float:
     """Return the lowest frequency [Hz] of a plate of a solid; its cells in mm."""
-    return tissuec.modes(PLATE.replace("CELL", f"{cell:g}"), count=1)[0].frequency
+    return _lowest(PLATE.replace("CELL", f"{cell:g}"))
+
+
+def _lowest(scene: str) -> float:
+    frequency = tissuec.modes(scene, count=1)[0].frequency
+    assert frequency is not None  # the scene is stable
+    return frequency
 
 
 def compared(name: str, found: dict, due: float) -> tuple[str, str]:

@@ -35,8 +35,8 @@ def findings(tissue: str, body: str) -> list[Diagnostic]:
         return list(error.diagnostics)
 
 
-def stiffness(network: Network, plan: Plan) -> csc_matrix:
-    """Return the matrix of a net at rest [N/m], shape (3 node, 3 node)."""
+def stiffness(network: Network, plan: Plan | None = None) -> csc_matrix:
+    """Return the matrix of a net at rest [N/m], shape (3 node, 3 node), as a plan begins."""
     x, ends = network.position, network.ends
     along = x[ends[:, 1]] - x[ends[:, 0]]
     n = along / np.linalg.norm(along, axis=1, keepdims=True)
@@ -45,7 +45,7 @@ def stiffness(network: Network, plan: Plan) -> csc_matrix:
     values = np.concatenate([-n, n], axis=1).ravel()
     strain = coo_matrix((values, (rows, columns)), shape=(len(ends), x.size))
     matrix = strain.T @ diags(network.stiffness) @ strain
-    for event in plan.events:
+    for event in () if plan is None else plan.events:
         if not isinstance(event.action, Preserve):
             continue
         slopes, drawn = volumes(network)

@@ -442,7 +442,7 @@ def _goes_by(cut: Cut, state: State, moved: float) -> bool:
     return not any(len(cut.found(one)[0]) for one in (state, larger))
 
 
-def _ends_of(cut: Cut, state: State) -> Indices:
+def _ends_of(cut: Cut, state: State) -> NDArray[np.integer]:
     return np.unique(state.network.ends[cut.group.indices])
 
 

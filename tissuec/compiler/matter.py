@@ -197,7 +197,8 @@ class MatterReader:
         along = np.bincount(
             self.drawing.mesh.ends[pieces].ravel(), half, len(self.drawing.mesh.position)
         )
-        return Matter((1.0 + self._added) * section / length, section * along, None)
+        volume: Floats = section * along  # pyright: ignore[reportAssignmentType]  # floats, unlike its stub
+        return Matter((1.0 + self._added) * section / length, volume, None)
 
     def _surface(self, mesh: Mesh) -> Matter:
         if self.body.thickness is None:
@@ -332,7 +333,7 @@ class MatterReader:
     def _notes(self) -> tuple[Note, ...]:
         return (Note("required by this entry", self.span),)
 
-    def _missing(self, entry: str, what: str, example: str) -> None:
+    def _missing(self, entry: str, what: str, example: str) -> NoReturn:
         self.findings.reject(
             "TIS304", f'{self.body.name} needs "{entry}": the {what}', self.body.span,
             hint=f"for example: {example}", notes=self._notes(),
@@ -347,7 +348,7 @@ class MatterReader:
                     hint=f"leave out {entry}: its mesh already defines its dimensions",
                 )  # fmt: skip
 
-    def _impossible(self, why: str, hint: str) -> None:
+    def _impossible(self, why: str, hint: str) -> NoReturn:
         self.findings.reject(
             "TIS309", f"body {self.body.name} cannot be made of matter: {why}", self.body.span,
             hint=hint, notes=self._notes(),

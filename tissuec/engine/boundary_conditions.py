@@ -85,7 +85,7 @@ def _fastest(profile: TimeProfile, start: float, until: float) -> float:
     if profile.kind == "sine":
         return 2.0 * np.pi * abs(profile.frequency)
     inside = start + (until - start) * np.linspace(0.0, 1.0, LOOKS + 1)[1:-1]
-    return max(abs(profile.at(time)[1]) for time in inside)
+    return max(abs(profile.at(float(time))[1]) for time in inside)
 
 
 def pack_acts(

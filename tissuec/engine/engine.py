@@ -102,7 +102,7 @@ class Engine:
         backend: Backend | None = None,
     ):
         self.network, self.method = network, method
-        self.backend = backend
+        self.backend: Backend | None = backend
         self._inputs = KernelInputs(
             network,
             watched=method.watch_strength,

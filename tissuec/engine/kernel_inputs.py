@@ -4,7 +4,7 @@ Nodes keep their places for a whole run. A spring that dies is first set to zero
 leaves every sum as if it were gone; the arrays are drawn up anew when many have died.
 """
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
@@ -339,7 +339,8 @@ class KernelInputs:
     ) -> dict[str, Any]:
         """Return what only some scenes have, None for what a scene has nothing of."""
         fields = self.fields()
-        touches = (table.record for table in fields.kept if type(table.record) is ContactTable)
+        kept = cast(tuple[RecordTable, ...], fields.kept)
+        touches = (table.record for table in kept if type(table.record) is ContactTable)
         return {
             "reels": self.reels() if needed.reeled else None,
             "touches": next(touches, None),

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from copy import deepcopy
 from math import inf, sqrt
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from tissuec.engine.integrators import Integrator
 from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.unknowns import no_solver
-from tissuec.kernels.records import GLANCES, Buffer, Progress, Task, Team, Work
+from tissuec.kernels.records import GLANCES, Buffer, Progress, Tableau, Task, Team, Work
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 
@@ -47,7 +47,7 @@ def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work
         zero=np.zeros(size),
         each=np.zeros(network.node_count - tools),
         moving=np.zeros(network.body_nodes),
-        tableau=deepcopy(integrator.tableau),
+        tableau=cast(Tableau, deepcopy(integrator.tableau)),  # None where nothing reads it
         choices=PropagationChoices().row(),
         dense_x=integrator.dense_x.copy(),
         dense_v=integrator.dense_v.copy(),

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.kernels.records import Integers, Solver
-from tissuec.model.network import Indices
 
 # Multiplications for the factor of a band, and numbers in it, up to which it is used. Above,
 # conjugate gradients of some fifty rounds are faster.
@@ -53,7 +52,9 @@ def new_solver(
     )
 
 
-def _narrow(low: Indices, high: Indices, free: NDArray[np.bool_]) -> Integers:
+def _narrow(
+    low: NDArray[np.integer], high: NDArray[np.integer], free: NDArray[np.bool_]
+) -> Integers:
     """Return places of free nodes in an order of narrow band, -1 for held ones, shape (node,).
 
     The reverse order of Cuthill and McKee (1969; A. George 1971), from SciPy.

@@ -203,8 +203,8 @@ def _bad_row(row: list[Span], columns: Sequence[Column]) -> Diagnostic:
     whole = row[0].to(row[-1])
     parted = whole.text.replace(",", " ").split()
     if "," in whole.text and len(parted) == len(columns):
-        row = " ".join(parted)
-        hint = Hint(f"write {shown(row)}", Edit(row))
+        mended = " ".join(parted)
+        hint = Hint(f"write {shown(mended)}", Edit(mended))
         return Diagnostic("TIS120", "cells are parted by blanks, not by commas", whole, hint)
     message = f"this row has {counted(len(row), 'cell')} where {len(columns)} are needed"
     hint = f"the columns are {', '.join(column.name for column in columns)}"

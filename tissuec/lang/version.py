@@ -46,11 +46,11 @@ def _no_heading(source: Source, text: str, start: int) -> Diagnostic:
     message = "the text does not begin with the version of its language"
     heading = f"language {VERSION}"
     is_meant = bool(did_you_mean(first[0], ["language"]))
-    line = (
-        Span(source, 0, span.end + len(_REST.match(source.text, span.end)[0]))
-        if is_meant
-        else Span(source, 0, 0)
-    )
+    line = Span(source, 0, 0)
+    if is_meant:
+        rest = _REST.match(source.text, span.end)
+        assert rest is not None  # it matches nothing at the end
+        line = Span(source, 0, span.end + len(rest[0]))
     edit = Edit(heading if is_meant else f"{heading}\n", line)
     return Diagnostic(
         "TIS117", message, span, Hint(f'write "{heading}" as the first line', edit)

@@ -92,7 +92,7 @@ def of_solid(
     rows = elongations(position, ends)
     if cells is not None:
         rows = csr_matrix(vstack([rows, cells.T]))
-        constant = np.concatenate([constant, np.ones(cells.shape[1])])
+        constant = np.concatenate([constant, np.ones(cells.shape[1])])  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
     even = rows @ np.stack([_evenly(position, *pair) for pair in VOIGT], axis=1)
     inside = np.ones(len(position), dtype=bool)
     inside[boundary] = False
@@ -208,7 +208,7 @@ def _relaxed(rows: "csr_matrix", constant: Floats, even: Floats) -> Floats:
     """
     pulled = constant[:, None] * even
     stored = even.T @ pulled
-    if rows.shape[1]:
+    if rows.shape[1]:  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
         matrix, force = stiffness(rows, constant), -(rows.T @ pulled)
         moved = np.stack([solution(matrix, one) for one in force.T], axis=1)
         stored = stored - force.T @ moved
@@ -235,7 +235,7 @@ def _first_direction(position: Floats, grid: Grid | None) -> tuple[tuple[str, st
     if grid.closed:
         steps = np.roll(rows, -1, axis=1) - np.roll(rows, 1, axis=1)
         return ("around", "along"), steps.reshape(-1, 3)
-    return ("first edge", "second edge"), np.gradient(rows, axis=1).reshape(-1, 3)
+    return ("first edge", "second edge"), np.asarray(np.gradient(rows, axis=1)).reshape(-1, 3)
 
 
 def _from_both_ends(ends: Pairs, constant: Floats) -> tuple[Pairs, Floats]:
@@ -337,5 +337,5 @@ def _around() -> Floats:
     height, turn = 1.0 - 2.0 * k / _SAMPLES, np.pi * (1.0 + 5.0**0.5) * k
     ring = np.sqrt(1.0 - height**2)
     spiral = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
-    cube = np.indices((3, 3, 3)).reshape(3, -1).T - 1.0
+    cube = np.indices((3, 3, 3), dtype=np.float64).reshape(3, -1).T - 1.0
     return np.concatenate([_unit(cube[np.any(cube, axis=1)]), spiral])

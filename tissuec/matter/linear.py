@@ -48,7 +48,8 @@ def solution(matrix: "csr_matrix", force: Floats) -> Floats:
 
     diagonal = matrix.diagonal()
     diagonal = np.where(diagonal > 0.0, diagonal, 1.0)
-    inverse = LinearOperator(matrix.shape, matvec=lambda y: y / diagonal)
+    # SciPy's class makes an instance of another one, of which pyright does not know.
+    inverse = LinearOperator(matrix.shape, matvec=lambda y: y / diagonal)  # pyright: ignore[reportCallIssue]
     most = 20 * round(len(force) ** 0.5)
     found, _ = cg(matrix, force, rtol=_PRECISE, maxiter=most, M=inverse)
     return np.asarray(found)

@@ -19,7 +19,7 @@ share the volume around their ends evenly.
 """
 
 from itertools import combinations_with_replacement, permutations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,16 +119,18 @@ def _not_negative(matrix: "csr_matrix", wanted: Floats, weight: float) -> Floats
     squares = np.asarray(matrix.multiply(matrix).sum(axis=0)).ravel()
     pull = weight**2 * squares
     right = matrix.T @ wanted + pull
-    used = np.ones(matrix.shape[1], dtype=bool)
-    x = np.ones(matrix.shape[1])
+    used = np.ones(len(squares), dtype=bool)
+    x = np.ones(len(squares))
     for _ in range(ROUNDS):
         inner = matrix[:, used]
-        operator = LinearOperator(
-            (inner.shape[1],) * 2,
-            matvec=lambda y, a=inner, p=pull[used]: a.T @ (a @ y) + p * y,
-        )
+
+        def product(y: Floats, a: Any = inner, p: Floats = pull[used]) -> Floats:
+            return a.T @ (a @ y) + p * y
+
+        shape = (inner.shape[1],) * 2
+        operator = LinearOperator(shape, matvec=product)  # pyright: ignore[reportCallIssue]  # see matter.linear
         diagonal = (squares + pull)[used]
-        inverse = LinearOperator(operator.shape, matvec=lambda y, d=diagonal: y / d)
+        inverse = LinearOperator(operator.shape, matvec=lambda y, d=diagonal: y / d)  # pyright: ignore[reportCallIssue]
         found, _ = cg(operator, right[used], x0=x[used], rtol=1e-9, maxiter=5000, M=inverse)
         x = np.zeros_like(x)
         x[used] = found

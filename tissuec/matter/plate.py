@@ -104,9 +104,9 @@ def _along(grid: Grid, step: tuple[int, int], edge: tuple[int, int]) -> tuple[In
     nodes = np.stack([row * grid.columns + column, end, ahead, behind], axis=1)
     share = np.where(has_one & has_other, 1.0, 0.5)
     if all(step):
-        share = 1.0 + 0.5 * sum((row == r).astype(float) for r in (1, grid.rows - 2))
+        share = 1.0 + 0.5 * np.sum([row == r for r in (1, grid.rows - 2)], axis=0)
         if not grid.closed:
-            share *= 1.0 + 0.5 * sum((column == c).astype(float) for c in (1, grid.columns - 2))
+            share *= 1.0 + 0.5 * np.sum([column == c for c in (1, grid.columns - 2)], axis=0)
     return nodes[exists], share[exists]
 
 

@@ -130,5 +130,5 @@ def compliance(poisson: float, fibres: Fibres | None) -> Floats:
     whole = np.diag([1.0] * 3 + [2.0 * (1.0 + poisson)] * 3)
     whole[:3, :3] -= poisson * (1.0 - np.eye(3))
     if fibres is not None:
-        whole = np.linalg.inv(np.linalg.inv(whole) + fibres.stiffness)
+        whole[:] = np.linalg.inv(np.linalg.inv(whole) + fibres.stiffness)
     return whole

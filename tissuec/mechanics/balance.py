@@ -258,7 +258,7 @@ class Balance:
             sparse, beside = acting.split(
                 self._time, bars.position, self._number, size, exact=exact
             )
-            values.append(sparse.data)
+            values.append(np.asarray(sparse.data, dtype=float))
             rows.append(sparse.row)
             columns.append(sparse.col)
             wide.append(beside)
@@ -286,8 +286,8 @@ class Balance:
     @cached_property
     def _blocks(self) -> tuple[Indices, Floats, Indices, Indices]:
         """Return blocks of K: the spring and the sign of each, and where its entries stand."""
-        pairs = ((0, 0, 1.0), (1, 1, 1.0), (0, 1, -1.0), (1, 0, -1.0))
-        moves = [np.flatnonzero((self.ends[:, pair[:2]] >= 0).all(axis=1)) for pair in pairs]
+        pairs, signs = ((0, 0), (1, 1), (0, 1), (1, 0)), (1.0, 1.0, -1.0, -1.0)
+        moves = [np.flatnonzero((self.ends[:, pair] >= 0).all(axis=1)) for pair in pairs]
         counts = [len(each) for each in moves]
         one, other = (
             np.concatenate([self.ends[m, p[k]] for m, p in zip(moves, pairs, strict=True)])
@@ -296,5 +296,5 @@ class Balance:
         shape = len(one), 3, 3
         row = np.broadcast_to(3 * one[:, None, None] + np.arange(3)[:, None], shape)
         column = np.broadcast_to(3 * other[:, None, None] + np.arange(3), shape)
-        sign = np.repeat([pair[2] for pair in pairs], counts)
+        sign = np.repeat(signs, counts)
         return np.concatenate(moves), sign, row.ravel(), column.ravel()

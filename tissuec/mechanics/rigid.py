@@ -18,6 +18,7 @@ from typing import Self
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.sparse import csc_matrix, csr_matrix, diags_array
 
@@ -38,7 +39,7 @@ class RigidPiece(Struct, frozen=True, eq=False):
     """
 
     nodes: Indices
-    anchors: Indices
+    anchors: NDArray[np.integer]
 
     @property
     def unknowns(self) -> Indices:
@@ -63,14 +64,15 @@ class Freedom(Struct, frozen=True, eq=False):
 
     def restored(self, x: Floats, start: Floats, mass: Floats) -> Floats:
         """Return its nodes moved as a whole, as close to where they were as possible [m]."""
-        before = after = self.pivot
         if self.pivot is None:
-            before, after = (mass @ place / mass.sum() for place in (start, x))
+            before, after = mass @ start / mass.sum(), mass @ x / mass.sum()
+        else:
+            before = after = self.pivot
         from scipy.spatial.transform import Rotation  # it takes a while to import
 
         arm, other = x - after, start - before
         if self.axes.shape[1] == 3:
-            turn, _ = Rotation.align_vectors(other, arm, weights=mass)
+            turn = Rotation.align_vectors(other, arm, weights=mass)[0]
             arm = turn.apply(arm)
         elif self.axes.shape[1] == 1:
             axis = self.axes[:, 0]
@@ -150,7 +152,7 @@ class NeutralMotions:
     @property
     def count(self) -> int:
         """Return how many there are."""
-        return self.basis.shape[1]
+        return self.basis.shape[1]  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
 
     def without(self, step: Floats) -> Floats:
         """Return a step without its part along neutral motions [m], shape (free, 3)."""
@@ -173,7 +175,7 @@ class NeutralMotions:
         Args:
             size: Of those that are there [N/m].
         """
-        held = np.zeros(self.basis.shape[0])
+        held = np.zeros(self.basis.shape[0])  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
         held[self._supports] = size
         return held
 
@@ -187,7 +189,7 @@ class NeutralMotions:
         """Return unknowns that fix all neutral motions, one for each, shape (motion,)."""
         chosen = []
         for freedom in self.freedoms:
-            _, _, order = qr(freedom.motion.T, mode="economic", pivoting=True)
+            order = np.asarray(qr(freedom.motion.T, mode="economic", pivoting=True)[-1])
             chosen.append(freedom.piece.unknowns[order[: freedom.motion.shape[1]]])
         return np.concatenate([np.zeros(0, dtype=np.int64), *chosen])
 

@@ -4,7 +4,7 @@ The engine and the reference both step a ``State`` from event to event; events c
 between steps. Arrays stand in the order of the network.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from msgspec import Struct, field
@@ -208,10 +208,10 @@ class State(Struct, eq=False):
         held = self.held[self.network.ends].all(axis=1)
         return self.springs(np.flatnonzero(self.alive & ~held))
 
-    def memory(self, springs: Indices | None = None) -> Inelastic | None:
+    def memory(self, springs: NDArray[np.integer] | None = None) -> Inelastic | None:
         """Return what some springs remember, all of them by default."""
         whole = self.inelastic
-        return whole if whole is None or springs is None else whole.some(springs)
+        return whole if whole is None or springs is None else whole.some(cast(Indices, springs))
 
     def rest_at(self, time: Floats | float) -> Floats:
         """Return the rest lengths at times until the next event [m], shape (…, spring)."""

@@ -32,7 +32,11 @@ LEAST = 0.1  # of the mean share by area: what a node of a filled surface has
 
 
 def area_shares(
-    position: Floats, triangles: Indices, ends: NDArray[np.int32], *, elsewhere: float = 1.0
+    position: Floats,
+    triangles: NDArray[np.integer],
+    ends: NDArray[np.int32],
+    *,
+    elsewhere: float = 1.0,
 ) -> Floats:
     """Return the share of each spring by the area rule.
 
@@ -57,14 +61,14 @@ def volume_shares(position: Floats, tetrahedra: Indices, ends: NDArray[np.int32]
 def node_volumes(position: Floats, tetrahedra: Indices) -> Floats:
     """Return a quarter of the tetrahedra around each node [m³], shape (node,)."""
     volume = _volumes(position, tetrahedra)
-    return np.bincount(tetrahedra.ravel(), np.repeat(volume / 4.0, 4), len(position))
+    return np.bincount(tetrahedra.ravel(), np.repeat(volume / 4.0, 4), len(position))  # pyright: ignore[reportReturnType]  # floats, unlike its stub
 
 
-def node_areas(position: Floats, triangles: Indices) -> Floats:
+def node_areas(position: Floats, triangles: NDArray[np.integer]) -> Floats:
     """Return a third of the triangles around each node [m²], shape (node,)."""
     a, b, c = position[triangles].swapaxes(0, 1)
     third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
-    return np.bincount(triangles.ravel(), np.repeat(third, 3), len(position))
+    return np.bincount(triangles.ravel(), np.repeat(third, 3), len(position))  # pyright: ignore[reportReturnType]  # floats, unlike its stub
 
 
 def grid_areas(position: Floats, rows: int, columns: int, *, closed: bool) -> Floats:
@@ -81,7 +85,7 @@ def grid_areas(position: Floats, rows: int, columns: int, *, closed: bool) -> Fl
     corners = [number[(r, c)].ravel() for r in ends for c in ends]
     a, b, c, d = (position[nodes] for nodes in corners)
     quarter = np.linalg.norm(np.cross(d - a, c - b), axis=1) / 8.0
-    return np.bincount(np.concatenate(corners), np.tile(quarter, 4), len(position))
+    return np.bincount(np.concatenate(corners), np.tile(quarter, 4), len(position))  # pyright: ignore[reportReturnType]  # floats, unlike its stub
 
 
 def filled_volumes(position: Floats, triangles: Indices, tetrahedra: Indices) -> Floats:
@@ -110,7 +114,7 @@ def _volumes(position: Floats, tetrahedra: Indices) -> Floats:
 
 
 def _summed(
-    position: Floats, cells: Indices, content: Floats, ends: NDArray[np.int32]
+    position: Floats, cells: NDArray[np.integer], content: Floats, ends: NDArray[np.int32]
 ) -> tuple[Floats, np.ndarray]:
     """Return the sum of content / L² over the cells of each spring, and which have any."""
     size = len(position)

@@ -9,11 +9,11 @@ import json as plain
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import prod
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn, TypeVar, cast
 
 import h5py
 import numpy as np
-from h5py import h5d
+from h5py import h5d  # pyright: ignore[reportAttributeAccessIssue]  # compiled module
 from numpy.typing import NDArray
 
 from tissuec.results.checksums import SUMS, DatasetSum, crc_of, sums_of_text
@@ -207,7 +207,7 @@ def attribute(member: Dataset | Group, name: str, kind: type[T]) -> T:
         value = value.decode() if isinstance(value, bytes) else value
     if type(value) is not kind:
         damaged(member.file, f'"{member.path}" lacks {name}')
-    return value
+    return cast(T, value)
 
 
 def attribute_or(member: Dataset | Group, name: str, default: T) -> T:

@@ -50,7 +50,7 @@ def scene_digest(text: str, network: Network) -> str:
     for name in ARRAYS:
         value = getattr(network, name)
         total.update(f"{name} {value.dtype.str} {value.shape}".encode())
-        total.update(np.ascontiguousarray(value))
+        total.update(np.ascontiguousarray(value).data)
     return total.hexdigest()
 
 
@@ -99,8 +99,9 @@ def _check_version(group: Group) -> None:
     """Refuse the checkpoint of another version, which might go on otherwise."""
     written = access.json(group, "version") if "version" in group else None
     if written != [FORMAT, __version__]:
-        known = isinstance(written, list) and written[:1] == [FORMAT]
-        version = f"tissuec {written[-1]}" if known else "another version of tissuec"
+        version = "another version of tissuec"
+        if isinstance(written, list) and written[:1] == [FORMAT]:
+            version = f"tissuec {written[-1]}"
         raise ResultError(
             f'"{group.file}" holds a checkpoint of {version}, and this is '
             f"{__version__}: only the version that wrote it can go on from there"

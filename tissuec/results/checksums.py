@@ -32,7 +32,7 @@ class DatasetSum(NamedTuple):
 def crc_of(data: NDArray[Any], former: int = 0) -> int:
     """Return the CRC-32 of numbers or texts, behind others that had the CRC-32 ``former``."""
     if data.dtype.kind not in "OSU":
-        return zlib.crc32(np.ascontiguousarray(data), former)
+        return zlib.crc32(np.ascontiguousarray(data).data, former)
     for text in data.reshape(-1).tolist():
         content = text.encode() if isinstance(text, str) else text
         former = zlib.crc32(content, zlib.crc32(len(content).to_bytes(8), former))

@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
+from typing import cast
 
 import h5py
 
@@ -135,7 +136,7 @@ def _check_mark(file: h5py.File, path: Path) -> None:
         )
     if not _is_marked(file):
         raise ResultError(f'"{path}" is an HDF5 file, but no result of tissuec')
-    version = int(file["tissuec"].attrs[_MARK])
+    version = int(cast(int, file["tissuec"].attrs[_MARK]))
     if version != LAYOUT_VERSION:
         raise ResultError(
             f'"{path}" has layout {version}, and this tissuec reads layout {LAYOUT_VERSION}; '

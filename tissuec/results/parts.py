@@ -88,7 +88,9 @@ class Parts(CellTables):
         drawn: The cells of the last one.
     """
 
-    def __init__(self, store: Store, nodes: int, spring_ids: Indices, shown: Indices):
+    def __init__(
+        self, store: Store, nodes: int, spring_ids: Indices, shown: NDArray[np.integer]
+    ):
         super().__init__(store, ROOT, len(shown))
         self._nodes = nodes
         self._ids = spring_ids
@@ -129,7 +131,7 @@ def _chunk_of(cells: int) -> int:
     return LARGE if cells >= LARGE else CHUNK
 
 
-def read_cells(file: Group, part: int, springs: Indices) -> Cells:
+def read_cells(file: Group, part: int, springs: NDArray[np.integer]) -> Cells:
     """Return what the part number ``part`` of ``file`` draws, of so many springs at most."""
     vertices, lines, triangles = (
         read_table(file, ROOT, kind, part, width)

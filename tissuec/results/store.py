@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import h5py
 import numpy as np
-from h5py import h5a, h5s, h5t
+from h5py import h5a, h5s, h5t  # pyright: ignore[reportAttributeAccessIssue]  # compiled modules
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.results import access

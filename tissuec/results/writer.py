@@ -129,7 +129,7 @@ class ResultWriter:
             ResultError: The file is missing, no result, or not the one of the checkpoint.
         """
         partial = partial_path(Path(path))
-        open_result(partial).raw.close()
+        open_result(partial).raw.file.close()
         check_replaceable(partial)
         store = Store(partial, "update")
         try:

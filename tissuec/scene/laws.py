@@ -2,6 +2,7 @@
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import cast
 
 import numpy as np
 from msgspec import Struct
@@ -37,6 +38,7 @@ AT_REST = 1e-9  # of the largest force tried: one that rounding leaves
 #: nested brackets is 200.
 MOST_PARTS, MOST_OF_SLOPE, DEEPEST = 4000, 40_000, 150
 GROUP = 16  # terms or factors that are joined one after another
+Entry = s.Sentence | s.Assign | s.Block | s.Function
 SAMPLE = {"c": 1.0, "d": 1.0, "rest": 1.0, MODULUS.name: 1.0}
 
 
@@ -69,7 +71,7 @@ class Form(Struct, frozen=True):
 
     def variables(self, item: s.Function) -> dict[str, tuple[str, Dimension]]:
         """Return all that a formula can use: variable and dimension by name."""
-        written = [argument.value.key for argument in item.arguments]
+        written = [name.key for name in _names(item)]
         meant = self.arguments[-len(written) :]
         return {**self.names, **dict(zip(written, meant, strict=True))}
 
@@ -144,15 +146,14 @@ def _read_block(declared: Declared, scope: Scope) -> WrittenLaws:
 
 def _read_entry(item: s.Item, found: dict[str, WrittenLaw], scope: Scope) -> None:
     """Enter one law of a block, or reject it."""
-    named = isinstance(item, s.Sentence | s.Assign | s.Block | s.Function)
-    kind = BY_ENTRY.get(item.name.key) if named else None
-    if kind is None:
+    if not isinstance(item, Entry) or item.name.key not in BY_ENTRY:
         scope.findings.reject(
             "TIS303",
             "this cannot stand in a law",
             item.span,
             hint=f"entries: {', '.join(BY_ENTRY)}",
         )
+    kind = BY_ENTRY[item.name.key]
     if kind.word in found:
         scope.findings.reject(
             "TIS307",
@@ -163,7 +164,7 @@ def _read_entry(item: s.Item, found: dict[str, WrittenLaw], scope: Scope) -> Non
     found[kind.word] = read_law(kind, item, scope)
 
 
-def read_law(kind: LawKind, item: s.Item, scope: Scope) -> WrittenLaw:
+def read_law(kind: LawKind, item: Entry, scope: Scope) -> WrittenLaw:
     """Return a law from its entry, or reject it."""
     if isinstance(item, s.Function) and item.name.key in FORMS:
         return _free(FORMS[item.name.key], item, scope)
@@ -177,7 +178,7 @@ def read_law(kind: LawKind, item: s.Item, scope: Scope) -> WrittenLaw:
     )
 
 
-def _form_of(kind: LawKind, item: s.Item) -> Form:
+def _form_of(kind: LawKind, item: Entry) -> Form:
     """Return the free formula that an entry is called like."""
     return FORMS.get(item.name.key, kind.forms[0])
 
@@ -223,7 +224,7 @@ def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:
             first.span.to(last.span),
             hint=hint,
         )
-    names = [argument.value for argument in item.arguments]
+    names = _names(item)
     meant = [own for own, _ in form.arguments[-len(names) :]]
     for number, (name, own) in enumerate(zip(names, meant, strict=True)):
         others = {
@@ -238,6 +239,11 @@ def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:
                 name.span,
                 hint=f"call it {own}: {form.heads[len(names) - 1]}",
             )
+
+
+def _names(item: s.Function) -> list[s.Name]:
+    """Return the arguments of a formula; the grammar takes only names."""
+    return [cast(s.Name, argument.value) for argument in item.arguments]
 
 
 def _limit(form: Form, formula: Formula, span: Span, scope: Scope) -> None:

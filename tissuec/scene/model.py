@@ -80,9 +80,8 @@ class KnownQuantity(Struct, frozen=True):
 
     @property
     def _limits(self) -> tuple[float, ...]:
-        if len(self.stated) > 1:
-            return self.stated
-        return self.stated[0] * (1.0 - ABOUT), self.stated[0] * (1.0 + ABOUT)
+        first, *others = self.stated
+        return self.stated if others else (first * (1.0 - ABOUT), first * (1.0 + ABOUT))
 
     @property
     def shown(self) -> str:

@@ -267,8 +267,8 @@ class TissueReader:
             message = f'"{name.text}" is neither a property of vocabulary {rules.name} '
             self.findings.reject("TIS202", f"{message}nor a quantity", name.span, hint=hint)
         if name.key in self.vocabulary.properties:
-            rules = " or ".join(one.name for one in self.vocabulary.rules.values()) or "…"
-            hint = f"it is a property of a vocabulary; put before it: described in {rules}"
+            names = " or ".join(one.name for one in self.vocabulary.rules.values()) or "…"
+            hint = f"it is a property of a vocabulary; put before it: described in {names}"
         message = f'"{name.text}" is not an entry of tissue {declared.name.text}'
         self.findings.reject("TIS303", message, name.span, hint=hint)
 

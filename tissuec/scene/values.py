@@ -26,7 +26,9 @@ class Value(Struct, frozen=True, eq=False):
     is_literal: bool = False
 
     @classmethod
-    def number(cls, amount: float, dimension: Dimension = NUMBER) -> "Value":
+    def number(
+        cls, amount: float | NDArray[np.float64], dimension: Dimension = NUMBER
+    ) -> "Value":
         return cls(np.asarray(amount, dtype=float), dimension)
 
     def __str__(self) -> str:

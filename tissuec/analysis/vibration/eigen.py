@@ -55,7 +55,7 @@ def lowest(
     Raises:
         NotFound: The method did not converge.
     """
-    count = min(count, operator.size - known.shape[1])
+    count = min(count, operator.size - known.shape[1])  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
     if count <= 0:
         return EigenPairs(np.zeros(0), np.zeros((operator.size, 0)))
     if operator.size <= max(DENSE, 3 * count):
@@ -69,10 +69,10 @@ def count_below(operator: Operator, known: csc_matrix, limit: float) -> int | No
 
     None if rounding does not allow to tell.
     """
-    if operator.size == known.shape[1]:
+    if operator.size == known.shape[1]:  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
         return operator.size
     if operator.size <= DENSE:
-        return int((_all(operator, known).values < limit).sum()) + known.shape[1]
+        return int((_all(operator, known).values < limit).sum()) + known.shape[1]  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
     try:
         return Shifted(operator, limit).below
     except Unsound:
@@ -138,7 +138,7 @@ def _lanczos(operator: Operator, shifted: Shifted, known: csc_matrix, count: int
     """Return the eigenvalues next above the shift, at least ``count`` if there are as many."""
     found, last = EigenPairs(np.zeros(0), np.zeros((operator.size, 0))), np.inf
     # Known ones are at 0, above the shift or below it.
-    others = shifted.below + (known.shape[1] if shifted.shift < 0.0 else 0)
+    others = shifted.below + (known.shape[1] if shifted.shift < 0.0 else 0)  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
     while True:
         more = _next(operator, shifted, known, found.vectors, count)
         found = _refined(operator, np.hstack((found.vectors, more.vectors)))

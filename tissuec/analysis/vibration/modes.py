@@ -14,7 +14,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix, diags_array
+from scipy.sparse import coo_matrix, csc_matrix, diags_array
 
 from tissuec.analysis.vibration.eigen import ZERO, NotFound, count_below, lowest
 from tissuec.analysis.vibration.operator import Operator, operator_of
@@ -122,7 +122,9 @@ def modes_of(
         text = "the modes could not be computed; ask for fewer of them"
         raise SimulationError(text) from error
     zero = ZERO * net.operator.top
-    parts = [(_kind(value, zero), value, y) for value, y in zip(values, vectors.T, strict=True)]
+    parts: list[tuple[Kind, float, Floats]] = [
+        (_kind(value, zero), value, y) for value, y in zip(values, vectors.T, strict=True)
+    ]
     if above is None:
         first = sum(kind == "unstable" for kind, _, _ in parts)
         parts[first:first] = [("rigid", 0.0, y) for y in rigid[:, :count].toarray().T]
@@ -171,13 +173,14 @@ def _pulls(operator: Operator, motions: csc_matrix) -> Floats:
 
     What volumes add stands by itself: no rigid motion changes a volume that is closed.
     """
-    pulled = (operator.sparse @ motions).tocoo()
+    pulled = coo_matrix(operator.sparse @ motions)
     rows, place = np.unique(pulled.row, return_inverse=True)
-    springs = np.zeros((len(rows), motions.shape[1]))
+    count = motions.shape[1]  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
+    springs = np.zeros((len(rows), count))
     springs[place, pulled.col] = pulled.data
-    volumes = np.linalg.norm(operator.wide) * (operator.wide.T @ motions)
+    volumes = float(np.linalg.norm(operator.wide)) * (operator.wide.T @ motions)
     # As many rows as motions at least, so that all singular vectors are there.
-    return np.vstack((springs, volumes, np.zeros((motions.shape[1],) * 2)))
+    return np.vstack((springs, volumes, np.zeros((count, count))))
 
 
 def _kind(value: float, zero: float) -> Kind:

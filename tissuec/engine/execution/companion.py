@@ -209,7 +209,7 @@ class Companion:
 
     def _compared(self, other: Floats, interrupt: Callable[[], bool]) -> ErrorEstimate:
         asked = np.isfinite(self._own).all(axis=(1, 2))
-        known = asked & np.isfinite(other).all(axis=(1, 2))
+        known = np.asarray(asked & np.isfinite(other).all(axis=(1, 2)))
         relative, apart = self._apart(self._own, other, known)
         state: State = "kept"
         reason, since = "", None

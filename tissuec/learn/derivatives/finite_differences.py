@@ -149,6 +149,7 @@ class FiniteDifferenceModel:
         if coarser != 1.0 and simulation.step is not None:
             simulation = replace(simulation, step=0.5 * simulation.step)
         elif coarser != 1.0:
+            assert simulation.tolerance is not None  # there is one or the other
             simulation = replace(simulation, tolerance=coarser * simulation.tolerance)
         plan = replace(without_outputs(present.plan), simulation=simulation)
         watcher = ObservingRecorder(present.network, plan, self.series, self.slots, self._stop)

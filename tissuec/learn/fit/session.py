@@ -105,7 +105,11 @@ def _scales(session: LearnSession) -> dict[int, float]:
     predictions as much as the data deviates from its mean.
     """
     blocks = session.shaping.blocks
-    chosen = [k for k, one in enumerate(blocks) if one.is_difference and one.scale is not None]
+    chosen = {
+        k: one.scale
+        for k, one in enumerate(blocks)
+        if one.is_difference and one.scale is not None
+    }
     if not chosen:
         return {}
     problem, found = session.problem, dict[int, float]()
@@ -115,10 +119,10 @@ def _scales(session: LearnSession) -> dict[int, float]:
         influence = problem.influence(theta)
     except (Diverged, TissueError):
         return {}
-    for k in chosen:
+    for k, scale in chosen.items():
         most = float(influence[session.shaping.place(k)].max(initial=0.0))
         if np.isfinite(most) and 0.0 < most < 1.0:
-            found[k] = blocks[k].scale / most
+            found[k] = scale / most
     return found
 
 

@@ -91,4 +91,4 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
             rows = sparse.csr_matrix(change[self.places[name]])
             places = rows.indptr.astype(np.int64), rows.indices.astype(np.int64)
             parts.append(Sparse(*places, np.asarray(rows.data, dtype=float)))
-        return Seeds(*parts, total=np.empty(change.shape[1]))
+        return Seeds(*parts, total=np.empty(change.shape[1]))  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code

@@ -161,7 +161,7 @@ class JetForce:
             left = edge[:, 0] * off[:, 1] - edge[:, 1] * off[:, 0]
             left /= np.maximum(np.sqrt((edge**2).sum(axis=1)), 1e-200)
             cover *= smooth(0.5 * (1.0 + np.sign(slope[shade]) * left / soft[shade]))
-        total = np.bincount(one, cover, len(points))
+        total: Floats = np.bincount(one, cover, len(points))  # pyright: ignore[reportAssignmentType]  # floats, unlike its stub
         return 1.0 - smooth((total - SHADE_BEGINS) / (SHADE_ENDS - SHADE_BEGINS))
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:

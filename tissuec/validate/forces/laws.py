@@ -218,7 +218,7 @@ def _free_dashpot(tree: Any) -> Dashpot:
     """Return what a free formula of e, w, d and rest says."""
 
     def by(name: str, *given: Floats) -> tuple[Floats, Floats]:
-        known = dict(zip(("e", "w", "d", "rest"), given, strict=True))
+        known: dict[str, Floats] = dict(zip(("e", "w", "d", "rest"), given, strict=True))
         return _like(known["w"], *derived(tree, known, name))
 
     return Dashpot(

@@ -49,7 +49,7 @@ class VolumeField:
         """Return the enclosed volumes [m³], shape (cell,)."""
         a, b, c = self._edges(position)
         each = np.einsum("tk,tk->t", a, cross(b, c)) * (self._share / 12.0)
-        return np.bincount(self._cell, each, len(self._drawn))
+        return np.bincount(self._cell, each, len(self._drawn))  # pyright: ignore[reportReturnType]  # floats, unlike its stub
 
     def _swell(self, time: float) -> tuple[float, float]:
         """Return by what part more than drawn is due, and the rate of that [1/s]."""

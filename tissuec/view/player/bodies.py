@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats
 
 _LAMP = np.array([-0.45, 0.6, 0.75]) / np.linalg.norm([-0.45, 0.6, 0.75])
 _SHARP = np.cos(np.radians(50.0))  # between faces, beyond which an edge is seen
@@ -111,7 +112,7 @@ def boxes(middle: Floats, half: float) -> TriangleMesh:
     return TriangleMesh(at.reshape(-1, 3, 3), normal.reshape(-1, 3, 3))
 
 
-def smooth_mesh(position: Floats, triangles: Indices) -> TriangleMesh:
+def smooth_mesh(position: Floats, triangles: NDArray[np.integer]) -> TriangleMesh:
     """Return triangles with normals that are smooth, but across sharp edges."""
     corners = position[triangles]
     face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

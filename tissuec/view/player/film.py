@@ -48,7 +48,7 @@ class SkinPiece(Struct, frozen=True, eq=False):
         smooth: Whether a smooth surface shows the same, shape (triangle,).
     """
 
-    triangles: Indices
+    triangles: NDArray[np.integer]
     life: Floats
     smooth: NDArray[np.bool_]
 

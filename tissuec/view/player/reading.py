@@ -194,7 +194,7 @@ def _lengths(position: Floats, ends: Indices) -> Floats:
 
 
 def _skin(
-    trajectory: Trajectory, thin: Thinning, triangles: Indices, life: Floats
+    trajectory: Trajectory, thin: Thinning, triangles: NDArray[np.integer], life: Floats
 ) -> SkinPiece:
     corners, first, life = thin_triangles(thin, triangles, life)
     smooth = np.zeros(len(trajectory.nodes), dtype=bool)

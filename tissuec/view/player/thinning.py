@@ -155,8 +155,8 @@ def strands(thinning: Thinning, ends: Indices) -> SpringLines:
 
 
 def thin_triangles(
-    thinning: Thinning, triangles: Indices, life: Floats
-) -> tuple[Indices, Indices, Floats]:
+    thinning: Thinning, triangles: NDArray[np.integer], life: Floats
+) -> tuple[NDArray[np.integer], Indices, Floats]:
     """Return triangles between what is drawn, one of those that each stands for, and lives."""
     numbers = np.arange(len(triangles))
     if thinning.is_whole or not len(triangles):

@@ -40,4 +40,4 @@ def seen_springs(
     in_front = np.zeros(len(position), dtype=bool)
     facing = normal @ view.towards > _ASIDE * np.linalg.norm(normal, axis=1)
     in_front[triangles[facing]] = True
-    return (~solid | in_front)[ends].all(axis=1)
+    return np.asarray((~solid | in_front)[ends].all(axis=1))
