@@ -82,3 +82,13 @@ def test_code_is_linted_and_formatted(rule, repository):
         cwd=repository, capture_output=True, text=True,
     )  # fmt: skip
     assert run.returncode == 0, run.stdout
+
+
+@pytest.mark.slow
+def test_types_are_right(repository):
+    pytest.importorskip("pyright")
+    run = subprocess.run(
+        [sys.executable, "-m", "pyright", "--pythonpath", sys.executable],
+        cwd=repository, capture_output=True, text=True,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stdout
