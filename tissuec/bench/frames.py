@@ -22,7 +22,7 @@ class PositionRecorder(Recorder):
     def record(self, samples: Samples) -> None:
         self._rows.append(samples.position)
 
-    def checkpoint(self, state: Mapping[str, Any]) -> None:
+    def checkpoint(self, saved: Mapping[str, Any]) -> None:
         """Keep nothing: a bench is never resumed."""
 
     @property

@@ -59,8 +59,8 @@ class MemoryRecording:
     ) -> None:
         self.events.append(Event(time, kind, springs, cause, place))
 
-    def checkpoint(self, state: Mapping[str, Any]) -> None:
-        self.state = dict(state)
+    def checkpoint(self, saved: Mapping[str, Any]) -> None:
+        self.state = dict(saved)
 
     def frame_arrays(self) -> tuple[NDArray[Any], ...]:
         """Return time [s], position [m], velocity [m/s], force [N], tension [N] and alive.
