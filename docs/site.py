@@ -1,0 +1,55 @@
+"""Hooks of MkDocs: the version in the title, and pages from files beside ``docs/``.
+
+Pages link to files of the repository as GitHub shows them. On the site, the README and the
+changelog are pages, and other files are names without a link.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+from mkdocs.structure.files import File, Files
+
+from tissuec import __version__
+
+ROOT = Path(__file__).resolve().parent.parent
+#: Files beside ``docs/`` that are pages, and their names on the site.
+BESIDE = {"README.md": "readme.md", "CHANGELOG.md": "changes.md"}
+#: The language of a code block and what tests read behind it, such as the name of a file.
+_FENCE = re.compile(r"^( *```\w+) .*$", re.MULTILINE)
+_LINK = re.compile(
+    r"(?P<image>!?)\[(?P<text>[^\]]*)\]\((?P<path>[\w./-]+)(?P<anchor>#[^)]*)?\)"
+)
+
+
+def on_config(config: Any) -> Any:
+    """Show the version in the title of the site."""
+    config.site_name = f"{config.site_name} {__version__}"
+    return config
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the pages that are made of files beside ``docs/``."""
+    for path, name in BESIDE.items():
+        text = (ROOT / path).read_text(encoding="utf-8")
+        files.append(File.generated(config, name, content=text))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, **context: Any) -> str:
+    """Rewrite links between pages and other files, and code blocks with names of files."""
+    folder = ROOT if page.file.src_uri in BESIDE.values() else ROOT / "docs"
+    linked = _LINK.sub(lambda found: _on_site(found, folder), markdown)
+    return _FENCE.sub(r"\1", linked)
+
+
+def _on_site(found: re.Match[str], folder: Path) -> str:
+    """Return a link as it is on the site, or its text alone if it leads to no page."""
+    target = (folder / found["path"]).resolve()
+    if not target.exists():
+        return found[0]  # which MkDocs reports
+    if target.is_relative_to(ROOT / "docs"):
+        name = target.relative_to(ROOT / "docs").as_posix()
+    elif (name := BESIDE.get(target.name)) is None or target.parent != ROOT:
+        return found["text"]
+    return f"{found['image']}[{found['text']}]({name}{found['anchor'] or ''})"

@@ -1,0 +1,39 @@
+"""The documentation builds as a site, and its page on data names every file of data."""
+
+import re
+import subprocess
+import sys
+from fnmatch import fnmatch
+
+import pytest
+
+SUFFIXES = {".csv", ".obj", ".stl", ".png", ".gif"}
+
+
+def test_the_site_builds_without_warnings(repository, tmp_path):
+    pytest.importorskip("material", reason="needs the extra docs")
+    command = ["mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
+    run = subprocess.run(
+        [sys.executable, "-m", *command], cwd=repository, capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stderr
+    front = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert re.search(r"tissuec \d+\.\d+\.\d+", front)
+    pages = {page.stem for page in (repository / "docs").glob("*.md")} | {"readme", "changes"}
+    assert {path.name for path in tmp_path.iterdir() if (path / "index.html").exists()} == (
+        pages - {"index"}
+    )
+
+
+def test_the_page_on_data_names_every_file(repository):
+    text = (repository / "docs" / "data.md").read_text(encoding="utf-8")
+    rows = [line.split("|")[1] for line in text.splitlines() if line.startswith("| `")]
+    patterns = [pattern for row in rows for pattern in re.findall("`([^`]+)`", row)]
+    files = [
+        path.relative_to(repository).as_posix()
+        for folder in ("library", "docs", "tests")
+        for path in (repository / folder).rglob("*")
+        if path.suffix in SUFFIXES
+    ]
+    assert not [name for name in files if not any(fnmatch(name, one) for one in patterns)]
+    assert not [one for one in patterns if not any(fnmatch(name, one) for name in files)]
