@@ -1,11 +1,13 @@
 """Grammars and library are found in a wheel, a wheel built from the sdist, and a checkout."""
 
+import re
 import subprocess
 import sys
 import zipfile
 
 import pytest
 
+from tissuec import __version__
 from tissuec.view.explorer.page import PARTS, SCRIPTS
 
 pytest.importorskip("hatchling")
@@ -70,3 +72,10 @@ def test_a_bare_checkout_finds_its_own_files(repository):
     from tissuec.core import resources
 
     assert resources.root() == repository
+
+
+def test_files_of_a_release_name_its_version(repository):
+    cited = (repository / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {__version__}\n" in cited
+    changes = (repository / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.findall(r"^## \[(\d.*?)\]", changes, re.MULTILINE)[0] == __version__
