@@ -22,14 +22,15 @@ def run_guarded(command: click.Command) -> int:
         return error.exit_code
     except BrokenPipeError:
         # The reader of stdout has seen enough, as with "| head".
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  # stays open until the exit
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  # open until the exit
         return DONE
     except (Exception, KeyboardInterrupt) as error:
         code, message = _judged(error)
         if "--json" in sys.argv:  # a command line that is wrong was not read to its end
             print_json({"ok": False, "error": message})
         elif isinstance(error, click.ClickException):
-            error.message = printable(error.message)  # pyright: ignore[reportAttributeAccessIssue]  # no setter
+            # Final in click 8.5; what it shows can be changed before it is shown only here.
+            error.message = printable(error.message)  # pyright: ignore[reportAttributeAccessIssue]
             error.show()
         else:
             head = "" if code > SIGNALLED else "error: "
