@@ -9,9 +9,10 @@ import numpy as np
 from tissuec.compiler.adjust_limits import LIMITING, Found, limited
 from tissuec.compiler.adjust_targets import Target, Targets
 from tissuec.compiler.laws_adjusted import LawConstant, constants_of, uses
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import Edit, Hint, alternatives
 from tissuec.core.fields import Measure
 from tissuec.core.names import key_of
+from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.declarations import without
 from tissuec.scene.learn_clauses import Clauses
@@ -221,6 +222,8 @@ class AdjustReader:
         ):
             kind = "has no regions" if target.body is not None else "is no body with regions"
             message = f"{target.name} {kind}, and so cannot be adjusted per region"
-            hint = "leave it out: then one factor holds for all"
+            text = per.span.source.text[: per.span.start].rstrip()
+            clause = Span(per.span.source, len(text.removesuffix("per").rstrip()), per.span.end)
+            hint = Hint("leave it out: then one factor holds for all", Edit("", clause))
             self.findings.reject("TIS801", message, per.span, hint=hint)
         return cast(Per, per.key)

@@ -12,8 +12,15 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.selections import extents
-from tissuec.compiler.thread_checks import passing_threads
-from tissuec.core.errors import Diagnostic, Note, SimulationError, counted
+from tissuec.compiler.thread_checks import passing_threads, turning_contact_on
+from tissuec.core.errors import (
+    Diagnostic,
+    Hint,
+    Note,
+    SimulationError,
+    counted,
+    leaving_out,
+)
 from tissuec.core.names import key_of
 from tissuec.core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, VELOCITY, show
 from tissuec.engine.execution.failure_messages import explain_action
@@ -210,7 +217,9 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W501",
                 f'the param "{declared.name.text}" is never used',
                 declared.name.span,
-                "use it or remove it; setting it has no effect",
+                leaving_out(
+                    "use it or remove it; setting it has no effect", declared.item.span
+                ),
             )
 
 
@@ -222,7 +231,7 @@ def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W502",
                 f'the set "{declared.name.text}" is never used',
                 declared.name.span,
-                "use it or remove it",
+                leaving_out("use it or remove it", declared.item.span),
             )
 
 
@@ -326,6 +335,23 @@ def _breaks_late(network: Network, body: BodyPart, spring: int, strain: float) -
     )
 
 
+def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W407: a tool with a shape that touches nothing, because contact is off."""
+    if compiled.scene.environment.contact is not None:
+        return
+    for tool in compiled.scene.tools.values():
+        if tool.may_touch and tool.shapes:
+            yield Diagnostic(
+                "W407",
+                f"{tool.name} has a shape, but contact is off: it touches nothing",
+                tool.span,
+                Hint(
+                    "write: environment { contact is tools only; … }",
+                    *turning_contact_on(compiled).edits,
+                ),
+            )
+
+
 def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W404: the ruptures of something that cannot rupture are measured."""
     plan, groups = compiled.plan, compiled.groups
@@ -388,7 +414,10 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W202",
                 "no tissue in use can make this rule fire" + (f", nor {more}" if more else ""),
                 silent[0],
-                "describe a tissue so that it fires, or remove the rule",
+                leaving_out(
+                    "describe a tissue so that it fires, or remove the rule",
+                    *(silent if len(silent) == 1 else ()),
+                ),
                 tuple(Note("another one", span) for span in silent[1:]),
             )
 
@@ -457,6 +486,7 @@ CHECKS: tuple[Check, ...] = (
     silent_rules,
     unused_parameters,
     unused_sets,
+    idle_shapes,
     ruptures_in_vain,
     buried_openings,
     cuts_in_vain,

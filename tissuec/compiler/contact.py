@@ -96,7 +96,6 @@ def contact_of(
     """Return what touches what, None if nothing does."""
     law, nodes = environment.contact, np.arange(network.body_nodes)
     if law is None:
-        _warn_of_idle_shapes(tools, findings)
         return None
     parts = [_of_tools(network, tools), _of_threads(network), _of_skins(network, law)]
     faces = Faces(
@@ -274,14 +273,6 @@ def _mean_length(network: Network) -> float:
     ends = network.position[network.ends[: network.body_springs]]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     return float(lengths.mean()) if len(lengths) else float("nan")
-
-
-def _warn_of_idle_shapes(tools: Sequence[Tool], findings: Findings) -> None:
-    for tool in tools:
-        if tool.shapes and not findings.errors:  # else contact may be what is wrong
-            hint = "write: environment { contact is tools only; … }"
-            text = f"{tool.name} has a shape, but contact is off: it touches nothing"
-            findings.add("W407", text, tool.span, hint=hint)
 
 
 def _warn_of_nothing_to_touch(environment: Environment, findings: Findings) -> None:

@@ -11,7 +11,7 @@ from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.fit_targets import FitReader
 from tissuec.compiler.learn_expectations import DemandReader, ExpectableErrors
 from tissuec.compiler.matter import can_be_matter
-from tissuec.core.errors import Note
+from tissuec.core.errors import Note, leaving_out
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
@@ -137,7 +137,9 @@ class _FitProblemBuilder:
             code,
             f"{second.what} of {second.of} {problem}",
             second.span,
-            hint="" if code == "TIS307" else "leave one of them out",
+            hint=""
+            if code == "TIS307"
+            else leaving_out("leave one of them out", second.span, first),
             notes=(Note("first here" if code == "TIS307" else "the other line", first),),
         )
 

@@ -6,7 +6,8 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.expectations import ERROR, errors_in
-from tissuec.core.errors import alternatives
+from tissuec.core.errors import Edit, Hint, alternatives
+from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
 from tissuec.scene.values import Value
@@ -125,9 +126,10 @@ class DemandReader:
             )  # fmt: skip
         words = [(clause.word, clause.value.span.text.lower()) for clause in item.clauses]
         if words not in ([], [("over", "run")]):
+            timed = Span(item.span.source, item.condition.span.end, item.clauses[-1].span.end)
             self.findings.reject(
                 "TIS803", "the error of a learning has no time", item.clauses[0].span,
-                hint=f"write: expect {FORM}, and no more",
+                hint=Hint(f"write: expect {FORM}, and no more", Edit("", timed)),
             )  # fmt: skip
         names = [argument_of(call, self.scope) for call in errors_in(item.condition)]
         found = {

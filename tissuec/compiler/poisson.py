@@ -15,11 +15,12 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from tissuec.compiler.matter import Matter
-from tissuec.core.errors import Note
+from tissuec.core.errors import Note, leaving_out
 from tissuec.core.source import Span
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, Body
 
+_LEAVE_OUT = "leave it out"
 _NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
 
 
@@ -60,7 +61,7 @@ def poisson_of(
             "TIS309",
             f"{body.name} cannot have a Poisson's ratio of {given.value:g}: {why}",
             given.span,
-            hint=hint,
+            hint=leaving_out(hint, given.span) if hint == _LEAVE_OUT else hint,
             notes=(Note(f"used by {body.name}", body.span),),
         )
     young, ratio, own = moduli[0], given.value, matter.poisson
@@ -85,13 +86,13 @@ def _flaw(
     if any(one is None or not one.quantity.is_of_matter for one in moduli):
         return "its springs are specified one by one", "write a Young's modulus as well"
     if matter.poisson is None:
-        return "it consists of bars, which have none", "leave it out"
+        return "it consists of bars, which have none", _LEAVE_OUT
     if not matter.is_solid:
         if abs(ratio - matter.poisson) <= _NEAR:
             return None
-        return "in a surface, springs always give 1/3", "leave it out"
+        return "in a surface, springs always give 1/3", _LEAVE_OUT
     if ratio < matter.poisson:
-        return f"with springs, the least is {_shown(matter.poisson)}", "leave it out"
+        return f"with springs, the least is {_shown(matter.poisson)}", _LEAVE_OUT
     if ratio == matter.poisson:
         return None
     if (

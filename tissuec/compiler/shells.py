@@ -6,6 +6,7 @@ import numpy as np
 
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.matter import Matter
+from tissuec.core.errors import leaving_out
 from tissuec.forces.bending import Hinges
 from tissuec.model.network import Floats
 from tissuec.model.topology import springs_between
@@ -50,7 +51,7 @@ def hinges_of(
             "TIS306",
             f"body {body.name} cannot have elastic bending: it is not a wall",
             body.shell,
-            hint="leave it out: a solid resists bending anyway"
+            hint=leaving_out("leave it out: a solid resists bending anyway", body.shell)
             if matter.is_solid
             else "use a sheet, a tube, a sphere or an imported surface",
         )

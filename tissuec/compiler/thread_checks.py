@@ -34,7 +34,7 @@ def passing_threads(compiled: "Compiled") -> Iterator[Diagnostic]:
                 continue
             if compiled.plan.contact is None:
                 text = f"contact is off: {body.name} passes through {other.name}"
-                yield Diagnostic("W411", text, body.span, _contact(compiled))
+                yield Diagnostic("W411", text, body.span, turning_contact_on(compiled))
             elif (found := _gap(compiled, body, other)) is not None:
                 gap, hint = found
                 text = f"{body.name} can pass between the nodes of {other.name}: {gap}"
@@ -58,7 +58,7 @@ def _radius(body: BodyPart) -> float:
     return 0.0 if body.thread is None else body.thread.radius
 
 
-def _contact(compiled: "Compiled") -> Hint:
+def turning_contact_on(compiled: "Compiled") -> Hint:
     """Return what turns contact on."""
     block = compiled.scene.declarations.single["environment"]
     if (written := _entry(block, "contact")) is not None:

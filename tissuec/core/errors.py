@@ -1,5 +1,6 @@
 """What can be wrong: diagnostics about the text, and the errors that carry them."""
 
+import re
 from collections.abc import Iterable
 from typing import Literal
 
@@ -81,6 +82,9 @@ class Diagnostic(Struct, frozen=True):
         return render(self)
 
 
+#: What can stand between a statement and the next one.
+_REST_OF_LINE = re.compile(r"[ \t]*(?:(;)[ \t]*|((?:#[^\n]*)?(?:\n|$)))?")
+
 #: How alike two words must be (of 1) for one to be a misspelling of the other.
 _ALIKE = 0.7
 
@@ -131,6 +135,26 @@ def proposal(text: str, span: Span | None = None) -> Hint:
 def insertion(text: str, span: Span) -> Edit:
     """Return the edit that puts a text behind a place."""
     return Edit(text, Span(span.source, span.end, span.end))
+
+
+def removal(place: Span) -> Edit:
+    """Return the edit that removes a statement with its separator, or with its line."""
+    text, start, end = place.source.text, place.start, place.end
+    before = len(text[:start].rstrip(" \t"))
+    behind = _REST_OF_LINE.match(text, end)
+    assert behind is not None
+    if behind[1]:  # a ";"
+        end = behind.end()
+    elif text[before - 1 : before] == ";":
+        start = before - 1
+    elif behind[2] is not None and text[before - 1 : before] in ("", "\n"):
+        start, end = before, behind.end()
+    return Edit("", Span(place.source, start, end))
+
+
+def leaving_out(text: str, *places: Span) -> Hint:
+    """Return a hint whose edits each take one of these statements away."""
+    return Hint(text, *map(removal, places))
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> Hint:

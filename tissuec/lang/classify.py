@@ -23,6 +23,7 @@ _STARTERS = frozenset(word.upper() for word in STARTING) - _TIMES
 _BINDERS = frozenset({"PARAM", "LET", "SET"})
 _NAMING = _KEYWORDS - {"IS"} | {"WORD", "STRING"}
 _NUMBERS = frozenset({"NUMBER", "QUANTITY"})
+_PLAIN = r"[0-9]+(?:\.[0-9]+)?"
 _PER_SECOND = re.compile(r"1/s\b")
 
 #: What may follow behind a unit to make it a larger one.
@@ -92,7 +93,8 @@ def _unit(m: Mistake) -> Diagnostic | None:
         message = (
             f'the unit "{m.found[1:].strip()}" stands behind neither a number nor a vector'
         )
-        return _finding(m, "TIS104", message, "write it behind each number")
+        hint = Hint("write it behind each number", *_inside_brackets(m))
+        return _finding(m, "TIS104", message, hint)
     if m.found.type != "WORD" or m.next in _GOES_ON:
         return None
     word = m.found.value
@@ -109,6 +111,18 @@ def _unit(m: Mistake) -> Diagnostic | None:
     if m.previous == "NUMBER" or (m.previous == "RPAR" and near):
         return _finding(m, "TIS104", f'"{word}" is not a unit', near or ALL_UNITS)
     return None
+
+
+def _inside_brackets(m: Mistake) -> list[Edit]:
+    """Return the edit of "(3 + 4) mm" that writes the unit behind each number of the sum."""
+    place = m.span(m.found)
+    text = m.source.text
+    start = text.rfind("(", 0, place.start)
+    inner, unit = text[start + 1 : place.start], m.found[1:].strip()
+    if start < 0 or re.fullmatch(rf"{_PLAIN}(?: *[-+] *{_PLAIN})*", inner) is None:
+        return []
+    written = re.sub(rf"({_PLAIN})", rf"\1 {unit}", inner)
+    return [Edit(f"({written})", Span(m.source, start, place.end))]
 
 
 def _near_unit(m: Mistake, word: str) -> Hint:

@@ -219,9 +219,14 @@ def _bad_cell(place: Span, column: Column) -> Diagnostic:
     if re.fullmatch(r"[+-]?(nan|inf|infinity|[0-9.]+e\+?[0-9]+)", cell, re.IGNORECASE):
         hint = 'write "-" for a number that is not known' if column.optional else ""
         return Diagnostic("TIS122", f"{shown(cell)} is not a finite number", place, hint)
-    hint = f'the column "{column.name}" holds {_KINDS[column.kind]} in each row'
+    hint: str = f'the column "{column.name}" holds {_KINDS[column.kind]} in each row'
     if "," in cell:
-        hint = "decimals use a point, and blanks separate cells"
+        pointed = cell.replace(",", ".")
+        is_number = column.kind == "number" and re.fullmatch(r"-?[0-9]+\.[0-9]+", pointed)
+        hint = Hint(
+            "decimals use a point, and blanks separate cells",
+            *([Edit(pointed)] if is_number else []),
+        )
     elif re.match(r"[+-]?[0-9.]+ *[^\W\d_]", cell):
         hint = (
             'cells hold numbers alone; their unit stands behind the name of the table: "in mm"'

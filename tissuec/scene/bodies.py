@@ -477,6 +477,8 @@ class _BodyReader:
                 "TIS306",
                 f"body {self.name.text} has a mesh and a table",
                 next(iter(tables.values())).name.span,
-                hint="write mesh is explicit",
+                hint=Hint(
+                    "write mesh is explicit", Edit("mesh is explicit", self.once["mesh"])
+                ),
             )
         return None

@@ -56,7 +56,10 @@ def read_known(item: s.Sentence | s.Assign, scope: Scope) -> KnownQuantity:
         scope.findings.reject(
             "TIS308", "a range runs from a smaller number to a larger one", low.to(high),
             hint=Hint(f'write "{backwards}"', Edit(backwards)) if stated[0] > stated[1]
-            else f'write "known {quantity.name} = …" for a single number',
+            else Hint(
+                f'write "known {quantity.name} = …" for a single number',
+                Edit(f"= {item.clauses[0].value.span.text}"),
+            ),
         )  # fmt: skip
     return KnownQuantity(quantity, stated, source, is_verified, item.span)
 
@@ -98,7 +101,15 @@ def _source(clause: s.Clause, scope: Scope) -> tuple[str, bool]:
     name = clause.value
     if isinstance(name, s.Name) and name.quoted and name.words.lower() in ("", UNVERIFIED):
         return name.quoted, not name.words
-    scope.findings.reject("TIS312", "a source stands in quotes", clause.span, hint=_CITE)
+    quoted = []
+    if isinstance(name, s.Name) and not name.quoted:
+        words = name.text.split()
+        is_unverified = words[0].lower() == UNVERIFIED and len(words) > 1
+        source = " ".join(words[1:] if is_unverified else words)
+        rest = f'{UNVERIFIED} "{source}"' if is_unverified else f'"{source}"'
+        quoted.append(Edit(rest, name.span))
+    hint = Hint(_CITE, *quoted)
+    scope.findings.reject("TIS312", "a source stands in quotes", clause.span, hint=hint)
 
 
 def _example(quantity: Quantity) -> str:

@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 
 from tissuec.core.errors import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, Dimension, Unit, describe, parse_unit, suggested_unit
+from tissuec.core.units import (
+    NUMBER,
+    Dimension,
+    Unit,
+    UnitError,
+    describe,
+    parse_unit,
+    suggested_unit,
+)
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
 from tissuec.scene.library import Library
@@ -67,7 +75,9 @@ class Scope:
             "TIS301",
             f'there is no number called "{name.text}"',
             name.span,
-            hint="text in quotes is a name; numbers stand without quotes"
+            hint=Hint(
+                "text in quotes is a name; numbers stand without quotes", *_unquoted(name)
+            )
             if not name.words
             else alternatives(name.text, self.names(), what="numbers")
             or f'declare it: "param {name.text} = …" or "let {name.text} = …"',
@@ -145,7 +155,7 @@ class Scope:
                 "TIS312",
                 f"a vector has three components, not {len(items)}",
                 node.span,
-                hint="decimals use a point"
+                hint=Hint("decimals use a point", *_pointed(node.span.text, len(items) - 3))
                 if is_long
                 else "write 0 for a component that is not needed",
             )
@@ -354,3 +364,24 @@ class Scope:
         self.findings.reject(
             code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint
         )
+
+
+def _unquoted(name: s.Name) -> list[Edit]:
+    """Return the edit that takes the quotes off a number with its unit, if it is one."""
+    text = name.quoted or ""
+    number = re.fullmatch(r"-?[0-9.]+(?:[eE][+-]?[0-9]+)? *(\S*)", text)
+    return [Edit(text)] if number and (not number[1] or _is_unit(number[1])) else []
+
+
+def _is_unit(text: str) -> bool:
+    try:
+        parse_unit(text)
+    except UnitError:
+        return False
+    return True
+
+
+def _pointed(text: str, more: int) -> list[Edit]:
+    """Return the edit that writes points for as many commas without a blank behind them."""
+    pointed, count = re.subn(r"(?<=[0-9]),(?=[0-9])", ".", text)
+    return [Edit(pointed)] if count == more else []

@@ -8,11 +8,12 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Edit, Hint, Note, alternatives
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import names_in
 from tissuec.laws import MODULUS, SPRING_LAWS, VISCOSITY_LAWS, of_stress
 from tissuec.laws.formula import (
     ONE,
@@ -213,7 +214,7 @@ def _free(form: Form, item: s.Function, scope: Scope) -> WrittenLaw:
 
 def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:
     """Reject arguments that are none, or that stand for something else."""
-    hint = f"write {' or '.join(f'{head} = …' for head in form.heads)}"
+    hint = Hint(f"write {' or '.join(f'{head} = …' for head in form.heads)}")
     first, last = item.arguments[0], item.arguments[-1]
     if first.word != "of":
         scope.findings.reject("TIS312", "a formula names what it is of", first.span, hint=hint)
@@ -222,7 +223,7 @@ def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:
             "TIS312",
             f"a {form.name} is of one variable",
             first.span.to(last.span),
-            hint=hint,
+            hint=Hint(hint, *_used_alone(item)),
         )
     names = _names(item)
     meant = [own for own, _ in form.arguments[-len(names) :]]
@@ -237,13 +238,32 @@ def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:
                 "TIS503",
                 f'"{name.text}" already stands for {others[name.key]}',
                 name.span,
-                hint=f"call it {own}: {form.heads[len(names) - 1]}",
+                hint=Hint(
+                    f"call it {own}: {form.heads[len(names) - 1]}",
+                    *_exchanged(names, meant),
+                ),
             )
 
 
 def _names(item: s.Function) -> list[s.Name]:
     """Return the arguments of a formula; the grammar takes only names."""
     return [cast(s.Name, argument.value) for argument in item.arguments]
+
+
+def _used_alone(item: s.Function) -> list[Edit]:
+    """Return the edit that keeps the one argument that a formula uses, if it is one."""
+    names = {part.key for part in names_in(item.value)}
+    used = [one.value for one in item.arguments if s.key_of(one.value.span.text) in names]
+    return [Edit(f"of {used[0].span.text}")] if len(used) == 1 else []
+
+
+def _exchanged(names: Sequence[s.Expression], meant: Sequence[str]) -> list[Edit]:
+    """Return the edit that puts two arguments in their order, if they only changed places."""
+    if len(names) != 2 or {s.key_of(name.span.text) for name in names} != set(meant):
+        return []
+    first, second = names
+    between = first.span.source.text[first.span.end : second.span.start]
+    return [Edit(f"{second.span.text}{between}{first.span.text}", first.span.to(second.span))]
 
 
 def _limit(form: Form, formula: Formula, span: Span, scope: Scope) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Edit, Hint, Note, alternatives
 from tissuec.forces import FORCES
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
@@ -60,8 +60,17 @@ def _target(
                 return name, others
     scope.findings.reject(
         "TIS312", '"acts" is followed by "on" and one set or body', item.span,
-        hint=f"for example: {example}",
+        hint=Hint(f"for example: {example}", *_with_on(item)),
     )  # fmt: skip
+
+
+def _with_on(item: s.Item) -> list[Edit]:
+    """Return the edit of "acts floor" that puts "on" between both."""
+    match item:
+        case s.Sentence(name=s.Name(quoted=None, words=words), phrase=None, clauses=()):
+            return [Edit(f"acts on {words.partition(' ')[2]}")]
+        case _:
+            return []
 
 
 def _kind(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Note, alternatives, leaving_out
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, NUMBER, Dimension, describe, show
 from tissuec.fuzzy.axis import Axis
@@ -103,7 +103,7 @@ class ScaleReader:
                 "TIS305",
                 f"{self.name.text} belongs to matter, not to springs or nodes",
                 applies.span,
-                hint='leave out "applies to"',
+                hint=leaving_out('leave out "applies to"', applies.span),
             )
         return "matter", None
 

@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.errors import Edit, Hint, Note, insertion
+from tissuec.core.errors import Edit, Hint, Note, insertion, leaving_out
 from tissuec.core.fields import Measure, OneOf, Point
 from tissuec.core.source import Span
 from tissuec.engine.integrators import INTEGRATORS
@@ -120,7 +120,11 @@ def _contact_law(
                 "TIS306",
                 "contact stiffness and contact surface stiffness say the same",
                 places["contact surface stiffness"],
-                hint="write one of them",
+                hint=leaving_out(
+                    "write one of them",
+                    places["contact surface stiffness"],
+                    places["contact stiffness"],
+                ),
                 notes=(Note("the other one", places["contact stiffness"]),),
             )
         return ContactLaw(
@@ -208,7 +212,9 @@ def _refuse_contradictions(
             "TIS306",
             "a fixed step cannot promise a tolerance",
             places["tolerance"],
-            hint="write step or tolerance, not both",
+            hint=leaving_out(
+                "write step or tolerance, not both", places["tolerance"], places["step"]
+            ),
         )
     if not is_whole:
         return

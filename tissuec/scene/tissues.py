@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from tissuec.core.errors import Edit, Hint, Note, alternatives, proposal
+from tissuec.core.errors import Edit, Hint, Note, alternatives, leaving_out, proposal
 from tissuec.core.fields import Measure
 from tissuec.core.source import Span
 from tissuec.fuzzy.axis import OutOfRange
@@ -134,7 +134,7 @@ class TissueReader:
                 "TIS306",
                 f'"{law.name}" and "spring constant" say the same of a tissue',
                 law.span,
-                hint="write one of them",
+                hint=leaving_out("write one of them", law.span, given["spring constant"].span),
                 notes=(Note("the other one", given["spring constant"].span),),
             )
         at_rest = {E.name: 0.0, REST.name: 1.0, MODULUS.name: np.nan}
@@ -253,7 +253,7 @@ class TissueReader:
                     f'"{QUANTITIES[key].name}" and "{QUANTITIES[rival].name}" say the same of '
                     "a tissue",
                     item.span,
-                    hint="write one of them",
+                    hint=leaving_out("write one of them", item.span, entries[rival]),
                     notes=(Note("the other one", entries[rival]),),
                 )
             written.numbers.pop(rival, None)

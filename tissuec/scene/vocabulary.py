@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Edit, Hint, Note, alternatives, leaving_out
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER
 from tissuec.fuzzy import conditions as c
@@ -118,7 +118,11 @@ class RulesReader:
                 "two rules with the same condition "
                 f"conclude different words for {clash.quantity}",
                 spans[clash.second],
-                hint="leave one of them out, or let their conditions differ",
+                hint=leaving_out(
+                    "leave one of them out, or let their conditions differ",
+                    spans[clash.second],
+                    spans[clash.first],
+                ),
                 notes=(Note("the other rule", spans[clash.first]),),
             )
         base = RuleBase(
@@ -223,7 +227,7 @@ class RulesReader:
                     "TIS312",
                     '"between" belongs to a tissue, not to a rule',
                     node.phrase.span,
-                    hint="join two tests with or",
+                    hint=Hint("join two tests with or", Edit(_either(node), node.span)),
                 )
             case _:
                 return c.Is(key, words[0])
@@ -271,3 +275,13 @@ def find_property(name: s.Name, vocabulary: Vocabulary, rules: str, scope: Scope
             hint=alternatives(name.text, names, what="properties"),
         )
     return vocabulary.properties[name.key]
+
+
+def _either(node: s.Is) -> str:
+    """Return the tests for each of the words of a phrase with ``between``."""
+    name, text = node.subject.span.text, node.span.source.text
+    tests = " or ".join(f"{name} is {word.span.text}" for word in node.phrase.words)
+    is_alone = text[: node.span.start].endswith("if ") and text.startswith(
+        " then", node.span.end
+    )
+    return tests if is_alone else f"({tests})"

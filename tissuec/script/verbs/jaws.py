@@ -1,10 +1,12 @@
 """How jaws move towards each other or apart."""
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
 
 from tissuec.core import units
+from tissuec.core.errors import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.forces.load import LoadTerm
 from tissuec.mechanics.state import State
@@ -22,11 +24,22 @@ def read_jaws(order: Order) -> tuple[str, float, TimeProfile]:
     """Return the forceps named behind the verb, how far they go [m], and the profile."""
     tool, way = order.mover().name, order.number("by", units.LENGTH)
     if way <= 0.0:
-        hint = "to go the other way, write close instead of open, or open instead of close"
+        hint = Hint(
+            "to go the other way, write close instead of open, or open instead of close",
+            *_turned_round(order),
+        )
         order.reject("TIS308", "jaws move by a length above 0", hint=hint, word="by")
     profiles = order.profiles(default="")
     refuse_jump(order, profiles)
     return tool, way, profiles[0]
+
+
+def _turned_round(order: Order) -> list[Edit]:
+    """Return the edit that writes the other verb and a length above 0, if one is negative."""
+    verb, _, rest = order.span.text.partition(" ")
+    other = {"open": "close", "close": "open"}.get(verb.lower())
+    way, count = re.subn(r"\bby\s*-\s*(?=[0-9])", "by ", rest)
+    return [Edit(f"{other} {way}", order.span)] if other and count == 1 else []
 
 
 def flaw_of_jaws(network: Network, tool: str) -> str:
