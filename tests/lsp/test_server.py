@@ -374,3 +374,48 @@ async def fix(path: Path) -> None:
 
 def test_a_hint_is_offered_as_a_quick_fix():
     carry_out(fix(SCENES / "bad" / "word_misspelt.tis"))
+
+
+async def fixed(paths: list[Path]) -> None:
+    """Ask for the fixes of what is told of texts, and make each."""
+    async with editor() as client:
+        for path in paths:
+            raw = path.read_text(encoding="utf-8")
+            uri, document = client.open(path), lsp.TextDocumentIdentifier(path.as_uri())
+            await client.until(uri, bool)
+            told = client.told[uri]
+            place = lsp.Range(lsp.Position(0, 0), lsp.Position(raw.count("\n"), 0))
+            context = lsp.CodeActionContext(told, only=[lsp.CodeActionKind.QuickFix])
+            offered = await client.text_document_code_action_async(
+                lsp.CodeActionParams(document, place, context)
+            )
+            for action in offered:
+                (about,) = action.diagnostics
+                ((where, (edit,)),) = action.edit.changes.items()
+                assert where == uri and about in told
+                client.change(uri, with_edit(raw, edit))
+                before = told.count(about)
+                await client.until(
+                    uri,
+                    lambda found, about=about, before=before: (
+                        sum(one.message == about.message for one in found) < before
+                    ),
+                )
+                client.change(uri, raw)
+                await client.until(uri, lambda found, about=about: about in found)
+            client.text_document_did_close(lsp.DidCloseTextDocumentParams(document))
+
+
+def with_edit(raw: str, edit: lsp.TextEdit) -> str:
+    """Return an ASCII text after an edit."""
+    lines = raw.splitlines(keepends=True)
+    start, end = (
+        sum(map(len, lines[: place.line])) + place.character
+        for place in (edit.range.start, edit.range.end)
+    )
+    return raw[:start] + edit.new_text + raw[end:]
+
+
+def test_quick_fixes_are_made_by_a_client():
+    names = ("param_not_used", "table_beside_mesh", "open_backwards", "step_and_tolerance")
+    carry_out(fixed([SCENES / "bad" / f"{name}.tis" for name in names]))

@@ -12,6 +12,7 @@ from pygls.exceptions import JsonRpcInvalidParams
 from tissuec.core.errors import TissueError
 from tissuec.lsp import completion, navigation
 from tissuec.lsp.findings import Checked
+from tissuec.lsp.fixes import fixes_at
 from tissuec.lsp.hover import hover
 from tissuec.lsp.layout import formatted
 from tissuec.lsp.semantic_tokens import KINDS, tokens
@@ -26,6 +27,7 @@ _TOKEN_TYPES = {
     "keyword": "keyword", "part": "class", "entry": "property", "verb": "function",
     "measure": "method", "word": "enumMember", "name": "variable", "sign": "operator",
 }  # fmt: skip
+_QUICK_FIX = lsp.CodeActionKind.QuickFix.value
 _ITEM = lsp.CompletionItemKind
 _ITEM_KINDS = {
     "part": _ITEM.Class, "entry": _ITEM.Property, "verb": _ITEM.Function,
@@ -206,14 +208,14 @@ def _rename(server: Session, parameters: lsp.RenameParams) -> lsp.WorkspaceEdit 
 
 def _fixes(server: Session, parameters: lsp.CodeActionParams) -> list[lsp.CodeAction]:
     """Return the edits that hints propose for findings at a place."""
-    checked = server.checked.get(server.path(parameters.text_document.uri))
-    lines = range(parameters.range.start.line, parameters.range.end.line + 1)
-    return [
-        server.action(finding, edit)
-        for finding in (checked.diagnostics if checked else ())
-        for edit in finding.edits
-        if finding.span is not None and finding.span.line - 1 in lines
-    ]
+    path, place = server.path(parameters.text_document.uri), parameters.range
+    only = parameters.context.only
+    if only is not None and not any(_QUICK_FIX.startswith(kind) for kind in only):
+        return []
+    found = fixes_at(
+        path, place.start.line, place.end.line, server.checked.values(), server.desk
+    )
+    return [server.action(fix) for fix in found]
 
 
 def _symbols(server: Session, parameters: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:

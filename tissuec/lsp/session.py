@@ -12,12 +12,13 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
 from tissuec import __version__
-from tissuec.core.errors import Diagnostic, Edit
+from tissuec.core.errors import Diagnostic
 from tissuec.core.source import Span
 from tissuec.lsp import navigation
 from tissuec.lsp.documents import Desk
 from tissuec.lsp.error_docs import address_of
 from tissuec.lsp.findings import Checked, check
+from tissuec.lsp.fixes import Fix
 from tissuec.lsp.positions import Positions
 from tissuec.lsp.views import View, view_of
 
@@ -177,19 +178,17 @@ class Session(LanguageServer):
             related_information=self._related(one),
         )
 
-    def action(self, finding: Diagnostic, edit: Edit) -> lsp.CodeAction:
-        """Return an edit that the hint of a finding proposes, as the protocol has it."""
-        assert edit.span is not None and edit.span.source.path is not None
-        path = edit.span.source.path
-        text = " ".join(edit.text.split())
-        title = f'Write "{text}"' if text else f'Remove "{edit.span.one_line}"'
-        change = lsp.TextEdit(self.range(path, edit.span.start, edit.span.end), edit.text)
+    def action(self, fix: Fix) -> lsp.CodeAction:
+        """Return a quick fix as the protocol has it."""
+        where = fix.finding.span
+        assert where is not None and where.source.path is not None
+        place = self.range(fix.path, fix.place.start, fix.place.end)
         return lsp.CodeAction(
-            title,
+            fix.title,
             lsp.CodeActionKind.QuickFix,
-            [self._shown(finding, path)],
-            is_preferred=len(finding.edits) == 1,
-            edit=lsp.WorkspaceEdit({self.uri(path): [change]}),
+            [self._shown(fix.finding, where.source.path)],
+            is_preferred=fix.is_preferred,
+            edit=lsp.WorkspaceEdit({self.uri(fix.path): [lsp.TextEdit(place, fix.text)]}),
         )
 
     def _related(self, one: Diagnostic) -> list[lsp.DiagnosticRelatedInformation]:

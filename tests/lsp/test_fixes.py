@@ -1,0 +1,125 @@
+"""Quick fixes: every edit of a hint is offered, and after it its finding is gone."""
+
+import pytest
+
+from tests.lsp.desks import BAD, SCENES
+from tissuec.core.errors import removal
+from tissuec.core.resources import library
+from tissuec.core.source import Source, Span
+from tissuec.lsp.documents import Desk
+from tissuec.lsp.findings import check
+from tissuec.lsp.fixes import fixes_at
+from tissuec.lsp.positions import Positions
+from tissuec.scene.imports import read_source
+
+
+def is_plain(path):
+    raw = path.read_bytes()
+    return b"# set: " not in raw and b"\0" not in raw and b"\xe9" not in raw
+
+
+PLAIN = [path for path in BAD if is_plain(path)]
+
+
+def kinds(findings):
+    return sorted((one.code, one.message) for one in findings)
+
+
+def applied(desk, fix):
+    """Return a text after an edit that is made by lines and columns, as editors make it."""
+    raw = desk.raw(fix.path)
+    positions = Positions(raw)
+    lines = raw.splitlines(keepends=True)
+    start, stop = (
+        sum(map(len, lines[: place.line])) + _index(lines, place)
+        for place in map(positions.position, (fix.place.start, fix.place.end))
+    )
+    return raw[:start] + fix.text + raw[stop:]
+
+
+def _index(lines, place):
+    """Return how many characters of a line stand before a column, in units of UTF-16."""
+    if place.line >= len(lines):
+        return 0
+    units = lines[place.line].encode("utf-16-le")[: 2 * place.character]
+    return len(units.decode("utf-16-le"))
+
+
+def offered(desk, path, checked):
+    """Return what is offered at each finding, by the text and place of the edit."""
+    for finding in checked.diagnostics:
+        if finding.span is None:
+            continue
+        line = finding.span.line - 1
+        fixes = fixes_at(finding.span.source.path, line, line, [checked], desk)
+        for edit in finding.edits:
+            yield (
+                finding,
+                next(fix for fix in fixes if (fix.text, fix.place) == (edit.text, edit.span)),
+            )
+
+
+@pytest.mark.parametrize("path", PLAIN, ids=lambda path: path.stem)
+def test_every_edit_of_a_hint_is_offered_and_its_finding_goes(path):
+    desk = Desk()
+    before = check(desk, path)
+    for finding, fix in offered(desk, path, before):
+        desk.put(fix.path, applied(desk, fix))
+        kind = finding.code, finding.message
+        after = kinds(check(desk, path).diagnostics)
+        assert after.count(kind) < kinds(before.diagnostics).count(kind), fix.title
+        desk.take_away(fix.path)
+
+
+def test_a_finding_of_another_file_is_fixed_there(tmp_path):
+    scene, words, desk = tmp_path / "scene.tis", tmp_path / "words.tis", Desk()
+    desk.put(scene, 'language 1\nuse "./words"\n\n')
+    desk.put(words, "language 1\n\ntissue silk { mass = 1 }\n")
+    checked = check(desk, scene)
+    assert [one.code for one in checked.diagnostics] == ["TIS501"]
+    assert fixes_at(scene, 0, 9, [checked], desk) == []
+    (fix, *_) = fixes_at(words, 2, 2, [checked, checked], desk)
+    assert fix.path == words
+    assert fixes_at(words, 0, 1, [checked], desk) == []
+
+
+def test_nothing_is_offered_for_a_text_that_has_changed_since():
+    path, desk = SCENES / "bad" / "word_misspelt.tis", Desk()
+    checked = check(desk, path)
+    assert fixes_at(path, 0, 99, [checked], desk)
+    desk.put(path, f"# one line more\n{desk.raw(path)}")
+    assert fixes_at(path, 0, 99, [checked], desk) == []
+
+
+def test_no_shipped_file_is_fixed():
+    path, desk = library() / "tissues" / "fat.tis", Desk()
+    desk.put(path, desk.raw(path).replace("language 1", "langage 1"))
+    checked = check(desk, path)
+    assert any(one.edits for one in checked.diagnostics)
+    assert fixes_at(path, 0, 99, [checked], desk) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "left"),
+    [
+        ("a\n«param b»\nc", "a\nc"),
+        ("a\n  «param b»  # a remark\nc", "a\nc"),
+        ("a\n«param b»", "a\n"),
+        ("x { «b»; c }", "x { c }"),
+        ("x { a; «b» }", "x { a }"),
+        ("x { a; «b»; c }", "x { a; c }"),
+        ("x {\n  a; «b»\n  c }", "x {\n  a\n  c }"),
+        ("x { «b» }", "x {  }"),
+        ("at 0 s: «b»\nc", "at 0 s: \nc"),
+    ],
+)
+def test_a_statement_is_removed_with_its_separator(text, left):
+    start, end = text.index("«"), text.index("»") - 1
+    source = Source("t", text.replace("«", "").replace("»", ""))
+    edit = removal(Span(source, start, end))
+    assert source.text[: edit.span.start] + edit.text + source.text[edit.span.end :] == left
+
+
+def test_a_bad_scene_is_plain_text_as_the_desk_reads_it():
+    for path in PLAIN[::9]:
+        assert Desk().read(path, path.name).text == read_source(path, path.name).text
