@@ -123,3 +123,10 @@ def test_a_statement_is_removed_with_its_separator(text, left):
 def test_a_bad_scene_is_plain_text_as_the_desk_reads_it():
     for path in PLAIN[::9]:
         assert Desk().read(path, path.name).text == read_source(path, path.name).text
+
+
+def test_a_table_of_a_body_without_mesh_has_no_edit(tmp_path):
+    path, desk = tmp_path / "scene.tis", Desk()
+    text = 'body net { }\ntable nodes of net in mm with columns "id x" { 1 0 }\n'
+    desk.put(path, f"language 1\n{text}simulate {{ duration = 1 s }}\n")
+    assert all(not one.edits or one.span for one in check(desk, path).diagnostics)

@@ -473,12 +473,13 @@ class _BodyReader:
         if self.is_explicit:
             return explicit_tables(self.name, self.block.head, tables, self.laws, self.findings)
         if tables:
+            edits = (
+                Edit("mesh is explicit", self.once[key]) for key in self.once if key == "mesh"
+            )
             self.findings.reject(
                 "TIS306",
                 f"body {self.name.text} has a mesh and a table",
                 next(iter(tables.values())).name.span,
-                hint=Hint(
-                    "write mesh is explicit", Edit("mesh is explicit", self.once["mesh"])
-                ),
+                hint=Hint("write mesh is explicit", *edits),
             )
         return None
