@@ -14,6 +14,7 @@ REGIONS = """body bed { mesh is lattice { cell = 1 mm }; tissue is fallopian tub
   region pad where z > 2 mm { tissue is fallopian tube }
   """
 SETS = "set waist = nodes of oviduct where x > 1 mm\ntool forceps A { kind is forceps }\n"
+TOE = "tissue t like fallopian tube { spring law is toe { strain = 3 % } }\n"
 
 
 def offered(text):
@@ -77,8 +78,8 @@ def written(text):
         ("rules r { if hardness is soft then viscosity is ‸", ["low", "medium", "high"]),
         ("learn t { ‸ }", ["data", "fit", "adjust", "hold out", "passes", "against column"]),
         ("learn t { adj‸ }", ["adjust"]),
-        ("learn t { adjust ‸ }", ["spring constant", "stiffening", "start position", "lift"]),
-        ("learn t { adjust = [‸] }", ["spring constant", "viscosity", "strain"]),
+        (TOE + "learn t { adjust ‸ }", ["spring constant", "strain", "start position", "lift"]),
+        (TOE + "learn t { adjust = [‸] }", ["spring constant", "viscosity", "strain"]),
         (BODY + "learn t { adjust mass of ‸ }", ["fallopian tube", "oviduct"]),
         ("learn t { adjust words of ‸ }", ["hardness", "spring constant"]),
         ("learn t { adjust mass of oviduct per ‸ }", ["node", "region"]),

@@ -13,15 +13,19 @@ from tissuec.core.units import (
     parse_unit,
     show,
     si_unit,
+    suggested_unit,
     units_shown,
 )
 from tissuec.lang import syntax as s
-from tissuec.lang.words import DECLARING_WORDS, TIME_WORDS, written_name
+from tissuec.lang.prospects import accepted_behind, first_token
+from tissuec.lang.words import CONTINUING, DECLARING_WORDS, TIME_WORDS, written_name
 from tissuec.lsp.blocks import block_of
 from tissuec.lsp.context import Phrase, phrase_at_end
+from tissuec.lsp.structure import Statement
 from tissuec.lsp.terms import Term
-from tissuec.lsp.tokens import STRING
+from tissuec.lsp.tokens import SIGN, STRING, Lexeme
 from tissuec.lsp.views import Symbol, View
+from tissuec.lsp.written import left_out_of
 from tissuec.meshes.formats import FORMATS
 from tissuec.scene.library import SUFFIX, Library, files_of
 from tissuec.scene.meanings import RESERVED as MEANINGS
@@ -66,7 +70,39 @@ def complete(view: View, offset: int) -> list[Proposal]:
     if phrase.expected.files or (phrase.parts and phrase.parts[-1].kind == STRING):
         return _in_quotes(view, phrase, offset)
     found = [*_of_phrase(view, phrase), *_keywords(view, phrase, following, offset)]
-    return _narrowed(found, view.source.text, offset)
+    return _narrowed(_readable(view, found, statement), view.source.text, offset)
+
+
+def _readable(
+    view: View, found: Iterable[Proposal], statement: Statement
+) -> Iterator[Proposal]:
+    """Yield what the grammar lets stand in its place; all if the statement is wrong before."""
+    text, known = view.source.text, dict[int, frozenset[str] | None]()
+    first = next((one for one in view.structure.statements if one.parts), statement)
+    for one in found:
+        before = [part for part in statement.parts if part.stop <= one.start]
+        if before and _ends_before(before, text[before[-1].stop : one.start], one):
+            continue
+        kind = first_token(one.insert)
+        if one.kind == "unit" and before and before[-1].text[-1] in "0123456789)":
+            # Together with its unit, a number or a closing bracket is another token.
+            kind = "RPAR_UNIT" if before.pop().text == ")" else "QUANTITY"
+        if len(before) not in known:
+            beginning = " ".join(part.text for part in before)
+            known[len(before)] = accepted_behind(
+                beginning, is_heading=statement.start <= first.start
+            )
+        accepted = known[len(before)]
+        if accepted is None or kind in accepted:
+            yield one
+
+
+def _ends_before(before: list[Lexeme], gap: str, one: Proposal) -> bool:
+    """Return whether a line end ends the statement that one would continue."""
+    if "\n" not in gap or one.insert.split(" ")[0] in CONTINUING:
+        return False
+    signs = [part.text for part in before if part.kind == SIGN]
+    return sum(sign in "([" for sign in signs) <= sum(sign in ")]" for sign in signs)
 
 
 def _narrowed(found: Iterable[Proposal], text: str, offset: int) -> list[Proposal]:
@@ -84,11 +120,14 @@ def _of_phrase(view: View, phrase: Phrase) -> Iterator[Proposal]:
     expected = phrase.expected
     if expected.scale:
         yield from _words(view, phrase)
+    left_out = left_out_of(view, phrase)
     for symbol in _symbols(view, phrase):
-        yield _name(symbol, phrase)
+        if symbol.key not in left_out:
+            yield _name(symbol, phrase)
     for terms in expected.terms:
-        for term in terms.values():
-            yield _term(term, phrase)
+        for key, term in terms.items():
+            if key not in left_out:
+                yield _term(term, phrase)
     if expected.unit:
         yield from _units(phrase, expected.dimension)
 
@@ -152,13 +191,14 @@ def _units(phrase: Phrase, dimension: Dimension | None) -> Iterator[Proposal]:
 
 def _of_dimension(dimension: Dimension) -> list[str]:
     """Return the units of a dimension, those that people are shown first."""
-    listed = [*units_shown(dimension), si_unit(dimension)]
+    # A number cannot be followed by the 1 of 1/s.
+    listed = [*units_shown(dimension), suggested_unit(dimension), si_unit(dimension)]
     simple = (
         symbol
         for symbol, (_, other) in SYMBOLS.items()
         if other == dimension and "µ" not in symbol and "μ" not in symbol
     )
-    return [unit for unit in dict.fromkeys((*listed, *simple)) if unit]
+    return [unit for unit in dict.fromkeys((*listed, *simple)) if unit and unit[0] != "1"]
 
 
 def _keywords(

@@ -17,7 +17,7 @@ from tissuec.lang.words import JOINING_WORDS, RESERVED, TIME_WORDS
 from tissuec.lsp import terms as t
 from tissuec.lsp.blocks import block_of
 from tissuec.lsp.following import FOLLOWING
-from tissuec.lsp.orders import CHANGED, DIMENSIONS, PLACEHOLDERS, forms_of
+from tissuec.lsp.orders import CHANGED, DIMENSIONS, forms_of, kinds_for
 from tissuec.lsp.structure import Statement
 from tissuec.lsp.terms import Block, Term, Terms
 from tissuec.lsp.tokens import KEYWORD, NUMBER, SIGN, STRING, UNIT, Lexeme
@@ -29,6 +29,14 @@ from tissuec.script.verbs import VERBS
 #: Kinds of names that numbers, and that orders, are about.
 NUMBERS = ("param", "let")
 SUBJECTS = ("set", "body", "joint", "tool")
+#: Of those, what has nodes; by the sorts of sets and tools.
+NODES = ("nodes", "body")
+#: What a measure is taken of, by what it takes.
+MEASURED_OF = {
+    "nodes": (*NODES, "holding"),
+    "springs": ("set", "body", "joint"),
+    "any": ("set", "body", "joint", "holding"),
+}
 #: All of these differ from one another, so that a name tells which of them it is.
 ONE_NAMESPACE = (*NUMBERS, *SUBJECTS, "force")
 
@@ -383,7 +391,7 @@ class _Reading:
             kind
             for form in forms_of(self.head)
             if form.literal == literal
-            for kind in PLACEHOLDERS.get(form.placeholder, ())
+            for kind in kinds_for(self.head, literal, form.placeholder)
         )
         return tuple(dict.fromkeys(kinds))
 
@@ -418,12 +426,26 @@ class _Reading:
         if call in t.HEDGE_TERMS and self.commas[-1]:
             return Expected((t.DIRECTION_TERMS,))
         if self.behind_where:
-            return self._number(t.conditions())
+            return self._number(self._conditions(before))
         if self.block.kind in ("tissue", "law") and self.subject in t.FORMULAS:
             return self._formula()
         if self.clause:
             return self._in_clause(before)
         return self._plain(call)
+
+    def _conditions(self, before: Lexeme) -> Terms:
+        """Return what nodes or springs are chosen by, and can stand behind a part."""
+        place = self.parts.index(before)
+        texts = [part.text for part in self.parts[: place + 1]]
+        while len(texts) > 1 and texts[-1] == "(":
+            texts.pop()
+        since = max((n for n, text in enumerate(texts) if text == "between"), default=-1)
+        is_limit = texts[-1] == "and" and since >= 0 and "and" not in texts[since:-1]
+        begins = texts[-1] in ("where", "and", "or", "not") and not is_limit
+        found = t.conditions(of_springs="springs" in texts, are_tests=begins)
+        if self.block.kind == "body":  # regions are there before ids are
+            return {key: term for key, term in found.items() if key != "id"}
+        return found
 
     def _plain(self, call: str) -> Expected:
         """Return what stands behind ``=`` and the like."""
@@ -431,7 +453,8 @@ class _Reading:
             case "", ("param" | "let" | "set") if not self.behind_equal:
                 return Expected(declares=self.head)
             case "", "set":
-                return Expected(names=SUBJECTS) if call == "[" else Expected((t.CHOSEN_FROM,))
+                parts = ("set", "body", "joint")
+                return Expected(names=parts) if call == "[" else Expected((t.CHOSEN_FROM,))
             case "", "hedge":
                 return self._number(t.HEDGE_TERMS)
             case ("", "expect"):
@@ -441,9 +464,10 @@ class _Reading:
             case ("learn", _) if self.subject in ("data", "hold out") and self.behind_equal:
                 return Expected(files="data")
             case ("learn", _) if self.subject == "adjust":
-                return Expected((t.adjusted(),), ("param",))
+                known = t.adjusted_in_lists() if call == "[" else t.adjusted()
+                return Expected((known,), ("param",))
             case ("learn", _) if self.subject == "fit":
-                return self._number(t.fitted())
+                return Expected((t.fitted(),))
             case "", "table":
                 return Expected((t.CHOSEN_FROM,))
             case (("property" | "quantity"), _):
@@ -460,7 +484,9 @@ class _Reading:
             return Expected((t.FORMULAS[self.subject],), declares="variable")
         between = self.parts[texts.index("of") + 1 : texts.index("=")] if "of" in texts else []
         own = t.plain(t.VARIABLE, [part.text for part in between if part.is_name])
-        return self._number(own, t.FORMULAS[self.subject])
+        meant = set(t.ARGUMENTS[self.subject]) - set(own)
+        known = t.FORMULAS[self.subject].items()
+        return self._number(own, {key: term for key, term in known if key not in meant})
 
     def _number(self, *known: Terms) -> Expected:
         return Expected((*known, t.functions()), NUMBERS, dimension=self._dimension())
@@ -474,8 +500,19 @@ class _Reading:
         if call == "count" and before.text == "(":
             return Expected((t.COUNTED,))
         if before.text in ("(", ",", "of"):
-            return Expected(names=SUBJECTS if before.text != "," else (*SUBJECTS, *NUMBERS))
+            place = self.parts.index(before)
+            names = self._measured_of(self._last_words(place) if call == "count" else call)
+            is_time = before.text == "," and call in MEASURES
+            if is_time and self.commas[-1] >= MEASURES[call].subjects:
+                return self._number()._replace(dimension=units.TIME)
+            return Expected(names=names)
         return self._number()
+
+    def _measured_of(self, measure: str) -> tuple[str, ...]:
+        """Return kinds of names of what a measure is taken of."""
+        if measure in MEASURES:
+            return MEASURED_OF[MEASURES[measure].takes]
+        return NODES
 
     def _in_clause(self, before: Lexeme) -> Expected:
         """Return what stands behind a joining word, or further on in what it joins."""
@@ -496,11 +533,13 @@ class _Reading:
             case "tissue" if word == "per":
                 return self._number()._replace(dimension=units.LENGTH)
             case "joint" | "force":
-                return Expected(names=("set", "body"))
+                return Expected(names=NODES)
             case "learn":
                 return self._in_learning(word)
+            case "output" if self.subject == "surface":
+                return Expected(names=("body",))
             case "output" if word in ("of", "to"):
-                return Expected(names=SUBJECTS)
+                return Expected(names=self._measured_of(self.subject))
             case "output":
                 return self._number()._replace(dimension=units.TIME)
             case "quantity" if word == "to" and self.subject == "applies":
@@ -541,7 +580,8 @@ class _Reading:
             case (("property" | "quantity"), "on"):
                 return Expected((t.LOG_SCALE,))
             case "set", "of":
-                return Expected(names=("body", "joint"))
+                texts = [part.text for part in self.parts]
+                return Expected(names=("body",) if "nodes" in texts else ("body", "joint"))
             case "table", "of":
                 return Expected(names=("body",))
             case "table", "in":
@@ -565,8 +605,8 @@ class _Reading:
             first = content[0]
             if first in ("PROFILE", "COURSE"):
                 known |= t.profiles()
-            elif first in PLACEHOLDERS:
-                names += PLACEHOLDERS[first]
+            elif found := kinds_for(self.head, self.object, first):
+                names += found
             elif first.isupper():
                 is_first = False
             else:

@@ -386,7 +386,7 @@ def _measured() -> list[Rule]:
             rf"\b({_any(terms.errors())})\s*(\()\s*({_any(terms.ERRORS_OF)})",
             {1: "measure", 2: "sign", 3: "word"},
         ),
-        *_called({**terms.measures(), **terms.errors()}),
+        *_called({**terms.logged(), **terms.measures(), **terms.errors()}),
         _listed(terms.RUN, r"(?<=\bover)\s+"),
     ]
 

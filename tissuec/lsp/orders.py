@@ -10,11 +10,18 @@ from tissuec.scene.quantities import QUANTITIES
 from tissuec.script.verbs import VERBS
 from tissuec.script.verbs.change import PARAMETERS
 
-#: Kinds of names that the capital words of forms stand for.
-PLACEHOLDERS: dict[str, tuple[str, ...]] = {
-    "SET": ("set", "body"), "BODY": ("body",), "TOOL": ("tool",), "THREAD": ("body",),
-    "JOINT": ("joint", "set"), "NOZZLE": ("tool",),
+#: Kinds of names, or sorts of them, that the capital words of forms stand for.
+_PLACEHOLDERS: dict[str, tuple[str, ...]] = {
+    "SET": ("nodes", "body"), "BODY": ("body",), "TOOL": ("holding",), "THREAD": ("body",),
+    "JOINT": ("joint", "set"), "NOZZLE": ("nozzle",),
 }  # fmt: skip
+#: With which kind of tool verbs do what they do.
+_TOOLS = {
+    "grasp": "forceps", "release": "forceps", "open": "forceps", "close": "forceps",
+    "cut": "scissors",
+}  # fmt: skip
+#: What is changed of nodes, and not of springs.
+_OF_NODES = ("mass", "velocity", "spin")
 #: Dimensions of numbers that they stand for.
 DIMENSIONS: dict[str, Dimension] = {
     "FORCE": units.FORCE, "FORCES": units.FORCE, "LENGTH": units.LENGTH, "POINT": units.LENGTH,
@@ -31,6 +38,20 @@ CHANGED = {
     "gravity": units.ACCELERATION, "damping": units.VISCOSITY, "velocity": units.VELOCITY,
     "spin": units.FREQUENCY, "rest length": units.LENGTH,
 }  # fmt: skip
+
+
+def kinds_for(verb: str, literal: str, placeholder: str) -> tuple[str, ...]:
+    """Return kinds of names that stand for a placeholder of the forms of a verb.
+
+    Args:
+        literal: What the verb does something to by words, such as "spring constant".
+    """
+    of_springs = verb == "cut" or (verb == "change" and literal not in _OF_NODES)
+    if placeholder == "SET" and of_springs:
+        return ("set", "body", "joint")
+    if placeholder == "TOOL" and verb in _TOOLS:
+        return (_TOOLS[verb],)
+    return _PLACEHOLDERS.get(placeholder, ())
 
 
 class Form(NamedTuple):

@@ -8,6 +8,7 @@ from functools import cache
 from typing import NamedTuple, TypeAlias
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.compiler.learn_expectations import ALL, ERROR, HELD_OUT
 from tissuec.compiler.profiles import PROFILES
@@ -160,7 +161,9 @@ def entries(block: Block) -> Terms:
                 bending=_bending(),
                 fibres=_fibres(),
             )
-            return own | {name: _entry(entry) for name, entry in BODY_ENTRIES.items()}
+            found = own | {name: _entry(entry) for name, entry in BODY_ENTRIES.items()}
+            # It goes on with "is", or between two regions with "from".
+            return found | {"interface": replace(found["interface"], behind=" ")}
         case Block("joint"):
             own = _meant("joint", {"springs": " from "}, rupture=_rupture())
             return own | {name: _entry(entry) for name, entry in JOINT_ENTRIES.items()}
@@ -244,14 +247,13 @@ def _of_output() -> Terms:
         "precision", ENTRY, own["precision"].about, "", " is ", None,
         plain(CHOICE, ["single", "double"]),
     )  # fmt: skip
-    logged = {
+    measured = {
         name: Term(
             name, MEASURE, term.about, "", " of " if MEASURES[name].subjects else " every "
         )
-        for name, term in measures().items()
-        if name in MEASURES
+        for name, term in logged().items()
     }
-    return logged | own
+    return measured | own
 
 
 def _of_learning() -> Terms:
@@ -346,15 +348,21 @@ def verbs() -> Terms:
 
 
 @cache
-def measures() -> Terms:
-    """Return what can be measured, as it is written in conditions."""
-    found = {
+def logged() -> Terms:
+    """Return what can be measured, as outputs name it."""
+    return {
         name: Term(
             name, MEASURE, f"{described(measure)}\n\n{describe(measure.dimension)}",
             measure.form, "(" if measure.subjects else "", measure.dimension,
         )
         for name, measure in MEASURES.items()
     }  # fmt: skip
+
+
+@cache
+def measures() -> Terms:
+    """Return what can be measured, as it is written in conditions."""
+    found = {name: term for name, term in logged().items() if name not in COUNTED}
     about = "How many nodes, springs or pieces there are."
     counted = Term(
         "count", MEASURE, about, "count(nodes of A)", "(", MEASURES["nodes"].dimension
@@ -393,9 +401,26 @@ def adjusted() -> Terms:
 
 
 @cache
-def conditions() -> Terms:
-    """Return what nodes and springs are chosen by."""
-    return _by_label(Term(name, MEASURE, about) for name, about in meanings.CONDITIONS.items())
+def adjusted_in_lists() -> Terms:
+    """Return what a list of what is to be adjusted holds, where nothing says of what."""
+    return {key: replace(term, behind="") for key, term in adjusted().items()}
+
+
+@cache
+def conditions(*, of_springs: bool | None = None, are_tests: bool = True) -> Terms:
+    """Return what nodes and springs are chosen by.
+
+    Args:
+        of_springs: Whether to return that of springs or that of nodes; None for both.
+        are_tests: Whether to return that which is a test, and no number, as well.
+    """
+    left_out = {None: (), False: ("length", "bending"), True: ("surface", "group")}[of_springs]
+    left_out += () if are_tests else ("region", "group", "surface", "bending")
+    return _by_label(
+        Term(name, MEASURE, about, "", " is " if name in ("region", "group") else "")
+        for name, about in meanings.CONDITIONS.items()
+        if name not in left_out
+    )
 
 
 #: What free formulas are of, and what else stands in them, by what they are called.
@@ -408,6 +433,12 @@ FORMULAS: dict[str, Terms] = {
     )
     for called, form in FORMS.items()
 }  # fmt: skip
+
+
+#: What each of them is of, if it does not give those names of its own.
+ARGUMENTS = {
+    called: tuple(name for name, _ in form.arguments) for called, form in FORMS.items()
+}
 
 
 @cache

@@ -1,6 +1,6 @@
 """What the names in an open text stand for, as far as it and what it uses can be read."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from tissuec.scene.imports import Program, load
 from tissuec.scene.model import Tissue
 from tissuec.scene.resolve import ResolvedProgram, resolve_words
 from tissuec.scene.words import NamedScale
+from tissuec.script.tools import INSTRUMENTS
 
 
 class Symbol(Struct, frozen=True):
@@ -27,12 +28,15 @@ class Symbol(Struct, frozen=True):
     Attributes:
         kind: "param", "body", "property", "region", "word" and so on.
         within: For a word its property or quantity, for a region its body; by key.
+        sorts: Of a set what it holds, "nodes" or "springs"; of a tool its kind, and "holding"
+            if it can hold nodes. All that it may be while that is not written.
     """
 
     kind: str
     name: str
     span: Span
     within: str = ""
+    sorts: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -65,7 +69,8 @@ class View(Struct, frozen=True, eq=False, dict=True):
         """Return everything that is declared, by kind, what it is within, and key."""
         found: dict[tuple[str, str, str], Symbol] = {}
         for kind, declared in self._declared():
-            symbol = Symbol(kind, declared.name.text, declared.name.span)
+            name, sorts = declared.name, _sorts(declared, self.words)
+            symbol = Symbol(kind, name.text, name.span, "", sorts)
             found.setdefault((kind, "", symbol.key), symbol)
             for inner in _inside(kind, declared):
                 found.setdefault((inner.kind, inner.within, inner.key), inner)
@@ -78,8 +83,12 @@ class View(Struct, frozen=True, eq=False, dict=True):
                     yield kind, declared
 
     def of_kind(self, *kinds: str) -> list[Symbol]:
-        """Return the names of some kinds, in the order of declaration."""
-        return [symbol for (kind, _, _), symbol in self.symbols.items() if kind in kinds]
+        """Return the names of some kinds or sorts, in the order of declaration."""
+        return [
+            symbol
+            for symbol in self.symbols.values()
+            if symbol.kind in kinds or not set(kinds).isdisjoint(symbol.sorts)
+        ]
 
     def named(self, kinds: tuple[str, ...], key: str) -> Symbol | None:
         """Return what a name of one of these kinds stands for."""
@@ -217,6 +226,38 @@ def _words(program: Program | None) -> ResolvedProgram | None:
     except CompileError:
         return None
     return words
+
+
+def _sorts(declared: Declared, words: Words | None) -> tuple[str, ...]:
+    """Return the sorts of a set or tool."""
+    sets = words.declarations.named.get("set", {}) if words else {}
+    joints = words.declarations.named.get("joint", {}) if words else {}
+    for _ in range(len(sets) + 1):  # sets that hold each other in a circle have no end
+        match declared.item:
+            case s.Assign(keyword="set", value=s.Name(key="nodes" | "springs" as sort)):
+                return (sort,)
+            case s.Assign(keyword="set", value=s.Listing(items=(s.Name(key=key), *_))):
+                if key not in sets:
+                    return ("springs",) if key in joints else ("nodes",)
+                declared = sets[key]
+            case s.Assign(keyword="set"):
+                break
+            case s.Block(name=name, items=items) if name.words.startswith("tool"):
+                return _sorts_of_tool(items)
+            case _:
+                return ()
+    return ("nodes", "springs")
+
+
+def _sorts_of_tool(items: Iterable[s.Item]) -> tuple[str, ...]:
+    said = (
+        item.phrase.words[0].key
+        for item in items
+        if isinstance(item, s.Sentence) and item.name.key == "kind" and item.phrase
+    )
+    kind = next(said, "")
+    kinds = (kind,) if kind in INSTRUMENTS else tuple(INSTRUMENTS)
+    return kinds if kind == "scissors" else (*kinds, "holding")
 
 
 def _inside(kind: str, declared: Declared) -> Iterator[Symbol]:

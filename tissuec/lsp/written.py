@@ -1,0 +1,86 @@
+"""Words that cannot stand at a place because of what is written elsewhere in the text."""
+
+from collections.abc import Collection, Iterable
+
+from tissuec.core.names import key_of
+from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.lsp.context import Phrase
+from tissuec.lsp.structure import Statement
+from tissuec.lsp.terms import Block, entries
+from tissuec.lsp.views import View
+from tissuec.scene.declarations import SINGLE
+from tissuec.scene.laws import BY_ENTRY, LawKind
+from tissuec.scene.learn_entries import ADJUSTED, learn_schema
+from tissuec.scene.schema import entries_of
+
+#: Entries that a block can hold several times.
+_REPEATED = {
+    "tissue": ("known",), "body": ("region", "interface", "springs"), "rules": ("if",),
+}  # fmt: skip
+
+
+def left_out_of(view: View, phrase: Phrase) -> Collection[str]:
+    """Return keys of words that cannot stand in the place of a phrase.
+
+    These are entries that the block has once and that another statement writes, properties of
+    a tissue without a vocabulary, and constants to be adjusted of laws that no tissue has.
+    """
+    statement, block = phrase.statement, phrase.block
+    if block.kind == "learn" and statement.words[:1] == ["adjust"]:
+        return _constants_of_others(view)
+    if any(part.start < phrase.start for part in statement.parts):
+        return ()
+    beside = statement.outer.items if statement.outer else view.structure.statements
+    known = [*_once(block), *(_properties(view) if block.kind == "tissue" else ())]
+    written = (key_of(" ".join(one.words)) for one in beside if one.start != statement.start)
+    # The longest, for some entries begin with another one.
+    begun = {max(_beginning(text, known), key=len, default="") for text in written}
+    if block.kind in ("tissue", "law"):
+        begun |= {name for name, law in BY_ENTRY.items() if begun & _names_of(law)}
+    if block.kind == "tissue" and "described" not in begun and not _is_like(statement):
+        begun |= set(_properties(view))
+    return begun
+
+
+def _names_of(law: LawKind) -> set[str]:
+    """Return the entries that write a law, of which a tissue has one."""
+    return {law.word, *(form.name for form in law.forms)}
+
+
+def _is_like(statement: Statement) -> bool:
+    """Return whether the tissue around a statement inherits from another one."""
+    return statement.outer is not None and any(
+        part.text == "like" for part in statement.outer.parts
+    )
+
+
+def _beginning(text: str, known: Iterable[str]) -> Iterable[str]:
+    return (key for key in known if f"{text} ".startswith(f"{key} "))
+
+
+def _once(block: Block) -> Collection[str]:
+    """Return what a block, or a text outside of all blocks, holds once."""
+    match block.kind:
+        case "":
+            return SINGLE
+        case "learn":
+            return (*learn_schema(), "time", "displacement")
+        case "output":
+            return ("trajectory", "energy", "precision")
+        case kind:
+            return [key for key in entries(block) if key not in _REPEATED.get(kind, ())]
+
+
+def _properties(view: View) -> list[str]:
+    return [symbol.key for symbol in view.of_kind("property")]
+
+
+def _constants_of_others(view: View) -> Collection[str]:
+    """Return constants of laws that no tissue of the text has."""
+    if view.words is None or not view.words.tissues:
+        return ()
+    laws = [law for tissue in view.words.tissues.values() for law in tissue.laws.values()]
+    own = {name for law in laws if law.law is not None for name in entries_of(type(law.law))}
+    families = (SPRING_LAWS, VISCOSITY_LAWS)
+    every = {name for family in families for law in family.values() for name in entries_of(law)}
+    return every - own - set(ADJUSTED)
