@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import click
 from msgspec import Struct
 
+from tissuec.cli.completing import params
 from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
 from tissuec.core.printable import printable
 
@@ -143,6 +144,7 @@ def scene_options(function: F) -> F:
             "overrides",
             multiple=True,
             metavar="NAME=VALUE",
+            shell_complete=params,
             help='Give a param another value, such as "cut time=0.9 s".',
         ),
         library_option(),

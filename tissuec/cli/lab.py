@@ -17,6 +17,7 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )
+from tissuec.cli.completing import shipped_names
 from tissuec.cli.plot import OptionReader
 from tissuec.core.errors import TissueError
 from tissuec.core.units import LENGTH
@@ -37,7 +38,7 @@ def _length(text: str) -> float:
 
 
 @click.command(cls=Command)
-@click.argument("file")
+@click.argument("file", shell_complete=shipped_names("matter", "tissues", short=True))
 @click.option("--tissue", metavar="NAME", help="Examine this tissue only.")
 @click.option(
     "--thickness",

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from tissuec.cli.common import DONE, Command, Group, Settings, aligned, echo, print_json
+from tissuec.cli.completing import shipped_names
 from tissuec.core import resources
 from tissuec.core.errors import TissueError, did_you_mean
 
@@ -47,7 +48,7 @@ def show_all(settings: Settings) -> int:
 
 
 @command.command("copy", cls=Command)
-@click.argument("name")
+@click.argument("name", shell_complete=shipped_names(*KINDS, short=True, files=False))
 @click.argument("destination", default=".", type=click.Path(path_type=Path))
 @click.option("--force", is_flag=True, help="Replace a file of that name.")
 def copy(settings: Settings, name: str, destination: Path, force: bool) -> int:

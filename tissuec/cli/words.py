@@ -17,6 +17,7 @@ from tissuec.cli.common import (
     report,
     show_page,
 )
+from tissuec.cli.completing import shipped_names
 from tissuec.core.units import Dimension, show
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ DEFAULT = "fuzzy/soft_tissue"
 
 
 @click.command(cls=Command)
-@click.argument("vocabulary", default=DEFAULT)
+@click.argument("vocabulary", default=DEFAULT, shell_complete=shipped_names("fuzzy"))
 @click.option(
     "--explore",
     is_flag=True,
