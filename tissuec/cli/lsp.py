@@ -4,19 +4,29 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, Settings, library_option
+from tissuec.cli.common import DONE, Command, Settings, library_option, print_json
 from tissuec.core.errors import TissueError
+from tissuec.core.resources import grammar
 
 
 @click.command(cls=Command)
 @library_option("what texts use")
 @click.option("--stdio", is_flag=True, help="Speak over stdin and stdout, as it always does.")
-def command(settings: Settings, libraries: tuple[Path, ...], stdio: bool) -> int:
+@click.option(
+    "--vsix",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Write the extension for VS Code to this file instead.",
+)
+def command(
+    settings: Settings, libraries: tuple[Path, ...], stdio: bool, vsix: Path | None
+) -> int:
     """Answer what an editor asks about texts: a language server.
 
     Editors start it by themselves; the page "Writing scenes" of the manual says how. It reads
     requests from stdin and answers on stdout.
     """
+    if vsix is not None:
+        return _write(vsix, settings)
     try:
         import pygls.lsp.server  # noqa: F401  (told here, before anything else is loaded)
     except ImportError:
@@ -26,4 +36,24 @@ def command(settings: Settings, libraries: tuple[Path, ...], stdio: bool) -> int
     from tissuec.lsp.server import make_server
 
     make_server(libraries).start_io()
+    return DONE
+
+
+def _write(target: Path, settings: Settings) -> int:
+    """Write the extension, and say whether it can start the server."""
+    from tissuec.lsp.vsix import write_vsix
+
+    try:
+        has_client = write_vsix(target)
+    except OSError as error:
+        raise TissueError(f'cannot write "{target}": {error.strerror}') from None
+    if settings.json:
+        print_json({"file": str(target), "client": has_client})
+        return DONE
+    settings.say(f"{target}: install it with code --install-extension {target}")
+    if not has_client:
+        settings.say(
+            "it highlights, but lacks vscode-languageclient, which starts the server; with it: "
+            f'npm install in "{grammar("vscode")}", then this command again'
+        )
     return DONE
