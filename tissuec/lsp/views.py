@@ -228,7 +228,7 @@ def _words(program: Program | None) -> ResolvedProgram | None:
     return words
 
 
-def _sorts(declared: Declared, words: Words | None) -> tuple[str, ...]:
+def _sorts(declared: Declared, words: ResolvedProgram | None) -> tuple[str, ...]:
     """Return the sorts of a set or tool."""
     sets = words.declarations.named.get("set", {}) if words else {}
     joints = words.declarations.named.get("joint", {}) if words else {}
