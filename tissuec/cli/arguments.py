@@ -1,12 +1,26 @@
 """Values of options that several words make up."""
 
 import re
+from collections.abc import Callable
 from math import isfinite
 from typing import Any
 
 import click
 
 from tissuec.core.units import TIME, parse_unit
+
+
+class OptionReader(click.ParamType):
+    """A value that a function reads from a text; its ValueError says what is wrong."""
+
+    def __init__(self, read: Callable[[str], Any]):
+        self.read, self.name = read, "text"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        try:
+            return self.read(value) if isinstance(value, str) else value
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
 
 
 class TimeArgument(click.ParamType):

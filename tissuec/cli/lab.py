@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tissuec.cli.arguments import OptionReader
 from tissuec.cli.common import (
     DONE,
     FAILED,
@@ -18,7 +19,6 @@ from tissuec.cli.common import (
     scene_options,
 )
 from tissuec.cli.completing import shipped_names
-from tissuec.cli.plot import OptionReader
 from tissuec.core.errors import TissueError
 from tissuec.core.units import LENGTH
 from tissuec.view.plots.options import reader

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from tissuec.cli.arguments import OptionReader
 from tissuec.cli.common import (
     DONE,
     Command,
@@ -15,7 +16,6 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )
-from tissuec.cli.plot import OptionReader
 from tissuec.core.units import FREQUENCY
 from tissuec.view.plots.options import reader
 

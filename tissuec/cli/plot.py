@@ -1,31 +1,18 @@
 """``tissuec plot``"""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
 import click
 from msgspec.structs import fields
 
+from tissuec.cli.arguments import OptionReader
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, scene_options
 from tissuec.core.errors import alternatives
 from tissuec.view.plots import PLOTS, USUAL
 from tissuec.view.plots.options import Option, options_of
 
 SMALLEST, LARGEST = 30.0, 2000.0  # [mm]
-
-
-class OptionReader(click.ParamType):
-    """What an option of a plot is read by."""
-
-    def __init__(self, read: Callable[[str], Any]):
-        self.read, self.name = read, "text"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        try:
-            return self.read(value) if isinstance(value, str) else value
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
 
 
 def read_size(text: str) -> tuple[float, float]:
