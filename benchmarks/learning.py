@@ -118,13 +118,13 @@ def scatter(folder: Path) -> tuple[str, str]:
 
 
 def cart() -> tuple[str, str]:
-    """Return what is left of what a cart was seen to do."""
+    """Return the residuals of the positions of a cart."""
     request = Request.file(CART)
     compiled, _ = compile_request(request)
     one, last = learn(compiled, compiled.fit_problems[0], request).fitted
     (left,), (unseen,) = one.left.values(), last.left.values()
     return (
-        "The cart, 871 pictures: residual of the first three quarters, and of the last",
+        "The cart, 870 pictures: residual of the first three quarters, and of the last",
         f"{1e3 * left:.2f} px, {1e3 * unseen:.2f} px",
     )
 

@@ -2,7 +2,7 @@
 
     python docs/examples/learning/make_data.py
 
-writes the tables beside this file, but that of the cart, which was measured.
+writes the tables beside this file.
 """
 
 from pathlib import Path
@@ -27,6 +27,7 @@ def main() -> None:
     gels("gels.csv", "5 mN", seed=3)
     gels("gels_pulled_more.csv", "10 mN", seed=4)
     tendon("stretch.csv", seed=5)
+    cart("cart.csv", seed=6)
 
 
 def band(name: str, stretch: str, seed: int) -> None:
@@ -66,6 +67,22 @@ def tendon(name: str, seed: int) -> None:
     force += 2e-3 * noise.standard_normal(len(way))
     rows = zip(1e3 * way, 1e3 * force, strict=True)
     write(name, "u_mm,force_mN", [f"{u:.0f},{f:.1f}" for u, f in rows])
+
+
+def cart(name: str, seed: int) -> None:
+    """Place of a cart in whole pixels, as a camera of 29.97 Hz sees it; tracked to 0.2 px.
+
+    x'' = -(2 c x + 2 d x') / m has the solution exp(-δ t) (x0 cos ω t + (v0 + δ x0)/ω sin ω t).
+    """
+    constant, viscosity, mass, start, speed, zero = 3.0, 8e-3, 1.0, -0.18, 0.02, 80.0
+    noise = np.random.default_rng(seed)
+    time = np.round(np.arange(1, 871) / 29.97, 3)
+    decay = viscosity / mass
+    omega = np.sqrt(2.0 * constant / mass - decay**2)
+    sine, cosine = np.sin(omega * time), np.cos(omega * time)
+    swing = start * cosine + (speed + decay * start) / omega * sine
+    place = 1e3 * np.exp(-decay * time) * swing + zero + 0.2 * noise.standard_normal(len(time))
+    write(name, "t_s,x_px", [f"{t:.3f},{x:.0f}" for t, x in zip(time, place, strict=True)])
 
 
 def write(name: str, head: str, lines: list[str]) -> None:
