@@ -7,6 +7,17 @@ on each node by itself (weight, drag, loads), a ``Field`` by where nodes are (vo
 contact, jets, ``force`` blocks). Beside ``state``, which holds them, and the reference,
 which has formulas of its own, nothing knows them by more than that. Members of ``FORCES`` are
 the kinds of ``force NAME { kind is … }`` in a scene. ``accelerations`` sums up all of them.
+
+Shared arguments:
+    time: Time [s].
+    x: Positions of all nodes [m], flat, shape (3 node,).
+    v: Velocities of all nodes [m/s], flat, shape (3 node,).
+    a: Accelerations of all nodes [m/s²], flat, shape (3 node,).
+    f: Forces on all nodes [N], flat, shape (3 node,); a kernel adds to them.
+    power: Power supplied from outside and power dissipated [W], shape (2,); a kernel adds to
+        them.
+    part, parts: Index of this thread's share of the loop, and the number of shares.
+    net: Record of the network; its fields give the shapes and units.
 """
 
 from abc import ABCMeta, abstractmethod
@@ -42,12 +53,17 @@ class _Abstract(StructMeta, ABCMeta):
 
 
 class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
-    """What acts on nodes; arrays stand in the order of the scene.
+    """Something that acts on nodes; arrays are in the order of nodes of the scene.
 
-    Arguments have the same meaning in all functions: ``time`` [s] of shape (…); ``position``
-    [m] and ``velocity`` [m/s] of all nodes, shape (…, node, 3), or (node, 3) where the result
-    is one number or matrix; ``number`` of each node among those that may move, -1 for others,
-    and the ``size`` of these, so that matrices are of shape (3 size, 3 size).
+    Shared arguments:
+        time: Time [s], shape (…) or a number.
+        position: Of all nodes [m], shape (…, node, 3), or (node, 3) where the result is one
+            number or matrix.
+        velocity: Of all nodes [m/s], shape as ``position``.
+        to: Forces on all nodes that are added to [N], shape (…, node, 3).
+        number: Of each node among those that may move, -1 for others, shape (node,).
+        size: Number of nodes that may move; matrices have the shape (3 size, 3 size).
+        exact: Whether the matrix includes the parts that may make it indefinite.
     """
 
     @abstractmethod
@@ -58,9 +74,9 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
 
     @abstractmethod
     def powers(self, time: Floats | float, position: Floats, velocity: Floats) -> Floats:
-        """Return the powers that are put in from outside and lost [W], shape (…, 2).
+        """Return the powers supplied from outside and dissipated [W], shape (…, 2).
 
-        What moves nodes on prescribed paths puts in more.
+        The work of nodes on prescribed paths is not included.
         """
 
     @abstractmethod
@@ -71,11 +87,14 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
     ) -> "coo_matrix":
-        """Return minus the derivative of the forces [N/m]; none that weakens unless exact."""
+        """Return minus the derivative of the forces by positions [N/m], shape (3 size, 3 size).
+
+        Without ``exact``, parts that may make the matrix indefinite are left out.
+        """
 
     @property
     def loss(self) -> str:
-        """Return why energy is not kept, as the beginning of a sentence.
+        """Return why energy is not conserved, as the beginning of a sentence.
 
         Empty if it is, or is lost only in what ``braking`` tells.
         """
@@ -84,23 +103,24 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
     def split(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
     ) -> "tuple[coo_matrix, Floats]":
-        """Return the matrix as S and W of S + W Wᵀ, W of shape (3 size, column).
+        """Return the matrix as S and W of S + W Wᵀ; S in [N/m], W in [(N/m)^½].
 
-        W has what acts between many nodes at once, and would fill S.
+        W, of shape (3 size, column), contains the parts that couple many nodes at once and
+        would fill S.
         """
         whole = self.matrix(time, position, number, size, exact=exact)
         return whole, np.zeros((3 * size, 0))
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
-        """Return which nodes it ties to what is outside of their piece, shape (node,)."""
+        """Return which nodes this ties to anything outside their piece, shape (node,)."""
         return np.zeros(len(position), dtype=bool)
 
     # --- bounds, which members override where they know better ones -----------------------
 
     def weakening(self, time: float, position: Floats, number: Indices, size: int) -> float:
-        """Return how far below zero an eigenvalue of the matrix may be [N/m].
+        """Return a bound on how negative an eigenvalue of the matrix may be [N/m].
 
-        Gershgorin's bound of what only the exact one has.
+        This is Gershgorin's bound of the parts that only the exact matrix has.
         """
         whole, positive = (
             self.matrix(time, position, number, size, exact=exact) for exact in (True, False)
@@ -108,9 +128,9 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
         return float(np.asarray(abs(whole - positive).sum(axis=1)).max(initial=0.0))
 
     def stiffening(self, time: float, position: Floats) -> Resisting | None:
-        """Return what resists displacements at most [N/m], None if nothing does.
+        """Return a bound of the stiffness, an operator on displacements [N/m], or None.
 
-        The sums of the rows of the matrix, on its diagonal.
+        It is diagonal: the sums of absolute values in the rows of the matrix.
         """
         rows = self._rows(time, position)
 
@@ -120,17 +140,17 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
         return resist
 
     def braking(self, position: Floats) -> Resisting | None:
-        """Return what resists velocities at most [N s/m], None if nothing does."""
+        """Return a bound of the damping, an operator on velocities [N s/m], or None."""
         return None
 
     def spread(self, time: float, position: Floats) -> float:
-        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+        """Return the sum of the absolute terms of the energy, to scale rounding errors [J]."""
         forces = np.zeros_like(position)
         self.add_forces(time, position, np.zeros_like(position), forces)
         return float(abs(self.energy(time, position)) + np.abs(forces * position).sum())
 
     def noise(self, time: float, position: Floats) -> float:
-        """Return a force whose digits rounding spoils [N]."""
+        """Return the largest absolute term of the forces, a scale of rounding errors [N]."""
         return float((self._rows(time, position) * np.abs(position)).max(initial=0.0))
 
     def _rows(self, time: float, position: Floats) -> Floats:
@@ -141,10 +161,10 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
 
 
 class Nodal(Effect, frozen=True):
-    """What acts on each node by itself, whatever the places of others are.
+    """An effect on each node that does not depend on the positions of other nodes.
 
-    The engine adds up what members say here in its own loop over nodes. It counts as applied
-    from outside: what holds a node does not feel it.
+    The engine evaluates these effects in its own loop over nodes. They count as applied from
+    outside: what holds a node does not feel them.
     """
 
     @property
@@ -159,7 +179,7 @@ class Nodal(Effect, frozen=True):
 
     @property
     def loads(self) -> "tuple[Load, ...]":
-        """Return forces that do work on nodes."""
+        """Return the forces that do work on nodes."""
         return ()
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
@@ -184,39 +204,43 @@ class Nodal(Effect, frozen=True):
 
 
 class Field(Effect, frozen=True):
-    """What acts on nodes by their places, with a kernel of its own."""
+    """An effect that depends on the positions of nodes and has a kernel of its own."""
 
     @property
     @abstractmethod
     def kernel(self) -> Callable[..., None]:
-        """Return the scalar loops: of time, positions, velocities, forces, powers and a table.
+        """Return the loops: a function of time, positions, velocities, forces, powers, a table.
 
-        They add forces [N] and the powers that are put in from outside and lost [W].
+        It adds forces [N] and the powers supplied from outside and dissipated [W].
         """
 
     @abstractmethod
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> Any:
-        """Return what the kernel is given, a record of arrays.
+        """Return the record of arrays that the kernel reads.
 
         Args:
-            place: Where nodes stand for it, shape (node,).
+            place: Index of each node in the arrays of the kernel, shape (node,).
             acts: The sum of ``changes``, as the first component of its only act.
-            position: Around which it holds: while no node has gone by more than ``reach``.
+            position: Positions [m], shape (node, 3); the table is valid until a node has moved
+                by more than ``reach``.
         """
 
     @property
     def reach(self) -> float:
-        """Return how far from where a table was made it holds [m]."""
+        """Return how far nodes may move before the table must be made again [m]."""
         return inf
 
     @property
     def changes(self) -> Sequence[tuple[float, TimeProfile]]:
-        """Return what changes in time by itself: amounts, and the profiles they follow."""
+        """Return the amounts that change in time, each with the profile that it follows."""
         return ()
 
     @property
     def seconds(self) -> float:
-        """Return about how long one evaluation takes [s]; counted, so that runs repeat."""
+        """Return an estimate of the time of one evaluation [s].
+
+        It is counted from array sizes instead of measured, so that runs are reproducible.
+        """
         parts = astuple(self)
         return SECONDS * sum(part.size for part in parts if isinstance(part, np.ndarray))
 
@@ -302,12 +326,12 @@ class Imposed(Struct, frozen=True, eq=False):
 
 
 def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
-    """Return a matrix of blocks on its diagonal, one for each node that may move.
+    """Return a block-diagonal matrix with one block for each node that may move.
 
     Args:
-        blocks: Shape (n, 3, 3).
+        blocks: Blocks in any unit, shape (n, 3, 3).
         number: Of the nodes among those that may move, -1 for others, shape (n,).
-        size: How many may move; the matrix is of shape (3 size, 3 size).
+        size: Number of nodes that may move; the matrix has the shape (3 size, 3 size).
     """
     from scipy.sparse import coo_matrix
 
@@ -320,15 +344,16 @@ def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
 
 
 def in_line(states: Floats) -> Floats:
-    """Return states of shape (…, node, 3) one after the other, shape (state, node, 3)."""
+    """Return states of shape (…, node, 3), in any unit, in the shape (state, node, 3)."""
     return states.reshape(-1, *states.shape[-2:])
 
 
 def stretches(position: Floats, reach: float) -> Iterator[slice]:
-    """Yield states in turn among which no node is further than a reach [m] from the first.
+    """Yield slices of states in which no node is further than ``reach`` from the first state.
 
     Args:
         position: Of all nodes [m], shape (state, node, 3).
+        reach: Largest distance [m].
     """
     start = 0
     for k in range(1, len(position)):
@@ -346,7 +371,9 @@ def acts_of(
     """Return amounts times profiles as tables, as the first component of one act on no node.
 
     Args:
-        start, until: The stretch that they are for, without knots inside [s].
+        changes: Amounts, and the profile that each of them follows.
+        start: Start of the interval that the tables cover [s].
+        until: End of the interval, without a knot of a profile inside [s].
     """
     count, none = len(changes), np.zeros(0, dtype=np.int64)
     vector = np.zeros((count, 3))

@@ -1,4 +1,4 @@
-"""The sum of all forces, and the accelerations that it makes, as scalar loops to be translated.
+"""The sum of all forces and the resulting accelerations, as loops to be compiled.
 
 They also run, slowly, as plain Python. What other modules do is compiled by itself and called
 by its address: ``tissuec.kernels``.
@@ -18,6 +18,9 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
     """Set ``a`` to the accelerations; return whether a spring is near to breaking.
 
     With a ledger, sets ``power`` to the work done from outside and to what is dissipated [W].
+
+    Returns:
+        Whether a spring is so close to its strength that the step needs a closer test.
     """
     power[0] = power[1] = 0.0
     if net.reeled:
@@ -50,7 +53,13 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
 
 
 def clear_part(part: int, parts: int, vector: Floats) -> None:
-    """Set a part of a vector of all nodes to zero."""
+    """Set a part of a vector of all nodes to zero.
+
+    Args:
+        part: Index of this thread's share.
+        parts: Number of shares.
+        vector: Components of all nodes in any unit, shape (3 node,).
+    """
     first, last = part_of(part, parts, vector.size // 3)
     own = vector[3 * first : 3 * last]
     for i in range(own.size):
@@ -58,7 +67,7 @@ def clear_part(part: int, parts: int, vector: Floats) -> None:
 
 
 def count_powers(part: int, parts: int, v: Floats, net: Net) -> None:
-    """Sum what pushes do and what drag dissipates, for each piece of a part of the nodes."""
+    """Sum the power of constant loads and of drag, for each piece of a part of the nodes."""
     first, last = part_of(part, parts, net.inverse_mass.size)
     for start in range(first, last, PIECE):
         stop = min(start + PIECE, last)
@@ -76,7 +85,10 @@ def count_powers(part: int, parts: int, v: Floats, net: Net) -> None:
 
 
 def accelerate(part: int, parts: int, v: Floats, a: Floats, net: Net) -> None:
-    """Turn forces on a part of the nodes into accelerations, with drag and what is steady."""
+    """Convert forces on a part of the nodes to accelerations, with drag and constant loads.
+
+    Here ``a`` contains forces [N] before and accelerations [m/s²] after the call.
+    """
     first, last = part_of(part, parts, net.inverse_mass.size)
     # Views that are indexed from 0 need no test of whether an index is negative.
     own_v, own_a = v[3 * first : 3 * last], a[3 * first : 3 * last]
@@ -93,13 +105,20 @@ def add_field(
 ) -> None:
     """Call the kernel of a field with its table; see ``tissuec.forces``.
 
-    In compiled code a call of the address stands in its place; as Python it cannot be called.
+    Compiled code replaces this by a call of the address; Python cannot call it.
+
+    Args:
+        address: Address of the compiled kernel.
+        table: Address of the table that it reads.
+
+    Raises:
+        NotImplementedError: Always, where it runs as Python.
     """
     raise NotImplementedError
 
 
 def place(time: float, x: Floats, v: Floats, net: Net) -> None:
-    """Put driven nodes and lengths of threads where their profiles have them at a time."""
+    """Set positions and velocities of driven nodes, and rest lengths, to those at a time."""
     put_driven(time, x, v, net.acts)
     if net.reeled:
         reel(time, net.rest, net.reels, net.acts)
@@ -120,7 +139,11 @@ def kinetic(v: Floats, net: Net) -> float:
 
 
 def greatest_force(a: Floats, net: Net) -> float:
-    """Return the greatest force on a free node, from the accelerations [N]; NaN if none."""
+    """Return the largest force on a free node, from the accelerations [N].
+
+    Returns:
+        The largest force [N]; NaN if a force is not finite.
+    """
     greatest = check = 0.0
     for node in range(net.inverse_mass.size):
         inverse, i = net.inverse_mass[node], 3 * node
@@ -132,7 +155,7 @@ def greatest_force(a: Floats, net: Net) -> float:
 
 
 def greatest_inner_force(time: float, v: Floats, a: Floats, out: Floats, net: Net) -> float:
-    """Return the greatest force on a free node without weight, loads and drag [N].
+    """Return the largest force on a free node without weight, loads and drag [N].
 
     Args:
         out: Scratch, shape (3 node,).

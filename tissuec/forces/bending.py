@@ -74,7 +74,16 @@ class Hinges(Field, frozen=True):
         walls: Indices,
         walled: Indices,
     ) -> "Hinges":
-        """Return hinges as they are drawn, at positions of shape (node, 3) [m]."""
+        """Return hinges whose angles at rest are those of given positions.
+
+        Args:
+            position: Of all nodes at rest [m], shape (node, 3).
+            nodes: i, j, k and l of each hinge, shape (hinge, 4).
+            stiffness: k [N m], shape (hinge,).
+            damping: d [N m s], shape (hinge,).
+            walls: Springs between nodes of one hinge, shape (wall,).
+            walled: The hinge of each of them, shape (wall,).
+        """
         *spans, a, b = _normals(position[nodes])
         squares = np.stack([_dot(a, a), _dot(b, b)], axis=1)
         return cls(nodes, stiffness, damping, _angle(*spans, a, b), squares, walls, walled)
@@ -99,7 +108,7 @@ class Hinges(Field, frozen=True):
 
     @classmethod
     def joined(cls, parts: Sequence["Hinges"]) -> "Hinges | None":
-        """Return the hinges of several bodies, numbered alike; None without any."""
+        """Return the hinges of several bodies in one numbering; None without any."""
         if not parts:
             return None
         first = np.cumsum([0, *(len(part.nodes) for part in parts)])
@@ -355,7 +364,11 @@ class HingeTable(NamedTuple):
 def fold(
     time: float, x: Floats, v: Floats, f: Floats, power: Floats, folds: HingeTable
 ) -> None:
-    """Add the forces of hinges to those on nodes, and the power that they lose."""
+    """Add the forces of hinges to those on nodes, and the power that they dissipate.
+
+    Args:
+        folds: The hinges.
+    """
     for h in range(folds.stiffness.size):
         i, j = 3 * folds.nodes[h, 0], 3 * folds.nodes[h, 1]
         k, m = 3 * folds.nodes[h, 2], 3 * folds.nodes[h, 3]
@@ -414,7 +427,13 @@ def fold(
 
 
 def take(place: int, x: float, y: float, z: float, f: Floats) -> None:
-    """Subtract a force [N] from that on the node whose components begin at ``place``."""
+    """Subtract a force from that on the node whose components begin at ``place``.
+
+    Args:
+        place: Index of the first component.
+        x, y, z: Components of the force [N].
+        f: Forces on all nodes [N], flat, shape (3 node,).
+    """
     f[place] -= x
     f[place + 1] -= y
     f[place + 2] -= z

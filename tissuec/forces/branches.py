@@ -1,4 +1,4 @@
-"""Springs that remember: branches that relax, and rest lengths that flow.
+"""Springs with memory: branches that relax, and rest lengths that flow.
 
 A spring of elongation e = L - L0 - p, whose rest length has flowed by p, pulls with
 
@@ -65,11 +65,11 @@ class Inelastic(Struct, frozen=True, eq=False):
 
     @property
     def sudden(self) -> Floats:
-        """Return what branches add to the stiffness against a sudden pull [N/m], (spring,)."""
+        """Return the stiffness that branches add to a sudden pull [N/m], shape (spring,)."""
         return self.constant.sum(axis=0)
 
     def some(self, springs: Indices) -> Self:
-        """Return the same of some springs."""
+        """Return the same for a selection of springs, given by indices of shape (spring,)."""
         return replace(
             self,
             constant=self.constant[:, springs],
@@ -81,7 +81,11 @@ class Inelastic(Struct, frozen=True, eq=False):
         )
 
     def only(self, alive: NDArray[np.bool_]) -> Self:
-        """Return the same with nothing that pulls, relaxes or flows in the other springs."""
+        """Return the same without forces, relaxation or flow in springs that are not alive.
+
+        Args:
+            alive: Which springs act, shape (spring,).
+        """
         return replace(
             self,
             constant=np.where(alive, self.constant, 0.0),
@@ -90,7 +94,7 @@ class Inelastic(Struct, frozen=True, eq=False):
         )
 
     def renumbered(self, place: Indices) -> Self:
-        """Return the same with other numbers of nodes: node i becomes ``place[i]``."""
+        """Return the same with node i renamed to ``place[i]``, ``place`` of shape (node,)."""
         moved = 3 * place[self.slot // 3] + self.slot % 3
         return replace(self, slot=np.where(self.slot >= 0, moved, -1))
 
@@ -101,11 +105,13 @@ class Inelastic(Struct, frozen=True, eq=False):
     def changed(
         self, name: str, springs: Indices, change: Callable[[Floats], Floats | float]
     ) -> Self:
-        """Return the same with other numbers of some springs.
+        """Return the same with changed parameters of some springs.
 
         Args:
             name: One of ``NAMES``.
-            change: Returns the new numbers of those that they have.
+            springs: Indices of the springs, shape (n,).
+            change: Returns new values for the present ones, both of shape (n,), in the unit of
+                the attribute.
         """
         field, row = _FIELDS[name]
         values = getattr(self, field).copy()
@@ -114,7 +120,10 @@ class Inelastic(Struct, frozen=True, eq=False):
         return replace(self, **{field: values})
 
     def has(self, name: str) -> NDArray[np.bool_]:
-        """Return which springs have the variable that a number of ``NAMES`` is about."""
+        """Return which springs have the variable of a parameter in ``NAMES``.
+
+        The shape is (spring,).
+        """
         row = _FIELDS[name][1]
         if row is not None and row >= len(self.constant):
             return np.zeros(self.slot.shape[1], dtype=bool)
@@ -205,18 +214,20 @@ _FIELDS: dict[str, tuple[str, int | None]] = {
 
 
 def flat(velocity: Floats) -> Floats:
-    """Return velocities of shape (…, node, 3) as components in a row, shape (…, 3 node)."""
+    """Return velocities of shape (…, node, 3) [m/s] as flat components, shape (…, 3 node)."""
     return velocity.reshape(*velocity.shape[:-2], -1)
 
 
 def pulled(
     behaviour: Behaviour, inelastic: Inelastic | None, stretch: Floats, velocity: Floats
 ) -> Floats:
-    """Return S of springs with or without memory [N], shape (…, spring).
+    """Return the force S of springs with or without memory [N], shape (…, spring).
 
     Args:
+        behaviour: Laws and numbers of the springs.
+        inelastic: Their branches and flow, None if there are none.
         stretch: L - L0 [m], shape (…, spring).
-        velocity: Of all nodes, flat, shape (…, 3 node).
+        velocity: Of all nodes [m/s], flat, shape (…, 3 node).
     """
     if inelastic is None:
         return behaviour.pull(stretch)
@@ -226,9 +237,12 @@ def pulled(
 
 
 def elongated(inelastic: Inelastic | None, stretch: Floats, velocity: Floats) -> Floats:
-    """Return e, which is L - L0 less what the rest length has flowed [m], shape (…, spring).
+    """Return the elongation e = L - L0 - p, p being the flow [m], shape (…, spring).
 
-    Args: as of ``pulled``.
+    Args:
+        inelastic: Branches and flow of the springs, None if there are none.
+        stretch: L - L0 [m], shape (…, spring).
+        velocity: Of all nodes [m/s], flat, shape (…, 3 node).
     """
     return stretch if inelastic is None else stretch - inelastic.flowed(velocity)
 
@@ -243,9 +257,11 @@ def tightened(
     """Return the tension S + g(e, w) of springs with or without memory [N], shape (…, spring).
 
     Args:
+        behaviour: Laws and numbers of the springs.
+        inelastic: Their branches and flow, None if there are none.
         stretch: L - L0 [m], shape (…, spring).
         closing: w, the rate of lengthening [m/s], shape (…, spring).
-        velocity: Of all nodes, flat, shape (…, 3 node).
+        velocity: Of all nodes [m/s], flat, shape (…, 3 node).
     """
     braking = behaviour.brake(elongated(inelastic, stretch, velocity), closing)
     return pulled(behaviour, inelastic, stretch, velocity) + braking

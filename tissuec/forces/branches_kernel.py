@@ -1,4 +1,10 @@
-"""What springs remember, as scalar loops; the equations stand in ``branches``."""
+"""Springs with memory, as scalar loops; for the equations see ``branches``.
+
+Shared arguments:
+    s: Index of the spring.
+    e: Elongation of the spring [m].
+    internal: Branches and flow of all springs.
+"""
 
 from math import copysign
 
@@ -6,7 +12,7 @@ from tissuec.kernels.records import Floats, Integers, InternalVariables
 
 
 def flowed(s: int, v: Floats, internal: InternalVariables) -> float:
-    """Return by how much the rest length of a spring has flowed [m]."""
+    """Return the flow of the rest length of a spring [m]."""
     k = internal.flow[s]
     if k < 0:
         return 0.0
@@ -23,7 +29,7 @@ def pull_of_branches(s: int, e: float, v: Floats, internal: InternalVariables) -
 
 
 def give_way(s: int, e: float, pull: float, v: Floats, internal: InternalVariables) -> float:
-    """Note how fast a spring relaxes and flows; return the power that this takes out [W].
+    """Set the rates at which a spring relaxes and flows; return the power dissipated [W].
 
     Args:
         e: Its elongation [m].
@@ -45,13 +51,19 @@ def give_way(s: int, e: float, pull: float, v: Floats, internal: InternalVariabl
 
 
 def remember(a: Floats, internal: InternalVariables) -> None:
-    """Set the accelerations that are rates of what springs remember."""
+    """Set the components of ``a`` that are rates of internal variables."""
     for k in range(internal.slot.size):
         a[internal.slot[k]] = internal.change[k]
 
 
 def put_home(x: Floats, nodes: Integers, home: Floats) -> None:
-    """Put the nodes whose velocities are variables where they stay, shape (node, 3)."""
+    """Set the nodes that store internal variables to their fixed positions.
+
+    Args:
+        x: Positions of all nodes [m], flat, shape (3 node,).
+        nodes: These nodes, shape (m,).
+        home: Their positions [m], shape (m, 3).
+    """
     for k in range(nodes.size):
         i = 3 * nodes[k]
         for c in range(3):

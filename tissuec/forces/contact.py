@@ -1,4 +1,4 @@
-"""Contact: what instruments, threads and surfaces do to nodes that they touch.
+"""Contact: forces of instruments, threads and surfaces on nodes.
 
 A node is looked up in *shapes*: capsules, planes, and surfaces made of triangles. Where shapes
 are faces of one surface, or pieces of one thread, the elements that they share are looked up
@@ -70,7 +70,7 @@ class ContactPairs(NamedTuple):
     radius: Floats
 
     def some(self, which: NDArray[np.bool_] | Indices) -> "ContactPairs":
-        """Return some of them."""
+        """Return a selection of pairs, by a mask of shape (pair,) or indices of shape (n,)."""
         return ContactPairs(*(part[which] for part in self))
 
 
@@ -231,7 +231,12 @@ class Contact(Field, frozen=True):
         return apart
 
     def places(self, position: Floats, pairs: ContactPairs) -> NearestPlace:
-        """Return where the nodes of pairs are in their shapes."""
+        """Return the nearest places of the shapes to the nodes of pairs.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+            pairs: Nodes and shapes.
+        """
         x, corners = position[self.nodes[pairs.node]], position[self.points[pairs.shape]]
         return places(x, self.kind[pairs.shape], corners, pairs.radius)
 
@@ -390,7 +395,7 @@ class Contact(Field, frozen=True):
 
     @property
     def loss(self) -> str:
-        """Return what it loses energy by; empty if by nothing."""
+        """Return why energy is not conserved; empty if it is."""
         return "contact brakes" if self.damping or self.friction else ""
 
     @property

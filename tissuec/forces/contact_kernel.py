@@ -1,6 +1,20 @@
-"""Shapes on nodes, as scalar loops; what they do stands in ``tissuec.forces.contact``.
+"""Contact as scalar loops; for the equations see ``tissuec.forces.contact``.
 
 Of each pair that touches, a row of ``met`` keeps what is needed of it more than once.
+
+Shared arguments:
+    k: Index of the node among those of the contact.
+    i: Index of the node's first component in ``x``.
+    pair: Index of the pair of node and shape.
+    shape: Index of the shape.
+    first: First pair of the node, which has the row 0 of ``met``.
+    start, stop: Pairs of the node with one surface: from ``start`` up to before ``stop``.
+    last: End of the pairs of the node.
+    factor: Pressure with damping divided by pressure without it, dimensionless.
+    f0, f1, f2: Components of a force [N].
+    c0, c1, c2: Components of a couple [N m].
+    t0, t1, t2: Components of a vector, in any unit.
+    touches: Record of the contact; its fields give the shapes and units.
 """
 
 from math import sqrt
@@ -32,9 +46,9 @@ OUTSIDE = (-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 def touch(
     time: float, x: Floats, v: Floats, f: Floats, power: Floats, touches: ContactTable
 ) -> None:
-    """Add the forces of shapes to those on nodes, and what damping and friction take out.
+    """Add the forces of shapes to those on nodes, and the power of damping and friction.
 
-    The rates of bristles are set aside.
+    The rates of bristles are stored in ``touches.bent``.
     """
     bends = 0.0
     for k in range(touches.nodes.size):
@@ -60,14 +74,14 @@ def touch(
 
 
 def count(bends: int, touches: ContactTable) -> None:
-    """Remember how many bends of their law all pressures together have passed."""
+    """Add up the bends of the law that all pressures have passed."""
     touches.bends[0] = bends
     touches.bends[1] = min(touches.bends[1], bends)
     touches.bends[2] = max(touches.bends[2], bends)
 
 
 def end_of_surface(start: int, last: int, touches: ContactTable) -> int:
-    """Return the pair behind those that are of the same surface as the first of them."""
+    """Return the index after the pairs that have the same surface as the first of them."""
     stop, surface = start + 1, touches.surface[touches.shape[start]]
     while stop < last and touches.surface[touches.shape[stop]] == surface:
         stop += 1
@@ -75,7 +89,10 @@ def end_of_surface(start: int, last: int, touches: ContactTable) -> int:
 
 
 def look(k: int, first: int, last: int, x: Floats, v: Floats, touches: ContactTable) -> float:
-    """Set the rows of the pairs of a node; return how many bends of their law they passed."""
+    """Set the rows of ``met`` for the pairs of a node; return the number of bends passed.
+
+    A bend is a depth at which the law of pressure changes its formula.
+    """
     bends, met, i = 0.0, touches.met, 3 * touches.nodes[k]
     stiffness = touches.stiffness[k]
     for pair in range(first, last):
@@ -104,7 +121,7 @@ def look(k: int, first: int, last: int, x: Floats, v: Floats, touches: ContactTa
 def press_surface(
     k: int, start: int, stop: int, touches: ContactTable
 ) -> tuple[float, float, float]:
-    """Return what a surface does to a node at rest.
+    """Return the pressure of a surface on a node, without damping.
 
     Returns:
         Its pressure [N], that times the rate of the depth [W], and its rate [N/s].
@@ -126,7 +143,7 @@ def press_surface(
 def push_back(
     k: int, start: int, stop: int, first: int, factor: float, f: Floats, touches: ContactTable
 ) -> float:
-    """Add the pressure of a surface on a node; return the power that damping takes out [W]."""
+    """Add the pressure of a surface on a node; return the power that damping dissipates [W]."""
     lost = 0.0
     for pair in range(start, stop):
         row = touches.met[pair - first]
@@ -163,7 +180,7 @@ def rub_past(
 ) -> tuple[float, float, float]:
     """Return the sum of pressures times velocities along a surface [W].
 
-    Sets how its faces share couples, and keeps pressures with their damping.
+    Also sets how the faces of the surface share couples, and stores pressures with damping.
     """
     met, every = touches.met, 0.0
     q0 = q1 = q2 = 0.0
@@ -208,7 +225,7 @@ def rub(
     f: Floats,
     touches: ContactTable,
 ) -> float:
-    """Add the friction on a node and what answers it; return the power that it takes out [W].
+    """Add the friction on a node and its reaction; return the power that it dissipates [W].
 
     Args:
         k: Number of the node among those of the contact.
@@ -260,7 +277,7 @@ def drag_along(
     f: Floats,
     touches: ContactTable,
 ) -> None:
-    """Add the friction of a surface on a node: its force, and the couple that answers both.
+    """Add the friction of a surface on a node: its force, its reaction and the couple of both.
 
     Args:
         bears: Force by pressure and length of the bristle [1/m].
@@ -295,9 +312,9 @@ def drag_along(
 
 
 def arms(shape: int, x: Floats, touches: ContactTable) -> tuple[float, ...]:
-    """Return what leads from the mean of the points of a face to each of them [m].
+    """Return the vectors from the mean of the points of a face to each of them [m].
 
-    The third one of a capsule is zero, being no point of its own.
+    The third one of a capsule is zero, because a capsule has two points.
     """
     a, b, c = corners(shape, touches)
     if touches.kind[shape] == CAPSULE:
@@ -322,8 +339,8 @@ def turned(
 ) -> tuple[bool, float, float, float]:
     """Return whether a face can turn, and the inverse of its inertia times a vector.
 
-    The inertia is that of unit masses on the corners; that of a capsule about its own line
-    does not matter.
+    The inertia is that of unit masses on the corners [m²]. The inertia of a capsule about its
+    own axis has no effect and is arbitrary.
     """
     if touches.kind[shape] == PLANE:
         return False, 0.0, 0.0, 0.0
@@ -361,7 +378,10 @@ def turned(
 def spin(
     shape: int, x: Floats, v: Floats, touches: ContactTable
 ) -> tuple[bool, float, float, float]:
-    """Return whether a face can turn, and the rotation that fits its points best [1/s]."""
+    """Return whether a face can turn, and the rotation that fits its points best [1/s].
+
+    The fit is by least squares.
+    """
     a0, a1, a2, b0, b1, b2, c0, c1, c2 = arms(shape, x, touches)
     a, b, c = corners(shape, touches)
     t0 = (
@@ -380,7 +400,7 @@ def spin(
 def twist(
     shape: int, c0: float, c1: float, c2: float, x: Floats, f: Floats, touches: ContactTable
 ) -> None:
-    """Add forces on the points of a face that are a couple together, and least in all [N]."""
+    """Add the smallest forces on the points of a face that form a given couple [N]."""
     _, w0, w1, w2 = turned(shape, c0, c1, c2, x, touches)
     a0, a1, a2, b0, b1, b2, g0, g1, g2 = arms(shape, x, touches)
     a, b, c = corners(shape, touches)
@@ -390,7 +410,7 @@ def twist(
 
 
 def push(i: int, f: Floats, f0: float, f1: float, f2: float) -> None:
-    """Add a force."""
+    """Add a force to the node whose components begin at ``i``."""
     f[i] += f0
     f[i + 1] += f1
     f[i + 2] += f2
@@ -403,14 +423,20 @@ def corners(shape: int, touches: ContactTable) -> tuple[int, int, int]:
 
 
 def press_at(depth: float, stiffness: float, layer: float) -> float:
-    """Return the pressure at a depth at rest [N]."""
+    """Return the pressure at a depth, without damping [N].
+
+    Args:
+        depth: Depth of the node below the surface [m].
+        stiffness: Stiffness of the contact [N/m].
+        layer: Depth w below which the law is linear [m].
+    """
     if depth < layer:
         return stiffness * depth * depth / (2.0 * layer)
     return stiffness * (depth - 0.5 * layer)
 
 
 def meet(i: int, pair: int, x: Floats, touches: ContactTable) -> Meeting:
-    """Return where a node is in a shape; outside, only the depth counts."""
+    """Return the place of a node in a shape; outside of it, only the depth is valid."""
     shape = touches.shape[pair]
     a, b, c = corners(shape, touches)
     d0, d1, d2 = float(x[b] - x[a]), float(x[b + 1] - x[a + 1]), float(x[b + 2] - x[a + 2])
@@ -448,10 +474,17 @@ def meet(i: int, pair: int, x: Floats, touches: ContactTable) -> Meeting:
 
 
 def nearest(bb: float, bc: float, cc: float, xb: float, xc: float) -> tuple[float, float]:
-    """Return the weights of the second and third corner in the nearest point of a triangle.
+    """Return the weights of the second and third corner at the nearest point of a triangle.
 
-    With the corners seen from the first one: b·b, b·c, c·c, x·b and x·c. By the regions of
-    C. Ericson, Real-Time Collision Detection (2005), 5.1.5.
+    By the regions of C. Ericson, *Real-Time Collision Detection* (2005), 5.1.5. With b, c and x
+    being the second corner, the third corner and the point as seen from the first corner:
+
+    Args:
+        bb: b·b [m²].
+        bc: b·c [m²].
+        cc: c·c [m²].
+        xb: x·b [m²].
+        xc: x·c [m²].
     """
     if xb <= 0.0 and xc <= 0.0:
         return 0.0, 0.0

@@ -1,4 +1,4 @@
-"""An elastic foundation: tissue around a body that holds it in its place.
+"""An elastic foundation: tissue around a body that keeps it in place.
 
 Each node is held to where it is drawn by a spring and a dashpot that have no direction of their
 own, by the area A of skin that it stands for:
@@ -38,6 +38,11 @@ class Foundation(Struct, frozen=True, eq=False):
     damping: Annotated[float, Measure(units.AREAL_VISCOSITY, at_least=0.0)] = 0.0
 
     def on(self, acted: Acted) -> Field:
+        """Return the bed of some nodes.
+
+        Raises:
+            ValueError: None of the nodes is on a surface.
+        """
         if not acted.area.any():
             raise ValueError("it acts by area, but none of these nodes is on a surface")
         kept = acted.area > 0.0
@@ -113,7 +118,11 @@ class BedTable(NamedTuple):
 
 
 def hold(time: float, x: Floats, v: Floats, f: Floats, power: Floats, bed: BedTable) -> None:
-    """Add the forces of a bed to those on nodes, and the power that its dashpots lose."""
+    """Add the forces of a bed to those on nodes, and the power that its dashpots dissipate.
+
+    Args:
+        bed: The bed.
+    """
     for k in range(bed.nodes.size):
         stiffness, damping = bed.stiffness[k], bed.damping[k]
         for axis in range(3):

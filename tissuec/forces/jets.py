@@ -1,4 +1,4 @@
-"""Jets of fluid: what leaves a nozzle pushes the surfaces that it meets.
+"""Jets of fluid, which leave a nozzle and push surfaces.
 
 A jet leaves an opening of bore d with the flow Q of a fluid of density ρ. Its speed at a
 distance s ahead of the opening and r beside the axis is
@@ -96,11 +96,13 @@ class JetSurface(Struct, frozen=True, eq=False):
     def of(
         cls, network: Network, nodes: Indices, width: float, alive: NDArray[np.bool_]
     ) -> "JetSurface":
-        """Return all that a jet of a width b0 [m] may meet.
+        """Return the triangles that a jet may meet.
 
         Args:
-            nodes: Whose triangles are pushed.
-            alive: Springs that are there, shape (spring,).
+            network: The network.
+            nodes: Nodes whose triangles are pushed, shape (n,).
+            width: Width b0 of the jet [m].
+            alive: Springs that exist, shape (spring,).
         """
         corners = network.skin.astype(np.int64)
         longest = _longest(network, corners)
@@ -125,7 +127,13 @@ class JetSurface(Struct, frozen=True, eq=False):
 
 
 def finest_width(network: Network, nodes: Indices, bore: float) -> float:
-    """Return b0 of a jet, or the least width that triangles of some nodes resolve [m]."""
+    """Return b0 of a jet, or the smallest width that triangles of some nodes resolve [m].
+
+    Args:
+        network: The network.
+        nodes: Nodes whose triangles are pushed, shape (n,).
+        bore: Diameter of the opening [m].
+    """
     corners = network.skin[np.isin(network.skin, nodes).all(axis=1)]
     return max(bore / np.sqrt(2.0), FINE * float(_longest(network, corners).max()) / MOST)
 
@@ -166,10 +174,12 @@ def _closed(network: Network, corners: Indices) -> Iterator[tuple[BodyPart, NDAr
 
 
 def buried_in(network: Network, position: Floats, point: Floats) -> str:
-    """Return the name of a body with a closed surface around a point [m], empty if none is.
+    """Return the name of a body with a closed surface around a point, empty if there is none.
 
     Args:
+        network: The network.
         position: Of all nodes [m], shape (node, 3).
+        point: The point [m], shape (3,).
     """
     from tissuec.geometry.inside import winding_numbers
 
@@ -221,7 +231,14 @@ class Elements(NamedTuple):
     weights: Floats
 
     def at(self, corners: Floats) -> Floats:
-        """Return what is given at corners, shape (triangle, 3, 3), at the elements."""
+        """Return corner values at the elements, in their unit.
+
+        Args:
+            corners: In any unit, shape (triangle, 3, 3).
+
+        Returns:
+            Shape (element, 3).
+        """
         return np.einsum("ei,eik->ek", self.weights, corners[self.owner])
 
 
@@ -275,7 +292,11 @@ class Jet(Field, frozen=True):
         return self.density * flow * flow / (0.25 * np.pi * self.bore**2)
 
     def axis(self, position: Floats) -> JetAxis:
-        """Return where the opening is now, and which way the jet goes."""
+        """Return the present place of the opening and the direction of the jet.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
         start, ahead = position[self.opening]
         along = (ahead - start) / np.linalg.norm(ahead - start)
         one = cross(along, np.eye(3)[np.argmin(np.abs(along))])
@@ -290,7 +311,11 @@ class Jet(Field, frozen=True):
         return JetCoordinates(ahead, width, seen @ axis.across.T / width[..., None])
 
     def met(self, position: Floats) -> Indices:
-        """Return the triangles that are not torn and, some part of them, within the jet."""
+        """Return the intact triangles that lie at least partly within the jet, shape (n,).
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+        """
         axis = self.axis(position)
         corners = position[self.skin.corners]
         middle = corners.mean(axis=1)
@@ -506,9 +531,10 @@ def _elements(parts: Indices) -> Elements:
 
 @lru_cache(maxsize=MOST)
 def shares(parts: int) -> Floats:
-    """Return the elements of a triangle as shares of its corners, shape (3 n², 3).
+    """Return the quadrature points of a triangle as dimensionless weights of its corners.
 
-    Each of n² equal parts has three, which integrate polynomials of second degree exactly.
+    Each of n² equal parts has three points, which integrate polynomials of second degree
+    exactly; the shape is (3 n², 3).
     """
     i, j = (index.ravel() for index in np.indices((parts, parts)))
     up, down = i + j < parts, i + j < parts - 1

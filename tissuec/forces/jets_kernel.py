@@ -1,9 +1,21 @@
-"""Jets on surfaces, as scalar loops; what they do stands in ``tissuec.forces.jets``.
+"""Jets on surfaces, as scalar loops; for the equations see ``tissuec.forces.jets``.
 
 Scratch of a triangle (``faces``): 0 normal along the jet, 3 its product with a corner, 4 cos θ,
 5 area cos² θ of an element, 6 how much of a shade it throws, 7 where its corners are in ξ, in
 turn to the left, 13 their middle, 15 their distance from there, 16 blur of the shade in ξ. Of
 an element (``points``): 0 its place, 3 distance ahead, 4 where it is in ξ, 6 force on it.
+
+Shared arguments:
+    k: Row of the triangle in ``faces``.
+    t: Index of the triangle in ``corners``.
+    other: Row of another triangle in ``faces``.
+    shades: Number of triangles listed in ``jet.shades``.
+    side: Size of a cell of the grid in ξ, dimensionless.
+    thrust: Momentum flux J of the jet [N].
+    p0, p1, p2: A point [m].
+    point: Row of ``jet.points``, shape (7,); see above for the units.
+    shade: Row of ``jet.faces``, shape (17,); see above for the units.
+    jet: Record of the jet; its fields give the shapes and units.
 """
 
 from math import exp, inf, pi, sqrt
@@ -49,7 +61,7 @@ class JetTable(NamedTuple):
 
 
 def blow(time: float, x: Floats, v: Floats, f: Floats, power: Floats, jet: JetTable) -> None:
-    """Add the forces of a jet to those on nodes, and the power that it puts in."""
+    """Add the forces of a jet to those on nodes, and the power that it supplies."""
     flow, _, _, _, _, _ = total(0, time, jet.acts)
     if flow > 0.0:
         thrust = jet.density * flow * flow / (0.25 * pi * jet.bore**2)
@@ -65,7 +77,7 @@ def blow(time: float, x: Floats, v: Floats, f: Floats, power: Floats, jet: JetTa
 
 
 def recoil(thrust: float, x: Floats, v: Floats, f: Floats, jet: JetTable) -> float:
-    """Set the frame of a jet, push its opening back, and return the power of that [W]."""
+    """Set the frame of a jet, add the recoil on its opening, and return its power [W]."""
     frame = jet.frame
     o, q = 3 * jet.opening[0], 3 * jet.opening[1]
     size = sqrt((x[q] - x[o]) ** 2 + (x[q + 1] - x[o + 1]) ** 2 + (x[q + 2] - x[o + 2]) ** 2)
@@ -89,7 +101,7 @@ def recoil(thrust: float, x: Floats, v: Floats, f: Floats, jet: JetTable) -> flo
 
 
 def way(p0: float, p1: float, p2: float, jet: JetTable) -> tuple[float, float, float, float]:
-    """Return how far ahead a point is [m], b there [m], and where it is in ξ."""
+    """Return the distance ahead of a point [m], b there [m], and the point's place in ξ."""
     a = jet.frame
     r0, r1, r2 = p0 - a[0], p1 - a[1], p2 - a[2]
     ahead = r0 * a[3] + r1 * a[4] + r2 * a[5]
@@ -106,7 +118,7 @@ def rise(part: float) -> float:
 
 
 def survey(x: Floats, jet: JetTable) -> int:
-    """List the triangles within a jet, and return how many there are."""
+    """List the triangles within a jet and return their number."""
     corners, count = jet.corners, 0
     for t in range(corners.shape[0]):
         i, j, k = 3 * corners[t, 0], 3 * corners[t, 1], 3 * corners[t, 2]
@@ -128,7 +140,7 @@ def survey(x: Floats, jet: JetTable) -> int:
 
 
 def look(k: int, t: int, x: Floats, jet: JetTable) -> None:
-    """Set what is known of a triangle within a jet."""
+    """Set the row of ``faces`` for a triangle within a jet."""
     face, frame, side = jet.faces[k], jet.frame, jet.side[t]
     h, i, j = 3 * jet.corners[t, 0], 3 * jet.corners[t, 1], 3 * jet.corners[t, 2]
     p0, p1, p2 = x[i] - x[h], x[i + 1] - x[h + 1], x[i + 2] - x[h + 2]
@@ -180,14 +192,14 @@ def sort(count: int, jet: JetTable) -> float:
 
 
 def cell(k: int, side: float, jet: JetTable) -> tuple[int, int]:
-    """Return where a triangle stands among cells of a size."""
+    """Return the row and column of a triangle in the grid of cells."""
     one, other = jet.faces[k, 13], jet.faces[k, 14]
     i, j = int((one + CUT) / side), int((other + CUT) / side)
     return min(max(i, 0), GRID - 1), min(max(j, 0), GRID - 1)
 
 
 def divide(k: int, speed: float, x: Floats, v: Floats, jet: JetTable) -> None:
-    """Set the elements of a triangle, as nothing shades them.
+    """Set the elements of a triangle, without shading.
 
     Args:
         speed: On the axis, times b [m²/s].
@@ -214,7 +226,7 @@ def divide(k: int, speed: float, x: Floats, v: Floats, jet: JetTable) -> None:
 
 
 def before(k: int, side: float, x: Floats, jet: JetTable) -> int:
-    """List the triangles that may shade one; return how many there are."""
+    """List the triangles that may shade one; return their number."""
     face, found = jet.faces[k], 0
     row, column = cell(k, side, jet)
     for i in range(max(row - 1, 0), min(row + 2, GRID)):
@@ -232,7 +244,7 @@ def before(k: int, side: float, x: Floats, jet: JetTable) -> int:
 
 
 def stands_before(k: int, other: int, x: Floats, jet: JetTable) -> bool:
-    """Tell whether a corner of triangle k is behind another one, without a corner of both."""
+    """Return whether a corner of triangle k is behind a triangle that has no corner of k."""
     shade, corners = jet.faces[other], jet.corners
     t, u = jet.met[k], jet.met[other]
     behind = -inf
@@ -247,7 +259,7 @@ def stands_before(k: int, other: int, x: Floats, jet: JetTable) -> bool:
 
 
 def dim(k: int, shades: int, jet: JetTable) -> None:
-    """Take from the forces on a triangle's elements what triangles before them take away."""
+    """Reduce the forces on a triangle's elements by the shades of triangles ahead of it."""
     t = jet.met[k]
     near = NEAR * jet.bore
     for p in range(jet.shares_end[t] - jet.shares_start[t]):
@@ -266,7 +278,7 @@ def dim(k: int, shades: int, jet: JetTable) -> None:
 
 
 def within(point: Floats, shade: Floats) -> float:
-    """Return how far an element is within the blurred edges of a triangle."""
+    """Return the part of an element that is within the blurred edges of a triangle (0 to 1)."""
     cover = 1.0
     for a in range(7, 13, 2):
         b = a + 2 if a < 11 else 7

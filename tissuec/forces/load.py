@@ -1,4 +1,4 @@
-"""External forces on nodes: those that scripts push and pull with."""
+"""External forces on nodes, applied by the script."""
 
 import numpy as np
 from msgspec import Struct
@@ -56,7 +56,7 @@ class Load(Nodal, frozen=True):
 
 
 def total(terms: tuple[LoadTerm, ...], time: Floats | float) -> tuple[Floats, Floats]:
-    """Return the sum of terms and of their rates, each of shape (…, 3)."""
+    """Return the sum of terms [N] and its rate [N/s], each of shape (…, 3)."""
     value, rate = np.zeros((2, *np.shape(time), 3))
     for term in terms:
         factor, slope = term.profile.at(time)

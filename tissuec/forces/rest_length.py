@@ -1,4 +1,4 @@
-"""Rest lengths that change in time: threads that are drawn in or paid out, joints likewise.
+"""Rest lengths that change in time: threads and joints that are tightened or loosened.
 
 Meanwhile the rest length of each spring follows a profile,
 

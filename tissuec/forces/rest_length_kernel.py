@@ -1,4 +1,11 @@
-"""Rest lengths that change in time, as scalar loops; why they do stands in ``threads``."""
+"""Rest lengths that change in time, as scalar loops; see ``rest_length``.
+
+Shared arguments:
+    k: Index of the spring among those whose rest lengths change.
+    rest: Rest lengths [m], shape (spring,).
+    reels: Springs whose rest lengths change.
+    acts: Profiles of the changes.
+"""
 
 from tissuec.kernels.boundary_conditions import total
 from tissuec.kernels.records import BoundaryConditions, Floats, RestLengthActuators
@@ -7,7 +14,7 @@ from tissuec.kernels.records import BoundaryConditions, Floats, RestLengthActuat
 def reel(
     time: float, rest: Floats, reels: RestLengthActuators, acts: BoundaryConditions
 ) -> None:
-    """Set the rest lengths of the springs that are drawn in or paid out [m]."""
+    """Set the rest lengths that change in time [m]."""
     for k in range(reels.spring.size):
         factor, _, _, _, _, _ = total(reels.act[k], time, acts)
         rest[reels.spring[k]] = reels.base[k] + factor * reels.change[k]
@@ -16,6 +23,6 @@ def reel(
 def reel_rate(
     k: int, time: float, reels: RestLengthActuators, acts: BoundaryConditions
 ) -> float:
-    """Return how fast the rest length of one of them changes [m/s]."""
+    """Return the rate of the rest length of one spring [m/s]."""
     _, _, _, rate, _, _ = total(reels.act[k], time, acts)
     return rate * reels.change[k]

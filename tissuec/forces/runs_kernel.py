@@ -3,6 +3,17 @@
 Coordinates are taken apart first, as vector instructions want them, and put together again
 behind all springs. What is summed up, or only looked for, is stored for each spring before:
 loops that do both would not be vectorised, because sums of numbers depend on their order.
+
+Shared arguments:
+    apart: Components of positions [m], velocities [m/s] and forces [N], shape (9, node).
+    values: In any unit, shape (n,).
+    to, out: Changed in place, unit and shape of ``values``.
+    low, high: First lower and first upper node of this part of a run.
+    at: First spring of this part.
+    count: Number of springs of this part.
+    each: Scratch: forces, losses and excess of springs, shape (5, block).
+    parity: 0 for the even blocks of runs, 1 for the odd ones.
+    runs: The springs in runs.
 """
 
 from math import sqrt
@@ -17,7 +28,10 @@ BLOCK = 512  # springs at a time
 
 
 def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
-    """Do what ``springs_kernel.springs`` does."""
+    """Add the forces of springs; return whether one is near to breaking.
+
+    This does the same as ``springs_kernel.springs``.
+    """
     team, runs = net.team, net.runs
     share(team, take_parts, (x, v, runs.apart))
     # Blocks that are no neighbours have no nodes in common.
@@ -34,7 +48,7 @@ def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) ->
 
 
 def take_parts(part: int, parts: int, x: Floats, v: Floats, apart: Rows) -> None:
-    """Take positions and velocities apart, and clear forces."""
+    """Copy positions and velocities into separate components, and set forces to zero."""
     first, last = part_of(part, parts, apart.shape[1])
     where = slice(first, last)
     take_apart(x[3 * first : 3 * last], apart[0, where], apart[1, where], apart[2, where])
@@ -45,7 +59,7 @@ def take_parts(part: int, parts: int, x: Floats, v: Floats, apart: Rows) -> None
 
 
 def pull_blocks(part: int, parts: int, parity: int, net: Net) -> None:
-    """Add the forces of springs of every other block to components."""
+    """Add the forces of the springs of every other block to components."""
     team, runs = net.team, net.runs
     apart, each = runs.apart, team.each[part]
     for block in range(2 * part + parity, runs.block.size - 1, 2 * parts):
@@ -70,7 +84,12 @@ def pull_blocks(part: int, parts: int, parity: int, net: Net) -> None:
 
 
 def take_apart(vector: Floats, first: Floats, second: Floats, third: Floats) -> None:
-    """Set the components of all nodes, shape (node,) each."""
+    """Split a vector of all nodes into components.
+
+    Args:
+        vector: In any unit, shape (3 node,).
+        first, second, third: Set to the components, shape (node,) each.
+    """
     for node in range(first.size):
         i = 3 * node
         first[node], second[node], third[node] = vector[i], vector[i + 1], vector[i + 2]
@@ -95,7 +114,11 @@ def clear(values: Floats) -> None:
 
 
 def pull_each(low: int, high: int, at: int, count: int, each: Rows, runs: Runs) -> None:
-    """Set forces, losses and what is above limits, of a part of a run."""
+    """Set forces, losses and excess over the limits for a part of a run.
+
+    Args:
+        each: Forces [N], losses [W] and excess [N] of springs, shape (5, block).
+    """
     apart = runs.apart
     here, there = slice(low, low + count), slice(high, high + count)
     x, y, z = apart[0, here], apart[1, here], apart[2, here]
@@ -126,13 +149,13 @@ def pull_each(low: int, high: int, at: int, count: int, each: Rows, runs: Runs) 
 
 
 def add_to(values: Floats, to: Floats) -> None:
-    """Add values to others."""
+    """Add ``values`` to ``to``."""
     for i in range(values.size):
         to[i] += values[i]
 
 
 def take_from(values: Floats, out: Floats) -> None:
-    """Subtract values from others."""
+    """Subtract ``values`` from ``out``."""
     for i in range(values.size):
         out[i] -= values[i]
 
@@ -146,7 +169,7 @@ def total(values: Floats) -> float:
 
 
 def any_above(values: Floats) -> bool:
-    """Tell whether any value is above zero."""
+    """Return whether any value is above zero."""
     found = False
     for i in range(values.size):
         found |= values[i] > 0.0

@@ -1,4 +1,4 @@
-"""Springs and dashpots with their laws, and what they remember.
+"""Springs and dashpots with their laws and internal variables.
 
 A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
 closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(e, w) of its law, and what
@@ -46,6 +46,10 @@ class SpringSubset(Struct, frozen=True, eq=False):
         alive: Which of them act, shape (spring,).
         behaviour: Their laws, stiffness, viscosity and rest lengths.
         memory: What they remember, None where none does.
+
+    Shared arguments:
+        position: Of all nodes [m], shape (…, node, 3), or (node, 3) where that is said.
+        velocity: Of all nodes [m/s], shape as ``position``.
     """
 
     ends: NDArray[np.int32]
@@ -79,10 +83,10 @@ class SpringSubset(Struct, frozen=True, eq=False):
     # --- bounds, at positions and velocities of shape (node, 3) -----------------------------
 
     def stiffening(self, position: Floats, velocity: Floats) -> Resisting:
-        """Return what resists displacements at most [N/m].
+        """Return a bound of the stiffness, an operator on displacements [N/m].
 
-        Springs under tension also resist sideways (T / L); what pressed springs lose is
-        ignored. Branches resist as against a sudden pull.
+        Springs under tension also resist sideways (T / L); the weakening by pressed springs is
+        ignored. Branches count with their stiffness against a sudden pull.
         """
         length, direction, closing = self._geometry(position, velocity)
         stretch, own = length - self.behaviour.rest, flat(velocity)
@@ -94,7 +98,7 @@ class SpringSubset(Struct, frozen=True, eq=False):
         return self._resisting(direction, along, across if across.any() else None)
 
     def braking(self, position: Floats, velocity: Floats) -> Resisting | None:
-        """Return what resists velocities at most [N s/m], None if nothing does."""
+        """Return a bound of the damping, an operator on velocities [N s/m], or None."""
         length, direction, closing = self._geometry(position, velocity)
         stretch = elongated(self.memory, length - self.behaviour.rest, flat(velocity))
         damping = self.behaviour.sluggishness(stretch, closing)
@@ -142,8 +146,8 @@ def reach(ends: NDArray[np.integer], values: Floats) -> Floats:
     """Return the difference of a nodal vector along each spring, shape (…, spring, 3).
 
     Args:
-        ends: Shape (spring, 2).
-        values: Shape (…, node, 3).
+        ends: Node pair of each spring, shape (spring, 2).
+        values: Nodal vectors in any unit, shape (…, node, 3).
     """
     return values.take(ends[:, 1], axis=-2) - values.take(ends[:, 0], axis=-2)
 

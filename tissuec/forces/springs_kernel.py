@@ -1,9 +1,17 @@
-"""Forces of springs as scalar loops, to be translated; they also run, slowly, as plain Python.
+"""Forces of springs as scalar loops, to be compiled; they also run as slow Python.
 
 Force on a spring's lower node i from its upper node j, r = x_j - x_i, L = |r|:
 T = c e + d w with e = L - L0 and w = r·(v_j - v_i) / L, or what laws say instead, and what
 branches add; force T r / L. Flags in capitals are constants of a variant. Laws are compiled by
 themselves and called by their address: ``tissuec.kernels``.
+
+Shared arguments:
+    s: Index of the spring.
+    i, j: Indices of the first components of its lower and upper node in ``x`` and ``v``.
+    e: Elongation of the spring [m].
+    length: Its length [m].
+    start, stop: Range of lower nodes, ``stop`` excluded.
+    x_end, v_end: Positions [m] and velocities [m/s] at the end of the step, shape (3 node,).
 """
 
 from math import inf, sqrt
@@ -50,7 +58,7 @@ def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
 
 
 def pull_chunks(part: int, parts: int, x: Floats, v: Floats, net: Net) -> None:
-    """Sum the forces of the springs of some chunks."""
+    """Add up the forces of the springs of some chunks."""
     chunks = net.chunks
     for chunk in range(part, chunks.node.size - 1, parts):
         clear_sums(chunk, chunks)
@@ -62,10 +70,10 @@ def pull_chunks(part: int, parts: int, x: Floats, v: Floats, net: Net) -> None:
 def pull_nodes(
     start: int, stop: int, x: Floats, v: Floats, f: Floats, net: Net
 ) -> tuple[float, bool]:
-    """Add the forces of the springs whose lower nodes are some nodes.
+    """Add the forces of the springs whose lower nodes are in a range.
 
     Returns:
-        What they dissipate [W], and whether one is near to breaking.
+        The power that they dissipate [W], and whether one is near to breaking.
     """
     first, other, law = net.first, net.other, net.law
     stiffness, damping, rest, to = net.stiffness, net.damping, net.rest, net.chunks.to
@@ -117,9 +125,11 @@ def pull_nodes(
 
 
 def find_sides(time: float, x: Floats, v: Floats, out: Rows, net: Net) -> None:
-    """Set ``out``, shape (3, spring), to the sides of corners that springs are on.
+    """Set ``out`` to the side of each corner of the law on which a spring is.
 
-    Of springs and of dashpots, and whether springs yield.
+    Args:
+        out: Sides for spring forces, for dashpot forces and for yielding, dimensionless, shape
+            (3, spring).
     """
     first, other, law, rest = net.first, net.other, net.law, net.rest
     if net.reeled:
@@ -138,7 +148,7 @@ def find_sides(time: float, x: Floats, v: Floats, out: Rows, net: Net) -> None:
 def stretching(
     s: int, i: np.uint64, j: np.uint64, x: Floats, v: Floats, net: Net
 ) -> tuple[float, float]:
-    """Return the elongation [m] of a spring between two nodes, and its rate [m/s]."""
+    """Return the elongation of a spring between two nodes [m], and its rate [m/s]."""
     r0, r1, r2 = x[j] - x[i], x[j + ONE] - x[i + ONE], x[j + TWO] - x[i + TWO]
     w0, w1, w2 = v[j] - v[i], v[j + ONE] - v[i + ONE], v[j + TWO] - v[i + TWO]
     length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
@@ -158,15 +168,15 @@ def bend_of_passed(
     after: Rows,
     net: Net,
 ) -> float:
-    """Return how suddenly corners change the rates of accelerations [m/s³].
+    """Return the largest jump of the rates of accelerations at corners of laws [m/s³].
 
-    The largest f' |w| (1/m + 1/m') of springs, and (∂g/∂w |Δw| / Δt + ∂g/∂e |w|) (1/m + 1/m')
-    of dashpots, that pass. Where
-    one begins or ceases to yield, its lasting elongation bends: |ΔS| / η Δt, a rate of m/s²
-    that positions follow, hence over Δt once more.
+    For springs that pass a corner it is f' |w| (1/m + 1/m'), for dashpots (∂g/∂w |Δw| / Δt +
+    ∂g/∂e |w|) (1/m + 1/m'). Where a spring begins or ceases to yield, the rate of its flow
+    jumps by |ΔS| / η Δt [m/s²]; divided by Δt once more, it counts alike.
 
     Args:
-        span: Time between both looks [s].
+        span: Time Δt between both states [s].
+        before, after: Sides of corners at both states, see ``find_sides``, shape (3, spring).
     """
     first, other, law, rest = net.first, net.other, net.law, net.rest
     worst = 0.0
@@ -208,7 +218,7 @@ def bend_of_passed(
 
 
 def reeled(time: float, x: Floats, v: Floats, net: Net) -> float:
-    """Return the power that springs do on what changes their rest lengths [W]."""
+    """Return the power of springs on the actuators that change their rest lengths [W]."""
     power, reels = 0.0, net.reels
     for k in range(reels.spring.size):
         s, i, j = int(reels.spring[k]), 3 * reels.low[k], 3 * reels.high[k]
@@ -227,7 +237,7 @@ def pull_at(s: int, length: float, v: Floats, net: Net) -> float:
 
 
 def pull_of(s: int, e: float, v: Floats, net: Net) -> float:
-    """Return the force of a spring and its branches at an elongation [N]."""
+    """Return the force of a spring and its branches at an elongation, without viscosity [N]."""
     force = net.stiffness[s] * e
     if net.law[s] > 0:
         force = pull(net.law[s], e, net.stiffness[s], net.rest[s], net)
@@ -237,7 +247,11 @@ def pull_of(s: int, e: float, v: Floats, net: Net) -> float:
 
 
 def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
-    """Set ``out`` to the tension of each spring [N]."""
+    """Set ``out`` to the tension of each spring.
+
+    Args:
+        out: Tensions [N], shape (spring,).
+    """
     first, other = net.first, net.other
     for node in range(first.size - 1):
         i = 3 * node
@@ -263,7 +277,7 @@ def resistance(
     """Return q ∂g/∂w + q² ∂(f + g)/∂e and q² f/L of a spring, neither of them negative [kg].
 
     Args:
-        s: Its number; ``i`` and ``j`` are where its nodes begin in ``x`` and ``v``.
+        q: Step size times coefficient of the implicit method [s].
     """
     law, rest, inverse = net.law[s], net.rest[s], 1.0 / (length + TINY)
     closing = 0.0
@@ -282,7 +296,12 @@ def resistance(
 
 
 def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: Net) -> bool:
-    """Tell whether a parabola through three looks rises above ``margin`` times a limit."""
+    """Return whether a parabola through three states rises above ``margin`` times a limit.
+
+    Args:
+        before, here, after: Tensions at the three states [N], shape (spring,).
+        margin: Factor on the strength, dimensionless.
+    """
     for s in range(here.size):
         if parabola_top(before[s], here[s], after[s]) > margin * net.strength[s]:
             return True
@@ -293,7 +312,13 @@ def peaks(before: Floats, here: Floats, after: Floats, margin: float, net: Net) 
 
 
 def parabola_top(low: float, mid: float, high: float) -> float:
-    """Return the highest value of a parabola through three equidistant looks."""
+    """Return the largest value of a parabola through three equidistant values.
+
+    Args:
+        low: First value, in any unit.
+        mid: Value in the middle.
+        high: Last value.
+    """
     top = max(low, mid, high)
     if mid >= low and mid >= high and mid + mid > low + high:
         top += (high - low) * (high - low) / (8.0 * (mid + mid - low - high))
@@ -301,11 +326,11 @@ def parabola_top(low: float, mid: float, high: float) -> float:
 
 
 def slack(x: Floats, x_end: Floats, net: Net) -> float:
-    """Return how far nodes may move before a spring can turn over; -1 if one has already [m].
+    """Return how far nodes may move before a spring can turn over [m]; -1 if one has already.
 
-    To turn over is to keep, along where it pointed before, less than the part ``LEFT`` of the
-    longer of both lengths. Springs without length at rest, whose forces do not jump then, do
-    not count.
+    A spring turns over if its projection on its previous direction falls below the part
+    ``LEFT`` of the longer of both lengths. Springs with zero rest length do not count, because
+    their forces are continuous.
     """
     first, other = net.first, net.other
     shortest = inf

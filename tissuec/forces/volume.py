@@ -1,4 +1,4 @@
-"""Enclosed volumes: closed surfaces that keep what they hold, by pressure.
+"""Enclosed volumes: closed surfaces that keep their volume by pressure.
 
 A cell of drawn volume V0 that encloses V and should enclose Vt stores
 
@@ -85,7 +85,13 @@ class Enclosure(Field, frozen=True):
 
     @classmethod
     def of(cls, network: Network, name: str, modulus: float, span: Span) -> "Enclosure":
-        """Return what the cells of a body enclose, or its surface if it has no cells.
+        """Return the enclosed volumes of a body: its cells, or its surface if it has no cells.
+
+        Args:
+            network: The network.
+            name: Name of the body.
+            modulus: Bulk modulus K [Pa].
+            span: The sentence in the source.
 
         Raises:
             ValueError: It has neither, or a surface that is open or encloses nothing.
@@ -119,7 +125,7 @@ class Enclosure(Field, frozen=True):
         return np.unique(self.walled[~alive[self.walls]])
 
     def without(self, cells: Indices) -> "Enclosure":
-        """Return this enclosure with some cells left out."""
+        """Return this enclosure without some cells, given by indices of shape (n,)."""
         stays = np.ones(self.cell_count, dtype=bool)
         stays[cells] = False
         number, walls = np.cumsum(stays) - 1, stays[self.walled]
@@ -133,7 +139,7 @@ class Enclosure(Field, frozen=True):
         )
 
     def swollen(self, amount: float, profile: TimeProfile) -> "Enclosure":
-        """Return this enclosure with a further change of what it should enclose."""
+        """Return this enclosure with a further change of the target volume."""
         return replace(self, swellings=(*self.swellings, Swelling(amount, profile)))
 
     def swell(self, time: float) -> tuple[float, float]:
@@ -181,8 +187,9 @@ class Enclosure(Field, frozen=True):
         """Return √(K/V0) ∂V/∂x of each cell [(N/m)^½], shape (3 size, cell).
 
         Args:
+            position: Of all nodes [m], shape (node, 3).
             number: Of each node of the scene among those that may move, -1 for others.
-            size: How many may move.
+            size: Number of nodes that may move.
         """
         from scipy.sparse import csr_matrix, diags
 
@@ -201,6 +208,12 @@ class Enclosure(Field, frozen=True):
         With [c] d = c × d, the second derivatives of 24 V are [q] by p and s, [p] by s and q,
         and [s] by q and p, of opposite sign the other way round. Arguments and shape are those
         of ``matrix``.
+
+        Args:
+            time: Time [s].
+            position: Of all nodes [m], shape (node, 3).
+            number: Of each node among those that may move, -1 for others, shape (node,).
+            size: Number of nodes that may move.
         """
         from scipy.sparse import csr_matrix
 
@@ -286,7 +299,14 @@ class Enclosure(Field, frozen=True):
 
 
 def open_edges(corners: Indices) -> Indices:
-    """Return the edges that do not belong to exactly two triangles in opposite directions."""
+    """Return the edges that do not belong to exactly two triangles in opposite directions.
+
+    Args:
+        corners: Nodes of the triangles, shape (triangle, 3).
+
+    Returns:
+        Node pairs, shape (edge, 2).
+    """
     edges = corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     if not len(edges):
         return edges
@@ -427,7 +447,11 @@ class CellTable(NamedTuple):
 def press(
     time: float, x: Floats, v: Floats, f: Floats, power: Floats, cells: CellTable
 ) -> None:
-    """Add the forces of enclosed volumes to those on nodes, and the power of pumps."""
+    """Add the forces of enclosed volumes to those on nodes, and the power of pumps.
+
+    Args:
+        cells: The enclosed volumes.
+    """
     corners = cells.corners
     swell, _, _, rate, _, _ = total(0, time, cells.acts)
     for cell in range(cells.drawn.size):
@@ -468,10 +492,12 @@ def press(
 
 
 def spans(i: int, j: int, k: int, m: int, o: int, x: Floats) -> tuple[float, ...]:
-    """Return s, p and q of a face [m], as seen from a node of its cell.
+    """Return s, p and q of a face relative to a node of its cell [m].
 
     Args:
-        i, j, k, m, o: Where its corners, and that node, begin in ``x``.
+        i, j, k, m: Indices of the first components of its corners in ``x``.
+        o: The same of that node.
+        x: Positions of all nodes [m], flat, shape (3 node,).
     """
     z0, z1, z2 = x[o], x[o + 1], x[o + 2]
     return (

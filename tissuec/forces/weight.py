@@ -19,7 +19,7 @@ class Weight(Nodal, frozen=True):
 
     @property
     def steady(self) -> Floats:
-        """Return the acceleration of what is free [m/s²], shape (3,)."""
+        """Return the acceleration of free nodes [m/s²], shape (3,)."""
         return self.gravity
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
