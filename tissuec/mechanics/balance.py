@@ -1,4 +1,4 @@
-"""Forces, energy and stiffness of a net at rest, as functions of where some nodes are.
+"""Forces, energy and stiffness of a net at rest, as functions of positions of some nodes.
 
     E(x) = Σ ∫ f(e) de + energy of enclosed volumes - Σ p·x        F = -∂E/∂x        K = ∂²E/∂x²
 
@@ -123,7 +123,7 @@ class Balance:
         return found[self.free]
 
     def bars(self, x: Floats) -> Bars:
-        """Return what the springs do with the free nodes at x [m], shape (free, 3)."""
+        """Return the state of the springs with the free nodes at x [m], shape (free, 3)."""
         position = self._position
         position[self.free] = x
         reach = position[self.outer_ends[:, 1]] - position[self.outer_ends[:, 0]]
@@ -148,7 +148,7 @@ class Balance:
         return total
 
     def star(self, nodes: Indices) -> NodeSprings:
-        """Return some of the free nodes with the springs that pull at them."""
+        """Return some free nodes, given by numbers of shape (n,), with the springs at them."""
         row = np.full(len(self.free) + 1, -1)  # the last is that of ends that stay
         row[nodes] = np.arange(len(nodes))
         rows = row[self.ends]
@@ -178,7 +178,7 @@ class Balance:
         return total
 
     def freeze(self, bars: Bars) -> None:
-        """Let energies take the work of jets to be that of their present forces."""
+        """Set the force of jets in the energy to their present force."""
         if self._jets:
             pushed, rest = np.zeros_like(bars.position), np.zeros_like(bars.position)
             for jet in self._jets:
@@ -186,9 +186,13 @@ class Balance:
             self._blown = pushed[self.free]
 
     def energy(self, x: Floats, bars: Bars) -> tuple[float, float]:
-        """Return the energy and what rounding may change in it [J].
+        """Return the energy and a bound of its rounding error [J].
 
-        The loads count from where the free nodes are in the state.
+        The work of loads is zero at the positions of the free nodes in the state.
+
+        Args:
+            x: Positions of the free nodes [m], shape (free, 3).
+            bars: The springs at these positions.
         """
         elastic = self.behaviour.energy(bars.length - self.rest)
         done = self.present_load * (x - self._start)
@@ -267,7 +271,14 @@ class Balance:
         return Stiffness(csc_matrix(total), np.hstack(wide))
 
     def entries(self, bars: Bars, *, exact: bool) -> tuple[Floats, Indices, Indices]:
-        """Return summands of K by springs [N/m], with rows and columns; see ``matrix``."""
+        """Return the contributions of springs to K [N/m], with their rows and columns.
+
+        All three arrays have the shape (entry,); entries of one place add up.
+
+        Args:
+            bars: The springs at the positions of interest.
+            exact: As of ``matrix``.
+        """
         has_direction = bars.length > 0.0
         steep = self.behaviour.slope(bars.length - self.rest)
         if not exact:

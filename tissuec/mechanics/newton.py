@@ -5,6 +5,12 @@ near it the exact K, where it is positive definite, converges quadratically. Ste
 tenth of the net or half a spring, because a net that is not yet under tension resists hardly at
 all across its springs, and halved until the energy falls. Rigid motions that cost no energy are
 left out of steps. (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, chapter 3.)
+
+Shared arguments:
+    balance: The free nodes and what acts on them.
+    x: Positions of the free nodes [m], shape (free, 3).
+    bars: The springs at these positions.
+    force: Force on each free node [N], shape (free, 3).
 """
 
 import numpy as np
@@ -23,7 +29,7 @@ SLOPE = 1e-4  # of what the slope foretells: by this the energy has to fall
 
 
 def descend(balance: Balance, x: Floats) -> tuple[Floats, bool]:
-    """Return where Newton's method comes to [m], shape (free, 3), and whether that balances."""
+    """Return the result of Newton's method [m], shape (free, 3), and whether it balances."""
     for _ in range(ROUNDS):
         bars = balance.bars(x)
         force = balance.force(bars)
@@ -41,7 +47,10 @@ def descend(balance: Balance, x: Floats) -> tuple[Floats, bool]:
 
 
 def polished(balance: Balance, x: Floats, bars: Bars, force: Floats) -> Floats:
-    """Return places one step on, if forces are smaller there: soft motions have far to go."""
+    """Return the positions after one more exact step, if forces are smaller there.
+
+    Soft motions may still be far from their equilibrium when forces are already small.
+    """
     step = direction(balance, bars, NeutralMotions.of(balance, x), force, exact=True)
     if step is None:
         return x
@@ -50,13 +59,13 @@ def polished(balance: Balance, x: Floats, bars: Bars, force: Floats) -> Floats:
 
 
 def is_balanced(balance: Balance, bars: Bars, force: Floats) -> bool:
-    """Tell whether the force left on every node is as good as none."""
+    """Return whether the force on every node is zero within tolerance and rounding."""
     allowed = PRECISE * balance.largest(bars) + balance.noise(bars)
     return greatest(force) <= allowed
 
 
 def greatest(force: Floats) -> float:
-    """Return the greatest of some forces [N]."""
+    """Return the largest magnitude of some forces [N]."""
     return float(np.sqrt((force * force).sum(axis=1).max(initial=0.0)))
 
 
@@ -65,7 +74,12 @@ def direction(
 ) -> Floats | None:
     """Return a step downhill without neutral motions [m], shape (free, 3).
 
-    None if no matrix gives one.
+    Args:
+        neutral: Rigid motions that cost no energy.
+        exact: Whether to try the exact K first.
+
+    Returns:
+        The step, None if no matrix gives one.
     """
     clamped, force = balance.matrix(bars, exact=False), neutral.balanced(force)
     top = float(clamped.diagonal().max(initial=0.0))
@@ -89,7 +103,14 @@ def _solved(matrix: Stiffness, force: Floats) -> Floats | None:
 def downhill(
     balance: Balance, x: Floats, bars: Bars, force: Floats, step: Floats
 ) -> Floats | None:
-    """Return the place along a step at which the energy has fallen; None if there is none."""
+    """Return the positions along a step at which the energy is lower [m], shape (free, 3).
+
+    Args:
+        step: Displacement of each free node [m], shape (free, 3).
+
+    Returns:
+        The positions, None if the energy falls nowhere along the step.
+    """
     spring = float(np.maximum(bars.length, balance.rest).max(initial=0.0))
     reach = max(0.5 * spring, 0.1 * float(np.ptp(x, axis=0).max()))
     size = greatest(step)

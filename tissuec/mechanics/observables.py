@@ -3,6 +3,14 @@
 Every function takes states with any number of leading axes, written ``…`` in the shapes, so
 that a whole batch of samples is one call. Parameters are those of a :class:`State`, whose
 rest lengths may have the leading axes of the states.
+
+Shared arguments:
+    state: Parameters of the network.
+    time: Time [s], shape (…).
+    position: Of all nodes [m], shape (…, node, 3).
+    velocity: Of all nodes [m/s], shape (…, node, 3).
+    springs: Indices of the springs, shape (spring,); all springs if None.
+    nodes: Indices of the nodes, shape (n,); all nodes if None is allowed and given.
 """
 
 from collections.abc import Iterator
@@ -47,14 +55,17 @@ def elongation(ends: NDArray[np.int32], position: Floats, rest: Floats) -> Float
 def tension(
     state: State, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
-    """Return the tension of some springs, all of them by default [N], shape (…, spring)."""
+    """Return the tension of some springs [N], shape (…, spring)."""
     parts = _in_parts(state.network if springs is None else springs)
     found = [state.springs(part).pull(position, velocity).tension for part in parts]
     return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
 
 def rest_lengths(state: State, velocity: Floats, springs: Indices | None = None) -> Floats:
-    """Return L0 with what it flowed [m], shape (spring,) or, where any flows, (…, spring)."""
+    """Return rest lengths including their flow [m].
+
+    The shape is (spring,), or (…, spring) where any rest length flows.
+    """
     rest = state.rest if springs is None else state.rest[..., springs]
     memory = state.memory(springs)
     return rest if memory is None else rest + memory.flowed(flat(velocity))
@@ -75,12 +86,7 @@ class Forces(NamedTuple):
 def inner_forces(
     state: State, time: Floats | float, position: Floats, velocity: Floats
 ) -> Forces:
-    """Return what springs, pressure and contact do.
-
-    Args:
-        time: [s], shape (…).
-        position, velocity: [m], [m/s], shape (…, node, 3).
-    """
+    """Return the forces of springs, pressure and contact."""
     forces = _spring_forces(state, position, velocity)
     for acting in state.fields:
         acting.add_forces(time, position, velocity, forces.node)
@@ -133,7 +139,7 @@ def force_on(
     velocity: Floats,
     nodes: Indices,
 ) -> Floats:
-    """Return the sum of the inner forces on some nodes together [N], shape (…, 3)."""
+    """Return the resultant of the inner forces on some nodes [N], shape (…, 3)."""
     total = pull_on(state, position, velocity, nodes)
     for acting in state.fields:
         pressed = np.zeros(position.shape)
@@ -150,7 +156,7 @@ def torque_on(
     nodes: Indices,
     about: Floats,
 ) -> Floats:
-    """Return the torque of the inner forces on some nodes together [N m], shape (…, 3).
+    """Return the resultant torque of the inner forces on some nodes [N m], shape (…, 3).
 
     Args:
         about: A point [m], shape (…, 3).
@@ -173,7 +179,7 @@ def _torque(place: Floats, force: Floats, about: Floats) -> Floats:
 
 
 def pull_on(state: State, position: Floats, velocity: Floats, nodes: Indices) -> Floats:
-    """Return the sum of the spring forces on some nodes together [N], shape (…, 3).
+    """Return the resultant of the spring forces on some nodes [N], shape (…, 3).
 
     Springs with both ends among the nodes cancel and are left out, so a log of a few nodes
     costs only the springs that join them to the rest.
@@ -197,7 +203,7 @@ def _boundary(network: Network, nodes: bytes) -> tuple[Indices, Floats]:
 
 
 def kinetic_energy(state: State, velocity: Floats, nodes: Indices | None = None) -> Floats:
-    """Return Σ ½ m v² over the free nodes (among ``nodes``) [J], shape (…)."""
+    """Return Σ ½ m v² over the free nodes among ``nodes`` [J], shape (…)."""
     free = _free(state, nodes)
     moving = velocity[..., free, :]
     return 0.5 * _sum_each(state.mass[free] * dot(moving, moving))
@@ -206,7 +212,7 @@ def kinetic_energy(state: State, velocity: Floats, nodes: Indices | None = None)
 def elastic_energy(
     state: State, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
-    """Return what alive springs (among ``springs``) and their branches store [J], shape (…)."""
+    """Return the energy stored in intact springs and their branches [J], shape (…)."""
     chosen = np.flatnonzero(state.alive) if springs is None else springs
     chosen = chosen[state.alive[chosen]]
     total = np.zeros(position.shape[:-2])
@@ -230,13 +236,14 @@ class Energies(NamedTuple):
 
     @property
     def total(self) -> Floats:
+        """Return the sum of all energies [J], shape (…)."""
         return self.kinetic + self.elastic + self.gravity
 
 
 def energies(
     state: State, time: Floats | float, position: Floats, velocity: Floats
 ) -> Energies:
-    """Return the energies of the free nodes, of alive springs, of pressure and contact."""
+    """Return the energies of the free nodes, of intact springs, of pressure and contact [J]."""
     elastic = elastic_energy(state, position, velocity)
     for acting in state.fields:
         elastic = elastic + acting.energy(time, position)

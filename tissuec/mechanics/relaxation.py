@@ -1,4 +1,4 @@
-"""Relaxation: nodes give way to their forces one layer after the other until nothing changes.
+"""Relaxation: nodes move with their forces, layer by layer, until nothing changes.
 
 The first approach of the paper, after propagation in Hopfield networks: a sweep starts at the
 node with the greatest force and goes on layer by layer, a layer being what springs join to the
@@ -46,12 +46,13 @@ class Relaxed(NamedTuple):
 
 
 def relax(balance: Balance, x: Floats, *, threshold: float, most: int) -> Relaxed:
-    """Let the free nodes give way until forces hardly change.
+    """Move the free nodes towards equilibrium until forces hardly change.
 
     Args:
-        x: Where they are [m], shape (free, 3).
-        threshold: Change of a force within a sweep at which nothing starts over [N].
-        most: Sweeps after which it ends in any case.
+        balance: The free nodes and what acts on them.
+        x: Their positions at the start [m], shape (free, 3).
+        threshold: Change of a force within a sweep below which no further sweep starts [N].
+        most: Largest number of sweeps.
     """
     if not len(x):
         return Relaxed(x, 0, 0.0)
@@ -127,7 +128,7 @@ class Layers:
         self._weight: dict[int, Floats] = {}
 
     def look(self, bars: Bars, reach: float) -> None:
-        """Take in where a sweep came to that moved nodes by no more than ``reach`` [m]."""
+        """Update with the result of a sweep that moved nodes by at most ``reach`` [m]."""
         if self.are_curved:
             self.doubt = max(1.0, 0.5 * self.doubt)
             self._stiffness = self._steepest(bars, reach)
@@ -149,10 +150,10 @@ class Layers:
         return np.maximum(found, across)
 
     def beginning_with(self, urge: Floats) -> Iterator[Layer]:
-        """Yield layers from the node of the greatest urge on, piece by piece.
+        """Yield layers, beginning with the node of the largest urge in each piece.
 
         Args:
-            urge: What makes a node come first, shape (free,).
+            urge: Priority of each node, a force [N], shape (free,).
         """
         waiting = np.ones(self._count, dtype=bool)
         while waiting.any():

@@ -1,4 +1,4 @@
-"""Whether a net rests with springs under pressure, so that its equilibrium may be unstable.
+"""Detects a net at rest with compressed springs, whose equilibrium may be unstable.
 
 Asked in every run, hence without SciPy; ``stability`` answers the rest.
 """

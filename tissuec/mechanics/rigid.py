@@ -1,4 +1,4 @@
-"""Rigid motions that cost a net no energy, so that nothing says where it comes to rest.
+"""Rigid motions that cost a net no energy, so that its rest position is not unique.
 
 A piece of the net that nobody holds, or that is held in one point or along one line only, moves
 as a whole without any change of its springs. Loads p that do not follow it do the work
@@ -63,7 +63,13 @@ class Freedom(Struct, frozen=True, eq=False):
     motion: Floats
 
     def restored(self, x: Floats, start: Floats, mass: Floats) -> Floats:
-        """Return its nodes moved as a whole, as close to where they were as possible [m]."""
+        """Return the nodes moved as a rigid body, as close to their start as possible [m].
+
+        Args:
+            x: Positions of the nodes [m], shape (n, 3).
+            start: Positions at the start [m], shape (n, 3).
+            mass: Weights of the distances [kg], shape (n,).
+        """
         if self.pivot is None:
             before, after = mass @ start / mass.sum(), mass @ x / mass.sum()
         else:
@@ -119,10 +125,12 @@ class NeutralMotions:
 
     @classmethod
     def of(cls, balance: Balance, x: Floats, mass: Floats | None = None) -> Self:
-        """Return those with the free nodes at x [m], shape (free, 3).
+        """Return the neutral motions with the free nodes at given positions.
 
         Args:
-            mass: By which motions are weighed, shape (free,); that of the nodes by default.
+            balance: The free nodes and what acts on them.
+            x: Positions of the free nodes [m], shape (free, 3).
+            mass: Weights of the motions [kg], shape (free,); the masses of the nodes if None.
         """
         mass = balance.mass if mass is None else mass
         position = balance.bars(x).position
@@ -151,7 +159,7 @@ class NeutralMotions:
 
     @property
     def count(self) -> int:
-        """Return how many there are."""
+        """Return the number of motions."""
         return self.basis.shape[1]  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
 
     def without(self, step: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Settling: nodes are put where all forces on them balance, and rest there.
+"""Equilibration: nodes are moved to where all forces balance, and rest there.
 
 Newton's method goes first; where it ends short of an equilibrium, relaxation goes on from there
 and Newton's method again. Where the equilibrium is unstable, the net is pushed off along the
@@ -52,7 +52,7 @@ UNKNOWN = Remark("the stability of this equilibrium could not be determined")
 
 
 def settle(state: State, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
-    """Put the chosen nodes that nobody holds at rest where the forces on them balance.
+    """Move the chosen free nodes to where the forces on them balance, at rest.
 
     Forces are as small then as rounding leaves them, or 1e-12 of the largest force.
 
@@ -165,7 +165,11 @@ def _pushed_off(balance: Balance, x: Floats, mode: SoftestMotion) -> Floats:
 
 
 def refuse_falling(balance: Balance) -> None:
-    """Raise Unsettled if forces act on a piece of the net that nothing holds."""
+    """Refuse a net with a loaded piece that nothing holds.
+
+    Raises:
+        Unsettled: Forces act on such a piece.
+    """
     inner = (balance.ends >= 0).all(axis=1)
     labels = topology.pieces(len(balance.free), balance.ends[inner])
     anchored = np.zeros(int(labels.max(initial=-1)) + 1, dtype=bool)

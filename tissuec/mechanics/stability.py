@@ -1,4 +1,4 @@
-"""Whether an equilibrium is one to stay at: the motion about it that resists least.
+"""Stability of an equilibrium: the motion about it that resists least.
 
 The energy is at a minimum where the smallest eigenvalue of K, rigid motions that cost nothing
 aside, is positive. Where it is negative, the least disturbance grows: a pressed column buckles.

@@ -1,4 +1,4 @@
-"""What is true at one moment of a run: the state, and everything that the script has switched.
+"""The state of a net at one time of a run, with everything that the script has changed.
 
 The engine and the reference both step a ``State`` from event to event; events change it
 between steps. Arrays stand in the order of the network.
@@ -40,9 +40,13 @@ class PrescribedRotation(Struct, frozen=True, eq=False):
     profile: TimeProfile
 
     def apply(self, base: Floats, time: Floats | float) -> tuple[Floats, Floats]:
-        """Return the turned points and their velocities, each of shape (…, point, 3).
+        """Return rotated points [m] and their velocities [m/s], each of shape (…, point, 3).
 
         Rodrigues' formula: R r = r cos θ + (n × r) sin θ + n (n·r)(1 - cos θ).
+
+        Args:
+            base: Points before the rotation [m], shape (point, 3).
+            time: Times [s], shape (…).
         """
         factor, rate = (np.asarray(part)[..., None, None] for part in self.profile.at(time))
         theta = self.angle * factor
@@ -143,7 +147,15 @@ class State(Struct, eq=False):
         contact: "Contact | None" = None,
         forces: tuple[Imposed, ...] = (),
     ) -> "State":
-        """Return the state at 0 s, before any event: all is free, no knot is tied."""
+        """Return the state at 0 s, before any event: all nodes are free, no knot is tied.
+
+        Args:
+            network: The compiled network.
+            gravity: Acceleration [m/s²], shape (3,).
+            drag: Ambient damping of each node [N s/m].
+            contact: Contact of instruments and threads, None if there is none.
+            forces: Forces of ``force`` blocks.
+        """
         tools = {
             tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in network.tools
         }
@@ -185,7 +197,11 @@ class State(Struct, eq=False):
         return braking
 
     def behaviour(self, springs: Indices | None = None) -> Behaviour:
-        """Return what some springs do, all of them by default, by their present numbers."""
+        """Return the laws of some springs with their present numbers.
+
+        Args:
+            springs: Indices of shape (n,); all springs if None.
+        """
         chosen = slice(None) if springs is None else springs
         network = self.network
         return Behaviour(
@@ -197,7 +213,11 @@ class State(Struct, eq=False):
         )
 
     def springs(self, chosen: Indices | None = None) -> SpringSubset:
-        """Return some springs with their present numbers, all of them by default."""
+        """Return some springs with their present numbers.
+
+        Args:
+            chosen: Indices of shape (n,); all springs if None.
+        """
         part = slice(None) if chosen is None else chosen
         ends, alive = self.network.ends[part], self.alive[part]
         return SpringSubset(ends, alive, self.behaviour(chosen), self.memory(chosen))
@@ -209,7 +229,11 @@ class State(Struct, eq=False):
         return self.springs(np.flatnonzero(self.alive & ~held))
 
     def memory(self, springs: NDArray[np.integer] | None = None) -> Inelastic | None:
-        """Return what some springs remember, all of them by default."""
+        """Return the branches and flow of some springs, None if no spring has any.
+
+        Args:
+            springs: Indices of shape (n,); all springs if None.
+        """
         whole = self.inelastic
         return whole if whole is None or springs is None else whole.some(cast(Indices, springs))
 
@@ -227,11 +251,19 @@ class State(Struct, eq=False):
         return rest
 
     def at(self, time: Floats | float) -> "State":
-        """Return this with the rest lengths of times; of shape (…, spring) if they change."""
+        """Return the state with the rest lengths of other times.
+
+        Args:
+            time: Times [s], shape (…); rest lengths that change get the shape (…, spring).
+        """
         return replace(self, rest=self.rest_at(time)) if self.reelings else self
 
     def stop_reeling(self, springs: Indices) -> None:
-        """Leave the threads with some of these springs as long as they are now."""
+        """Stop the change of rest lengths in threads that contain some of the given springs.
+
+        Args:
+            springs: Indices, shape (n,).
+        """
         self.rest = self.rest_at(self.time)
         self.reelings = {
             name: reeling
@@ -240,10 +272,10 @@ class State(Struct, eq=False):
         }
 
     def give_way(self, springs: Indices) -> list[str]:
-        """Let the knots slip whose springs surpass their limits; return them by name.
+        """Let the knots slip whose springs exceed their limits; return the names of the knots.
 
         Args:
-            springs: That surpass what they bear.
+            springs: Springs that exceed their limits, shape (n,).
         """
         found = [name for name, knot in self.knots.items() if self._slips(knot, springs)]
         for name in found:
@@ -277,7 +309,7 @@ class State(Struct, eq=False):
         return found
 
     def seize(self) -> list[str]:
-        """Let knots hold again that do not slip any more; return them by name."""
+        """Let knots hold again that no longer slip; return their names."""
         found = self.seizing(self.time, self.position, self.velocity)
         for name in found:
             knot = self.knots[name]
@@ -311,7 +343,7 @@ class State(Struct, eq=False):
         return next(found, None)
 
     def let_leak(self) -> list[tuple[Enclosure, int]]:
-        """Give up the cells that are torn, which keep no pressure; jets go through tears.
+        """Remove torn cells, which keep no pressure; jets pass through tears.
 
         Returns:
             Enclosures as they were, each with the number of cells that it loses.
@@ -380,13 +412,17 @@ class State(Struct, eq=False):
         return (*self.enclosures.values(), *hinges, *contact, *self.jets.values(), *imposed)
 
     def forget_friction(self, nodes: Indices) -> None:
-        """Let go what friction on some nodes remembers, as if they had just been put down."""
+        """Reset the bristles of friction on some nodes to zero, as at first contact.
+
+        Args:
+            nodes: Indices, shape (n,).
+        """
         if self.contact is not None and len(self.contact.memory):
             settled = np.isin(self.contact.nodes, nodes)
             self.velocity[self.contact.memory[settled]] = 0.0
 
     def place_held(self) -> None:
-        """Put driven nodes on their paths and every other held node at rest, at ``time``.
+        """Move driven nodes to their paths and set every other held node at rest, at ``time``.
 
         Threads that are drawn in or paid out are as long as they are then.
         """

@@ -30,11 +30,11 @@ class Stiffness(Struct, frozen=True, eq=False):
         return self.sparse @ vector + self.wide @ (self.wide.T @ vector)
 
     def diagonal(self) -> Floats:
-        """Return the diagonal of K, shape (n,)."""
+        """Return the diagonal of K [N/m], shape (n,)."""
         return self.sparse.diagonal() + (self.wide * self.wide).sum(axis=1)
 
     def toarray(self) -> Floats:
-        """Return K, shape (n, n)."""
+        """Return K [N/m], shape (n, n)."""
         return self.sparse.toarray() + self.wide @ self.wide.T
 
     def plus(self, added: Floats) -> "Stiffness":
@@ -70,7 +70,7 @@ class Factor:
         return negative == int((np.linalg.eigvalsh(self._schur) < 0.0).sum())
 
     def solve(self, right: Floats) -> Floats:
-        """Return K⁻¹ f, shape (n,)."""
+        """Return K⁻¹ f [m] for forces f [N], both of shape (n,)."""
         found = self._factor.solve(right)
         if not self._wide.shape[1]:
             return found
