@@ -1,4 +1,4 @@
-"""The compiled network: read-only arrays, each of which can name the line it came from.
+"""The compiled network: read-only arrays with the source line of each entry.
 
 Nodes and springs stand in the order of the scene and keep their numbers for good; the engine
 may renumber inside, never visibly. The signed incidence matrix of the paper is the pair of
@@ -306,7 +306,7 @@ class Network(Struct, frozen=True, eq=False):
         return bool((first & second).any())
 
     def owner(self, spring: int) -> BodyPart | JointPart:
-        """Return what a spring belongs to."""
+        """Return the body or joint of a spring."""
         return next(part for part in self.parts if spring < part.springs.stop)
 
     @property
@@ -319,7 +319,10 @@ class Network(Struct, frozen=True, eq=False):
 
     @property
     def sudden(self) -> Floats:
-        """Return how stiff springs are before their branches give way [N/m], (spring,)."""
+        """Return the stiffness of springs before their branches relax [N/m].
+
+        The shape is (spring,).
+        """
         return self.stiffness + (0.0 if self.inelastic is None else self.inelastic.sudden)
 
     @property
@@ -342,7 +345,7 @@ class Network(Struct, frozen=True, eq=False):
         return present
 
     def behaviour(self) -> Behaviour:
-        """Return what the springs do at the start of a run."""
+        """Return the laws of the springs with their numbers at the start of a run."""
         return Behaviour(self.laws, self.law, self.stiffness, self.damping, self.rest)
 
     @property

@@ -1,4 +1,4 @@
-"""Courses in time: the factor by which a load or a prescribed motion is switched on.
+"""Time profiles: the factor of a load or a prescribed motion over time.
 
 A profile is a plain record of numbers, so that kernels, the reference and the file can all hold
 it; the value before ``start`` is that at ``start``, after ``stop`` that at ``stop``.
@@ -56,7 +56,11 @@ class TimeProfile(Struct, frozen=True, eq=False):
     def at(self, time: Floats | float) -> tuple[Floats | float, Floats | float]: ...
 
     def at(self, time: Floats | float) -> tuple[Floats | float, Floats | float]:
-        """Return the factor and its rate [1/s] at each time [s]."""
+        """Return the factor, dimensionless, and its rate [1/s] at each time.
+
+        Args:
+            time: A number or an array of any shape [s]; the results have the same shape.
+        """
         if not isinstance(time, np.ndarray):
             return self._at(time)
         found = np.array([self._at(t) for t in time.ravel().tolist()]).reshape(-1, 2)
@@ -133,14 +137,27 @@ class TimeProfile(Struct, frozen=True, eq=False):
 
     @property
     def knots(self) -> Floats:
-        """Return the times at which a derivative jumps, for steps to land on [s]."""
+        """Return the times at which a derivative jumps, where steps should end [s].
+
+        The shape is (knot,).
+        """
         ends = [t for t in (self.start, self.stop) if np.isfinite(t)]
         inner = self.start + self.times
         return np.unique(np.concatenate([ends, inner[inner <= self.stop]]))
 
 
 def tabulated(profiles: Sequence[TimeProfile], start: float, until: float) -> dict[str, Floats]:
-    """Return the curves of profiles in a stretch of time, as ``Acts`` has them in arrays."""
+    """Return the curves of profiles in an interval, with the names of ``BoundaryConditions``.
+
+    Args:
+        profiles: The profiles.
+        start: Start of the interval [s].
+        until: End of the interval [s].
+
+    Returns:
+        ``origin`` [s], ``amplitude`` (dimensionless) and ``angular`` [1/s], each of shape
+        (curve,), and the coefficients ``power`` [1/s^n], shape (curve, power).
+    """
     curves = [profile.curve(start, until) for profile in profiles]
     angular = np.array([angular for _, _, angular in curves], dtype=float)
     return {

@@ -1,4 +1,4 @@
-"""What a net is joined like: pieces, dangling nodes, node-wise lists, and floppy modes.
+"""Topology of a net: pieces, dangling nodes, springs by node, and floppy modes.
 
 A floppy mode is a motion, other than a rigid one, that no spring resists to first order. With
 unit directions u and tensions T = c(L - L0), the stiffness of a spring is
