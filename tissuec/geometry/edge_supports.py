@@ -1,4 +1,4 @@
-"""What holds an edge of a skin, and when it tears.
+"""Springs that support an edge of a skin, and when the edge tears.
 
 Springs side by side are one *strand*. An edge with a strand tears when the last of its springs
 is gone. Some skins have edges without springs, such as the diagonals of a face, or all edges of
@@ -54,7 +54,14 @@ class EdgeSupports(Struct, frozen=True, eq=False):
         return np.where(self.keys[found] == wanted, found, -1)
 
     def at(self, nodes: Indices) -> tuple[Indices, Indices, Indices]:
-        """Return the strands at nodes: rows of ``nodes``, strands, and their other ends."""
+        """Return the strands at nodes.
+
+        Args:
+            nodes: Indices, shape (n,).
+
+        Returns:
+            Rows of ``nodes``, strands, and their other ends, each of shape (found,).
+        """
         low, high = self.keys >> 32, self.keys & 0xFFFFFFFF
         here, there = np.concatenate([low, high]), np.concatenate([high, low])
         order = np.argsort(here, kind="stable")

@@ -1,4 +1,4 @@
-"""Edges of triangles: which triangles share them, and whether those face the same way.
+"""Edges of triangles: which triangles share them, and whether these face alike.
 
 Triangles that share an edge face the same way where they run along it in opposite directions.
 """
@@ -33,7 +33,7 @@ class Edges(Struct, frozen=True, eq=False, dict=True):
 
     @classmethod
     def among(cls, triangles: Indices) -> "Edges":
-        """Return the edges of triangles."""
+        """Return the edges of triangles, given by corners of shape (triangle, 3)."""
         first, second = triangles, np.roll(triangles, -1, axis=1)
         size = int(triangles.max(initial=0)) + 1
         keys = (np.minimum(first, second) * size + np.maximum(first, second)).ravel()
@@ -48,7 +48,10 @@ class Edges(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def pairs(self) -> tuple[Indices, Indices, NDArray[np.bool_]]:
-        """Return the two triangles at each edge that has two, and whether they agree."""
+        """Return the two triangles at each edge with exactly two, and whether they face alike.
+
+        Each of the three arrays has the shape (pair,).
+        """
         order = np.argsort(self.of.ravel(), kind="stable")
         upward = (self.triangles < np.roll(self.triangles, -1, axis=1)).ravel()[order]
         start = (np.cumsum(self.count) - self.count)[self.count == 2]
@@ -78,7 +81,12 @@ class Edges(Struct, frozen=True, eq=False, dict=True):
 
 
 def volume(position: Floats, triangles: Indices) -> float:
-    """Return what closed triangles enclose, below zero where they face inwards."""
+    """Return the volume that closed triangles enclose [m³], negative if they face inwards.
+
+    Args:
+        position: Of the nodes [m], shape (node, 3).
+        triangles: Corners, shape (triangle, 3).
+    """
     if not len(triangles):
         return 0.0
     a, b, c = (position[triangles] - position[triangles[0, 0]]).swapaxes(0, 1)

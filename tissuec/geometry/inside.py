@@ -19,11 +19,11 @@ _AT_ONCE = 4_000_000  # pairs of a point and a triangle that are looked at toget
 
 
 def inside(points: Floats, position: Floats, triangles: Indices) -> NDArray[np.bool_]:
-    """Return which points lie inside of closed triangles that face outwards.
+    """Return which points lie inside closed triangles that face outwards.
 
     Args:
-        points: Any points, shape (point, 3).
-        position: Nodes of the surface, shape (node, 3).
+        points: Any points [m], shape (point, 3).
+        position: Nodes of the surface [m], shape (node, 3).
         triangles: Corners, shape (triangle, 3).
     """
     middle = position[triangles[0, 0]] if len(triangles) else np.zeros(3)
@@ -36,13 +36,13 @@ def inside(points: Floats, position: Floats, triangles: Indices) -> NDArray[np.b
 
 
 def depths(position: Floats, triangles: Indices, patch: Indices, which: Indices) -> Indices:
-    """Return how many other closed patches lie around each patch of a surface.
+    """Return how many other closed patches enclose each patch of a surface.
 
     Args:
-        position: Nodes, shape (node, 3).
+        position: Nodes [m], shape (node, 3).
         triangles: Of closed patches that face outwards, each by itself, shape (triangle, 3).
         patch: Number of the patch of each triangle, shape (triangle,).
-        which: The patches that are asked about, ascending, shape (patch,).
+        which: The patches of interest, ascending, shape (patch,).
     """
     first = np.searchsorted(np.sort(patch), which)
     probes = position[triangles[np.argsort(patch, kind="stable")[first], 0]]
@@ -53,7 +53,15 @@ def depths(position: Floats, triangles: Indices, patch: Indices, which: Indices)
 
 
 def winding_numbers(points: Floats, position: Floats, triangles: Indices) -> Floats:
-    """Return the solid angle of triangles as seen from points, over 4π, shape (point,)."""
+    """Return the solid angle of triangles seen from points, divided by 4π, shape (point,).
+
+    By A. van Oosterom and J. Strackee, IEEE Trans. Biomed. Eng. 30:125 (1983).
+
+    Args:
+        points: Any points [m], shape (point, 3).
+        position: Nodes of the surface [m], shape (node, 3).
+        triangles: Corners, shape (triangle, 3).
+    """
     result = np.empty(len(points))
     step = max(1, _AT_ONCE // max(len(triangles), 1))
     for start in range(0, len(points), step):

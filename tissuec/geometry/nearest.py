@@ -31,7 +31,11 @@ class NearestPlace(NamedTuple):
     pressing: Floats
 
     def some(self, which: NDArray[np.bool_] | Indices) -> "NearestPlace":
-        """Return that of some pairs."""
+        """Return the places of some pairs.
+
+        Args:
+            which: Mask of shape (pair,), or indices of shape (n,).
+        """
         return NearestPlace(*(part[which] for part in self))
 
 
@@ -56,12 +60,12 @@ def places(x: Floats, kind: Indices, corners: Floats, radius: Floats) -> Nearest
 
 
 def dot(one: Floats, two: Floats) -> Floats:
-    """Return the scalar products of vectors along the last axis."""
+    """Return the scalar products of vectors of shape (…, k), in any units, shape (…)."""
     return np.einsum("...k,...k->...", one, two)
 
 
 def or_one(values: Floats) -> Floats:
-    """Return what can be divided by: values above zero, and 1 for others."""
+    """Return values, of any unit and shape, with those that are not positive replaced by 1."""
     return np.where(values > 0.0, values, 1.0)
 
 

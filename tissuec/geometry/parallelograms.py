@@ -1,4 +1,4 @@
-"""Parallelograms that triangles of a surface make in pairs.
+"""Parallelograms that pairs of triangles form.
 
 Thirds of triangles depend on which diagonal divides a parallelogram; quarters of it do not.
 """

@@ -75,6 +75,12 @@ class TriangleNet(NamedTuple):
 
     @classmethod
     def of(cls, triangles: Indices, size: int) -> "TriangleNet":
+        """Return the net of triangles, given by corners of shape (triangle, 3).
+
+        Args:
+            triangles: Corners, shape (triangle, 3).
+            size: Number of points.
+        """
         pairs = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1), axis=-1)
         keys, sides, shared = np.unique(
             pairs[..., 0] * size + pairs[..., 1], return_inverse=True, return_counts=True

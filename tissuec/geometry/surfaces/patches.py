@@ -55,8 +55,9 @@ def refine_grid(skin: Skin, spline: SplineOf, pieces: int) -> Refinement:
     """Return the map from the nodes of a grid to a surface of bicubic patches.
 
     Args:
-        spline: In one direction.
-        pieces: Into how many pieces each edge is divided.
+        skin: A skin whose nodes form a grid.
+        spline: Spline in one direction.
+        pieces: Number of pieces that each edge is divided into.
     """
     from scipy.sparse import block_diag, csr_array, vstack
 

@@ -1,4 +1,4 @@
-"""What a smooth surface is drawn over: the skin of one body, and where it is torn."""
+"""The skin of one body under a smooth surface, and where it is torn."""
 
 import numpy as np
 from msgspec import Struct
