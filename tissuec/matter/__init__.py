@@ -1,1 +1,1 @@
-"""Spring nets that stand for matter: from Young's modulus and density to springs and masses."""
+"""Spring nets that represent matter: from Young's modulus and density to springs and masses."""

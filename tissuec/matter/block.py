@@ -1,4 +1,4 @@
-"""Springs of a block of crystal cells, of which a few cells along each side tell all.
+"""Springs of a block of crystal cells, fitted on a block of a few cells.
 
 Deep inside, springs repeat from cell to cell, or from every other cell to the next. So a block
 is fitted that has no more than a few cells along a side, and each spring of the whole gets the
@@ -39,6 +39,11 @@ def sample_of(lattice: Lattice) -> Lattice:
 
 def fitted_block(lattice: Lattice, mesh: Mesh, fibres: Fibres | None = None) -> Floats:
     """Return the constants of a lattice's springs per shear modulus [m], shape (spring,).
+
+    Args:
+        lattice: The lattice.
+        mesh: Its nodes and springs.
+        fibres: Fibres that stiffen it, None if there are none.
 
     Raises:
         ValueError: There are fibres in braced cubes.

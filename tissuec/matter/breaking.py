@@ -1,4 +1,4 @@
-"""How far springs are stretched when they break."""
+"""Elongations at which springs break."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Springs of an irregular net, changed as little as makes the net as stiff as it should be.
+"""Springs of an irregular net, changed as little as needed for a given stiffness.
 
 Where springs cannot pass the patch test (see ``patch``), nodes give way, and the net is softer
 than they stand for, by different parts in different directions. Under six uniform stresses a

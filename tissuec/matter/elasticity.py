@@ -1,4 +1,4 @@
-"""Elastic constants of a net as it stands, however it was made.
+"""Elastic constants of a given net.
 
 A body is stretched evenly by ε: the nodes of its boundary go by ε x, and those inside go to
 where they are in balance, by one linear system. What its springs store is then ½ V ε : C : ε,
@@ -143,8 +143,14 @@ def range_of_wall(
 ) -> tuple[float, float]:
     """Return the least and the largest Young's modulus times thickness of a wall [N/m].
 
-    Among all directions in the wall, under even strains with regard to each of the axes x, y
-    and z. Irregularities without a direction even out. Arguments are those of ``of_wall``.
+    Among all directions in the wall, under uniform strains with respect to each of the axes x,
+    y and z. Irregularities without a preferred direction average out.
+
+    Args:
+        position: Of the nodes [m], shape (node, 3).
+        ends: Node pair of each spring, shape (spring, 2).
+        constant: Spring constants [N/m], shape (spring,).
+        skin: Triangles of the wall, shape (triangle, 3).
     """
     normal, area = _normals(position, skin)
     ends, constant = _from_both_ends(ends, constant)
@@ -157,7 +163,12 @@ def range_of_wall(
 
 
 def wall_springs(skin: NDArray[np.integer], ends: Pairs) -> NDArray[np.bool_]:
-    """Return which springs lie in a surface: sides and diagonals of its faces, (spring,)."""
+    """Return which springs lie in a surface, as sides or diagonals of faces, shape (spring,).
+
+    Args:
+        skin: Triangles, shape (triangle, 3).
+        ends: Node pair of each spring, shape (spring, 2).
+    """
     edges = Edges.among(skin.astype(np.int64))
     one, other, _ = edges.pairs
     shared = edges.ends[edges.count == 2].sum(axis=1)
@@ -319,7 +330,11 @@ def _resisting(moduli: Floats, matrix: Floats) -> Floats:
 
 
 def young_around(matrix: Floats) -> Floats:
-    """Return Young's modulus in many directions, shape (direction,)."""
+    """Return Young's modulus in many directions, in the unit of C, shape (direction,).
+
+    Args:
+        matrix: Stiffness C in Voigt's order, shape (3, 3) or (6, 6).
+    """
     if len(matrix) == 3:
         angle = np.linspace(0.0, np.pi, _SAMPLES)
         n = np.stack([np.cos(angle), np.sin(angle)], axis=1)

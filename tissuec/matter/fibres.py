@@ -25,9 +25,9 @@ class Fibres(Struct, frozen=True, eq=False):
 
     @property
     def strain(self) -> Floats:
-        """Return what strains in Voigt's order lengthen fibres by: f · ε f, shape (3,) or (6,).
+        """Return the factors of strains in the strain of fibres f · ε f, shape (3,) or (6,).
 
-        Shear strains are changes of angles.
+        They are dimensionless and in Voigt's order; shear strains are changes of angles.
         """
         f = self.direction
         pairs = IN_PLANE if len(f) == 2 else VOIGT
@@ -35,5 +35,8 @@ class Fibres(Struct, frozen=True, eq=False):
 
     @property
     def stiffness(self) -> Floats:
-        """Return what they add per Young's modulus, in Voigt's order, (3, 3) or (6, 6)."""
+        """Return the stiffness added per Young's modulus, shape (3, 3) or (6, 6).
+
+        It is dimensionless and in Voigt's order.
+        """
         return self.added * np.outer(self.strain, self.strain)

@@ -1,4 +1,4 @@
-"""Small displacements of a net: how they lengthen its springs, and where forces lead."""
+"""Small displacements of a net: elongations of springs, and responses to forces."""
 
 from typing import TYPE_CHECKING
 
@@ -43,7 +43,12 @@ def stiffness(rows: "csr_matrix", constant: Floats) -> "csr_matrix":
 
 
 def solution(matrix: "csr_matrix", force: Floats) -> Floats:
-    """Return displacements under forces in balance; rigid motions stay out of them."""
+    """Return displacements under forces in balance, without rigid motions [m], shape (3 node,).
+
+    Args:
+        matrix: Stiffness [N/m], shape (3 node, 3 node).
+        force: Forces [N], shape (3 node,).
+    """
     from scipy.sparse.linalg import LinearOperator, cg
 
     diagonal = matrix.diagonal()

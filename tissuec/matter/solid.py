@@ -1,4 +1,4 @@
-"""What the nodes of a solid stand for: their parts of its volume and of its boundary."""
+"""The shares of the nodes of a solid in its volume and boundary."""
 
 from typing import Self
 

@@ -1,4 +1,4 @@
-"""Virtual tests of a solid net: it is drawn by a uniform stress, and what it gives is compared.
+"""Virtual tests of a solid net: the response to a uniform stress is compared with theory.
 
 A uniform stress σ acts on the nodes of the boundary with forces σ N (see ``solid``). A body of
 volume V, Young's modulus E and Poisson's ratio ν stores
