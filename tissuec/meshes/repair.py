@@ -1,4 +1,4 @@
-"""From what a mesh file says to a shape that springs can follow: repaired, or refused.
+"""Repair of the contents of a mesh file, so that springs can follow them.
 
 Repaired, and told with counts: nodes that nothing uses, nodes at one place, triangles without
 an extent, cells that are there twice, triangles that face another way than their neighbours.
@@ -72,7 +72,7 @@ class _Draft(Struct):
 
 
 def repair(raw: RawMesh, scale: float, *, close: float | None = None) -> RepairedMesh:
-    """Return a shape from what a file says.
+    """Return a shape from the contents of a file.
 
     Args:
         raw: As read.
@@ -184,8 +184,13 @@ def _merge(draft: _Draft, close: float | None) -> None:
 def close_pairs(position: Floats, distance: float) -> Indices:
     """Return pairs of nodes that are no further apart than a distance, shape (pair, 2).
 
-    Nodes are sorted along a direction that is nobody's axis of symmetry; then only neighbours
-    in that order can be close. Of nodes at the very same place each is paired with the next.
+    Nodes are sorted along a direction that is no axis of symmetry of usual meshes; then only
+    neighbours in that order can be close. Of nodes at the same place each is paired with the
+    next.
+
+    Args:
+        position: Of the nodes [m], shape (node, 3).
+        distance: Largest distance [m].
     """
     order = np.lexsort(position.T)
     same = (position[order[1:]] == position[order[:-1]]).all(axis=1)

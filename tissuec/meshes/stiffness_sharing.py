@@ -1,4 +1,4 @@
-"""How a tissue's stiffness is shared out among the springs of an irregular mesh.
+"""Distribution of a tissue's stiffness to the springs of an irregular mesh.
 
 A. Van Gelder, Approximate simulation of elastic membranes by triangulated spring meshes, J.
 Graphics Tools 3(2):21-41 (1998): the stiffness of an edge of length L is
@@ -53,7 +53,15 @@ def area_shares(
 
 
 def volume_shares(position: Floats, tetrahedra: Indices, ends: NDArray[np.int32]) -> Floats:
-    """Return the share of each spring by the volume rule; 1 where no tetrahedron has it."""
+    """Return the share of each spring by the volume rule, dimensionless, shape (spring,).
+
+    It is 1 where no tetrahedron has the spring.
+
+    Args:
+        position: Of the nodes [m], shape (node, 3).
+        tetrahedra: Corners, shape (tetrahedron, 4).
+        ends: Node pair of each spring, shape (spring, 2).
+    """
     total, found = _summed(position, tetrahedra, _volumes(position, tetrahedra), ends)
     return np.where(found, total / total[found].mean(), 1.0)
 
@@ -76,6 +84,8 @@ def grid_areas(position: Floats, rows: int, columns: int, *, closed: bool) -> Fl
 
     Args:
         position: Nodes row by row [m], shape (node, 3).
+        rows: Number of rows.
+        columns: Number of columns.
         closed: Whether the last column is followed by the first.
     """
     number = np.arange(rows * columns).reshape(rows, columns)
@@ -89,7 +99,7 @@ def grid_areas(position: Floats, rows: int, columns: int, *, closed: bool) -> Fl
 
 
 def filled_volumes(position: Floats, triangles: Indices, tetrahedra: Indices) -> Floats:
-    """Return what nodes of a filled surface stand for [m³], shape (node,).
+    """Return the volume of each node of a filled surface [m³], shape (node,).
 
     A quarter of the tetrahedra around each, times what makes them as large as the inside. Nodes
     of the surface get some of its part by their area at least: at a sharp rim, there may be no

@@ -82,7 +82,7 @@ def known_by(*, begins: bytes = b"", holds: bytes = b"") -> Callable[[Reader], R
 
 
 def read(data: bytes, path: Path) -> RawMesh:
-    """Return what a mesh file holds.
+    """Return the contents of a mesh file.
 
     Raises:
         FormatError: The extension is unknown, or the file is not of that format or is broken.
@@ -148,9 +148,10 @@ def numbered_parts(name: str, values: NDArray[np.generic]) -> dict[str, NDArray[
     """Return which cells have each value of an array that numbers parts: "label 3".
 
     Args:
-        name: Of the array.
-        values: Of each cell, shape (cell,). An array of several columns, of numbers that are
-            not whole, or of very many different ones is no such array and gives nothing.
+        name: Name of the array.
+        values: Of each cell, dimensionless, shape (cell,). An array with several columns, with
+            fractions or with very many different values does not number parts and gives
+            nothing.
     """
     if values.ndim != 1 or values.dtype.kind not in "iuf" or not len(values):
         return {}
@@ -163,5 +164,5 @@ def numbered_parts(name: str, values: NDArray[np.generic]) -> dict[str, NDArray[
 
 
 def gather(nodes: Sequence[Indices]) -> Indices:
-    """Return every node of several lists once, ascending."""
+    """Return each node of several index arrays of any shape once, ascending, shape (n,)."""
     return np.unique(np.concatenate([np.zeros(0, np.int64), *(n.ravel() for n in nodes)]))

@@ -31,7 +31,11 @@ _KINDS = {
 @FORMATS.member(".feb")
 @known_by(holds=b"<febio_spec")
 def read(data: bytes, path: Path) -> RawMesh:
-    """Return the mesh of an FEBio model."""
+    """Return the mesh of an FEBio model.
+
+    Raises:
+        FormatError: The file is no FEBio model, has no mesh, or refers to another file.
+    """
     root = parse(data)
     if root.tag != "febio_spec":
         raise FormatError(f'its outermost element is "{root.tag}", not "febio_spec"')

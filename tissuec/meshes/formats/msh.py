@@ -9,7 +9,11 @@ from tissuec.meshes.formats.optional import by_library, raw_mesh
 @FORMATS.member(".msh")
 @known_by(begins=b"$MeshFormat")
 def read(data: bytes, path: Path) -> RawMesh:
-    """Return nodes and elements; physical groups are groups, by name where they have one."""
+    """Return nodes and elements; physical groups are groups, by name where they have one.
+
+    Raises:
+        FormatError: The file is no MSH file, or a section is missing or cut off.
+    """
     if not data.lstrip().startswith((b"$MeshFormat", b"$Comments")):
         raise FormatError('it does not begin with "$MeshFormat"')
     for section in (b"Nodes", b"Elements"):

@@ -27,7 +27,7 @@ INSTALL = 'install it: pip install "tissuec[mesh]"'
 
 
 def by_library(name: str, path: Path) -> Any:
-    """Return what the library reads from a file of a format, such as "vtu".
+    """Return the mesh that the library reads from a file of a format, such as "vtu".
 
     Raises:
         FormatError: The library is not there, or cannot read the file.
@@ -45,11 +45,14 @@ def by_library(name: str, path: Path) -> Any:
 
 
 def raw_mesh(found: Any, names: dict[tuple[int, int], str] | None = None) -> RawMesh:
-    """Return what the library found as a mesh of ours.
+    """Return what the library read as a ``RawMesh``.
 
     Args:
-        found: Its mesh.
-        names: Of Gmsh's physical groups, by dimension and number.
+        found: The mesh of the library.
+        names: Names of Gmsh's physical groups, by dimension and number.
+
+    Raises:
+        FormatError: Points are not of two or three coordinates, or a cell is malformed.
     """
     position = np.asarray(found.points, dtype=float)
     if position.ndim != 2 or position.shape[1] not in (2, 3):

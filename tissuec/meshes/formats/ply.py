@@ -10,7 +10,11 @@ from tissuec.meshes.formats.optional import by_library, raw_mesh
 @FORMATS.member(".ply")
 @known_by(begins=b"ply")
 def read(data: bytes, path: Path) -> RawMesh:
-    """Return vertices and faces."""
+    """Return vertices and faces.
+
+    Raises:
+        FormatError: The header is missing, or elements are missing.
+    """
     head, end, _ = data.partition(b"end_header")
     if not head.startswith(b"ply") or not end:
         raise FormatError('it does not begin with a header from "ply" to "end_header"')

@@ -20,7 +20,11 @@ _SOLID = re.compile(rb"^[ \t]*solid\b[ \t]*([^\r\n]*)", re.MULTILINE)
 @FORMATS.member(".stl")
 @known_by(begins=b"solid")
 def read(data: bytes, path: Path) -> RawMesh:
-    """Return the triangles; of a text with several solids, the nodes of each by its name."""
+    """Return the triangles; of a text with several solids, the nodes of each by its name.
+
+    Raises:
+        FormatError: The file is no STL, or is cut off.
+    """
     count = int.from_bytes(data[80:_HEAD], "little")
     is_text = data.lstrip().startswith(b"solid") and b"facet" in data[:4096]
     if is_text and len(data) != _HEAD + 50 * count:
@@ -71,7 +75,14 @@ def _mesh(corners: Floats, parts: dict) -> RawMesh:
 
 
 def one_each(points: Floats) -> tuple[Floats, np.ndarray]:
-    """Return every different point once, in the order of appearance, and the number of each."""
+    """Return each distinct point once, and the number of the point of each input.
+
+    Args:
+        points: Coordinates in any unit, shape (n, 3).
+
+    Returns:
+        Distinct points in order of appearance, shape (distinct, 3), and numbers, shape (n,).
+    """
     order = np.lexsort(points.T)
     first = np.ones(len(points), dtype=bool)
     first[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)

@@ -231,7 +231,18 @@ def of_types(
     types: Indices,
     arrays: dict[str, NDArray[Any]],
 ) -> RawMesh:
-    """Return a mesh from cells of VTK's numbered types and the arrays about them."""
+    """Return a mesh from cells of VTK's numbered types and the arrays of these cells.
+
+    Args:
+        position: Points in the unit of the file, shape (point, 3).
+        flat: Corners of all cells, one cell after the other, shape (corner,).
+        sizes: Number of corners of each cell, shape (cell,).
+        types: VTK's type of each cell, shape (cell,).
+        arrays: Values of each cell by name, dimensionless, shape (cell,) or (cell, column).
+
+    Raises:
+        FormatError: A type is unknown, or a cell has a wrong number of corners.
+    """
     first = np.cumsum(sizes) - sizes
     cells: list[MeshCells] = []
     ignored: dict[str, int] = {}

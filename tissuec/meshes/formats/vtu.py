@@ -14,7 +14,11 @@ _CELLS = re.compile(rb"\bNumberOfCells\s*=\s*[\"'](\d+)")
 @FORMATS.member(".vtu")
 @known_by(holds=b"<VTKFile")
 def read(data: bytes, path: Path) -> RawMesh:
-    """Return points and cells; whole-numbered arrays of the cells are groups."""
+    """Return points and cells; whole-numbered arrays of the cells are groups.
+
+    Raises:
+        FormatError: The file is no VTU file, or the library read another number of cells.
+    """
     refuse_document_type(data)
     if b"<VTKFile" not in data[:4096]:
         raise FormatError('it holds no "VTKFile"')

@@ -1,4 +1,4 @@
-"""XML from strangers: read without document types, so that no entity can be expanded.
+"""XML from untrusted files: document types are refused, so that no entity is expanded.
 
 A few lines of entity definitions unfold into gigabytes ("billion laughs") or fetch other files;
 mesh files have no use for them.
@@ -13,7 +13,11 @@ from tissuec.meshes.formats import FormatError
 
 
 def parse(data: bytes) -> Element:
-    """Return the outermost element; raises FormatError for broken XML or a document type."""
+    """Return the root element.
+
+    Raises:
+        FormatError: The XML is malformed or has a document type.
+    """
     builder, parser = TreeBuilder(), _parser()
     parser.StartElementHandler = builder.start
     parser.EndElementHandler = builder.end

@@ -50,14 +50,16 @@ class Mesh(Struct, frozen=True, eq=False):
     tetrahedra: NDArray[np.int64] | None = None
 
     def with_ends(self, ends: NDArray[np.int32]) -> "Mesh":
-        """Return this with other springs."""
+        """Return this mesh with other springs, given by node pairs of shape (spring, 2)."""
         return replace(self, ends=ends)
 
 
 class Generator(Protocol):
     """What a member of ``MESHES`` can do; its fields are its entries in the language."""
 
-    def build(self) -> Mesh: ...
+    def build(self) -> Mesh:
+        """Return the mesh."""
+        ...
 
     def size(self) -> tuple[int, int]:
         """Return upper bounds of (nodes, springs) without building, to refuse absurd counts."""
@@ -80,7 +82,9 @@ class Threaded(Protocol):
     The chain leads from node to node, and back to the first one if it is a loop.
     """
 
-    def is_loop(self) -> bool: ...
+    def is_loop(self) -> bool:
+        """Return whether the thread is closed."""
+        ...
 
     def thread_radius(self) -> float:
         """Return how thick it is when it touches others [m]."""

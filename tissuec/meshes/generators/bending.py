@@ -22,7 +22,13 @@ from tissuec.meshes.generators.joining import Pairs, springs
 class Bendable(Protocol):
     """A generator that knows its second neighbours, or says why it has none."""
 
-    def second_neighbours_of_surface(self) -> Pairs: ...
+    def second_neighbours_of_surface(self) -> Pairs:
+        """Return the pairs that bending springs join, shape (spring, 2).
+
+        Raises:
+            ValueError: Bending springs make no sense here, and why.
+        """
+        ...
 
 
 def bending_springs(mesh: Mesh, generator: object) -> NDArray[np.int32]:
@@ -55,9 +61,13 @@ def across_edges(skin: NDArray[np.int32]) -> Pairs:
 
 
 def around_edges(skin: NDArray[np.int32]) -> Pairs:
-    """Return both ends of each edge that two triangles share, and the nodes beside it.
+    """Return the ends of each edge that two triangles share, and the two nodes beside it.
 
-    Shape (edge, 4); triangles that have all three nodes in common have no such edge.
+    Args:
+        skin: Triangles, shape (triangle, 3).
+
+    Returns:
+        Nodes, shape (edge, 4); triangles with all three nodes in common have no such edge.
     """
     triangles = skin.astype(np.int64)
     size = int(triangles.max()) + 1

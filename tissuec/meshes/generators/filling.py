@@ -1,4 +1,4 @@
-"""What fills a closed surface: a crystal lattice, or tetrahedra between lattice sites.
+"""Fillings of a closed surface: a crystal lattice, or tetrahedra between lattice sites.
 
 Sites of the lattice that lie inside become nodes, but for those nearer to the surface than half
 the distance of neighbours. Bonds between them are springs. Where the surface cuts bonds, the
@@ -70,7 +70,13 @@ class Interior(Struct, frozen=True, eq=False):
         return _TIE if self.for_matter else 0.0
 
     def box(self) -> tuple[Floats, Floats]:
-        """Return the corners of whole cells around the surface, centred on it."""
+        """Return the lowest and the highest corner of a box of whole cells [m].
+
+        Both have the shape (3,). The box encloses the surface and has the same centre.
+
+        Raises:
+            FormatError: The cell is so small that there are too many nodes.
+        """
         low, high = self.position.min(axis=0), self.position.max(axis=0)
         with np.errstate(over="ignore"):
             cells = np.maximum(np.ceil((high - low) / self.cell - self._tie), 1.0)
@@ -80,6 +86,12 @@ class Interior(Struct, frozen=True, eq=False):
         return (low + high) / 2.0 - half, (low + high) / 2.0 + half
 
     def lattice(self, kind: str, reach: str) -> Lattice:
+        """Return the lattice of the box.
+
+        Args:
+            kind: Kind of crystal.
+            reach: Which neighbours springs join.
+        """
         return Lattice(kind, self.cell, self.box(), reach)
 
     def with_lattice(self, kind: str, reach: str) -> Filling:

@@ -88,7 +88,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def shape(self) -> RepairedMesh:
-        """Return what the file holds, repaired; raises MeshFileError."""
+        """Return the repaired contents of the file; raises MeshFileError."""
         try:
             raw = read(self._bytes, self.file.path)
             with np.errstate(over="ignore"):  # numbers out of range merge into one node
@@ -114,7 +114,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         return nodes + inner, pairs + bonds + 16 * (nodes + inner)
 
     def build(self, *, for_matter: bool = False) -> Mesh:
-        """Return nodes, springs, skin, groups, and what is to be told of the file.
+        """Return nodes, springs, skin, groups, and remarks on the file.
 
         Args:
             for_matter: Whether a filling is joined to its surface as matter needs it.

@@ -1,4 +1,4 @@
-"""What generators share: canonical spring lists, and rows and columns of nodes.
+"""Common code of generators: canonical spring lists, and rows and columns of nodes.
 
 A grid numbers its nodes row by row: node ``row * columns + column``.
 """

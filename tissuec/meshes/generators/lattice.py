@@ -226,7 +226,11 @@ class Lattice(Struct, frozen=True, eq=False):
         return np.stack(faces, axis=1), inner
 
     def second_neighbours_of_surface(self) -> Pairs:
-        """Refuse: what is solid bends against the springs inside."""
+        """Refuse bending springs, because a solid bends against the springs inside.
+
+        Raises:
+            ValueError: Always.
+        """
         raise ValueError(
             'a lattice is solid, and bends against the springs inside; choose another "reach"'
         )

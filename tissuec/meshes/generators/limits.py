@@ -1,4 +1,4 @@
-"""The limits that a generator's field types declare, enforced when one is made from Python."""
+"""Checks of the limits in a generator's field types, for generators made in Python."""
 
 from typing import Any, get_type_hints
 

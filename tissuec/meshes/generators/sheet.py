@@ -78,7 +78,10 @@ class Sheet(Struct, frozen=True, eq=False):
         return steps
 
     def second_neighbours_of_surface(self) -> Pairs:
-        """Return the pairs that bending springs join: two steps along rows or columns."""
+        """Return the pairs that bending springs join, two steps along rows or columns.
+
+        The shape is (spring, 2).
+        """
         steps = ([(0, 2)] if self.columns > 2 else []) + ([(2, 0)] if self.rows > 2 else [])
         pairs = [grid_pairs((self.rows, self.columns), step) for step in steps]
         return np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs])

@@ -57,6 +57,7 @@ class Thread(Struct, frozen=True, eq=False):
             raise ValueError('a loop needs "pieces" of 3 or more')
 
     def is_loop(self) -> bool:
+        """Return whether the thread is closed."""
         return self.line is None
 
     def thread_radius(self) -> float:
@@ -73,7 +74,7 @@ class Thread(Struct, frozen=True, eq=False):
         return Mesh(position, ends, np.zeros((0, 3), dtype=np.int32))
 
     def second_neighbours_of_surface(self) -> Pairs:
-        """Return the pairs that bending springs join: two pieces apart."""
+        """Return the pairs that bending springs join, two pieces apart, shape (spring, 2)."""
         return self._apart(2)
 
     def _apart(self, steps: int) -> Pairs:

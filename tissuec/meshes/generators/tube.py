@@ -90,7 +90,10 @@ class Tube(Struct, frozen=True, eq=False):
         return steps
 
     def second_neighbours_of_surface(self) -> Pairs:
-        """Return the pairs that bending springs join: two steps along or round the tube."""
+        """Return the pairs that bending springs join, two steps along or round the tube.
+
+        The shape is (spring, 2).
+        """
         shape = (self.rings, self.sides)
         steps = [(0, 2)] + ([(2, 0)] if self.rings > 2 else [])
         return np.concatenate([grid_pairs(shape, step, wrap=True) for step in steps])
