@@ -11,7 +11,11 @@ from tissuec.kernels.records import BoundaryConditions, Floats
 
 
 def curve(which: int, time: float, acts: BoundaryConditions) -> tuple[float, float]:
-    """Return value and rate [1/s] of a curve."""
+    """Return the value of a curve, dimensionless, and its rate [1/s].
+
+    Args:
+        which: Index of the curve.
+    """
     u = time - acts.origin[which]
     value = rate = 0.0
     for k in range(acts.power.shape[1] - 1, -1, -1):
@@ -27,7 +31,10 @@ def curve(which: int, time: float, acts: BoundaryConditions) -> tuple[float, flo
 def total(
     act: int, time: float, acts: BoundaryConditions
 ) -> tuple[float, float, float, float, float, float]:
-    """Return the sum of an act's terms and of their rates, three components each."""
+    """Return the sum of an act's terms and of their rates, three components each.
+
+    Displacements in [m] and [m/s] for motions, forces in [N] and [N/s] for loads.
+    """
     s0 = s1 = s2 = u0 = u1 = u2 = 0.0
     for term in range(acts.term_first[act], acts.term_first[act + 1]):
         factor, rate = curve(acts.term_curve[term], time, acts)
@@ -46,14 +53,14 @@ def total(
 
 
 def turning(act: int, time: float, acts: BoundaryConditions) -> tuple[float, float, float]:
-    """Return cosine and sine of an act's angle and its rate [rad/s]."""
+    """Return the cosine and sine of an act's angle, and the rate of the angle [rad/s]."""
     factor, rate = curve(acts.turn_curve[act], time, acts)
     angle = acts.turn_angle[act]
     return cos(angle * factor), sin(angle * factor), angle * rate
 
 
 def put_driven(time: float, x: Floats, v: Floats, acts: BoundaryConditions) -> None:
-    """Put driven nodes where their motions have them."""
+    """Set positions and velocities of driven nodes to those that their motions prescribe."""
     for act in range(acts.motions):
         s0, s1, s2, u0, u1, u2 = total(act, time, acts)
         for entry in range(acts.first[act], acts.first[act + 1]):
@@ -67,7 +74,7 @@ def put_driven(time: float, x: Floats, v: Floats, acts: BoundaryConditions) -> N
 
 
 def turn(act: int, time: float, x: Floats, v: Floats, acts: BoundaryConditions) -> None:
-    """Add what an act's rotation does to its nodes.
+    """Add the displacement and velocity of an act's rotation to its nodes.
 
     Rodrigues' formula: R r - r = (n × r) sin θ - (r - n n·r) (1 - cos θ).
     """

@@ -1,4 +1,4 @@
-"""Which functions are shipped, and loaded, together."""
+"""Bundles: functions that are shipped and loaded together."""
 
 from collections.abc import Callable
 

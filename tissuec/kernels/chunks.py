@@ -1,4 +1,4 @@
-"""Sums of what springs do in chunks of nodes, as scalar loops; see ``engine.chunks``."""
+"""Sums of spring forces in chunks of nodes, as scalar loops; see ``engine.chunks``."""
 
 import numpy as np
 
@@ -22,7 +22,12 @@ def clear_sums(chunk: int, chunks: Chunks) -> None:
 
 
 def add_sums(part: int, parts: int, to: Floats, chunks: Chunks) -> None:
-    """Add the sums of all chunks to a part of a vector of all nodes."""
+    """Add the sums of all chunks to a part of a vector of all nodes.
+
+    Args:
+        to: Vector of all nodes in the unit of the sums, shape (3 node,).
+        chunks: The chunks with their sums.
+    """
     nodes = chunks.node[chunks.node.size - 1]
     first, last = part_of(part, parts, nodes)
     sums, others, of = chunks.sums[3 * first : 3 * last], chunks.sums[3 * nodes :], chunks.of

@@ -41,14 +41,16 @@ def address(name: str, laws: tuple[Law, ...]) -> int:
 
 @cache
 def partial_address(name: str, laws: tuple[Law, ...], constants: int) -> int:
-    """Return where a function of ``laws.partial.formulas`` is in memory, for some laws.
+    """Return the address of a function of ``laws.partial.formulas``, compiled for some laws.
 
     In C, it is ``double name(int law, double …, void *laws, void *values)``, where values are
     the table of a ``kernels.sensitivity.Values``; the second argument of ``by_constant`` is
     ``int number``.
 
     Args:
-        constants: How many constants may change.
+        name: Name of the function.
+        laws: The laws of the scene.
+        constants: Number of constants that may change.
     """
     return int(_module(translated_partials(laws, constants)).get_function_address(name))
 

@@ -46,7 +46,7 @@ def address(bundle: str, name: str) -> int:
 
 @cache
 def index() -> Any:
-    """Return the ``INDEX`` of what is shipped."""
+    """Return the ``INDEX`` of the shipped bundles."""
     return json.loads(INDEX.read_text(encoding="utf-8"))
 
 
@@ -56,7 +56,7 @@ def called_by(bundle: str) -> frozenset[str]:
 
 
 def is_shipped(bundle: str) -> bool:
-    """Tell whether there is a bundle of this name."""
+    """Return whether there is a bundle of this name."""
     return _path(bundle).is_file()
 
 

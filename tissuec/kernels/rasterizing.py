@@ -1,4 +1,4 @@
-"""Triangles to pixels, the nearer ones in front."""
+"""Rasterisation of triangles with a depth buffer."""
 
 from math import ceil, floor
 
@@ -8,7 +8,16 @@ from tissuec.kernels.records import Floats, Pixels, Rows, Stack
 def fill(
     corners: Stack, colour: Stack, opacity: Floats, picture: Pixels, nearness: Rows, hides: int
 ) -> None:
-    """Draw triangles in turn; see ``view.player.raster``."""
+    """Draw triangles in turn; see ``view.player.raster``.
+
+    Args:
+        corners: Column and row [pixels] and nearness of each corner, shape (triangle, 3, 3).
+        colour: Of each corner, dimensionless, shape (triangle, 3, channel).
+        opacity: Of each triangle, 0 to 1, shape (triangle,).
+        picture: Changed in place, shape (row, column, channel).
+        nearness: Of what is drawn in each pixel, changed in place, shape (row, column).
+        hides: 1 if triangles hide what is drawn behind them later.
+    """
     height, width = nearness.shape
     for t in range(corners.shape[0]):
         ax, ay, az = corners[t, 0, 0], corners[t, 0, 1], corners[t, 0, 2]

@@ -1,4 +1,4 @@
-"""Records as compiled code reads them.
+"""Records in the form that compiled code reads.
 
 A record is one table of words in memory: the address and the shape of each of its arrays, its
 numbers, and the tables of the records within it. Compiled code gets its address, and reads what
@@ -61,7 +61,7 @@ def _field(place: int, annotation: Any, what: str) -> RecordField:
 
 
 def signature(function: Callable[..., Any]) -> tuple[dict[str, RecordField], type | None]:
-    """Return the arguments of a function, each as a field, and what it returns."""
+    """Return the arguments of a function, each as a field, and its result."""
     hints = get_type_hints(function, include_extras=True)
     result = hints.pop("return")
     fields = {
@@ -118,7 +118,7 @@ class RecordTable:
 
 
 def tabulated(record: R) -> R:
-    """Return a table of a record, which stands for it in other records and elsewhere."""
+    """Return a table of a record, which replaces it in other records and elsewhere."""
     return cast(R, RecordTable(record))
 
 

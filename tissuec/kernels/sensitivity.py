@@ -11,6 +11,12 @@ its transpose, and ``blocks`` are the matrices of single springs.
 
 To be translated, as ``scalar`` is; laws that are not linear are called by their addresses, with
 the number of a law as the first argument, and of the constant as well for ``by_constant``.
+
+Shared arguments:
+    s: Index of the spring in ``forces.links``.
+    forces: Everything that accelerations follow from, beside the state.
+    at: A state with the shapes and units of ``NodeState``.
+    r: Response of the spring at this state, see ``response``.
 """
 
 from math import sqrt
@@ -20,7 +26,11 @@ from tissuec.kernels.records import Floats, Integers, Rows, Stack
 
 
 def of_law(*values: object) -> float:
-    """Stand for a law, which compiled code calls by its address."""
+    """Refuse the call: compiled code calls laws by their addresses.
+
+    Raises:
+        TypeError: Always.
+    """
     raise TypeError("laws are called by compiled code only")
 
 
@@ -162,7 +172,11 @@ class Response(NamedTuple):
 
 
 def acceleration(forces: Forces, load: Floats, at: NodeState) -> None:
-    """Set the accelerations of all nodes [m/s²]; ``load`` are changing forces [N]."""
+    """Set the accelerations of all nodes, ``at.a`` [m/s²].
+
+    Args:
+        load: Loads that change in time [N], shape (3 loaded,).
+    """
     laws, links, values = forces.laws, forces.links, forces.values
     x, v, a = at.x, at.v, at.a
     for i in range(a.size):
@@ -197,7 +211,7 @@ def acceleration(forces: Forces, load: Floats, at: NodeState) -> None:
 
 
 def response(s: int, forces: Forces, at: NodeState) -> Response:
-    """Return how a spring responds to changes of places, velocities and numbers."""
+    """Return the derivatives of a spring's force by positions, velocities and its numbers."""
     laws, links, values = forces.laws, forces.links, forces.values
     x, v, law = at.x, at.v, links.law[s]
     i, j, k = int(3 * links.low[s]), int(3 * links.high[s]), int(links.spring[s])
@@ -232,7 +246,11 @@ def response(s: int, forces: Forces, at: NodeState) -> Response:
 
 
 def by_constant_of(number: int, s: int, r: Response, forces: Forces) -> float:
-    """Return how a spring's tension changes with a constant of laws."""
+    """Return the derivative of a spring's tension by a constant of laws [N per unit].
+
+    Args:
+        number: Index of the constant.
+    """
     laws, links, values, k = forces.laws, forces.links, forces.values, forces.links.spring[s]
     c, d, rest = values.stiffness[k], values.damping[k], values.rest[k]
     return by_constant(links.law[s], number, r.e, r.w, c, d, rest, laws, values)
@@ -243,6 +261,8 @@ def pull_back(forces: Forces, at: NodeState, due: NodeState, by: Values) -> None
 
     Args:
         at: With the accelerations that ``acceleration`` gave.
+        due: Derivatives by the state.
+        by: Derivatives by the numbers of springs and nodes.
     """
     links, weight = forces.links, due.a
     for node in range(links.inverse.size):
@@ -288,11 +308,12 @@ def pull_back(forces: Forces, at: NodeState, due: NodeState, by: Values) -> None
 
 
 def push_forward(forces: Forces, at: NodeState, seeds: Seeds, change: NodeState) -> None:
-    """Set ``change.a`` for many changes of places, velocities and numbers.
+    """Set ``change.a`` for many changes of positions, velocities and numbers.
 
     Args:
         at: With the accelerations that ``acceleration`` gave.
-        change: Shape (3 node change,).
+        seeds: Changes of the numbers.
+        change: Changes of the state, shape (3 node change,).
     """
     links, total = forces.links, seeds.total
     count, own = total.size, 3 * total.size
@@ -346,7 +367,14 @@ def push_forward(forces: Forces, at: NodeState, seeds: Seeds, change: NodeState)
 
 
 def sow(factor: float, row: int, matrix: Sparse, out: Floats) -> None:
-    """Add a multiple of a row of a matrix."""
+    """Add a multiple of a row of a matrix to a vector.
+
+    Args:
+        factor: Any factor.
+        row: Index of the row.
+        matrix: The matrix.
+        out: Vector of the row's unit times that of ``factor``, shape (column,).
+    """
     for z in range(matrix.rows[row], matrix.rows[row + 1]):
         out[matrix.columns[z]] += factor * matrix.entries[z]
 
@@ -354,7 +382,9 @@ def sow(factor: float, row: int, matrix: Sparse, out: Floats) -> None:
 def by_place(
     n: float, one: float, two: float, three: float, r: Response
 ) -> tuple[float, float, float]:
-    """Return how a component of a spring's force changes with the upper node's place [N/m].
+    """Return the derivative of a component of a spring's force by the upper node's position.
+
+    The result is in [N/m].
 
     Args:
         n: That component of the direction.
@@ -368,10 +398,11 @@ def by_place(
 
 
 def blocks(forces: Forces, at: NodeState, of_x: Stack, of_v: Stack) -> None:
-    """Set what forces of springs on their lower nodes change by.
+    """Set the derivatives of the forces of springs on their lower nodes.
 
     Args:
-        of_x, of_v: By places [N/m] and velocities [N s/m] of upper nodes, shape (spring, 3, 3).
+        of_x, of_v: By positions [N/m] and velocities [N s/m] of upper nodes, shape (spring, 3,
+            3).
     """
     for s in range(forces.links.low.size):
         r = response(s, forces, at)

@@ -4,6 +4,21 @@ Free nodes move as ``Tableau`` says; driven ones go on from where they are by wh
 prescribed, and others stay. Backwards, derivatives by the result become derivatives by the
 stages before it, from the last one to the first. (W. W. Hager, Numer. Math. 87:247, 2000, for
 the adjoint of Runge-Kutta methods.)
+
+Shared arguments:
+    i: Index of the stage.
+    row: Index of the step, which begins at this row of the trail.
+    forces: Everything that accelerations follow from, beside the state.
+    steps: The steps and what is prescribed during them.
+    start: State at the beginning of the step.
+    known: Accelerations of stages [m/s²], or changes of them, shape (stage, 3 node).
+    to: State that is set.
+    trail: States at the ends of steps, shape (row, 3 node).
+    stages: Room for the states of stages, shape (stage, 3 node).
+    entering: Derivatives that enter in each row, shape (row, 3 node).
+    dues: Derivatives by the stages, shape (stage, 3 node).
+    due: Derivatives by a state.
+    seeds: Changes of the numbers of springs and nodes.
 """
 
 from typing import NamedTuple
@@ -44,7 +59,7 @@ class Steps(NamedTuple):
 
 
 def length_of(row: int, steps: Steps) -> float:
-    """Return how long a step is [s]."""
+    """Return the size of a step [s]."""
     return steps.times[row + 1] - steps.times[row]
 
 
@@ -54,14 +69,14 @@ def state(row: int, states: NodeStates) -> NodeState:
 
 
 def moment_of(i: int, row: int, steps: Steps) -> int:
-    """Return the moment at which a stage is."""
+    """Return the index of the moment of a stage in ``steps.place`` and ``steps.load``."""
     return row * steps.moments + steps.moment[i]
 
 
 def combine_stage(
     i: int, row: int, forces: Forces, steps: Steps, start: NodeState, known: Rows, to: NodeState
 ) -> None:
-    """Set places and velocities of a stage, or many changes of them, from those before it.
+    """Set positions and velocities of a stage, or many changes of them, from previous stages.
 
     Args:
         row: Number of the step, which begins at ``start``.
@@ -97,7 +112,7 @@ def combine_stage(
 def enter_stage(
     i: int, row: int, forces: Forces, steps: Steps, start: NodeState, known: Rows, to: NodeState
 ) -> None:
-    """Set places and velocities of a stage, those of driven nodes as prescribed."""
+    """Set positions and velocities of a stage; those of driven nodes are prescribed."""
     combine_stage(i, row, forces, steps, start, known, to)
     driven, now, begun = forces.links.driven, moment_of(i, row, steps), row * steps.moments
     for d in range(driven.size):
@@ -113,7 +128,7 @@ def find_stages(
     """Set all stages before the result.
 
     Args:
-        row: Of the trail, from which the step begins.
+        row: Row of the trail at which the step begins.
         again: Whether the next row of the trail is known, too.
     """
     table, start = steps.tableau, state(row, trail)
@@ -130,12 +145,12 @@ def find_stages(
 
 
 def step_forward(forces: Forces, steps: Steps, trail: NodeStates, stages: NodeStates) -> None:
-    """Fill the rows of a trail behind the first one.
+    """Fill the rows of a trail after the first one.
 
     Args:
         trail: Shape (row, 3 node); accelerations in rows are those that steps begin with, if
             the method carries them on.
-        stages: Room.
+        stages: Scratch.
     """
     table = steps.tableau
     for row in range(steps.times.size - 1):
@@ -160,10 +175,10 @@ def step_back(
 
     Args:
         entering: Derivatives that enter in each row, shape (row, 3 node); those of the first
-            row are left for the caller.
-        stages, dues: Room for stages and the derivatives by them, shape (stage, 3 node).
+            row are left to the caller.
+        stages, dues: Scratch for stages and the derivatives by them, shape (stage, 3 node).
         due: By the state of the last row, then of the first one.
-        by: What is added to the derivatives by numbers.
+        by: Derivatives by numbers, which are added to.
     """
     table = steps.tableau
     for row in range(steps.times.size - 2, -1, -1):
@@ -181,7 +196,11 @@ def step_back(
 
 
 def begin_dues(forces: Forces, due: NodeState, entering: NodeState, dues: NodeStates) -> None:
-    """Set what is due to the result of a step."""
+    """Set the derivatives by the result of a step.
+
+    Args:
+        entering: Derivatives that enter at the end of the step.
+    """
     last = dues.x.shape[0] - 1
     x, v = dues.x[last], dues.v[last]
     for k in range(x.size):
@@ -190,7 +209,7 @@ def begin_dues(forces: Forces, due: NodeState, entering: NodeState, dues: NodeSt
 
 
 def weigh_stage(i: int, row: int, steps: Steps, dues: NodeStates) -> None:
-    """Set what is due to the acceleration of a stage, and nothing to its state so far."""
+    """Set the derivatives by the acceleration of a stage, and clear those by its state."""
     table, h = steps.tableau, length_of(row, steps)
     x, v, a = dues.x[i], dues.v[i], dues.a[i]
     for k in range(a.size):
@@ -206,7 +225,7 @@ def weigh_stage(i: int, row: int, steps: Steps, dues: NodeStates) -> None:
 def leave_step(
     row: int, forces: Forces, steps: Steps, dues: NodeStates, due: NodeState
 ) -> None:
-    """Set what is due to the beginning of a step by all of its stages."""
+    """Set the derivatives by the beginning of a step from those by its stages."""
     h = length_of(row, steps)
     for k in range(due.x.size):
         due.x[k], due.v[k] = 0.0, 0.0
@@ -219,7 +238,11 @@ def leave_step(
 
 
 def hold(forces: Forces, v: Floats) -> None:
-    """Set to 0 what is due to velocities of held nodes, which are prescribed."""
+    """Set the derivatives by velocities of held nodes to 0, because these are prescribed.
+
+    Args:
+        v: Derivatives in any unit, shape (3 node,).
+    """
     inverse = forces.links.inverse
     for node in range(inverse.size):
         if inverse[node] == 0.0:
@@ -243,9 +266,9 @@ def step_change(
 
     Args:
         first, last: The rows.
-        stages: Room.
+        stages: Scratch.
         change: Of the state, set anew; see ``push_forward``.
-        moved, known: Room for changes of one stage, and of the accelerations of all of them.
+        moved, known: Scratch for changes of one stage, and of the accelerations of all stages.
     """
     table, here, there = steps.tableau, change, moved
     scale(1.0, change.a, known[0])

@@ -16,13 +16,21 @@ PIECE = 512  # nodes that are not divided
 def share(team: Team, function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
     """Call ``function(part, parts, *arguments)`` for every part, each in a thread of the team.
 
-    In compiled code something else stands in its place: ``engine.codegen.thread_loops``.
+    Compiled code replaces this function: ``engine.codegen.thread_loops``.
+
+    Args:
+        function: A loop over a part.
+        arguments: Its other arguments.
     """
     function(0, 1, *arguments)
 
 
 def part_of(part: int, parts: int, nodes: int) -> tuple[int, int]:
-    """Return the first node of a part, and the first behind it."""
+    """Return the first node of a part, and the first one after it.
+
+    Args:
+        nodes: Number of nodes.
+    """
     pieces = pieces_of(nodes)
     return part * pieces // parts * PIECE, min((part + 1) * pieces // parts * PIECE, nodes)
 

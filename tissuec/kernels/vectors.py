@@ -1,4 +1,19 @@
-"""What loops over steps do with vectors of all nodes, as scalar loops to be translated."""
+"""Operations of step loops on vectors of all nodes, as scalar loops to be compiled.
+
+Vectors have the shape (3 node,) unless another one is given, and may have any unit that makes
+the formula consistent.
+
+Shared arguments:
+    to, at, factor: Scalar factors.
+    weights, further: Weights of the rows, shape (row,); rows of zero weight are not read.
+    rows: Vectors, shape (row, 3 node).
+    base, vector, one, two, less: Vectors in any unit, shape (3 node,).
+    out, out_x, out_v: Vectors that are set, in any unit, shape (3 node,).
+    start, stop: Range of components, ``stop`` excluded.
+    squares, blend: Scratch in any unit, shape (node,).
+    fifth, third: Error estimates in any unit, shape (3 node,).
+    values: In any unit, shape (n,).
+"""
 
 from math import sqrt
 
@@ -13,7 +28,11 @@ UNSIGNED = 0x7FFF_FFFF_FFFF_FFFF  # all bits of a number but its sign
 
 
 def is_passed(before: Rows, after: Rows) -> bool:
-    """Return whether any spring has passed a corner between two looks."""
+    """Return whether any spring has passed a corner between two states.
+
+    Args:
+        before, after: Sides of corners, dimensionless, shape (3, spring).
+    """
     for row in range(3):
         for s in range(before.shape[1]):
             if before[row, s] != after[row, s]:
@@ -35,7 +54,7 @@ def combine(
 ) -> None:
     """Set out_x = x + to Σ weights_j rows_j and out_v = v + at Σ further_j rows_j.
 
-    Both at once, because large nets are read from memory. Rows without weight are not touched.
+    Both are set in one loop, because large nets are limited by memory bandwidth.
     """
     share(team, combine_part, (x, to, weights, v, at, further, rows, out_x, out_v))
 
@@ -53,7 +72,7 @@ def combine_part(
     out_x: Floats,
     out_v: Floats,
 ) -> None:
-    """Do a part of ``combine``."""
+    """Apply ``combine`` to a part of the nodes."""
     first, last = part_of(part, parts, out_x.size // 3)
     # Blocks that stay in the cache while all rows are added to them.
     for start in range(3 * first, 3 * last, PIECE):
@@ -98,7 +117,12 @@ def add_rows(
 
 
 def following(weights: Floats, row: int) -> int:
-    """Return the next row of some weight; their number where there is none."""
+    """Return the next row with a weight that is not zero, or the number of rows.
+
+    Args:
+        weights: Dimensionless or in any unit, shape (row,).
+        row: Row to begin after.
+    """
     row += 1
     while row < weights.size and weights[row] == 0.0:
         row += 1
@@ -112,7 +136,13 @@ def scale(factor: float, vector: Floats, out: Floats) -> None:
 
 
 def polynomials(table: Rows, part: float, out: Floats) -> None:
-    """Set out_j = Σ_k table[k, j] part^(k + 1)."""
+    """Set out_j = Σ_k table[k, j] part^(k + 1).
+
+    Args:
+        table: Coefficients, dimensionless, shape (power, row).
+        part: Argument of the polynomials, dimensionless.
+        out: Values, shape (row,).
+    """
     for j in range(out.size):
         value = 0.0
         for k in range(table.shape[0] - 1, -1, -1):
@@ -121,7 +151,15 @@ def polynomials(table: Rows, part: float, out: Floats) -> None:
 
 
 def quadrature(base: Floats, factor: float, weights: Floats, power: Rows, out: Floats) -> None:
-    """Set out = base + factor Σ weights_j power_j for the two columns of the ledger."""
+    """Set out = base + factor Σ weights_j power_j for the two columns of the ledger.
+
+    Args:
+        base: Energies [J], shape (2,).
+        factor: Size of the step [s].
+        weights: Dimensionless, shape (row,).
+        power: Powers of the stages [W], shape (row, 2).
+        out: Energies [J], shape (2,).
+    """
     for k in range(2):
         total = 0.0
         for j in range(weights.size):
@@ -146,7 +184,7 @@ def drift_part(
     x_end: Floats,
     v_end: Floats,
 ) -> None:
-    """Do a part of ``drift``."""
+    """Apply ``drift`` to a part of the nodes."""
     first, last = part_of(part, parts, x.size // 3)
     own, half = slice(3 * first, 3 * last), 0.5 * h * h
     x, v, a, x_end, v_end = x[own], v[own], a[own], x_end[own], v_end[own]
@@ -163,7 +201,7 @@ def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats, team: Tea
 def kick_part(
     part: int, parts: int, v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats
 ) -> None:
-    """Do a part of ``kick``."""
+    """Apply ``kick`` to a part of the nodes."""
     first, last = part_of(part, parts, v.size // 3)
     own, half = slice(3 * first, 3 * last), 0.5 * h
     v, a, a_end, v_end = v[own], a[own], a_end[own], v_end[own]
@@ -190,10 +228,10 @@ def between(one: Floats, two: Floats, factor: float, less: Floats, out: Floats) 
 
 
 def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
-    """Return the largest distance between the nodes of two vectors; NaN where one is none.
+    """Return the largest distance between the nodes of two vectors; NaN if one is NaN.
 
     Args:
-        one, two: Shape (3 node,), or longer.
+        one, two: In any unit, shape (3 node,), or longer.
         squares: Scratch, shape (node,).
     """
     share(team, distance_part, (one, two, squares, team))
@@ -203,7 +241,7 @@ def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
 def distance_part(
     part: int, parts: int, one: Floats, two: Floats, squares: Floats, team: Team
 ) -> None:
-    """Find the largest square of a distance in a part of the nodes."""
+    """Find the square of the largest distance in a part of the nodes."""
     first, last = part_of(part, parts, squares.size)
     one, two = one[3 * first : 3 * last], two[3 * first : 3 * last]
     squares = squares[first:last]
@@ -215,10 +253,10 @@ def distance_part(
 
 
 def greatest(values: Floats) -> float:
-    """Return the largest of values not below zero; NaN where one is none. Spoils the first.
+    """Return the largest of non-negative values; NaN if one is NaN. Overwrites the first value.
 
-    Numbers without a sign are ordered as their bits are, above all of them infinity and what is
-    no number; integers have a maximum that four times as many instructions a second reach.
+    The order of non-negative floating-point numbers is that of their bits, followed by infinity
+    and NaN; the maximum of integers is about four times as fast.
     """
     bits = values.view(np.int64)
     most = 0
@@ -231,10 +269,10 @@ def greatest(values: Floats) -> float:
 
 
 def blended_error(fifth: Floats, third: Floats, blend: Floats, team: Team) -> float:
-    """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN where it is none.
+    """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN if one is NaN.
 
     Args:
-        fifth, third: Shape (3 node,).
+        fifth, third: Estimates e5 and e3 in any unit, shape (3 node,).
         blend: Scratch, shape (node,).
     """
     share(team, blended_part, (fifth, third, blend, team))
@@ -259,7 +297,14 @@ def blended_part(
 def copy_sample(
     x: Floats, v: Floats, ledger: Floats, error: float, index: int, buffer: Buffer
 ) -> None:
-    """Enter a state into the buffer as sample ``index``."""
+    """Copy a state into the buffer as sample ``index``.
+
+    Args:
+        ledger: Work and dissipated energy [J], shape (2,).
+        error: Estimated error of positions [m].
+        index: Row of the buffer.
+        buffer: The buffer.
+    """
     for i in range(x.size):
         buffer.position[index, i] = x[i]
         buffer.velocity[index, i] = v[i]
