@@ -121,7 +121,7 @@ def bound_inside(integrator: type[Integrator]) -> Inside:
 
 
 def method_names(integrator: type[Integrator]) -> dict[str, Any]:
-    """Return what the names in the stepping code mean for an integrator."""
+    """Return the bindings of names in the stepping code for an integrator."""
     functions = ("step", "estimate", "book", "finish", "prepare", "propose")
     numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}

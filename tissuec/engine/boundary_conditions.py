@@ -1,4 +1,4 @@
-"""Motions and loads written out as the tables that kernels read, for one stretch of time."""
+"""Motions and loads as the tables that kernels read, for one interval of time."""
 
 from collections.abc import Iterable, Sequence
 from math import inf
@@ -26,10 +26,11 @@ def lengths(state: State) -> list[Load]:
 
 
 def knots(motions: Iterable[PrescribedMotion], profiles: Iterable[TimeProfile]) -> Floats:
-    """Return the times at which a profile passes into another curve [s], ascending.
+    """Return the times at which a profile changes its curve [s], ascending, shape (knot,).
 
     Args:
-        profiles: Of all but motions.
+        motions: Prescribed motions.
+        profiles: All profiles except those of motions.
     """
     found = [*profiles, *(term.profile for motion in motions for term in motion.shifts)]
     found += [motion.turn.profile for motion in motions if motion.turn is not None]
@@ -43,7 +44,7 @@ def longest_step(
     until: float,
     looks: int,
 ) -> float:
-    """Return the largest step that follows what is prescribed in a stretch of time [s].
+    """Return the largest step that follows prescribed motions in an interval of time [s].
 
     No error estimate sees a path that no free node feels; springs between driven and held nodes
     would break unnoticed, or in another period. Nor does one see a force that is looked at once

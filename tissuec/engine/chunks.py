@@ -1,4 +1,4 @@
-"""Chunks of nodes, whose springs threads take at a time, in nets of any kind.
+"""Chunks of nodes whose springs a thread processes together, in any net.
 
 A spring belongs to the chunk of its lower node. What it does to an upper node of another chunk
 is summed in a slot that its chunk has for that node; afterwards, each node adds up its slots in

@@ -1,4 +1,4 @@
-"""The engine: steps a state from event to event, gives out samples, and says why it stops.
+"""The engine: steps a state from event to event, delivers samples, reports why it stops.
 
 It owns no physics: integrators and kernels do the arithmetic, ``drive`` the loop over steps;
 here is what must be decided between calls of that loop.
@@ -122,14 +122,18 @@ class Engine:
 
     @property
     def choice(self) -> Choice:
-        """Return the integrator and why it was chosen; known after the first ``restart``."""
+        """Return the integrator and why it was chosen; known after the first ``restart``.
+
+        Raises:
+            ValueError: ``restart`` was not called yet.
+        """
         if self._choice is None:
             raise ValueError("the integrator is chosen by the first restart")
         return self._choice
 
     @property
     def statistics(self) -> Statistics:
-        """Return what the run cost so far."""
+        """Return the cost of the run so far."""
         choice, now, effort = self.choice, self._progress, self._work.effort
         return Statistics(
             method=choice.name,
@@ -148,7 +152,7 @@ class Engine:
         )
 
     def restart(self, state: State) -> None:
-        """Take over a state that was changed from outside, with its state and time."""
+        """Take over a state that was changed from outside, with its time."""
         self._inputs.update(state)
         if self._choice is None:
             self._begin(state)
@@ -201,6 +205,9 @@ class Engine:
             survey: Tells whether the condition may hold at any of several times, given arrays
                 of shapes (time,) and (time, node, 3). With it, many steps of a small net are
                 looked at together, and one by one only where it may hold.
+
+        Raises:
+            ValueError: ``until`` is before the time of the state.
         """
         if self._stale or self._inputs.state is not state:
             self.restart(state)
@@ -230,7 +237,7 @@ class Engine:
         self._flush()
 
     def checkpoint(self) -> dict[str, Any] | None:
-        """Return numbers and arrays to go on from, with the state; None within a step."""
+        """Return numbers and arrays to resume from, with the state; None within a step."""
         now, work = self._progress, self._work
         if now.pending:
             return None
@@ -262,7 +269,7 @@ class Engine:
         }
 
     def restore(self, state: State, saved: Mapping[str, Any]) -> None:
-        """Go on from a checkpoint and the state that belongs to it.
+        """Resume from a checkpoint and the state that belongs to it.
 
         The next call of ``advance`` must have the same end as the one that was interrupted; the
         run then gives the same bytes as without interruption.

@@ -1,4 +1,4 @@
-"""Why a run cannot go on, and which spring or node is to blame."""
+"""Reasons why a run cannot continue, and the spring or node that causes it."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ MONSTROUS = 1e6  # lengths of a spring over the size of the drawing that no tiss
 
 
 def overloaded(state: State) -> Indices:
-    """Return the living springs that tension or pressure breaks now, ascending."""
+    """Return the intact springs that tension or pressure breaks now, ascending, shape (n,)."""
     breaks = np.isfinite(state.strength) | np.isfinite(state.crush)
     able = np.flatnonzero(state.alive & breaks)
     low, high = state.network.ends[able].T
@@ -29,7 +29,13 @@ def overloaded(state: State) -> Indices:
 
 
 def is_flight(work: Work, progress: Progress, inputs: KernelInputs) -> bool:
-    """Tell whether nodes are far from where they began although no spring is overlong."""
+    """Return whether nodes are far from their start although no spring is excessively long.
+
+    Args:
+        work: The arrays of the run.
+        progress: State of the step loop.
+        inputs: The network as the engine keeps it.
+    """
     x, v = work.x[1 - progress.current], work.v[1 - progress.current]
     if not (np.isfinite(x).all() and np.isfinite(v).all()):
         return False
@@ -38,7 +44,14 @@ def is_flight(work: Work, progress: Progress, inputs: KernelInputs) -> bool:
 
 
 def explain(reason: int, work: Work, progress: Progress, inputs: KernelInputs) -> Interruption:
-    """Return the interruption of a run whose last step could not be taken."""
+    """Return the interruption of a run whose last step could not be taken.
+
+    Args:
+        reason: Why the step loop returned.
+        work: The arrays of the run.
+        progress: State of the step loop.
+        inputs: The network as the engine keeps it.
+    """
     x, v = work.x[1 - progress.current], work.v[1 - progress.current]
     spring = _culprit(x, v, inputs)
     finite = all(np.isfinite(part).all() for part in (x, v, work.a[progress.current]))

@@ -1,4 +1,4 @@
-"""The network as the engine keeps it: renumbered, sorted, without what does not act.
+"""The network in the form of the stepping code: renumbered, sorted, without idle parts.
 
 Nodes keep their places for a whole run. A spring that dies is first set to zero in place, which
 leaves every sum as if it were gone; the arrays are drawn up anew when many have died.
@@ -84,7 +84,7 @@ class ActingSprings(Struct):
     inelastic: Inelastic | None = None
 
     def behaviour(self) -> Behaviour:
-        """Return what they do."""
+        """Return the laws of these springs with their numbers."""
         return Behaviour(self.laws, self.law, self.stiffness, self.damping, self.rest)
 
     def tension(self, stretch: Floats, closing: Floats, velocity: Floats) -> Floats:
@@ -142,7 +142,7 @@ class KernelInputs:
         return places.min(axis=1), places.max(axis=1)
 
     def update(self, state: State) -> None:
-        """Take over everything that acts in a state, but not its state."""
+        """Update everything that acts in a state, but not positions and velocities."""
         self.state, self.around = state, state.position
         driven = [motion.nodes for motion in state.motions.values()]
         self.moved = np.zeros(state.network.node_count, dtype=bool)
@@ -242,7 +242,7 @@ class KernelInputs:
 
     @property
     def features(self) -> Features:
-        """Return what the stepping code must be able to do."""
+        """Return the features that the stepping code needs."""
         return Features(
             viscous=self._viscous,
             watched=self.watched,
@@ -268,7 +268,7 @@ class KernelInputs:
 
     @property
     def places(self) -> RunPlaces:
-        """Return where springs stand in runs."""
+        """Return the places of springs in runs."""
         if self._places is None:
             self._places = places_of(self._low, self._high)
         return self._places
@@ -285,19 +285,30 @@ class KernelInputs:
         return kept
 
     def is_banded(self) -> bool:
-        """Tell whether the matrix of implicit steps has a narrow band."""
+        """Return whether the matrix of implicit steps has a narrow band."""
         return not self.solver().scratch.size
 
     def inwards(self, vector: Floats) -> Floats:
-        """Return a vector of nodes as the stepping code keeps it, shape (3 node,)."""
+        """Return nodal vectors in the order of the stepping code, flat, shape (3 node,).
+
+        Args:
+            vector: In the order of the network and in any unit, shape (node, 3).
+        """
         return np.ascontiguousarray(vector[self.order]).ravel()
 
     def outwards(self, flat: Floats) -> Floats:
-        """Return flat vectors in the order of the network, shape (…, node, 3)."""
+        """Return flat vectors in the order of the network, shape (…, node, 3).
+
+        Args:
+            flat: In the order of the stepping code and in any unit, shape (…, 3 node).
+        """
         return flat.reshape(*flat.shape[:-1], -1, 3)[..., self.place, :]
 
     def near(self, integrator: type[Integrator]) -> dict[str, Floats]:
-        """Return the tension and the pressure from which springs deserve a closer look [N]."""
+        """Return the tension and the pressure above which springs are tested closely [N].
+
+        Both have the shape (spring,).
+        """
         part, springs = integrator.nearness, self.springs
         if not self.watched:
             # There is one form of the code for springs with laws, which looks at these as well.
@@ -360,7 +371,7 @@ class KernelInputs:
         """Return springs in runs.
 
         Args:
-            near: As ``near`` returns it.
+            near: Limits [N] as returned by ``near``, shape (spring,).
             needed: The ``features``.
         """
         springs = self.springs

@@ -1,4 +1,4 @@
-"""What is asked of the engine, and what it gives back."""
+"""Requests to the engine and its answers."""
 
 from typing import Literal, NamedTuple
 

@@ -53,10 +53,12 @@ def measured_facts(state: State) -> dict[str, float]:
 
 
 def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Choice:
-    """Return the integrator for a scene; the one asked for by name, if any.
+    """Return the integrator for a scene; the one requested by name, if any.
 
     Args:
-        is_banded: Tells whether equations of implicit steps have a matrix of narrow band.
+        state: State at the start.
+        method: What the scene requests.
+        is_banded: Returns whether the matrix of implicit steps has a narrow band.
     """
     if method.name != AUTOMATIC:
         return Choice(method.name, f'"{method.name}" was asked for', {})

@@ -1,4 +1,4 @@
-"""Which method goes on: explicit steps against implicit or stabilised ones, by their pace.
+"""Trials of integrators: explicit steps against implicit or stabilised ones, by pace.
 
 Whether a scene is stiff is not to be seen from its fastest rates: what counts is how much
 larger than these allow the steps could be, and that shows in trying. So where stability limits
@@ -66,7 +66,14 @@ class MethodTrial(Struct):
     rival_pace: float = 0.0
 
     def begin(self, now: Progress, effort: np.ndarray, name: str, cost: float) -> None:
-        """Open a window anew after a change of anything, or the first one."""
+        """Open a window after any change, or the first one.
+
+        Args:
+            now: Between two steps.
+            effort: Counts as in ``Work.effort``, dimensionless, shape (5,).
+            name: Name of the present method.
+            cost: Predicted so far [s].
+        """
         self.length = self.length or STEPS * INTEGRATORS[name].evaluations
         self._open(now, effort, cost, self.window or self.length, warming=True)
 
@@ -79,17 +86,16 @@ class MethodTrial(Struct):
         duration: float,
         candidate: Callable[[float], tuple[str, float] | None],
     ) -> Choice | None:
-        """Return the method to change to, or None to go on.
+        """Return the method to change to, or None to keep the present one.
 
         Args:
             now: Between two steps.
-            effort: As ``Work.effort``.
+            effort: As ``Work.effort``, shape (5,).
             cost: Predicted so far [s].
-            name: Of the present method.
+            name: Name of the present method.
             duration: Of the run [s].
             candidate: Given the pace of the present method, in simulated seconds per second,
-                returns another one that may come further, and what a trial is predicted to
-                cost [s].
+                returns another one that may be faster, and the predicted cost of a trial [s].
         """
         if effort[0] < self.look:
             return None
@@ -163,9 +169,10 @@ def cost_of(effort: np.ndarray, evaluation: float, springs: int, solver: Solver)
     """Return the predicted time of compiled steps so far [s].
 
     Args:
-        effort: As ``Work.effort``.
+        effort: As ``Work.effort``, shape (5,).
         evaluation: Predicted time of a force evaluation [s].
-        springs: That act.
+        springs: Number of springs that act.
+        solver: Matrix of implicit steps.
     """
     numbers = solver.band.size
     factor = FACTOR * numbers * solver.band.shape[1] + 4.0 * SPRING * springs
@@ -208,7 +215,14 @@ def candidate_for(
 
 
 def trial_cost(name: str, evaluation: float, springs: int, solver: Solver) -> float:
-    """Return the predicted time of both windows of a trial [s]."""
+    """Return the predicted time of both windows of a trial [s].
+
+    Args:
+        name: Name of the integrator.
+        evaluation: Predicted time of a force evaluation [s].
+        springs: Number of springs that act.
+        solver: Matrix of implicit steps.
+    """
     member = INTEGRATORS[name]
     steps, solutions = 2 * STEPS, member.evaluations if member.implicit else 0
     effort = np.array([member.evaluations, int(member.implicit), solutions]) * steps

@@ -1,4 +1,4 @@
-"""The order in which the engine keeps nodes: neighbours in space are neighbours in memory."""
+"""The order of nodes in the engine: neighbours in space are neighbours in memory."""
 
 import numpy as np
 from numpy.typing import NDArray

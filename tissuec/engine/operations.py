@@ -1,4 +1,4 @@
-"""Operations on nets: what they are made from, and which compiled ones a scene needs."""
+"""Operations on nets: their parts, and which compiled ones a scene needs."""
 
 from collections.abc import Callable
 from functools import cache

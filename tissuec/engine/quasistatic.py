@@ -1,4 +1,4 @@
-"""Runs without inertia: the net is relaxed again and again while what holds it moves.
+"""Quasi-static runs: the net is relaxed again and again while its holders move.
 
 The first of the two ways of propagation in the paper: at each time that counts, the net goes to
 the local minimum of its energy from where it is. Free nodes have no velocity. Times that count
@@ -80,6 +80,7 @@ class QuasiStatic:
         )
 
     def restart(self, state: State) -> None:
+        """Take over a state; see ``Engine.restart``."""
         self._stale, self._begun = True, state.time
 
     def advance(
@@ -90,6 +91,15 @@ class QuasiStatic:
         pause: Pause | None = None,
         survey: Survey | None = None,
     ) -> Interruption:
+        """Step to ``until`` or to the first interruption; see ``Engine.advance``.
+
+        Args:
+            state: The one that ``restart`` took over.
+            until: Time [s].
+            watch: Condition that interrupts.
+            pause: Returns whether to return between two relaxations.
+            survey: Not used.
+        """
         while True:
             if self._stale and (found := self._relax(state, state.time, watch)):
                 return found
@@ -102,9 +112,11 @@ class QuasiStatic:
                 return Interruption("paused", state.time)
 
     def finish(self, state: State) -> None:
+        """Record the samples that are left."""
         self._take_samples(state, np.inf)
 
     def checkpoint(self) -> dict[str, Any]:
+        """Return the numbers that ``restore`` continues from."""
         return {
             "sample": self._sample,
             "relaxations": self._relaxations,
@@ -115,6 +127,7 @@ class QuasiStatic:
         }
 
     def restore(self, state: State, saved: Mapping[str, Any]) -> None:
+        """Continue from a checkpoint."""
         self._sample, self._begun = int(saved["sample"]), float(saved["begun"])
         self._relaxations, self._sweeps = int(saved["relaxations"]), int(saved["sweeps"])
         self._work, self._lost = map(float, saved["ledger"])

@@ -1,4 +1,4 @@
-"""The forces on free nodes as y' = f(t, y), for solvers that are not ours."""
+"""The equations of motion of free nodes as y' = f(t, y), for other solvers."""
 
 from typing import NamedTuple
 
@@ -20,7 +20,13 @@ class Unknowns(NamedTuple):
 
 
 def rate(time: float, unknowns: Unknowns, net: Net) -> None:
-    """Set y' at a time [s]."""
+    """Set y' at a time.
+
+    Args:
+        time: Time [s].
+        unknowns: y, y' and scratch.
+        net: What acts on the nodes.
+    """
     y, out, origin, nodes = unknowns.y, unknowns.rate, unknowns.origin, unknowns.nodes
     x, v, a = unknowns.x, unknowns.v, unknowns.a
     for free in range(nodes.size):

@@ -1,4 +1,4 @@
-"""Samples on their way to the recorder: a buffer that the stepping code fills."""
+"""A buffer of samples that the stepping code fills for the recorder."""
 
 from collections.abc import Callable
 
@@ -23,18 +23,25 @@ class SampleBuffer:
         self._inputs, self._record = inputs, record
 
     def make_room(self, steps: int) -> None:
-        """Have room for states within some steps."""
+        """Allocate room for states within some steps."""
         buffer = self.buffer
         if buffer.glance_time.size < GLANCES * steps:
             self.buffer = buffer._replace(**glances(steps, buffer.position.shape[1]))
 
     def is_due(self, progress: Progress, until: float) -> bool:
-        """Tell whether the next sample comes before a time [s]."""
+        """Return whether the next sample comes before a time [s]."""
         times = self.buffer.times
         return progress.sample < times.size and bool(times[progress.sample] < until)
 
     def enter(self, progress: Progress, x: Floats, v: Floats, ledger: Floats) -> Progress:
-        """Enter the next sample; return the progress with that."""
+        """Append the next sample; return the updated progress.
+
+        Args:
+            progress: State of the step loop.
+            x: Positions [m], flat, shape (3 node,).
+            v: Velocities [m/s], flat, shape (3 node,).
+            ledger: Work and dissipated energy [J], shape (2,).
+        """
         buffer = self.buffer
         if progress.filled == buffer.time.size:
             progress = self.flush(progress)
@@ -45,7 +52,7 @@ class SampleBuffer:
         return progress._replace(sample=progress.sample + 1, filled=index + 1)
 
     def flush(self, progress: Progress) -> Progress:
-        """Hand over what the buffer holds; return the progress with that."""
+        """Hand over the samples in the buffer; return the updated progress."""
         count, buffer = progress.filled, self.buffer
         if count:
             self._record(

@@ -1,4 +1,4 @@
-"""Springs in runs, which the processor takes eight at a time.
+"""Springs in runs, which vector instructions process eight at a time.
 
 A run is a row of springs between the nodes (i, i + k), (i + 1, i + 1 + k), …, of which
 lattices, tubes and sheets have many; springs of no strength fill short gaps. They need no lists
@@ -104,13 +104,22 @@ def _runs_of_block(low: Places, high: Places) -> tuple[Places, Places, Places, P
 
 
 def block_size(low: NDArray[np.integer], high: NDArray[np.integer]) -> int:
-    """Return how many nodes a block has, so that no spring is longer."""
+    """Return the number of nodes of a block such that no spring is longer than a block.
+
+    Args:
+        low, high: Lower and upper nodes of springs, shape (spring,).
+    """
     longest = int((high - low).max(initial=0))
     return -(-max(longest, BLOCK_NODES) // PIECE) * PIECE
 
 
 def are_several(high: NDArray[np.integer], size: int) -> bool:
-    """Return whether there are several blocks of a size, so that threads can share them."""
+    """Return whether there are enough blocks for threads to share.
+
+    Args:
+        high: Upper nodes of springs, shape (spring,).
+        size: Number of nodes of a block.
+    """
     return int(high.max(initial=0)) + 1 >= LEAST_BLOCKS * size
 
 
@@ -118,9 +127,10 @@ def packed(places: RunPlaces, nodes: int, **values: Floats | None) -> Runs:
     """Return springs in runs for the stepping code.
 
     Args:
-        nodes: How many there are.
-        **values: ``stiffness``, ``damping``, ``rest``, ``near`` and ``near_crush`` of springs,
-            shape (spring,); None for what no spring has.
+        places: Places of the springs in runs.
+        nodes: Number of nodes.
+        **values: ``stiffness`` [N/m], ``damping`` [N s/m], ``rest`` [m], ``near`` and
+            ``near_crush`` [N] of springs, shape (spring,); None for what no spring has.
     """
     fills = {"near": np.inf, "near_crush": np.inf}
     filled: dict[str, Floats] = {}

@@ -1,4 +1,4 @@
-"""How fast the network can swing and how strongly it is damped, from its matrices.
+"""Largest angular frequency and damping of a network, from its matrices.
 
 Stiffness and damping act on M^-1/2: the largest eigenvalues of M^-1/2 K M^-1/2 and of
 M^-1/2 D M^-1/2, found by the method of Lanczos from a fixed start, without forming a matrix.

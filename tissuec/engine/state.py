@@ -1,4 +1,4 @@
-"""The arrays and numbers that the stepping code starts from."""
+"""Initial arrays and numbers of the stepping code."""
 
 from collections.abc import Iterator
 from copy import deepcopy
@@ -30,7 +30,13 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 
 
 def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work:
-    """Return arrays of zeros with the coefficients of an integrator in them."""
+    """Return arrays of zeros, with the coefficients of an integrator.
+
+    Args:
+        integrator: The integrator.
+        network: The network.
+        team: Threads that share loops.
+    """
     size, rows = 3 * network.node_count, integrator.rows
     tools = network.shown_nodes - network.body_nodes
     return Work(
@@ -97,7 +103,13 @@ def new_progress(time: float) -> Progress:
 
 
 def new_buffer(times: Floats, node_count: int, spring_count: int) -> Buffer:
-    """Return an empty buffer for the samples; what follows from them is bounded too."""
+    """Return an empty buffer for samples, of bounded size.
+
+    Args:
+        times: Times of all samples of the run [s], shape (sample,).
+        node_count: Number of nodes.
+        spring_count: Number of springs.
+    """
     room = BUFFER_BYTES // (8 * (6 * node_count + 4 * spring_count + 3))
     count = max(2, min(room, 2 * len(times)))
     size = 3 * node_count
@@ -113,7 +125,15 @@ def new_buffer(times: Floats, node_count: int, spring_count: int) -> Buffer:
 
 
 def glances(steps: int, size: int) -> dict[str, Floats]:
-    """Return room in a buffer for states within some steps; ``size`` is 3 node."""
+    """Return zeros for the states within some steps, as in ``Buffer``.
+
+    Args:
+        steps: Number of steps.
+        size: Number of components, 3 node.
+
+    Returns:
+        Times [s], shape (glance,), positions [m] and velocities [m/s], shape (glance, size).
+    """
     count = GLANCES * steps
     return {
         "glance_time": np.zeros(count),
@@ -123,7 +143,7 @@ def glances(steps: int, size: int) -> dict[str, Floats]:
 
 
 def arrays_of(record: tuple[Any, ...]) -> Iterator[NDArray[Any]]:
-    """Yield the arrays of a record and of those within it."""
+    """Yield the arrays of a record and of records within it, of any shape and unit."""
     for value in record:
         if isinstance(value, np.ndarray):
             yield value
@@ -137,7 +157,14 @@ def new_task(
     tolerance: float,
     duration: float,
 ) -> Task:
-    """Return what stays the same in all calls of a run; the rest is filled in per call."""
+    """Return the constant part of the arguments of all calls of a run.
+
+    Args:
+        network: The network.
+        integrator: The integrator.
+        tolerance: Relative error of positions that the scene allows.
+        duration: Of the run [s].
+    """
     least = min(max(LEDGER_FLOOR, LEDGER_DIGITS / tolerance), FLOOR)
     extent = network.extent
     # Nodes that all coincide in the drawing have no size; the springs may tell one.
@@ -177,9 +204,14 @@ def least_pressure(state: State, floor: float) -> float:
 
 
 def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: float) -> float:
-    """Return a careful first step [s]: a part of the shortest time that a node can show.
+    """Return a cautious first step, a part of the shortest period of a node [s].
 
     Gershgorin's bound on a node: ω² ≤ 2 Σ c / m and λ ≤ 2 Σ d / m over its springs.
+
+    Args:
+        inputs: The network as the engine keeps it.
+        integrator: The integrator.
+        duration: Of the run [s].
     """
     springs, nodes = inputs.springs, len(inputs.order)
     stiff, viscous = springs.stiffness, springs.damping

@@ -1,4 +1,4 @@
-"""What happens within an accepted step: ruptures and triggers, found on its dense output."""
+"""Events within an accepted step: ruptures and triggers, found on its dense output."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -46,7 +46,10 @@ class AcceptedStep:
         self._prepared = bool(progress.prepared)
 
     def state(self, when: float) -> tuple[Floats, Floats, Floats]:
-        """Return flat position, velocity and the ledger at a time in the step."""
+        """Return flat positions [m], velocities [m/s] and the ledger [J] at a time in the step.
+
+        The shapes are (3 node,) twice, and (2,).
+        """
         work, now = self._work, self._current
         if when == self.end:
             other = 1 - now
@@ -59,7 +62,12 @@ class AcceptedStep:
         return x, v, ledger
 
     def loads(self, when: float, limits: "Limits") -> Floats:
-        """Return how strongly springs pull or press towards their limits at a time [N]."""
+        """Return the tension or pressure of springs that have limits [N], shape (limit,).
+
+        Args:
+            when: Time in the step [s].
+            limits: The limits.
+        """
         x, v, _ = self.state(when)
         if when == self.end:  # else rest lengths are those of this time
             OPERATIONS["place"](when, x, v, self._net)
@@ -68,7 +76,13 @@ class AcceptedStep:
         return limits.sign * tension[limits.spring]
 
     def first_rupture(self, looks: int) -> tuple[float, Indices] | None:
-        """Return when the first spring surpasses a limit, and which do at that time."""
+        """Return when the first spring exceeds a limit [s], and the springs that do then.
+
+        Their indices have the shape (n,); None if no spring exceeds a limit.
+
+        Args:
+            looks: Number of states within the step that are tested first.
+        """
         limits = self._suspects(Limits.of(self._inputs.springs), looks)
         if not len(limits.spring):
             return None
@@ -165,12 +179,16 @@ class Limits(NamedTuple):
         return cls(np.concatenate([torn, crushed]), sign, force)
 
     def some(self, chosen: NDArray[np.bool_] | list[int]) -> "Limits":
-        """Return the chosen ones."""
+        """Return a selection of limits, by a mask of shape (limit,) or by indices."""
         return Limits(self.spring[chosen], self.sign[chosen], self.force[chosen])
 
 
 def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:
-    """Return the highest values of parabolas through three equidistant looks."""
+    """Return the largest values of parabolas through three equidistant values.
+
+    Args:
+        before, here, after: The values in any unit, all of the same shape.
+    """
     bend = 2.0 * here - before - after
     inside_it = (here >= before) & (here >= after) & (bend > 0.0)
     rise = (after - before) ** 2 / (8.0 * np.where(inside_it, bend, 1.0))
@@ -180,7 +198,14 @@ def parabola_tops(before: Floats, here: Floats, after: Floats) -> Floats:
 def bisect(
     holds: Callable[[float], bool], false_at: float, true_at: float, resolution: float
 ) -> float:
-    """Return a time at which a claim holds, at most ``resolution`` after one where it fails."""
+    """Return a time at which a condition holds, close to one at which it does not.
+
+    Args:
+        holds: Condition as a function of time [s].
+        false_at: Time at which it fails [s].
+        true_at: Time at which it holds [s].
+        resolution: Largest distance of both times [s].
+    """
     while true_at - false_at > resolution:
         middle = 0.5 * (false_at + true_at)
         if not false_at < middle < true_at:

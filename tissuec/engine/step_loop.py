@@ -1,8 +1,25 @@
-"""The loop over steps: control of their size, landing, samples, and a look for ruptures.
+"""The loop over steps: step size control, landing, samples, and detection of ruptures.
 
 Written once for every integrator and both backends. As it stands here it runs velocity Verlet;
 ``engine.backends`` binds the names of integrator and operations to others. It comes back
 to Python whenever something needs a decision, and can then go on where it was.
+
+Shared arguments:
+    time, end: Start and end of the step [s].
+    h: Size of the step [s].
+    current: Half of ``work`` that contains the start of the step, 0 or 1; the end is in the
+        other.
+    task: What this call of the loop is to do.
+    work: State and scratch of the run; its fields give the shapes and units.
+    net: What acts on the nodes; its fields give the shapes and units.
+    buffer: Samples that are not handed over yet.
+    x: Positions of all nodes [m], flat, shape (3 node,).
+    v: Velocities of all nodes [m/s], flat, shape (3 node,).
+    ledger: Work and dissipated energy [J], shape (2,).
+    displacement, reach: Largest displacement so far [m].
+    speed, pace: Largest speed so far [m/s].
+    when: Time within the step [s].
+    pieces: Number of equal parts for the quadrature.
 """
 
 from math import inf, isfinite, nan, sqrt
@@ -84,7 +101,11 @@ MOST_HALVINGS = 6  # of a step whose powers are looked at on equal pieces
 def drive(
     now: Progress, task: Task, work: Work, net: Net, buffer: Buffer
 ) -> tuple[int, Progress]:
-    """Step until something has to be decided; return why, and where the run stands."""
+    """Step until a decision is needed; return the reason and the progress.
+
+    Args:
+        now: Progress at the start of this call.
+    """
     time, size, end, memory, calm = now.time, now.step, now.end, now.memory, now.calm
     displacement, speed, room, usual = now.displacement, now.speed, now.room, now.usual
     current, pending, prepared, fresh = now.current, now.pending, now.prepared, now.fresh
@@ -245,7 +266,11 @@ def drive(
 
 
 def begin(time: float, current: int, bends: int, work: Work, net: Net) -> int:
-    """Find the forces at the beginning; return how often contact has set in or ended there."""
+    """Find the forces at the beginning; return how often contact has begun or ended until then.
+
+    Args:
+        bends: The number of bends of the law of contact that were passed before.
+    """
     place(time, work.x[current], work.v[current], net)
     x, v, a = work.x[current], work.v[current], work.a[current]
     force(time, x, v, a, work.power[1], net)
@@ -293,7 +318,12 @@ def deliver(
     net: Net,
     buffer: Buffer,
 ) -> tuple[int, int]:
-    """Enter samples from the start of a step up to, but not at, its end, while there is room.
+    """Copy samples from the start of a step up to, but not at, its end, while there is room.
+
+    Args:
+        sample: Index of the next sample.
+        filled: Rows of the buffer that are filled.
+        error: Estimated error of positions [m].
 
     Returns:
         The number of the next sample, and how many rows of the buffer are filled.
@@ -316,12 +346,20 @@ def deliver(
 
 
 def strayed(x: Floats, since: Floats, net: Net) -> float:
-    """Return how far any node has moved, over how far it may; NaN does not count here."""
+    """Return the largest displacement of a node divided by the allowed one, without NaN.
+
+    Args:
+        since: Positions at which pairs of contact were listed [m], shape (3 node,).
+    """
     return distance(x, since, net.touches.squares, net.team) / net.touches.stride
 
 
 def landing(time: float, size: float, task: Task) -> float:
-    """Return where the next step ends, so that no sliver is left before the landing."""
+    """Return the end of the next step, such that no very short step is left before ``until``.
+
+    Args:
+        size: Size of the step that is proposed [s].
+    """
     rest = task.until - time
     if task.fixed == 0:
         size = min(size, task.longest)
@@ -334,7 +372,11 @@ def landing(time: float, size: float, task: Task) -> float:
 
 
 def is_due(sample: int, time: float, end: float, buffer: Buffer) -> bool:
-    """Tell whether a sample is due after a time and before another."""
+    """Return whether a sample is due after ``time`` and before ``end``.
+
+    Args:
+        sample: Index of the next sample.
+    """
     times = buffer.times
     while sample < times.size and times[sample] <= time:
         sample += 1
@@ -342,7 +384,7 @@ def is_due(sample: int, time: float, end: float, buffer: Buffer) -> bool:
 
 
 def aim(h: float, displacement: float, speed: float, task: Task, work: Work) -> None:
-    """Say how exactly the equations of a step are to be solved."""
+    """Set the accuracy to which the equations of a step are solved."""
     allowed = FIXED if task.fixed == 1 else SOLVING * min(task.budget * h, task.share)
     # Speeds by themselves: what is left in motions that nothing brakes would stay there.
     pace = max(speed, task.floor / h)
@@ -360,15 +402,16 @@ def judge(
     strict: bool,
     task: Task,
 ) -> float:
-    """Return the error of a step over what it may be: error per unit step, worst node.
+    """Return the error of a step divided by the allowed error: per unit step, worst node.
 
-    The estimates allowed add up to ``budget`` times the duration and ``growth``, relative to
-    the largest displacement and speed so far: what grows may be as wrong as it grows, for else
-    the short steps of a sudden start would get nothing. The share of a single step is bounded
-    as well: where stability limits the steps, an error lives on for longer than the step that
-    made it. Errors of velocities are mostly those of fast motions, whose positions they move by
-    no more than they would within the step. Where a spring is near its strength, though,
-    dashpots feel them, and when it ruptures depends on them.
+    The allowed estimates add up to ``budget`` times the duration and ``growth``, relative to
+    the largest displacement and speed so far: a displacement that grows may have an error in
+    proportion to its growth, because otherwise the short steps of a sudden start would be
+    allowed almost no error. The share of a single step is bounded as well: where stability
+    limits the steps, an error persists for longer than the step that made it. Errors of
+    velocities are mostly those of fast motions, which change positions by no more than within
+    the step. Where a spring is near its strength, though, dashpots transmit them, and the time
+    of rupture depends on them.
 
     Args:
         h: Size of the step [s].
@@ -386,7 +429,7 @@ def judge(
 
 
 def jolt(h: float, pace: float, current: int, task: Task, work: Work) -> float:
-    """Return what a spring that turns over may do to velocities, over what it may.
+    """Return the change of velocities by a spring that turns over, divided by the allowed one.
 
     Its force jumps where its length vanishes, which estimates of errors may miss.
     """
@@ -404,11 +447,11 @@ def corner(
     work: Work,
     net: Net,
 ) -> float:
-    """Return at which part of a step a corner of a law is to be landed on, 1 if at none.
+    """Return the part of a step at which to land on a corner of a law, 1 if there is none.
 
     A corner that changes the rate of accelerations by b makes errors of b δ²/2 in velocities
     and b δ² h/2 in positions, δ being the time to the nearer end of the step. Where that is
-    below what a step may be wrong by, no landing is needed.
+    below the allowed error of a step, no landing is needed.
     """
     h, x, v = end - time, work.inner[0], work.inner[1]
     first, here = work.sides[0], work.sides[1]
@@ -434,10 +477,10 @@ def corner(
 
 
 def passage(near: float, time: float, h: float, current: int, work: Work, net: Net) -> float:
-    """Return at which part of a step the first corner is passed, 1 if at none.
+    """Return the part of a step at which the first corner is passed, 1 if there is none.
 
     Args:
-        near: Part of the step at either end of it that corners may be passed in.
+        near: Part of the step at either end in which corners may be passed.
     """
     x, v = work.inner[0], work.inner[1]
     first, here = work.sides[0], work.sides[1]
@@ -474,7 +517,11 @@ def look_within(
     work: Work,
     net: Net,
 ) -> None:
-    """Set a state to that at a part of a step whose ends are known."""
+    """Set a state to that at a part of a step whose ends are known.
+
+    Args:
+        part: Part of the step, 0 to 1.
+    """
     other = 1 - current
     from_x, to_x, from_v, to_v, from_a, to_a = quintic(part)
     scale(from_x, work.x[current], x)
@@ -494,10 +541,13 @@ def look_within(
 def glance(
     time: float, end: float, current: int, glanced: int, work: Work, net: Net, buffer: Buffer
 ) -> None:
-    """Enter states within an accepted step and its end into the buffer.
+    """Copy states within an accepted step, and at its end, into the buffer.
 
-    By both ends alone: no evaluation of the forces, and near enough to see whether to look
-    closely.
+    They are interpolated from both ends of the step without evaluating forces, accurately
+    enough to see whether a closer test is needed.
+
+    Args:
+        glanced: Row of the buffer for the first of them.
     """
     for look in range(GLANCES):
         part, row = (look + 1) / GLANCES, glanced + look
@@ -507,7 +557,7 @@ def glance(
 
 
 def greater(one: float, two: float) -> float:
-    """Return the larger of two numbers, and not a number if either is none."""
+    """Return the larger of two numbers, and NaN if either is NaN."""
     return max(one, two) + 0.0 * (one + two)
 
 
@@ -517,10 +567,13 @@ def turnover(current: int, work: Work) -> float:
 
 
 def bearable(h: float, energy: float, task: Task) -> float:
-    """Return what work and dissipation of a step may be wrong by [J], as ``judge`` does.
+    """Return the allowed error of work and dissipation of a step [J], as ``judge`` does.
 
-    Where a power jumps, as when a spring turns over through no length, finer looks are never
-    better in proportion; hence the floor.
+    Where a power jumps, as when a spring turns over at zero length, finer quadrature never
+    converges in proportion; hence the floor.
+
+    Args:
+        energy: Largest energy so far [J].
     """
     allowed = max(min(task.budget * h, task.share), 1e-3 * task.share)
     return allowed * max(energy, task.least) + 2.2e-16 * energy
@@ -529,10 +582,13 @@ def bearable(h: float, energy: float, task: Task) -> float:
 def integrate_finely(
     time: float, end: float, current: int, may: float, work: Work, net: Net
 ) -> None:
-    """Set the ledger at the end of a prepared step by looks inside, as many as are needed.
+    """Set the ledger at the end of a prepared step by quadrature on as many pieces as needed.
 
     Prescribed paths do work even where no free node feels them, so that steps may be too long
-    for it. The step stays as it is: what is looked at never changes what happens.
+    for it. The quadrature never changes the motion.
+
+    Args:
+        may: Allowed error [J].
     """
     ledger, finer = work.ledger[1 - current], work.trial_ledger
     left = inf
@@ -561,7 +617,6 @@ def integrate(
 
     Args:
         low, high: From the start of the prepared step to a time within it [s].
-        time, end: Of the step [s].
     """
     x, v, a, power = work.inner[0], work.inner[1], work.inner[2], work.booked[0]
     done = lost = 0.0
@@ -622,7 +677,7 @@ def place_within(
 
 
 def surpasses(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Tell whether a spring may have surpassed its strength within the prepared step."""
+    """Return whether a spring may have exceeded its strength within the prepared step."""
     x, v = work.trial_x, work.trial_v
     for piece in range(LOOKS + 1):
         when = time + (end - time) * piece / LOOKS

@@ -1,4 +1,4 @@
-"""The unknowns of implicit steps: their order, and whether their matrix is kept as a band."""
+"""The unknowns of implicit steps: their order, and whether their matrix is banded."""
 
 import numpy as np
 from numpy.typing import NDArray

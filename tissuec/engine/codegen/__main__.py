@@ -1,4 +1,4 @@
-"""Translate all kernels anew: ``python -m tissuec.engine.codegen``."""
+"""Translate all kernels: ``python -m tissuec.engine.codegen``."""
 
 import os
 import warnings

@@ -259,7 +259,7 @@ def _simplify(module: Any, exported: Collection[str]) -> None:
 
 
 def export() -> Iterator[tuple[Path, int]]:
-    """Write all bundles anew; yield their files and sizes."""
+    """Write all bundles; yield their files and sizes."""
     SHIPPED.mkdir(exist_ok=True)
     wanted = {name: partial(translated, parts) for name, parts in bundles().items()}
     wanted["team"] = partial(_finished, llvm.parse_assembly(""), CALLED_BY_THREADS)

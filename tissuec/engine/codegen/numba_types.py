@@ -102,7 +102,13 @@ def _place(builder: Any, pointer: Any, index: int) -> Any:
 
 
 def read_word(builder: Any, pointer: Any, index: int) -> Any:
-    """Read a word of a table."""
+    """Emit the load of a word of a table.
+
+    Args:
+        builder: LLVM builder.
+        pointer: Address of the table.
+        index: Index of the word.
+    """
     loaded = builder.load(_place(builder, pointer, index))
     # Nobody writes into a table while compiled code runs: loops need not read it again.
     loaded.set_metadata("invariant.load", builder.module.add_metadata([]))

@@ -23,7 +23,14 @@ llvm.add_symbol("share_loop", 1)
 
 @intrinsic
 def share(context: Any, team: Any, function: Any, arguments: Any) -> tuple[Signature, Any]:
-    """Call a function for every part, or once for all if there is one thread."""
+    """Call a function for every part, or once for all nodes if there is one thread.
+
+    Args:
+        context: Typing context of Numba.
+        team: Type of the team.
+        function: Type of the function.
+        arguments: Type of its arguments.
+    """
     return types.none(team, function, arguments), _generate
 
 

@@ -1,1 +1,1 @@
-"""The run: from event to event, and what is recorded on the way."""
+"""The run from event to event, and its recording."""

@@ -1,4 +1,4 @@
-"""What happens at one time of a run: ruptures, actions, triggers, and their energy."""
+"""Events at one time of a run: ruptures, actions and triggers, with their energy."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -53,7 +53,7 @@ class Stage:
         self.recorder, self.run_state = recorder, run_state
 
     def begin(self) -> None:
-        """Carry out the events of 0 s; the energy that there is then is the initial one."""
+        """Carry out the events of 0 s; the energy after them is the initial one."""
         self.happen()
         if self.plan.needs_ledger:
             self.run_state.initial, self.run_state.switched = self._energy(), 0.0
@@ -62,7 +62,7 @@ class Stage:
         """Carry out what is due at the present time; return whether anything happened.
 
         Args:
-            ruptured: Springs that break now.
+            ruptured: Springs that break now, shape (n,).
             true: Triggers that are known to be true now, by their places in the plan.
         """
         before = len(self.run_state.logged_events)
@@ -80,13 +80,13 @@ class Stage:
         return len(self.run_state.logged_events) > before
 
     def enter(self) -> None:
-        """Tell the recorder what holds from now on."""
+        """Pass the present state to the recorder."""
         run_state = self.run_state
         ledger = EnergyBalance(run_state.initial, switched=run_state.switched)
         self.recorder.enter(run_state.state, run_state.ruptured, ledger)
 
     def leave(self, work: float, dissipated: float) -> None:
-        """Let the recorder judge what ends now, before anything happens.
+        """Let the recorder evaluate expectations that end now, before any event.
 
         Args:
             work, dissipated: Of the energy ledger until now [J].
@@ -94,7 +94,7 @@ class Stage:
         self.recorder.leave(self._with_ledger(work, dissipated))
 
     def record_jumps(self, work: float, dissipated: float) -> None:
-        """Tell the recorder what events changed, just after them; arguments as of `leave`."""
+        """Pass changes by events to the recorder, just after them; arguments as of `leave`."""
         self.recorder.record_jumps(self._with_ledger(work, dissipated))
 
     def _with_ledger(self, work: float, dissipated: float) -> Moment:
@@ -121,7 +121,13 @@ class Stage:
         return replace(Moment.of(self.run_state.state), ruptured=self.run_state.ruptured)
 
     def moment_at(self, time: Floats | float, position: Floats, velocity: Floats) -> Moment:
-        """Return a moment on the way to the next event, or a batch of them."""
+        """Return a moment before the next event, or a batch of moments.
+
+        Args:
+            time: Time [s], shape (…).
+            position: Of all nodes [m], shape (…, node, 3).
+            velocity: Of all nodes [m/s], shape (…, node, 3).
+        """
         return replace(self.moment(), time=time, position=position, velocity=velocity)
 
     def true_triggers(self, moment: Moment) -> list[int]:

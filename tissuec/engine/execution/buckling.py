@@ -1,4 +1,4 @@
-"""Whether the net rests where it would buckle: symmetry alone keeps it there."""
+"""Detects a net that rests in an unstable equilibrium because of symmetry."""
 
 from tissuec.core.source import Span
 from tissuec.engine.execution.failure_messages import of_body

@@ -1,4 +1,4 @@
-"""Values of a run as plain text and arrays, so that it can be kept in a file and gone on with.
+"""Values of a run as text and arrays, to store a run in a file and resume it.
 
 Structs of this package and of plug-ins, tuples, lists, dictionaries, numbers, texts and arrays
 are written out; what network and plan hold anyway (``known``) is only referred to. Numbers come
@@ -20,14 +20,14 @@ TEXT = "text"
 
 
 def write_state(value: object, known: Iterable[object]) -> dict[str, str | NDArray[Any]]:
-    """Return a value as one text and numbered arrays.
+    """Return a value as one text and numbered arrays of any shape, in their own units.
 
     Args:
         value: Made of what the module names, at any depth.
         known: Objects that are referred to by their place in this sequence.
 
     Raises:
-        TypeError: The value holds something else.
+        TypeError: The value contains something else.
     """
     places = {id(item): place for place, item in enumerate(known)}
     arrays: list[NDArray[Any]] = []

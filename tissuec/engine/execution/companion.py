@@ -1,4 +1,4 @@
-"""The companion of a run: the same plan once more with finer steps, which tells the error.
+"""The companion of a run: the same plan with finer steps, to estimate the error.
 
 Estimates of single steps cannot tell what a motion makes of their errors later on: a tear, a
 buckling or a tumbling chain can amplify them beyond measure. The companion has other errors, so
@@ -74,7 +74,7 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
 
     @classmethod
     def unchecked(cls, reason: str, allowed: float) -> "ErrorEstimate":
-        """Return what is known without a companion."""
+        """Return the accuracy of a run without a companion."""
         none = np.zeros(0)
         return cls("not checked", reason, None, none, none, none, allowed, 0.0)
 
@@ -330,13 +330,17 @@ def stepped(
     interrupt: Callable[[], bool] | None = None,
     threads: int = 1,
 ) -> Floats:
-    """Return positions at times with smaller steps, shape (time, node, 3).
+    """Return positions at times with smaller steps [m], shape (time, node, 3).
 
-    They are NaN at times that the run did not come to.
+    They are NaN at times that the run did not reach.
 
     Args:
-        factor: By which tolerances are divided; fixed steps by half of it.
-        rows: To be filled; new ones by default.
+        network: The network.
+        plan: The plan of the run.
+        times: Times of interest [s], ascending, shape (time,).
+        factor: Factor that tolerances are divided by; fixed steps are divided by half of it.
+        rows: Array to be filled; a new one by default.
+        interrupt: Returns whether to stop.
         threads: See ``Method``.
     """
     from tissuec.engine.execution.run import run
@@ -361,12 +365,22 @@ class _Silent(Recorder):
 
 
 def keep(samples: Samples, times: Floats, rows: Floats) -> None:
-    """Enter the samples that are due into rows."""
+    """Copy the positions of samples at given times into rows.
+
+    Args:
+        samples: A batch of samples.
+        times: Times of interest [s], ascending, shape (time,).
+        rows: Positions [m], shape (time, node, 3), changed in place.
+    """
     places = np.searchsorted(times, samples.time)
     due = (places < len(times)) & (times[np.minimum(places, len(times) - 1)] == samples.time)
     rows[places[due]] = samples.position[due]
 
 
 def largest(vectors: Floats) -> Floats:
-    """Return the length of the longest vector of each row, shape (row,)."""
+    """Return the length of the longest vector of each row, in their unit, shape (row,).
+
+    Args:
+        vectors: In any unit, shape (row, node, 3).
+    """
     return np.sqrt(np.einsum("rnk,rnk->rn", vectors, vectors).max(axis=1, initial=0.0))

@@ -1,4 +1,4 @@
-"""What is still to come in a run, in order."""
+"""Future events of a run, in order."""
 
 import heapq
 from bisect import bisect_left
@@ -40,7 +40,7 @@ class ActionQueue(Struct, eq=False):
         return queue
 
     def add(self, time: float, action: Action) -> None:
-        """Enter what an action adds, such as the end of a motion, at a time [s]."""
+        """Add an action, such as the end of a motion, at a time [s]."""
         self._enter(time, _ADDED, action)
 
     def land(self, times: Floats) -> None:
@@ -49,7 +49,7 @@ class ActionQueue(Struct, eq=False):
             self._enter(float(time), _ADDED, None)
 
     def script(self, events: Iterable[ScheduledAction], start: float) -> None:
-        """Enter written events, their times counted from ``start`` [s]."""
+        """Add written events, their times counted from ``start`` [s]."""
         for event in events:
             self._enter(start + event.time, _SCRIPTED, event.action)
 
@@ -59,7 +59,7 @@ class ActionQueue(Struct, eq=False):
         return self.entries[0][0] if self.entries else float("inf")
 
     def due(self, time: float) -> Iterator[Action]:
-        """Remove and yield what is to be done at a time, also what is added meanwhile."""
+        """Remove and yield the actions at a time, also those added meanwhile."""
         while self.next <= time + self.near:
             action = heapq.heappop(self.entries)[3]
             if action is not None:

@@ -1,4 +1,4 @@
-"""Whether expectations hold, judged while a run goes on."""
+"""Evaluation of expectations during a run."""
 
 import numpy as np
 from msgspec import Struct, field
@@ -63,7 +63,7 @@ class ExpectationMonitor:
         self._last = [int(due.nonzero()[0].max(initial=-1)) for due in self._due]
 
     def enter(self, time: float) -> None:
-        """Take the samples from now on out of the intervals that have ended by now."""
+        """Exclude the samples from now on from the intervals that have ended."""
         for due, expectation in zip(self._due, self.expectations, strict=True):
             if self._lasts(expectation) and expectation.stop - self.near <= time:
                 due[self.times >= expectation.stop - 2.0 * self.near] = False
@@ -76,7 +76,13 @@ class ExpectationMonitor:
                 self._judge(number, replace(moment, pinned=memory.pinned), memory, ends=True)
 
     def sample(self, moment: Moment, rows: slice, memory: ExpectationMemory) -> None:
-        """Judge a batch, which is a part of ``times``."""
+        """Evaluate expectations at a batch of samples.
+
+        Args:
+            moment: The batch.
+            rows: Its place in ``times``.
+            memory: Results so far, changed in place.
+        """
         for time, place in self._pinned_at.items():
             if rows.start <= place < rows.stop:
                 then = moment.pick(np.array([place - rows.start])).pick(

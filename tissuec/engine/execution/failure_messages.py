@@ -1,4 +1,4 @@
-"""Why a run could not go on, as a sentence that names spring, nodes, time and line."""
+"""Sentences about failed runs, with springs, nodes, time and line."""
 
 from typing import TYPE_CHECKING
 

@@ -25,10 +25,11 @@ class MemoryRecording:
         self._alive: NDArray[np.bool_] = np.zeros(0, dtype=bool)
 
     def topology(self, alive: NDArray[np.bool_]) -> None:
+        """Set which springs exist in the frames to come, shape (spring,)."""
         self._alive = alive.copy()
 
     def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
-        """Keep nothing: who holds what is for files."""
+        """Ignore which nodes are held, ``holders`` of shape (n,): only files record it."""
 
     def frames(
         self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
@@ -37,7 +38,13 @@ class MemoryRecording:
         self._add("frames", time, position, velocity, force, tension, alive)
 
     def surface(self, body: str, time: Floats, position: Floats) -> None:
-        """Keep nothing: smooth surfaces are for files."""
+        """Ignore smooth surfaces: only files record them.
+
+        Args:
+            body: Name of the body.
+            time: Times [s], shape (frame,).
+            position: Of all nodes [m], shape (frame, node, 3).
+        """
 
     def log(self, channel: str, time: Floats, rows: Floats) -> None:
         self._add(f"log {channel}", time, rows)
@@ -60,12 +67,13 @@ class MemoryRecording:
         self.events.append(Event(time, kind, springs, cause, place))
 
     def checkpoint(self, saved: Mapping[str, Any]) -> None:
+        """Keep a checkpoint in place of the previous one."""
         self.state = dict(saved)
 
     def frame_arrays(self) -> tuple[NDArray[Any], ...]:
         """Return time [s], position [m], velocity [m/s], force [N], tension [N] and alive.
 
-        Shapes (frame,), (frame, node, 3) three times, and (frame, spring) twice.
+        The shapes are (frame,), (frame, node, 3) three times, and (frame, spring) twice.
         """
         return self._joined("frames")
 

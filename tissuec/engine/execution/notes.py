@@ -1,4 +1,4 @@
-"""What a reader must know of a run beside its outcome: what its method did amiss."""
+"""Notes on a run beside its outcome: errors that its method made."""
 
 from typing import TYPE_CHECKING
 
@@ -22,6 +22,7 @@ def notes(
     """Return sentences about a run with a fixed step.
 
     Args:
+        statistics: Counts of the run.
         state: The last good state.
         ledger: Energies until then; None where they are not kept.
     """

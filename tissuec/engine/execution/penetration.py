@@ -1,4 +1,4 @@
-"""Whether threads have got into a body, although contact is to keep them off."""
+"""Detects threads that have passed into a body in spite of contact."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""From samples to frames, logs, the energy table and verdicts on expectations.
+"""From samples to frames, logs, the energy table and evaluated expectations.
 
 The times of everything that somebody asked for are joined into one ascending list; the engine
 delivers samples at these times in batches, each of which lies between two events. What nobody
@@ -35,37 +35,100 @@ class Samples(Protocol):
     """A batch of states, as the engine delivers it."""
 
     @property
-    def time(self) -> Floats: ...  # [s], shape (sample,)
+    def time(self) -> Floats:
+        """Return the times [s], shape (sample,)."""
+        ...
+
     @property
-    def position(self) -> Floats: ...  # [m], shape (sample, node, 3)
+    def position(self) -> Floats:
+        """Return the positions of all nodes [m], shape (sample, node, 3)."""
+        ...
+
     @property
-    def velocity(self) -> Floats: ...  # [m/s], shape (sample, node, 3)
+    def velocity(self) -> Floats:
+        """Return the velocities of all nodes [m/s], shape (sample, node, 3)."""
+        ...
+
     @property
-    def work(self) -> Floats: ...  # [J], shape (sample,)
+    def work(self) -> Floats:
+        """Return the work done from outside so far [J], shape (sample,)."""
+        ...
+
     @property
-    def dissipated(self) -> Floats: ...  # [J], shape (sample,)
+    def dissipated(self) -> Floats:
+        """Return the energy dissipated so far [J], shape (sample,)."""
+        ...
+
     @property
-    def error(self) -> Floats: ...  # [m], shape (sample,)
+    def error(self) -> Floats:
+        """Return the estimated error of positions [m], shape (sample,)."""
+        ...
 
 
 class Writer(Protocol):
-    """Where rows go: a result file, or memory."""
+    """Where rows go: a result file, or memory.
 
-    def topology(self, alive: NDArray[np.bool_]) -> None: ...
-    def holds(self, time: float, holders: Mapping[str, Indices]) -> None: ...
+    Shared arguments:
+        time: Times of the rows [s], shape (row,), or one time [s].
+        position: Of all nodes [m], shape (row, node, 3).
+        velocity: Of all nodes [m/s], shape (row, node, 3).
+        force: On all nodes [N], shape (row, node, 3).
+        tension: Of all springs [N], shape (row, spring).
+        body: Name of the body.
+        channel: Name of the log.
+        rows: Rows of a table in the units of its columns, shape (row, column).
+        before, after: Rows on both sides of an event, shape (column,).
+        kind, springs, cause, place: What happened, to which springs, why, and where in the
+            text.
+    """
+
+    def topology(self, alive: NDArray[np.bool_]) -> None:
+        """Set which springs exist in the frames to come, shape (spring,)."""
+        ...
+
+    def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
+        """Set which nodes are held from a time [s] on, by holder, shape (n,) each."""
+        ...
+
     def frames(
         self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
-    ) -> None: ...
-    def surface(self, body: str, time: Floats, position: Floats) -> None: ...
-    def log(self, channel: str, time: Floats, rows: Floats) -> None: ...
-    def log_jump(self, channel: str, time: float, before: Floats, after: Floats) -> None: ...
-    def energies(self, time: Floats, rows: Floats) -> None: ...
-    def energy_jump(self, time: float, before: Floats, after: Floats) -> None: ...
-    def errors(self, time: Floats, rows: Floats) -> None: ...
+    ) -> None:
+        """Add frames."""
+        ...
+
+    def surface(self, body: str, time: Floats, position: Floats) -> None:
+        """Add frames of the smooth surface of a body."""
+        ...
+
+    def log(self, channel: str, time: Floats, rows: Floats) -> None:
+        """Add rows to a log."""
+        ...
+
+    def log_jump(self, channel: str, time: float, before: Floats, after: Floats) -> None:
+        """Add the rows of a log on both sides of an event."""
+        ...
+
+    def energies(self, time: Floats, rows: Floats) -> None:
+        """Add rows of energies [J]."""
+        ...
+
+    def energy_jump(self, time: float, before: Floats, after: Floats) -> None:
+        """Add the energies on both sides of an event that changes them [J]."""
+        ...
+
+    def errors(self, time: Floats, rows: Floats) -> None:
+        """Add estimated errors of positions [m], shape (row, 1)."""
+        ...
+
     def event(
         self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
-    ) -> None: ...
-    def checkpoint(self, saved: Mapping[str, Any]) -> None: ...
+    ) -> None:
+        """Add an event."""
+        ...
+
+    def checkpoint(self, saved: Mapping[str, Any]) -> None:
+        """Replace the state that a later run can continue from."""
+        ...
 
 
 class _Observed(NamedTuple):
@@ -112,10 +175,11 @@ class Recorder:
         self._judge = ExpectationMonitor(plan.expectations, self.times, near)
 
     def enter(self, state: State, ruptured: NDArray[np.bool_], ledger: EnergyBalance) -> None:
-        """State what holds for the samples to come, after the events of a time.
+        """Set what is valid for the samples to come, after the events of a time.
 
         Args:
-            ruptured: Which springs broke by themselves until now, shape (spring,).
+            state: The state after these events.
+            ruptured: Springs that broke by themselves until now, shape (spring,).
             ledger: Initial and switched energy; the samples bring work and dissipation.
         """
         self._state = _frozen(state)
@@ -142,7 +206,7 @@ class Recorder:
         return len(self._before) > 0
 
     def record_jumps(self, moment: Moment) -> None:
-        """Pass on how the last events changed what is logged.
+        """Record how the last events changed logged quantities.
 
         Args:
             moment: Just after them, at the same time; with a ledger if one is kept.
@@ -157,7 +221,7 @@ class Recorder:
         self._before = ()
 
     def happened(self, time: float, logged_event: LoggedEvent) -> None:
-        """Enter something into the event log."""
+        """Add an event to the log of events."""
         springs = tuple(int(spring) for spring in logged_event.springs)
         place = logged_event.span.place
         self.writer.event(time, logged_event.kind, springs, logged_event.cause, place)
@@ -168,11 +232,11 @@ class Recorder:
         return self._judge.unreached(self.memory)
 
     def checkpoint(self, saved: Mapping[str, Any]) -> None:
-        """Keep a state to go on from; every sample before it has been passed on."""
+        """Keep a state to resume from; all samples before it have been recorded."""
         self.writer.checkpoint(saved)
 
     def record(self, samples: Samples) -> None:
-        """Take in a batch of samples, the next ones of ``times``."""
+        """Process a batch of samples, the next ones of ``times``."""
         assert self._state is not None, "enter comes first"
         if self._tap is not None:
             self._tap(samples)
@@ -242,7 +306,7 @@ class Recorder:
 
 
 def wishes(network: Network, plan: Plan) -> Recording:
-    """Return what a result file of this plan must have room for."""
+    """Return the recording that a result file of this plan needs."""
     output = plan.output
     shown = np.zeros(network.node_count, dtype=bool)
     shown[output.frames] = True
@@ -310,14 +374,14 @@ def _energies(moment: Moment) -> Floats:
 
 
 def _is_same_row(before: Floats, after: Floats) -> bool:
-    """Tell whether no number of a row changed by more than rounding; NaN is the same as NaN."""
+    """Return whether no number of a row changed by more than rounding; NaN equals NaN."""
     sizes = np.abs([before, after])
     size = sizes[np.isfinite(sizes)].max(initial=0.0)
     return np.allclose(before, after, rtol=0.0, atol=ROUNDING * size, equal_nan=True)
 
 
 def _are_same(before: Mapping[str, Indices] | None, now: Mapping[str, Indices]) -> bool:
-    """Tell whether the same nodes are held by the same; verbs replace what they change."""
+    """Return whether the same nodes are held by the same; verbs replace what they change."""
     return (
         before is not None
         and before.keys() == now.keys()

@@ -1,4 +1,4 @@
-"""Where a run stands: everything beside network and plan that is needed to go on."""
+"""The state of a run: everything beside network and plan that is needed to resume it."""
 
 from collections.abc import Mapping
 from typing import Any, Self
@@ -43,7 +43,13 @@ class RunState(Struct, eq=False):
 
     @classmethod
     def begin(cls, network: Network, plan: Plan, memory: ExpectationMemory) -> Self:
-        """Return where a run stands at 0 s, before the events of that time."""
+        """Return the state of a run at 0 s, before the events of that time.
+
+        Args:
+            network: The network.
+            plan: The plan.
+            memory: The state of the recorder.
+        """
         return cls(
             plan.start(network),
             ActionQueue.of(plan),
@@ -59,6 +65,11 @@ class RunState(Struct, eq=False):
 
 def read_run_state(saved: Mapping[str, Any], network: Network, plan: Plan) -> RunState:
     """Return what :meth:`RunState.write` wrote for the same network and plan.
+
+    Args:
+        saved: The text and arrays.
+        network: The network.
+        plan: The plan.
 
     Raises:
         ValueError: The state is not the checkpoint of a run.

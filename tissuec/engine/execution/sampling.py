@@ -1,4 +1,4 @@
-"""Lists of times, in which times that differ by rounding only are one time."""
+"""Lists of times in which times that differ by rounding only count as one."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,5 +44,12 @@ def rows_at(times: Floats, wanted: Floats, near: float) -> NDArray[np.bool_]:
 
 
 def rows_within(times: Floats, start: float, stop: float, near: float) -> NDArray[np.bool_]:
-    """Return which times lie in an interval, its ends included, shape (time,)."""
+    """Return which times lie in a closed interval, shape (time,).
+
+    Args:
+        times: Times [s], shape (time,).
+        start: Start of the interval [s].
+        stop: End of the interval [s].
+        near: Largest difference between times that are considered equal [s].
+    """
     return (times >= start - 2.0 * near) & (times <= stop + 2.0 * near)

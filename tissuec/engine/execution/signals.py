@@ -1,4 +1,4 @@
-"""Signals that end a program, as a question that a run asks when it can answer to it.
+"""Signals that end a program, which a run polls between steps.
 
 These are Ctrl-C, what batch systems send before they kill (SIGTERM), and the loss of the
 terminal (SIGHUP).
@@ -65,7 +65,7 @@ def exit_code(number: int | None) -> int:
 
 
 def interruption(number: int | None) -> KeyboardInterrupt:
-    """Return the exception that stands for a signal, by default for Ctrl-C."""
+    """Return the exception for a signal, by default for Ctrl-C."""
     return KeyboardInterrupt() if number in (None, signal.SIGINT) else Terminated(number)
 
 
@@ -87,7 +87,7 @@ def asked_to_stop(further: Interrupt | None = None) -> Iterator[StopRequest]:
 
 @contextmanager
 def ending() -> Iterator[None]:
-    """Have signals end what runs within as Ctrl-C does: files are closed on the way."""
+    """Let signals end the block as Ctrl-C does: files are closed."""
     with _handled(_end):
         yield
 

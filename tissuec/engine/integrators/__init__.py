@@ -1,7 +1,26 @@
-"""Integrators: one file each, which states its order and what it is good for.
+"""Integrators: one file each, which states its order and its field of use.
 
 The stepping code of a member is plain functions over the operations of ``tissuec.kernels``.
 They run slowly as they stand; the engine binds the same functions to compiled operations.
+
+Shared arguments:
+    time, end: Start and end of the step [s].
+    h: Size of the step [s].
+    current: Half of ``work`` that contains the start of the step, 0 or 1; the end is in the
+        other.
+    work: State and scratch of the run; its fields give the shapes and units.
+    net: What acts on the nodes; its fields give the shapes and units.
+    stage: Index of the stage.
+    x: Positions of all nodes [m], flat, shape (3 node,).
+    v: Velocities of all nodes [m/s], flat, shape (3 node,).
+    a: Accelerations of all nodes [m/s²], flat, shape (3 node,).
+    ratio: Error of the step divided by the allowed error.
+    memory: Such a ratio of an earlier step, as ``propose`` returned it.
+    calm: Steps since the size last changed.
+    q: Step size times the coefficient γ of an implicit method [s].
+    solver: Matrix of an implicit step; its fields give the shapes and units.
+    vector: Residuals of accelerations [m/s²], shape (3 node,), replaced by the solution.
+    part, parts: Index of this thread's share of the loop, and the number of shares.
 """
 
 from typing import ClassVar, Protocol
@@ -64,7 +83,7 @@ class Integrator(Protocol):
 
     @staticmethod
     def step(time: float, end: float, current: int, work: Work, net: object) -> bool:
-        """Set the other half of the state to that at ``end``; tell if a spring came near."""
+        """Set the state at ``end``; return whether a spring is near its strength."""
         ...
 
     @staticmethod
@@ -82,7 +101,7 @@ class Integrator(Protocol):
 
     @staticmethod
     def finish(time: float, end: float, current: int, work: Work, net: object) -> bool:
-        """Complete an accepted step with accelerations; tell as ``step`` does."""
+        """Complete an accepted step with accelerations; return the same as ``step``."""
         ...
 
     @staticmethod

@@ -15,13 +15,13 @@ from tissuec.kernels.vectors import TINY
 
 
 def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
-    """Make S and its factor at a state; return False if S is not positive definite."""
+    """Set S and its factor at a state; return False if S is not positive definite."""
     fill(q, x, v, net, solver)
     return factorise(solver.band)
 
 
 def fill(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> None:
-    """Enter S into the band."""
+    """Set the band of S."""
     band, slot = solver.band, solver.slot
     for i in range(band.shape[0]):
         for j in range(band.shape[1]):
@@ -61,7 +61,11 @@ def fill(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> None:
 
 
 def factorise(band: Floats) -> bool:
-    """Replace a matrix by its Cholesky factor; return False if it has none."""
+    """Replace a matrix by its Cholesky factor; return False if it is not positive definite.
+
+    Args:
+        band: Rows of the lower band of S [kg], shape (3 free, width + 1).
+    """
     size, width = band.shape[0], band.shape[1] - 1
     for j in range(size):
         if not band[j, 0] > 0.0:
@@ -97,7 +101,12 @@ def solve(vector: Floats, net: Net, solver: Solver) -> bool:
 
 
 def substitute(band: Floats, unknown: Floats) -> None:
-    """Solve with the factor, forwards and backwards."""
+    """Solve with the factor, forwards and backwards.
+
+    Args:
+        band: The factor [kg^½], shape (3 free, width + 1).
+        unknown: Right-hand side [N], replaced by the solution [m/s²], shape (3 free,).
+    """
     size, width = band.shape[0], band.shape[1] - 1
     for j in range(size):
         reach = min(width, size - 1 - j)

@@ -22,7 +22,7 @@ HOPELESS = 0.9
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Set the other half of the state to that at ``end``; tell if a spring came near."""
+    """Set the state at ``end``; return whether a spring is near its strength."""
     h, made, stages = end - time, work.solver.made, work.tableau.for_x.shape[0]
     q = h * float(work.tableau.for_v[stages - 1, stages])
     scale(1.0 / h, work.v[current], work.rows[0])
@@ -47,7 +47,7 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 
 def renew(q: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
-    """Make S at a state."""
+    """Set S at a state."""
     made = work.solver.made
     made[0] = q
     work.effort[1] += 1
@@ -58,7 +58,7 @@ def renew(q: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
 
 
 def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net: Net) -> bool:
-    """Find the acceleration of a stage; 0 in ``made`` tells that this did not succeed."""
+    """Find the acceleration of a stage; ``made[0]`` is 0 if this fails."""
     made, change = work.solver.made, work.trial_x
     x, v, a = work.x[1 - current], work.v[1 - current], work.rows[stage + 1]
     q = made[0]
@@ -129,14 +129,17 @@ def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
 
 
 def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Ask for another S where Newton's method was slow."""
+    """Request a new S where Newton's method was slow."""
     if work.solver.made[1] > SLOW:
         work.solver.made[0] = 0.0
     return False
 
 
 def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Return the next step; kept where little is won, since S then is kept as well."""
+    """Return the next step, memory and calm; the size is kept where a change gains little.
+
+    S depends on the size and is kept with it.
+    """
     factor = 0.9 * max(ratio, 1e-6) ** (-1.0 / CONTROL_ORDER)
     return (h if 1.0 <= factor < 1.3 else h * min(5.0, max(0.3, factor))), 0.0, 0
 

@@ -22,7 +22,7 @@ FINE = 1e-3  # on the way to the limit of stability, |h λ|
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Set the other half of the state to that at ``end``; tell if a spring came near."""
+    """Set the state at ``end``; return whether a spring is near its strength."""
     h, result = end - time, END_ROW - 1
     scale(1.0 / h, work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])
@@ -44,7 +44,7 @@ def needed_rows(table: Tableau) -> int:
 def evaluate_stage(
     time: float, h: float, stage: int, current: int, work: Work, net: Net
 ) -> bool:
-    """Fill the row of one stage from those before it."""
+    """Set the row of one stage from the previous ones."""
     x, v, then = work.trial_x, work.trial_v, time + h * work.tableau.for_x[stage, 0]
     enter_stage(then, h, stage, current, x, v, work, net)
     return force(then, x, v, work.rows[stage + 1], work.power[stage + 1], net)
@@ -94,7 +94,7 @@ def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 
 def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
-    """Evaluate the stages behind the result, for the dense output."""
+    """Evaluate the stages after the result, for the dense output."""
     stages = work.tableau.for_x.shape[0]
     work.effort[LOOKED] += stages - END_ROW
     for stage in range(END_ROW, stages):
@@ -102,7 +102,7 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
 
 
 def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Return the next step by proportional-integral control (Gustafsson)."""
+    """Return the next step by proportional-integral control (Gustafsson 1991)."""
     ratio = max(ratio, 1e-6)
     factor = (
         0.9 * ratio ** (-0.7 / CONTROL_ORDER) * memory ** (0.4 / CONTROL_ORDER)

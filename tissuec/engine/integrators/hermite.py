@@ -1,4 +1,4 @@
-"""What is between both ends of a step, by these alone.
+"""Hermite interpolation between both ends of a step.
 
 Dense output for methods that have none of their own, and looks into a step of any method. With
 a0, a1 the accelerations at the ends, mean = (v1 - v0) / h and rise = (x1 - x0) / h² - v0 / h,
@@ -13,10 +13,10 @@ from tissuec.kernels.vectors import between
 
 
 def dense_x(rows: int, end: int) -> Floats:
-    """Return positions as powers of the step's part, shape (5, row).
+    """Return positions as powers of the step's part, dimensionless weights, shape (5, row).
 
     Args:
-        rows: Of ``Work.rows``; the last two hold mean and rise.
+        rows: Number of rows of ``Work.rows``; the last two contain mean and rise.
         end: The row of a1; that of a0 is 1.
     """
     table, mean, rise = np.zeros((5, rows)), rows - 2, rows - 1
@@ -31,7 +31,12 @@ def dense_x(rows: int, end: int) -> Floats:
 
 
 def dense_v(rows: int, end: int) -> Floats:
-    """Return velocities as powers of the step's part, shape (5, row)."""
+    """Return velocities as powers of the step's part, dimensionless weights, shape (5, row).
+
+    Args:
+        rows: Number of rows of ``Work.rows``; the last two contain mean and rise.
+        end: The row of a1; that of a0 is 1.
+    """
     table, mean = np.zeros((5, rows)), rows - 2
     table[0, 1] = 1.0
     table[1, [1, mean, end]] = -2.0, 3.0, -1.0

@@ -2,6 +2,12 @@
 
 The same S as in ``banded``, never formed: per spring what acts along and across it. Inverses of
 the diagonal blocks of the nodes are the preconditioner.
+
+Shared arguments:
+    start, stop: Range of lower nodes, ``stop`` excluded.
+    first, last: Range of nodes, ``last`` excluded.
+    image: S times the direction of search, a scratch vector [N], shape (3 node,).
+    step: Length of the step along the direction of search, dimensionless.
 """
 
 from math import sqrt
@@ -17,7 +23,7 @@ ROUNDS = 500
 
 
 def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
-    """Make what multiplies by S, and the inverses of its diagonal blocks."""
+    """Set the resistance of springs and the inverses of the diagonal blocks of S."""
     share(net.team, measure, (q, x, v, net, solver))
     bar, block = solver.bar, solver.block
     for node in range(block.shape[0]):
@@ -45,7 +51,7 @@ def assemble(q: float, x: Floats, v: Floats, net: Net, solver: Solver) -> bool:
 def measure(
     part: int, parts: int, q: float, x: Floats, v: Floats, net: Net, solver: Solver
 ) -> None:
-    """Find what the springs at a part of the nodes resist, and their directions."""
+    """Set the directions of springs at a part of the nodes, and their resistance."""
     bar, (first, last) = solver.bar, part_of(part, parts, net.inverse_mass.size)
     for node in range(first, last):
         for s in range(net.first[node], net.first[node + 1]):
@@ -62,7 +68,12 @@ def measure(
 
 
 def invert(node: int, block: Floats) -> bool:
-    """Replace a symmetric block by its inverse; return False if it has none."""
+    """Replace a symmetric block by its inverse; return False if it has none.
+
+    Args:
+        node: Row of the block.
+        block: Components xx, yy, zz, xy, yz, xz [kg] or [1/kg], shape (node, 6).
+    """
     a, b, c = block[node, 0], block[node, 1], block[node, 2]
     d, e, f = block[node, 3], block[node, 4], block[node, 5]
     first, second, third = b * c - e * e, e * f - c * d, d * e - b * f
@@ -103,7 +114,11 @@ def solve(vector: Floats, net: Net, solver: Solver) -> bool:
 
 
 def total(pieces: Floats, net: Net) -> float:
-    """Return the sum over all pieces of the nodes."""
+    """Return the sum over all pieces of the nodes.
+
+    Args:
+        pieces: Value of each piece in any unit, shape (piece,).
+    """
     found = 0.0
     for piece in range(pieces_of(net.inverse_mass.size)):
         found += pieces[piece]
@@ -123,10 +138,10 @@ def begin(part: int, parts: int, vector: Floats, net: Net, solver: Solver) -> No
 
 
 def turn(part: int, parts: int, ratio: float, net: Net, solver: Solver) -> None:
-    """Set the direction of search in a part of the nodes, and what masses and drag make of it.
+    """Set the direction of search in a part of the nodes, and its product with masses and drag.
 
     Args:
-        ratio: What is kept of the last direction.
+        ratio: Part of the last direction that is kept.
     """
     search, image, refined = solver.scratch[1], solver.scratch[2], solver.scratch[3]
     first, last = part_of(part, parts, net.inverse_mass.size)
@@ -148,7 +163,7 @@ def multiply(net: Net, solver: Solver) -> None:
 
 
 def multiply_chunks(part: int, parts: int, net: Net, solver: Solver) -> None:
-    """Sum what the springs of some chunks make of the direction of search."""
+    """Sum the products of springs of some chunks with the direction of search."""
     chunks = net.chunks
     for chunk in range(part, chunks.node.size - 1, parts):
         clear_sums(chunk, chunks)
@@ -156,7 +171,7 @@ def multiply_chunks(part: int, parts: int, net: Net, solver: Solver) -> None:
 
 
 def multiply_nodes(start: int, stop: int, image: Floats, net: Net, solver: Solver) -> None:
-    """Add what the springs whose lower nodes are some nodes make of the direction of search."""
+    """Add the products of springs at a range of lower nodes with the direction of search."""
     bar, search, to = solver.bar, solver.scratch[1], net.chunks.to
     for node in range(start, stop):
         i = 3 * node
@@ -184,7 +199,7 @@ def multiply_nodes(start: int, stop: int, image: Floats, net: Net, solver: Solve
 
 
 def project(part: int, parts: int, net: Net, solver: Solver) -> None:
-    """Let held nodes have no image, and note the products of direction and image by pieces."""
+    """Clear the image of held nodes, and sum the products of direction and image by pieces."""
     search, image = solver.scratch[1], solver.scratch[2]
     first, last = part_of(part, parts, net.inverse_mass.size)
     for start in range(first, last, PIECE):
@@ -200,7 +215,7 @@ def project(part: int, parts: int, net: Net, solver: Solver) -> None:
 def advance(
     part: int, parts: int, step: float, vector: Floats, net: Net, solver: Solver
 ) -> None:
-    """Go a step in the direction of search in a part of the nodes, and precondition."""
+    """Move along the direction of search in a part of the nodes, and precondition."""
     residual, search, image = solver.scratch[0], solver.scratch[1], solver.scratch[2]
     first, last = part_of(part, parts, net.inverse_mass.size)
     for i in range(3 * first, 3 * last):
@@ -210,7 +225,7 @@ def advance(
 
 
 def precondition(first: int, last: int, net: Net, solver: Solver) -> None:
-    """Multiply by the inverse blocks of some nodes; note the products with the residual."""
+    """Multiply by the inverse blocks of some nodes; store the products with the residual."""
     residual, refined, block = solver.scratch[0], solver.scratch[3], solver.block
     for start in range(first, last, PIECE):
         product = 0.0

@@ -1,4 +1,4 @@
-"""What can be chosen of the procedures of the publication.
+"""Options of the procedures in the publication.
 
 Table 1 and the text around it differ, and both leave things open (A. Nürnberger, A. Radetzky,
 R. Kruse, SPIE Medical Imaging 1998, section 3.1.4). Each choice is an entry of the language.
@@ -45,7 +45,7 @@ class PropagationChoices(Struct, frozen=True):
     smallest_step: Annotated[float, Measure(units.NUMBER, at_least=1e-6, at_most=1.0)] = 1 / 64
 
     def row(self) -> Floats:
-        """Return them as numbers in the order of ``Work.choices``, shape (7,)."""
+        """Return the choices in the order of ``Work.choices``, dimensionless, shape (7,)."""
         return np.array(
             [
                 self.smallest_step,
@@ -84,7 +84,7 @@ PROCEDURES: dict[str, type[PropagationChoices] | type[RelaxationChoices]] = {
 
 
 def stated(choices: Choices | None, *, defaults: bool = True) -> list[str]:
-    """Return what is chosen of a procedure, each choice as it is written.
+    """Return the choices of a procedure as they are written in the language.
 
     Args:
         choices: None of methods that leave no choice.

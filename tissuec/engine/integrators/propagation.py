@@ -38,7 +38,7 @@ SCRATCH = 6  # which ``hermite`` fills later
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Carry out a frame into the other half of the state; tell if a spring came near."""
+    """Carry out a frame; return whether a spring is near its strength."""
     x, v, a, frame = work.x[1 - current], work.v[1 - current], work.a[1 - current], end - time
     rule, start = work.choices, time
     begin(frame, current, work)
@@ -80,14 +80,18 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 
 def compared_force(time: float, v: Floats, a: Floats, work: Work, net: Net) -> float:
-    """Return the greatest of the forces on a node that are compared [N]."""
+    """Return the greatest of the compared forces on a node [N]."""
     if work.choices[INNER] == 0.0:
         return greatest_force(a, net)
     return greatest_inner_force(time, v, a, work.rows[SCRATCH], net)
 
 
 def begin(frame: float, current: int, work: Work) -> None:
-    """Fill the rows with the state at the start of a frame."""
+    """Fill the rows with the state at the start of a frame.
+
+    Args:
+        frame: Length of the frame [s].
+    """
     rows = work.rows
     scale(1.0 / frame, work.v[current], rows[0])
     scale(1.0, work.a[current], rows[1])
@@ -100,7 +104,12 @@ def begin(frame: float, current: int, work: Work) -> None:
 
 
 def propagate(then: float, size: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
-    """Set x and v to what a step makes of the state in the rows."""
+    """Set x and v to the result of a step from the state in the rows.
+
+    Args:
+        then: Time at the end of the step [s].
+        size: Size of the step [s].
+    """
     scale(1.0, work.rows[V], v)
     accumulate(size, work.rows[A], v)
     scale(1.0, work.rows[X], x)
@@ -109,7 +118,11 @@ def propagate(then: float, size: float, x: Floats, v: Floats, work: Work, net: N
 
 
 def keep(size: float, x: Floats, v: Floats, a: Floats, work: Work, net: Net) -> None:
-    """Accept a step: its state becomes the one in the rows, its power is booked."""
+    """Accept a step: copy its state to the rows and book its power.
+
+    Args:
+        size: Size of the step [s].
+    """
     scale(1.0, x, work.rows[X])
     scale(1.0, v, work.rows[V])
     scale(1.0, a, work.rows[A])
@@ -120,9 +133,9 @@ def keep(size: float, x: Floats, v: Floats, a: Floats, work: Work, net: Net) -> 
 
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
-    """Return how far a frame is from the trapezoidal rule [m], [m/s], the worst node.
+    """Return the difference of a frame from the trapezoidal rule, of the worst node [m], [m/s].
 
-    That is h²/2 a for a frame of one step. Nothing is decided by it.
+    That is h²/2 a for a frame of one step. It has no effect on the run.
     """
     # Hidden nodes stay where they are, whatever their velocities.
     position = beside(h, work.x, work.v, current, work.moving, work)
@@ -132,7 +145,13 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
 def beside(
     h: float, value: Floats, rate: Floats, current: int, each: Floats, work: Work
 ) -> float:
-    """Return the largest |y' - y - h/2 (r + r')| over the nodes that ``each`` has room for."""
+    """Return the largest |y' - y - h/2 (r + r')| over the nodes that ``each`` has room for.
+
+    Args:
+        value: y at both ends of the frame in any unit, shape (2, 3 node).
+        rate: Its rate r at both ends, shape (2, 3 node).
+        each: Scratch, shape (n,).
+    """
     other, error = 1 - current, work.trial_x
     scale(1.0, value[other], error)
     accumulate(-1.0, value[current], error)
@@ -142,20 +161,20 @@ def beside(
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
-    """Set the ledger at the end of the frame; nothing is known of its error."""
+    """Set the ledger at the end of the frame; return 0 J, because no error is estimated."""
     for k in range(2):
         work.ledger[1 - current, k] = work.ledger[current, k] + work.booked[1, k]
     return 0.0
 
 
 def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Keep the time step that a frame ended with, from which the next one may go on."""
+    """Store the last time step of a frame, from which the next frame may begin."""
     work.rate[0] = 1.0 / work.goal[0]
     return False
 
 
 def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Keep the frame."""
+    """Return the size of the frame unchanged."""
     return h, 0.0, 0
 
 

@@ -29,7 +29,7 @@ def stages_for(reach: float) -> int:
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Set the other half of the state to that at ``end``; tell if a spring came near."""
+    """Set the state at ``end``; return whether a spring is near its strength."""
     h, rows, ledger = end - time, work.rows, work.booked
     x, v = work.x[1 - current], work.v[1 - current]
     stages = stages_for(h * work.rate[0])
@@ -100,7 +100,15 @@ def begin(h: float, current: int, work: Work) -> None:
 def blend(
     mu: float, nu: float, less: float, start: Floats, slope: Floats, last: int, work: Work
 ) -> None:
-    """Replace the last two stages of x or v by the next one and the last."""
+    """Replace the last two stages of x or v by the next one and the last.
+
+    Args:
+        mu, nu: Coefficients μ and ν of the recursion.
+        less: Coefficient γ̃ of the slope at the start, times the step [s].
+        start: x or v at the start [m] or [m/s], shape (3 node,).
+        slope: Its rate at the start, shape (3 node,).
+        last: Row of the last stage.
+    """
     rows = work.rows
     here, before, gain = rows[last], rows[last + 2], rows[last + 4]
     scale(nu, before, before)
@@ -116,7 +124,7 @@ def blend(
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     """Return the largest local error of a node's position [m] and velocity [m/s].
 
-    0.8 (y - y') + 0.4 h (f + f'), of third order.
+    It is 0.8 (y - y') + 0.4 h (f + f'), of third order.
     """
     other, error = 1 - current, work.trial_x
     scale(0.8, work.x[current], error)
@@ -144,12 +152,12 @@ def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
 
 
 def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Complete an accepted step: nothing is left to do."""
+    """Complete an accepted step; nothing is left to do."""
     return False
 
 
 def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Return the next step: the error per unit step grows with its square."""
+    """Return the next step; the error per unit step is of second order in its size."""
     return h * min(5.0, max(0.3, 0.9 * max(ratio, 1e-6) ** -0.5)), 0.0, 0
 
 

@@ -36,7 +36,7 @@ STABLE = 9.07
 
 
 def coefficients() -> tuple[Floats, Floats]:
-    """Return kicks B, shape (12,), and drifts A, shape (11,); both are palindromes."""
+    """Return kicks B, shape (12,), and drifts A, shape (11,), dimensionless palindromes."""
     kicks = (*HALF_KICKS, 0.5 - sum(HALF_KICKS))
     drifts = (*HALF_DRIFTS, 1.0 - 2.0 * sum(HALF_DRIFTS))
     return np.array([*kicks, *kicks[::-1]]), np.array([*drifts, *drifts[-2::-1]])
@@ -99,7 +99,7 @@ def _dense(of_velocity: bool) -> Floats:
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Set the other half of the state to that at ``end``; tell if a spring came near."""
+    """Set the state at ``end``; return whether a spring is near its strength."""
     scale(1.0 / (end - time), work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])
     scale(1.0, work.x[current], work.x[1 - current])
@@ -111,7 +111,7 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 
 def compose(time: float, h: float, x: Floats, v: Floats, work: Work, net: Net) -> bool:
-    """Carry a state on by h, from its acceleration in row 1 to that of the end in row 12."""
+    """Advance a state by h, from its acceleration in row 1 to that of the end in row 12."""
     kicks, nodes = work.tableau.for_v[KICKS], work.tableau.for_x[:, 0]
     near = False
     for kick in range(KICKS - 1):
@@ -135,7 +135,10 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
-    """Keep the ledger; return 0 J if no work is done, else infinity: stages do not tell it."""
+    """Copy the ledger; return 0 J if no work is done, else infinity.
+
+    The stages give no estimate of the work.
+    """
     worst = 0.0
     for k in range(2):
         work.ledger[1 - current, k] = work.ledger[current, k]
@@ -146,7 +149,7 @@ def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
 
 
 def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Complete an accepted step: nothing is left to do."""
+    """Complete an accepted step; nothing is left to do."""
     return False
 
 
@@ -168,9 +171,10 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
 
 
 def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Keep the size over long stretches; enlarge it after 32 steps of small errors.
+    """Return the next step; its size changes only after 32 steps of small errors.
 
-    A steady size keeps the method symplectic. ``memory`` is the largest ratio of the stretch.
+    A constant size keeps the method symplectic. ``memory`` is the largest ratio since the last
+    change.
     """
     worst = max(ratio, memory)
     if calm < 32:

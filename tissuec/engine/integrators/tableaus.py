@@ -14,10 +14,10 @@ from tissuec.kernels.vectors import combine
 def runge_kutta(
     weights: Floats, *estimates: Floats, nodes: Floats | None = None, result: int | None = None
 ) -> Tableau:
-    """Return the tableau of a Runge-Kutta method for y' = f(y).
+    """Return the tableau of a Runge-Kutta method for y' = f(y); coefficients are dimensionless.
 
     Args:
-        weights: A, a row for the result and for what is behind it too, shape (stage, stage).
+        weights: A, with rows for the result and for stages after it, shape (stage, stage).
         estimates: Weights of none, one or two estimates of the error, shape (stage,) each. Of
             two, e5 and e3, the error is e5² / √(e5² + 0.01 e3²), as in DOP853.
         nodes: c, if the sums of the weights are wrong by rounding, shape (stage,).
@@ -38,6 +38,8 @@ def nystrom(
     carries: bool = False,
 ) -> Tableau:
     """Return the tableau of a Runge-Kutta-Nyström method for x'' = a(x, v).
+
+    Coefficients are dimensionless.
 
     Args:
         for_x, for_v: X and V of ``Tableau``, shape (stage, stage).
@@ -68,7 +70,11 @@ def enter_stage(
     work: Work,
     net: Net,
 ) -> None:
-    """Set x and v to those of a stage, at a time, by the accelerations found so far."""
+    """Set x and v to those of a stage, by the accelerations found so far.
+
+    Args:
+        then: Time of the stage [s].
+    """
     table, last = work.tableau, stage + 2
     rows, for_x, for_v = work.rows[:last], table.for_x[stage, :last], table.for_v[stage, :last]
     combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v, work.team)

@@ -21,7 +21,7 @@ FOR_V = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.5, 0.0]])
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Set the other half of the state to that at ``end``; tell if a spring came near."""
+    """Set the state at ``end``; return whether a spring is near its strength."""
     x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
     h = end - time
     drift(work.x[current], work.v[current], work.a[current], h, x, v, work.team)
@@ -35,7 +35,7 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
-    """Return the largest local error of a node's position [m]; velocities follow suit."""
+    """Return the largest local error of a node's position [m], and 0 for velocities."""
     change = distance(work.a[current], work.a[1 - current], work.each, work.team)
     return h * h / 6.0 * change, 0.0
 
@@ -43,8 +43,8 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J].
 
-    The trapezoidal rule is wrong by h³/12 P''. With the rate of P in the step before, that is
-    h²/12 times the change of that rate if both steps are equal, and less after a longer one.
+    The error of the trapezoidal rule is h³/12 P''. With the rate of P in the step before, that
+    is h²/12 times the change of that rate if both steps are equal, and less after a longer one.
     """
     h, x, v = end - time, work.x[1 - current], work.v[1 - current]
     weights = work.tableau.for_v[RESULT, : RESULT + 1]
@@ -64,7 +64,7 @@ def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
 
 
 def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
-    """Complete an accepted step: nothing is left to do."""
+    """Complete an accepted step; nothing is left to do."""
     return False
 
 
@@ -76,9 +76,10 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
 
 
 def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Keep the size over long stretches; enlarge it after 32 steps of small errors.
+    """Return the next step; its size changes only after 32 steps of small errors.
 
-    A steady size keeps the method symplectic. ``memory`` is the largest ratio of the stretch.
+    A constant size keeps the method symplectic. ``memory`` is the largest ratio since the last
+    change.
     """
     worst = max(ratio, memory)
     if calm < 32:
