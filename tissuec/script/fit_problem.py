@@ -1,4 +1,4 @@
-"""What a ``learn`` block asks for: measured data, what is fitted to it, and what may change.
+"""The request of a ``learn`` block: measured data, fits, and parameters.
 
 Names are bound to the arrays of the network and numbers are in SI units, as in a plan. Data is
 not read here; what stands in the files is seen when the learning begins.

@@ -1,4 +1,4 @@
-"""What is to be done with a network: method, script, outputs and expectations."""
+"""The plan of a run: method, script, outputs and expectations."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
@@ -160,9 +160,10 @@ class Plan(Struct, frozen=True, eq=False):
 
 
 def times_every(step: float, duration: float) -> NDArray[np.float64]:
-    """Return 0, step, 2 step, … up to the duration, which is met where it is a multiple.
+    """Return 0, step, 2 step, … up to the duration [s], shape (time,).
 
-    Multiples are rounded products, not sums, so that 1000 times 1 ms is 1 s to the last bit.
+    The duration is included where it is a multiple of the step. Multiples are rounded products,
+    not sums, so that 1000 times 1 ms is exactly 1 s.
     """
     count = int(np.floor(duration / step * (1 + 1e-12)))
     return np.minimum(np.arange(count + 1) * step, duration)

@@ -63,10 +63,10 @@ class Measure(Protocol):
     def value(sample: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the one number that conditions compare, such as the length of a force.
 
-        Of shape (…).
+        It has the unit of the measure and the shape (…).
 
         Args:
-            sample: Components, shape (…, column).
+            sample: Components in the unit of the measure, shape (…, column).
         """
         ...
 

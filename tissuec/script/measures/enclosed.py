@@ -1,4 +1,4 @@
-"""What measures of volumes share: the surface of a body."""
+"""Common code of measures of volumes: the surface of a body."""
 
 from functools import lru_cache
 
@@ -11,7 +11,7 @@ _NOWHERE = Span(Source("", ""), 0, 0)
 
 @lru_cache(maxsize=16)
 def surface_of(network: Network, name: str) -> Enclosure | None:
-    """Return what the surface of a body encloses, None where it is open."""
+    """Return the closed surface of a body, None where it is open."""
     try:
         return Enclosure.of(network, name, 1.0, _NOWHERE)
     except ValueError:

@@ -26,6 +26,11 @@ class EnergyDrift(Scalar):
 
     @staticmethod
     def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+        """Return the drift of a moment, dimensionless, shape (…, 1).
+
+        Raises:
+            ValueError: The run keeps no energy ledger.
+        """
         if moment.ledger is None:
             raise ValueError("no energy ledger was kept")
         balance = np.abs(moment.ledger.balance(moment.energies))

@@ -120,13 +120,16 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
         return observables.energies(self.state, self.time, self.position, self.velocity)
 
     def nodes(self, subject: "Subject") -> Indices:
-        """Return the nodes of a subject: for a tool, those that it holds at this time."""
+        """Return the nodes of a subject, shape (n,); for a tool, those that it holds now."""
         if subject.nodes is not None:
             return subject.nodes
         return self.state.holders.get(subject.name, _NOTHING)
 
     def springs(self, subject: "Subject") -> Indices:
-        """Return the springs of a subject: for a tool, those inside what it holds now."""
+        """Return the springs of a subject, shape (n,).
+
+        Those of a tool are the springs between nodes that it holds now.
+        """
         if subject.nodes is not None:
             return subject.springs
         inside = np.zeros(self.state.network.node_count, dtype=bool)
@@ -146,7 +149,11 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
         return other
 
     def pick(self, chosen: int | Indices) -> "Moment":
-        """Return one moment of a batch, or several, along its only leading axis."""
+        """Return one moment of a batch, or several, along its only leading axis.
+
+        Args:
+            chosen: An index, or indices of shape (n,).
+        """
         ledger = self.ledger
         if ledger is not None:
             parts = {name: np.asarray(getattr(ledger, name))[chosen] for name in _IN_TIME}

@@ -1,4 +1,4 @@
-"""What measures of a single number share."""
+"""Common code of measures of a single number."""
 
 from collections.abc import Sequence
 
@@ -23,5 +23,13 @@ class Scalar:
 
 
 def one_column(value: ArrayLike, moment: Moment) -> Floats:
-    """Return a number per sample, or the same one for all of them, as shape (…, 1)."""
+    """Return a number per sample, or the same one for all samples, as a column.
+
+    Args:
+        value: In any unit, shape (…) or a number.
+        moment: The samples.
+
+    Returns:
+        The numbers in the same unit, shape (…, 1).
+    """
     return np.broadcast_to(np.asarray(value, dtype=float), np.shape(moment.time))[..., None]

@@ -1,4 +1,4 @@
-"""What measures of a vector share."""
+"""Common code of measures of a vector."""
 
 from collections.abc import Sequence
 

@@ -31,7 +31,14 @@ class Shape(Struct, frozen=True, eq=False):
 
 
 def capsule(start: Floats, stop: Floats, radius: float, part: str = "") -> Shape:
-    """Return all points within a radius of the line between two points."""
+    """Return all points within a radius of the line between two points.
+
+    Args:
+        start: One end of the line [m], shape (3,).
+        stop: The other end [m], shape (3,).
+        radius: The radius [m].
+        part: Name of the part of the tool, such as a jaw.
+    """
     return Shape("capsule", np.array([start, stop]), radius, part)
 
 
@@ -39,7 +46,7 @@ class Instrument(Protocol):
     """What a member of ``INSTRUMENTS`` can do; its fields are its entries in the language."""
 
     def shapes(self) -> tuple[Shape, ...]:
-        """Return what it touches with, as drawn; nothing if it only acts on nodes by name.
+        """Return its shapes as drawn; nothing if it only acts on nodes by name.
 
         Raises:
             ValueError: The entries are impossible together, and why.

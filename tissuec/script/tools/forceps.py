@@ -24,6 +24,11 @@ class Forceps(Struct, frozen=True, eq=False):
     lower: PointsIfAny = None
 
     def shapes(self) -> tuple[Shape, ...]:
+        """Return both jaws, or nothing without entries.
+
+        Raises:
+            ValueError: An entry is missing, or the jaws overlap.
+        """
         if self.radius is None and self.upper is None and self.lower is None:
             return ()
         if self.radius is None or self.upper is None or self.lower is None:

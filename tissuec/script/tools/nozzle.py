@@ -47,6 +47,11 @@ class Nozzle(Struct, frozen=True, eq=False):
         return half / sqrt(log(2.0))
 
     def shapes(self) -> tuple[Shape, ...]:
+        """Return the opening.
+
+        Raises:
+            ValueError: The direction is zero.
+        """
         length = float(np.linalg.norm(self.direction))
         if not length > 0.0:
             raise ValueError('"direction" cannot be (0, 0, 0)')

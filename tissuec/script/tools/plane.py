@@ -24,6 +24,11 @@ class Plane(Struct, frozen=True, eq=False):
     normal: Annotated[Floats, Point(units.NUMBER)]
 
     def shapes(self) -> tuple[Shape, ...]:
+        """Return the plane.
+
+        Raises:
+            ValueError: The normal is zero.
+        """
         length = float(np.linalg.norm(self.normal))
         if not length > 0.0:
             raise ValueError('"normal" is a direction and cannot be (0, 0, 0)')

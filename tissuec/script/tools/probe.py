@@ -22,6 +22,12 @@ class Probe(Struct, frozen=True, eq=False):
     axis: PointsIfAny = None
 
     def shapes(self) -> tuple[Shape, ...]:
+        """Return the sphere or the rod.
+
+        Raises:
+            ValueError: There are both a centre and an axis, or neither, or the axis has no
+                length.
+        """
         if (self.centre is None) == (self.axis is None):
             raise ValueError('it has either a "centre", as a sphere, or an "axis", as a rod')
         if self.axis is not None:

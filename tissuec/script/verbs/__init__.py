@@ -1,4 +1,4 @@
-"""Verbs of the script: one file each, holding how its sentence is read and what it does.
+"""Verbs of the script: one file each, with the reading and the action of its sentence.
 
 A verb is a class registered by its word. ``read`` turns an ``Order`` (one sentence) into a
 frozen action that holds network indices and SI numbers; ``apply`` carries it out.
@@ -30,11 +30,11 @@ class EventQueue(Protocol):
     """What is still to come; an action may add to it, such as the end of a motion."""
 
     def add(self, time: float, action: "Action") -> None:
-        """Enter an action at an absolute time [s]; steps land there exactly."""
+        """Add an action at an absolute time [s]; a step ends exactly there."""
         ...
 
     def land(self, times: Floats) -> None:
-        """Ask for steps to land on these absolute times [s], where a derivative jumps."""
+        """Let steps end at absolute times [s], shape (n,), at which a derivative jumps."""
         ...
 
 
@@ -105,7 +105,7 @@ class Order(Protocol):
     words: str  # what stands behind the verb, such as "waist" or "pushing pressed"
 
     def has(self, word: str) -> bool:
-        """Tell whether a clause with this joining word was written."""
+        """Return whether a clause with this joining word was written."""
         ...
 
     def nodes(self, *, after: str = "") -> Group:
@@ -125,7 +125,7 @@ class Order(Protocol):
         ...
 
     def names_springs(self) -> bool:
-        """Tell whether what is named behind the verb is a set of springs."""
+        """Return whether the object of the verb is a set of springs."""
         ...
 
     def mover(self, *, after: str = "") -> Mover:
@@ -133,7 +133,7 @@ class Order(Protocol):
         ...
 
     def is_tool(self) -> bool:
-        """Tell whether the words behind the verb name a tool."""
+        """Return whether the words after the verb name a tool."""
         ...
 
     def tool(self, word: str, *, kind: str | None = None) -> str | None:
@@ -141,21 +141,27 @@ class Order(Protocol):
         ...
 
     def instrument(self, word: str, kind: str) -> object:
-        """Return what is written of the tool of a kind that is named in a clause."""
+        """Return the entries of the tool of a kind that is named in a clause."""
         ...
 
-    def vector(self, word: str, dimension: Dimension) -> Floats: ...
+    def vector(self, word: str, dimension: Dimension) -> Floats:
+        """Return the vector of a clause in SI units, shape (3,)."""
+        ...
 
-    def number(self, word: str, dimension: Dimension) -> float: ...
+    def number(self, word: str, dimension: Dimension) -> float:
+        """Return the number of a clause in SI units."""
+        ...
 
     def direction(self, word: str) -> Floats:
-        """Return a vector of length 1 in the direction written in a clause."""
+        """Return the unit vector in the direction of a clause, dimensionless, shape (3,)."""
         ...
 
-    def is_vector(self, word: str) -> bool: ...
+    def is_vector(self, word: str) -> bool:
+        """Return whether a clause is a vector."""
+        ...
 
     def word(self, word: str, choices: Container[str]) -> str | None:
-        """Return what stands in a clause if it is one of some choices of words."""
+        """Return the word of a clause if it is one of some choices."""
         ...
 
     def text(self, word: str) -> str:
@@ -173,7 +179,14 @@ class Order(Protocol):
     def reject(
         self, code: str, message: str, *, hint: str = "", word: str | None = None
     ) -> NoReturn:
-        """Refuse the sentence, pointing at a clause (``word``) or at all of it."""
+        """Refuse the sentence with a located diagnostic.
+
+        Args:
+            code: Code of the diagnostic.
+            message: What is wrong.
+            hint: How to fix it.
+            word: Clause to mark; the whole sentence if None.
+        """
         ...
 
 
@@ -183,7 +196,9 @@ class Verb(Protocol):
     forms: ClassVar[tuple[str, ...]]  # such as ("grasp SET with TOOL",)
 
     @classmethod
-    def read(cls, order: Order) -> Action: ...
+    def read(cls, order: Order) -> Action:
+        """Return the action of a sentence."""
+        ...
 
 
 VERBS: Family[type[Verb]] = Family("tissuec.script.verbs", "verb")

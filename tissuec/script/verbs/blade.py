@@ -1,4 +1,4 @@
-"""What a cut goes through: a plane, or a part of one.
+"""Blades of cuts: a plane, or a part of one.
 
 A spring is crossed where its ends lie on different sides of the plane and the point in between
 lies within the part. A node on the plane, to within a billionth of the size of the scene,
@@ -62,7 +62,13 @@ def plane(through: Floats, facing: Floats) -> Blade:
 
 
 def stroke(start: Floats, stop: Floats, by: Floats) -> Blade | None:
-    """Return the parallelogram that the edge from start to stop sweeps; None if it is flat."""
+    """Return the parallelogram that an edge sweeps; None if it has no area.
+
+    Args:
+        start: One end of the edge [m], shape (3,).
+        stop: The other end [m], shape (3,).
+        by: Displacement of the edge [m], shape (3,).
+    """
     spans = np.array([stop - start, by])
     normal = np.cross(*spans)
     area = np.linalg.norm(normal)
@@ -74,7 +80,13 @@ def stroke(start: Floats, stop: Floats, by: Floats) -> Blade | None:
 def strip(start: Floats, stop: Floats, facing: Floats) -> Blade | None:
     """Return the endless strip in the plane facing a direction, between the ends of a line.
 
-    None where the line has no length or does not lie in such a plane.
+    Args:
+        start: One end of the line [m], shape (3,).
+        stop: The other end [m], shape (3,).
+        facing: Normal of the plane, of any length and unit, shape (3,).
+
+    Returns:
+        The strip; None where the line has no length or does not lie in such a plane.
     """
     along = stop - start
     length = np.linalg.norm(along)

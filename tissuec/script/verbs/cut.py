@@ -89,7 +89,11 @@ class Cut(Struct, frozen=True):
         return (LoggedEvent("stroke", (), text, self.span),)
 
     def found(self, state: State) -> tuple[Indices, Floats]:
-        """Return the intact springs that the blade goes through, and where along its edge."""
+        """Return the intact springs that the blade crosses, and where along its edge.
+
+        Returns:
+            Indices of springs, and shares of the edge (0 to 1, dimensionless), shape (n,) each.
+        """
         springs = self.group.indices[state.alive[self.group.indices]]
         if self.blade is None:
             return springs, np.zeros(len(springs))
@@ -117,14 +121,29 @@ class BladeClosing(Struct, frozen=True, eq=False):
 
 
 def sever(state: State, springs: Indices, span: Span) -> LoggedEvent:
-    """Remove springs for good, and say so."""
+    """Remove springs for good and return the event.
+
+    Args:
+        state: Changed in place.
+        springs: Indices, shape (n,).
+        span: The sentence.
+    """
     state.alive = state.alive.copy()
     state.alive[springs] = False
     return LoggedEvent("cut", tuple(springs.tolist()), sentence(span), span)
 
 
 def when(profile: TimeProfile, share: float, start: float, stop: float) -> float:
-    """Return when a profile that rises from 0 to 1 comes to a share [s], by bisection."""
+    """Return the time at which a profile that rises from 0 to 1 reaches a share [s].
+
+    The time is found by bisection.
+
+    Args:
+        profile: The profile.
+        share: Value to be reached, 0 to 1.
+        start: Time before it [s].
+        stop: Time after it [s].
+    """
     for _ in range(60):
         middle = 0.5 * (start + stop)
         start, stop = (middle, stop) if profile.at(middle)[0] < share else (start, middle)

@@ -1,4 +1,4 @@
-"""Who holds which nodes, and what becomes of motions when that changes.
+"""Holders of nodes, and the effect of their changes on motions.
 
 The latest order wins: a node that is fixed, held or grasped leaves every motion that drove it
 and rests, and one that is driven follows its new path, whoever else holds it.
@@ -18,12 +18,12 @@ _NOTHING = np.zeros(0, dtype=np.int64)
 
 
 def sentence(span: Span) -> str:
-    """Return what a span covers on one line, for the event log."""
+    """Return the text of a span on one line, for the event log."""
     return " ".join(span.text.split())
 
 
 def held_by(state: State, holder: str) -> Indices:
-    """Return the nodes that a tool or set holds, ascending."""
+    """Return the nodes that a tool or set holds, ascending, shape (n,)."""
     return state.holders.get(holder, _NOTHING)
 
 
@@ -35,7 +35,13 @@ def gripped(state: State, tool: str) -> Indices:
 
 
 def take(state: State, holder: str, nodes: Indices) -> None:
-    """Let a holder hold nodes besides those that it holds already; they rest from now on."""
+    """Add nodes to those that a holder holds; they rest from now on.
+
+    Args:
+        state: Changed in place.
+        holder: Name of a tool or set.
+        nodes: Indices, shape (n,).
+    """
     state.place_held()
     halt(state, nodes, lambda name: True)
     state.holders[holder] = np.union1d(held_by(state, holder), nodes)
@@ -43,7 +49,13 @@ def take(state: State, holder: str, nodes: Indices) -> None:
 
 
 def halt(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> None:
-    """Take nodes out of the motions that ``concerns`` picks by their names."""
+    """Remove nodes from the motions selected by ``concerns``.
+
+    Args:
+        state: Changed in place.
+        nodes: Indices, shape (n,).
+        concerns: Returns whether a motion of this name is selected.
+    """
     for name in filter(concerns, tuple(state.motions)):
         motion = state.motions[name]
         stays = ~np.isin(motion.nodes, nodes)
@@ -56,12 +68,17 @@ def halt(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> None:
 
 
 def let_go(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> Indices:
-    """End the hold of the holders that ``concerns`` picks on some nodes.
+    """End the hold of selected holders on some nodes.
 
-    What nobody holds any more flies on with the velocity that it has at this time.
+    A node that is no longer held keeps the velocity that it has at this time.
+
+    Args:
+        state: Changed in place.
+        nodes: Indices, shape (n,).
+        concerns: Returns whether a holder of this name is selected.
 
     Returns:
-        The nodes that were let go of, ascending.
+        The nodes that were released, ascending.
     """
     state.place_held()
     halt(state, nodes, concerns)

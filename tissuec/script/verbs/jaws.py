@@ -1,4 +1,4 @@
-"""How jaws move towards each other or apart."""
+"""Relative motion of jaws."""
 
 import re
 from collections.abc import Iterator
@@ -50,7 +50,7 @@ def flaw_of_jaws(network: Network, tool: str) -> str:
 
 
 def jaws_of(network: Network, tool: str) -> tuple[Indices, Indices] | None:
-    """Return the nodes of both jaws of forceps, None for any other tool."""
+    """Return the nodes of both jaws of forceps, shape (n,) each; None for any other tool."""
     return next((part.jaws for part in network.tools if part.name == tool), None)
 
 
@@ -63,10 +63,19 @@ def drive_jaws(
     duration: float | None,
     span: Span,
 ) -> Iterator[LoggedEvent]:
-    """Let both jaws go half of a way each, apart if it is positive, and say so.
+    """Move both jaws by half of a distance each, and yield the event.
+
+    Args:
+        state: Changed in place.
+        queue: Takes the end of the motion.
+        tool: Name of the forceps.
+        way: Distance [m]; apart if positive.
+        profile: Course of the motion.
+        duration: Of the order [s]; None if it ends with the profile.
+        span: The sentence.
 
     Raises:
-        Failed: The forceps are moving as a whole.
+        ActionFailed: The forceps are moving as a whole.
     """
     if tool in state.motions:
         node = int(state.motions[tool].nodes[0])

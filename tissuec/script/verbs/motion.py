@@ -1,4 +1,4 @@
-"""How prescribed motions begin, join and end.
+"""Start, combination and end of prescribed motions.
 
 All orders to one mover make one motion, x(t) = centre + R(t) (base - centre) + Σ vectorᵢ sᵢ(t):
 a rigid motion of everything that the mover drives, whatever of it is under way.
@@ -34,7 +34,7 @@ class EndMotion(Struct, frozen=True):
 
 
 def driven_by(state: State, mover: Mover) -> Indices:
-    """Return what a mover moves now: its nodes, or what the tool holds."""
+    """Return what a mover moves now: its nodes, or what the tool holds, shape (n,)."""
     return held_by(state, mover.name) if mover.nodes is None else mover.nodes
 
 
@@ -46,10 +46,14 @@ def set_off(
     shifts: tuple[LoadTerm, ...] = (),
     turn: PrescribedRotation | None = None,
 ) -> None:
-    """Let a mover take what it moves and follow one more path, whose profiles begin now.
+    """Let a mover hold what it moves and follow an additional path whose profiles begin now.
 
     Args:
-        turn: About its present centre; it replaces a turn that is under way.
+        state: Changed in place.
+        mover: Set or tool that moves.
+        span: The sentence.
+        shifts: Displacements times profiles.
+        turn: Rotation about its present centre; it replaces a turn that is under way.
     """
     nodes = driven_by(state, mover)
     state.place_held()
@@ -71,7 +75,13 @@ def set_off(
 
 
 def joined(motion: PrescribedMotion, state: State, nodes: Indices) -> PrescribedMotion:
-    """Return a motion that carries further nodes along from their present places."""
+    """Return a motion that carries additional nodes along from their present positions.
+
+    Args:
+        motion: The motion.
+        state: The present state.
+        nodes: Indices, shape (n,).
+    """
     new = np.setdiff1d(nodes, motion.nodes)
     base = state.position[new] - _shift(motion, state.time)
     if motion.turn is not None:
@@ -84,9 +94,13 @@ def joined(motion: PrescribedMotion, state: State, nodes: Indices) -> Prescribed
 def settle(
     state: State, mover: str, is_over: Callable[[TimeProfile], bool], time: float
 ) -> None:
-    """End the parts of a motion whose profiles ``is_over`` picks, where they are at ``time``.
+    """End the parts of a motion with selected profiles, at their values at a time.
 
-    That time is the written one, from which the present one may differ by a rounding error.
+    Args:
+        state: Changed in place.
+        mover: Name of the set or tool that moves.
+        is_over: Returns whether a profile is selected.
+        time: The written time [s], from which the present one may differ by a rounding error.
     """
     motion = state.motions[mover]
     if motion.turn is not None and is_over(motion.turn.profile):
@@ -124,12 +138,14 @@ def stop_turning(state: State, mover: str) -> bool:
 def schedule(
     queue: EventQueue, profiles: tuple[TimeProfile, ...], time: float, duration: float | None
 ) -> tuple[tuple[TimeProfile, ...], float]:
-    """Return profiles as they begin at a time, and when all of it is over [s].
+    """Return profiles that begin at a time, and the time at which all of them end [s].
 
-    Steps are asked to land on the knots of the profiles.
+    Steps end at the knots of the profiles.
 
     Args:
+        queue: Takes the knots.
         profiles: Written to begin at 0 s.
+        time: Start of the order [s].
         duration: When the order ends after ``time`` [s]; None: with the longest profile.
     """
     stop = np.inf if duration is None else time + duration

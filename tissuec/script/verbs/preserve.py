@@ -88,6 +88,11 @@ class Inflate(Struct, frozen=True):
         return cls(order.nodes(), volume, profile, order.duration, order.span)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        """Change the volume that is preserved.
+
+        Raises:
+            ActionFailed: The volume is not preserved, or it leaks.
+        """
         enclosure = state.enclosure(self.group.name)
         if enclosure is None:
             message = f"the volume of {self.group.name} is not preserved, or it leaks"

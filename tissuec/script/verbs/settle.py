@@ -36,13 +36,18 @@ class Settle(Struct, frozen=True):
         return cls(order.nodes() if order.words else None, order.span)
 
     def chosen(self, state: State) -> np.ndarray:
-        """Return which nodes may move if nobody holds them, shape (node,)."""
+        """Return which nodes may move unless they are held, without a unit, shape (node,)."""
         count = state.network.node_count
         if self.group is None:
             return np.ones(count, dtype=bool)
         return np.isin(np.arange(count), self.group.indices)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        """Move the nodes to equilibrium.
+
+        Raises:
+            ActionFailed: There is no equilibrium, or none was found.
+        """
         from tissuec.mechanics.settling import (
             Unsettled,
             settle,

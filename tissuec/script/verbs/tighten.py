@@ -43,6 +43,11 @@ class ChangeRestLength(Struct, frozen=True):
         return not_to_be_drawn(network, self.group)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        """Begin the change of rest lengths.
+
+        Raises:
+            ActionFailed: Nothing is left of the thread or joint.
+        """
         name = self.group.name
         springs = intact(state, self.group)
         state.stop_reeling(self.group.indices)
@@ -144,7 +149,7 @@ def _read(order: Order, *, shorter: bool) -> ChangeRestLength:
 
 
 def is_of_joints(network: Network, group: Group) -> bool:
-    """Tell whether springs are those of joints, or some of them."""
+    """Return whether springs are those of joints, or some of them."""
     return bool(len(group.indices)) and int(group.indices[0]) >= network.body_springs
 
 
@@ -156,9 +161,9 @@ def not_to_be_drawn(network: Network, group: Group) -> str:
 
 
 def intact(state: State, group: Group) -> Indices:
-    """Return the springs along a thread that are there, or those of a joint, ascending.
+    """Return the intact springs along a thread or of a joint, ascending, shape (n,).
 
-    Of a thread, that of its knot is one of them.
+    Those of a thread include the spring of its knot.
     """
     thread = state.network.threads.get(group.name)
     every = group.indices
