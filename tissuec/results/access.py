@@ -1,4 +1,4 @@
-"""The one way to read a result: every fault of the file is a ResultError that names it.
+"""Reading of results: every fault of the file becomes a ResultError that names it.
 
 A file says of each dataset of which kind and size it is, and what checksum it has. The first
 two are held against the datasets when the file is opened, before anything is read or memory
@@ -51,11 +51,11 @@ class Group:
 
     @property
     def path(self) -> str:
-        """Return where the group stands in the file."""
+        """Return the path of the group in the file."""
         return str(self.raw.name or "/")
 
     def member(self, path: str) -> "Group | Dataset":
-        """Return what stands at ``path``; ResultError if nothing does."""
+        """Return the member at ``path``; ResultError if there is none."""
         full = path if path.startswith("/") else f"{self.path.rstrip('/')}/{path}"
         with reading(self.file, full):
             found = self.raw.get(path)
@@ -87,14 +87,17 @@ class Dataset:
             return self.raw[index]
 
     def whole(self) -> NDArray[Any]:
-        """Return all of it, after a look at the checksum."""
+        """Return the whole dataset, in its unit and shape, after a test of the checksum."""
         data = np.asarray(self[()])
         if self._known and self._known.crc not in (None, crc_of(data)):
             damaged(self.file, f'"{self.path}" is not as it was written')
         return data
 
     def finite(self, start: int, stop: int) -> NDArray[Any]:
-        """Return rows, all of which are numbers."""
+        """Return the rows from ``start`` to ``stop``, in the unit and shape of the dataset.
+
+        A row that is missing or not finite is reported as damage.
+        """
         data = self[start:stop]
         if len(data) < stop - start or not all_numbers(data):
             damaged(self.file, f'"{self.path}" lacks numbers')
@@ -129,7 +132,11 @@ def _opened(file: Group, path: str) -> h5d.DatasetID:
 
 
 def read_sums(file: h5py.File, name: str) -> dict[str, DatasetSum]:
-    """Return what a file says of its datasets."""
+    """Return the table of datasets in a file.
+
+    Raises:
+        ValueError: The table is larger than the file; it becomes a ``ResultError``.
+    """
     found = dataset(Group(file, name, {}), SUMS)
     with reading(name, SUMS):
         if not _is_there(found.raw.id):
@@ -167,7 +174,7 @@ def groups_below(parent: Group) -> list[str]:
 
 
 def array(parent: Group, path: str) -> NDArray[Any]:
-    """Return all numbers of a dataset."""
+    """Return all entries of a dataset, with the unit and shape of the dataset."""
     return dataset(parent, path).whole()
 
 
@@ -193,14 +200,20 @@ def texts(parent: Group, path: str) -> list[str]:
 
 
 def json(parent: Group, path: str) -> Any:
-    """Return what a text of JSON says."""
+    """Return the contents of a text of JSON."""
     written = text(parent, path)
     with reading(parent.file, path):
         return plain.loads(written)
 
 
 def attribute(member: Dataset | Group, name: str, kind: type[T]) -> T:
-    """Return an attribute; ResultError if there is none of that kind."""
+    """Return an attribute; ResultError if there is none of that type.
+
+    Args:
+        member: Dataset or group.
+        name: Name of the attribute.
+        kind: Its type.
+    """
     with reading(member.file, member.path):
         value = member.raw.attrs.get(name)
         value = value.item() if isinstance(value, np.generic) else value
@@ -211,20 +224,34 @@ def attribute(member: Dataset | Group, name: str, kind: type[T]) -> T:
 
 
 def attribute_or(member: Dataset | Group, name: str, default: T) -> T:
-    """Return an attribute as what the default is of; the default if there is none."""
+    """Return an attribute converted to the type of a default; the default if it is missing.
+
+    Args:
+        member: Dataset or group.
+        name: Name of the attribute.
+        default: The default.
+    """
     with reading(member.file, member.path):
         value = member.raw.attrs.get(name, default)
         return type(default)(value.decode() if isinstance(value, bytes) else value)
 
 
 def damaged(file: str, flaw: str) -> NoReturn:
-    """Raise the error that tells what is wrong with a file."""
+    """Report a damaged file.
+
+    Raises:
+        ResultError: Always.
+    """
     raise ResultError(f'"{file}" is damaged: {flaw}')
 
 
 @contextmanager
 def reading(file: str, path: str) -> Iterator[None]:
-    """Have whatever h5py or a text object to become the error that names the file."""
+    """Convert every error of reading to one that names the file.
+
+    Raises:
+        ResultError: HDF5 or a text cannot be read.
+    """
     try:
         yield
     except FAULTS as error:

@@ -223,7 +223,7 @@ def _read_tools(file: Group, span: Span) -> tuple[ToolPart, ...]:
 
 
 def _holds(file: Group, name: str) -> bool:
-    """Tell whether a result says something of its network."""
+    """Return whether a result says something of its network."""
     return f"{NETWORK}/{name}" in file
 
 

@@ -1,4 +1,4 @@
-"""The state from which an interrupted run goes on, and how much of the file belongs to it.
+"""The state from which an interrupted run resumes, and the part of the file that is valid.
 
 A checkpoint says of which format, of which version of the program and of which scene and
 network it is.
@@ -55,7 +55,11 @@ def scene_digest(text: str, network: Network) -> str:
 
 
 def write_checkpoint(store: Store, checkpoint: Checkpoint) -> None:
-    """Put ``checkpoint`` in the place of the former one; it counts from the next commit on."""
+    """Replace the checkpoint of a file; it takes effect with the next commit.
+
+    Raises:
+        ValueError: A value is no number, text or array of numbers.
+    """
     names = {member_name(name): name for name in checkpoint.state}
     for former in set(store.group(f"{CHECKPOINT}/state")) - set(names):
         store.remove(f"{CHECKPOINT}/state/{former}")
@@ -109,7 +113,7 @@ def _check_version(group: Group) -> None:
 
 
 def truncate(store: Store, checkpoint: Checkpoint) -> None:
-    """Cut every growing dataset to what it was at ``checkpoint``.
+    """Cut every growing dataset to its size at ``checkpoint``.
 
     Raises:
         ResultError: The file holds less than that: the checkpoint is not of this file.

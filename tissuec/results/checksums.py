@@ -1,4 +1,4 @@
-"""What a result file says of its datasets: kind, shape and checksum, in one table.
+"""The table of datasets in a result file: kind, shape and checksum of each.
 
 The table is written with each commit. Numbers of frames have no checksum here, because they are
 read in parts: HDF5 keeps one of each of their chunks.
@@ -30,7 +30,12 @@ class DatasetSum(NamedTuple):
 
 
 def crc_of(data: NDArray[Any], former: int = 0) -> int:
-    """Return the CRC-32 of numbers or texts, behind others that had the CRC-32 ``former``."""
+    """Return the CRC-32 of numbers or texts of any shape and unit.
+
+    Args:
+        data: The numbers or texts.
+        former: CRC-32 of what comes before them.
+    """
     if data.dtype.kind not in "OSU":
         return zlib.crc32(np.ascontiguousarray(data).data, former)
     for text in data.reshape(-1).tolist():
@@ -46,7 +51,11 @@ def sums_as_text(sums: Mapping[str, DatasetSum]) -> str:
 
 
 def sums_of_text(text: str) -> dict[str, DatasetSum]:
-    """Return the table; ValueError if the text is not as it was written."""
+    """Return the table of checksums.
+
+    Raises:
+        ValueError: The text does not have its own checksum.
+    """
     crc, _, table = text.partition(" ")
     if f"{zlib.crc32(table.encode()):08x}" != crc:
         raise ValueError("the table of checksums is not as it was written")

@@ -80,7 +80,16 @@ def _events(trajectory: "Trajectory", pandas: Any) -> "pandas.DataFrame":
 def to_xarray(
     trajectory: "Trajectory", names: Sequence[str], frames: slice
 ) -> "xarray.Dataset":
-    """Return frames as a dataset; see `Trajectory.to_xarray`."""
+    """Return frames as a dataset; see `Trajectory.to_xarray`.
+
+    Args:
+        trajectory: The result.
+        names: Arrays to include; all if empty.
+        frames: Range of frames.
+
+    Raises:
+        ValueError: Frames have no array of this name.
+    """
     xarray = _package("xarray", "to_xarray")
     for name in names:
         if name not in ARRAYS:

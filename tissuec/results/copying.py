@@ -16,6 +16,11 @@ from tissuec.results.surface_series import SurfaceSeries
 def copy_result(path: Path, target: Path, surfaces: Mapping[str, SurfaceSeries]) -> Path:
     """Copy a result, write the views of its surfaces, and return where it is.
 
+    Args:
+        path: The result.
+        target: Where the copy is written.
+        surfaces: Its smooth surfaces by the names of bodies.
+
     Raises:
         PlaceError: It cannot stand there, or something other than a result does.
         ResultError: It is still being written, or the copy cannot be.

@@ -1,4 +1,4 @@
-"""What can be wrong with a result file."""
+"""Errors of result files."""
 
 from tissuec.core.errors import TissueError
 

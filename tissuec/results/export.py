@@ -20,7 +20,13 @@ from tissuec.results.trajectory import Trajectory
 
 
 def export_csv(trajectory: Trajectory, names: str | Sequence[str], stream: TextIO) -> None:
-    """Write the rows of a table as comma-separated values; see ``table_rows``."""
+    """Write the rows of a table as comma-separated values; see ``table_rows``.
+
+    Args:
+        trajectory: The result.
+        names: Names of logs, or "energies" or "events".
+        stream: Where the text is written.
+    """
     write_csv(table_rows(trajectory, names), stream)
 
 
@@ -83,6 +89,11 @@ def _plain_table(trajectory: Trajectory, name: str) -> Any:
 def export_vtu(trajectory: Trajectory, frame: int, path: Path) -> None:
     """Write one frame as a VTK unstructured grid (XML, ``.vtu``).
 
+    Args:
+        trajectory: The result.
+        frame: Index of the frame.
+        path: The file.
+
     Raises:
         IndexError: There is no such frame.
         ResultError: The file cannot be written.
@@ -92,6 +103,11 @@ def export_vtu(trajectory: Trajectory, frame: int, path: Path) -> None:
 
 def export_obj(trajectory: Trajectory, frame: int, path: Path) -> None:
     """Write one frame as Wavefront OBJ: vertices, springs as lines, skin as faces.
+
+    Args:
+        trajectory: The result.
+        frame: Index of the frame.
+        path: The file.
 
     Raises:
         IndexError: There is no such frame.
@@ -142,7 +158,11 @@ def export_surface(series: SurfaceSeries, path: Path) -> None:
 
 
 def find_log(trajectory: Trajectory, name: str) -> Log:
-    """Return a log, or "energies", by its name; ResultError if there is none."""
+    """Return a log, or "energies", by its name.
+
+    Raises:
+        ResultError: There is no such log.
+    """
     if name in trajectory.logs:
         return trajectory.logs[name]
     if name == "energies" and trajectory.energies is not None:
@@ -174,7 +194,14 @@ def _joined_rows(logs: Sequence[Log]) -> Iterable[list[object]]:
 
 
 def moments_of(time: Floats) -> Floats:
-    """Return each time and the how-manieth of its kind it is, shape (moment, 2)."""
+    """Return each time with the number of equal times before it.
+
+    Args:
+        time: Times [s], shape (moment,).
+
+    Returns:
+        Times [s] and numbers, shape (moment, 2).
+    """
     order = np.argsort(time, kind="stable")
     ordered = time[order]
     again = np.empty(len(time))

@@ -1,4 +1,4 @@
-"""No number that is none reaches a frame unnoticed."""
+"""Checks that numbers in frames are finite."""
 
 from typing import Any
 
@@ -12,12 +12,16 @@ LARGEST = np.float64(1e100)  # as in scenes
 
 
 def are_numbers(data: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return which numbers are some, and so small that squares of them are, too."""
+    """Return which entries are finite and have finite squares, in the shape of ``data``.
+
+    Args:
+        data: In any unit, of any shape.
+    """
     return np.abs(data) < LARGEST  # false for NaN
 
 
 def all_numbers(data: NDArray[Any]) -> bool:
-    """Return whether all of them are, without an array of answers."""
+    """Return whether all entries, of any shape and unit, are finite and have finite squares."""
     return not data.size or bool(data.max() < LARGEST and data.min() > -LARGEST)
 
 
@@ -43,15 +47,18 @@ def check_finite(
     numbers: NDArray[np.integer],
     what: str,
 ) -> None:
-    """Raise a ValueError that names the first number of ``data`` that is not finite.
+    """Refuse arrays with an entry that is not finite; the message names the first one.
 
     Args:
-        data: Shape (frame, node or spring, …).
+        data: In any unit, shape (frame, node or spring, …).
         quantity: Its name in the message, such as "position".
         time: Times of the frames [s], shape (frame,).
         network: Whose ids the message uses.
         numbers: Network numbers of the second axis.
         what: "node" or "spring".
+
+    Raises:
+        ValueError: An entry is not finite.
     """
     if all_numbers(data):
         return
@@ -69,6 +76,15 @@ def check_finite(
 
 
 def check_shape(data: NDArray[Any], shape: tuple[int, ...], name: str) -> None:
-    """Raise a ValueError if ``data`` has another shape."""
+    """Refuse an array of another shape.
+
+    Args:
+        data: The array, in any unit.
+        shape: The required shape.
+        name: Its name in the message.
+
+    Raises:
+        ValueError: The shape is another one.
+    """
     if data.shape != shape:
         raise ValueError(f"{name} has shape {data.shape}, not {shape}")

@@ -41,11 +41,15 @@ class FrameRecorder:
         return self.waiting >= self._file.batch
 
     def flushed(self) -> None:
-        """Count waiting frames anew."""
+        """Reset the number of waiting frames."""
         self.waiting = 0
 
     def set_topology(self, alive: ArrayLike) -> None:
-        """State which springs are alive from now on; ValueError if the shape is wrong."""
+        """Set which springs exist from now on; ValueError if the shape is wrong.
+
+        Args:
+            alive: Booleans without a unit, shape (spring,).
+        """
         alive = np.array(alive, dtype=bool)
         check_shape(alive, (self._network.spring_count,), "alive")
         self.alive = alive
@@ -61,7 +65,18 @@ class FrameRecorder:
         force: ArrayLike,
         tension: ArrayLike,
     ) -> None:
-        """Add frames, all or none of them; see `ResultWriter.frames`."""
+        """Add frames, all or none of them; see `ResultWriter.frames`.
+
+        Args:
+            time: Times [s], shape (frame,).
+            position: Of all nodes [m], shape (frame, node, 3).
+            velocity: Of all nodes [m/s], shape (frame, node, 3).
+            force: On all nodes [N], shape (frame, node, 3).
+            tension: Of all springs [N], shape (frame, spring).
+
+        Raises:
+            ValueError: The topology is not set, a shape is wrong, or an entry is not finite.
+        """
         if not len(self._mesh.nodes):
             return
         if self.alive is None or self._cells is None:

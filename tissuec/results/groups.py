@@ -1,4 +1,4 @@
-"""Sets and regions in a result file: which nodes or springs have which name."""
+"""Sets and regions in a result file: the names of nodes and springs."""
 
 from collections.abc import Sequence
 

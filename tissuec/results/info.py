@@ -1,4 +1,4 @@
-"""A result file in short, for people and for ``--json``."""
+"""Summary of a result file, as text and for ``--json``."""
 
 from collections import Counter
 from typing import Any
@@ -9,7 +9,7 @@ from tissuec.results.trajectory import Trajectory
 
 
 def summary(trajectory: Trajectory) -> dict[str, Any]:
-    """Return what a result file holds, made of what JSON knows."""
+    """Return a summary of a result file, from its JSON facts."""
     times, network, manifest = trajectory.times, trajectory.network, trajectory.manifest
     checkpoint = trajectory.checkpoint()
     energies = trajectory.energies

@@ -1,4 +1,4 @@
-"""A file that changes from one whole state to the next, whenever the writer is killed.
+"""A file with atomic commits, which survive a kill of the writer at any moment.
 
 HDF5 rewrites blocks in place, in an order of its own, so a process that dies between two of
 those writes leaves a file that may not open. Here every write stays in memory until `commit`:
@@ -64,18 +64,23 @@ class JournaledFile(io.RawIOBase):
         self.recovered = self._load_journal()
 
     def readable(self) -> bool:
+        """Return True."""
         return True
 
     def writable(self) -> bool:
+        """Return True."""
         return True
 
     def seekable(self) -> bool:
+        """Return True."""
         return True
 
     def tell(self) -> int:
+        """Return the present place in the file [bytes]."""
         return self._position
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Go to a place in the file and return it [bytes]."""
         base = {os.SEEK_SET: 0, os.SEEK_CUR: self._position, os.SEEK_END: self._size}[whence]
         self._position = base + offset
         return self._position
@@ -154,7 +159,7 @@ class JournaledFile(io.RawIOBase):
         os.fsync(self._raw.fileno())
 
     def close(self) -> None:
-        """Close the file; what was not committed is forgotten."""
+        """Close the file; uncommitted changes are discarded."""
         self._raw.close()
         super().close()
 

@@ -1,4 +1,4 @@
-"""Which files are ours: the mark that every result file carries, and the check of it."""
+"""The mark that every result file carries, and the check of it."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -68,7 +68,7 @@ def _open_whole(path: Path) -> access.Group:
 
 
 def check_replaceable(path: Path) -> None:
-    """Make sure that a run to ``path`` replaces nothing but results, of whatever layout.
+    """Check that a run to ``path`` replaces nothing but results, of whatever layout.
 
     An unfinished result may be one whose first write was cut short, which nothing reads.
 

@@ -29,7 +29,15 @@ class Jumps(NamedTuple):
     after: Floats
 
     def within(self, time: Floats, value: Floats) -> tuple[Floats, Floats]:
-        """Return times and rows of a log and, in their places, both sides of events."""
+        """Return the rows of a log with the two rows of each event inserted in order of time.
+
+        Args:
+            time: Times of the log [s], shape (moment,).
+            value: Its rows in the unit of the log, shape (moment, column).
+
+        Returns:
+            Times and rows, with two more for each event.
+        """
         places = np.repeat(np.searchsorted(time, self.time), 2)
         sides = np.stack([self.before, self.after], axis=1).reshape(-1, value.shape[1])
         times = np.insert(time, places, np.repeat(self.time, 2))
@@ -54,12 +62,12 @@ class Log:
 
     @cached_property
     def time(self) -> Floats:
-        """The moments [s], shape (moment,)."""
+        """Return the moments [s], shape (moment,)."""
         return access.array(self._group, "time")
 
     @cached_property
     def value(self) -> Floats:
-        """The rows [unit], shape (moment, column)."""
+        """Return the rows in the unit of the log, shape (moment, column)."""
         return access.array(self._group, "value")
 
     @cached_property

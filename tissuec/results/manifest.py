@@ -1,4 +1,4 @@
-"""Where a result comes from: scene, versions, method, outcome."""
+"""The origin of a result: scene, versions, method, outcome."""
 
 import json
 import math
@@ -29,7 +29,7 @@ _LONGEST_ATTRIBUTE = (
 
 
 def first_manifest(given: Mapping[str, object], scene_text: str) -> dict[str, object]:
-    """Return the manifest of a run that begins: what it says, and what is known here."""
+    """Return the manifest of a run at its start: given and known facts."""
     known = {
         "digest": sha256(scene_text.encode()).hexdigest(),
         "versions": versions(),

@@ -1,4 +1,4 @@
-"""What of the network is drawn in a frame: lines, triangles, and single nodes as vertices."""
+"""The drawn part of the network in a frame: lines, triangles, and single nodes as vertices."""
 
 from typing import NamedTuple
 
@@ -64,7 +64,12 @@ class RecordedMesh(Struct, frozen=True, eq=False):
     def of(
         cls, network: Network, nodes: NDArray[np.integer], springs: NDArray[np.integer]
     ) -> "RecordedMesh":
-        """Return the part of ``network`` with these nodes and springs.
+        """Return the part of a network with some nodes and springs.
+
+        Args:
+            network: The network.
+            nodes: Ascending indices, shape (node,).
+            springs: Ascending indices, shape (spring,).
 
         Raises:
             ValueError: Numbers do not ascend within the network, or a spring ends elsewhere.
@@ -86,7 +91,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         return cls(nodes, springs, lines, row[skin], edges)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
-        """Return what is drawn while the springs ``alive``, shape (spring,), are there."""
+        """Return the cells drawn while the springs ``alive``, shape (spring,), exist."""
         shown = alive[self.springs]
         everything = slice(None) if shown.all() else shown  # which copies nothing
         lines, springs = self.lines[everything], self.springs[everything]

@@ -1,4 +1,4 @@
-"""Nodes and springs by the names that a scene has for them."""
+"""Nodes and springs by their names in the scene."""
 
 from collections.abc import Sequence
 
@@ -13,9 +13,11 @@ NODES, SPRINGS = "nodes", "springs"
 
 
 def members(network: Network, groups: Sequence[NamedGroup], name: str, what: str) -> Indices:
-    """Return the network numbers of the nodes or springs that have a name, ascending.
+    """Return the network numbers of the nodes or springs with a name, ascending, shape (n,).
 
     Args:
+        network: The network.
+        groups: Its sets and regions.
         name: Of a set, body or joint, or of a region with its body, such as "scar of liver".
         what: "nodes" or "springs"; springs of a set of nodes are those with both ends in it.
 

@@ -29,7 +29,7 @@ def view_paths(result: Path, surfaces: Sequence[str]) -> dict[str, Path]:
 
 
 def check_views(result: Path, surfaces: Sequence[str]) -> None:
-    """Make sure that the views of a result replace nothing but views.
+    """Check that the views of a result replace nothing but views.
 
     Raises:
         PlaceError: Something else has the name of one.

@@ -61,7 +61,13 @@ class CellTables:
         return self._points.rows
 
     def add(self, points: int, *tables: NDArray[Any]) -> None:
-        """Append a part; a table has the points of the cells of one of `KINDS` as rows."""
+        """Append a part.
+
+        Args:
+            points: Number of points.
+            *tables: Point indices, without a unit, of the cells of one of `KINDS`, shape (cell,
+                width).
+        """
         rows: dict[GrowingDataset, ArrayLike] = {self._points: [points]}
         for columns, table in zip(self._cells.values(), tables, strict=True):
             rows[columns["NumberOfCells"]] = [len(table)]
@@ -72,7 +78,12 @@ class CellTables:
         self.locate(*tables)
 
     def locate(self, *tables: NDArray[Any]) -> None:
-        """Find out where the last part, which has these cells, begins."""
+        """Set the attributes to the start of the last part.
+
+        Args:
+            *tables: Point indices, without a unit, of the cells of this part, shape (cell,
+                width).
+        """
         self.first_cells, self.first_ids = [], []
         for columns, table in zip(self._cells.values(), tables, strict=True):
             # Every part has one offset more than it has cells.
@@ -132,7 +143,13 @@ def _chunk_of(cells: int) -> int:
 
 
 def read_cells(file: Group, part: int, springs: NDArray[np.integer]) -> Cells:
-    """Return what the part number ``part`` of ``file`` draws, of so many springs at most."""
+    """Return the cells that a part of a file draws.
+
+    Args:
+        file: The file.
+        part: Number of the part.
+        springs: Ascending numbers of the springs that are recorded, shape (spring,).
+    """
     vertices, lines, triangles = (
         read_table(file, ROOT, kind, part, width)
         for kind, width in zip(KINDS, (1, 2, 3), strict=False)
@@ -145,7 +162,15 @@ def read_cells(file: Group, part: int, springs: NDArray[np.integer]) -> Cells:
 
 
 def read_table(file: Group, root: str, kind: str, part: int, width: int) -> NDArray[Any]:
-    """Return the points of the cells of one kind in a part, shape (cell, width)."""
+    """Return the points of the cells of one kind in a part, indices of shape (cell, width).
+
+    Args:
+        file: The file; the result has no unit.
+        root: Path of the PolyData group.
+        kind: Kind of cells.
+        part: Number of the part.
+        width: Points of a cell.
+    """
     path = f"{root}/{kind}/Connectivity"
     points = int(access.array(file, f"{root}/NumberOfPoints")[part])
     counts = access.array(file, f"{root}/{kind}/NumberOfConnectivityIds")[: part + 1]

@@ -29,7 +29,11 @@ def _is_marked(path: Path) -> bool:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder for results, unless there is one; PlaceError if that cannot be."""
+    """Create a folder for results, unless there is one.
+
+    Raises:
+        PlaceError: The folder cannot be created.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

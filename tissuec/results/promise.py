@@ -1,4 +1,4 @@
-"""What is known of the promise that a run's tolerance makes about positions."""
+"""Accuracy of positions, compared with the tolerance of the run."""
 
 from collections.abc import Mapping
 from math import inf
@@ -28,7 +28,7 @@ class Promise(Struct, frozen=True):
 
     @classmethod
     def of(cls, manifest: Mapping[str, Any]) -> Self:
-        """Return what the manifest of a result says."""
+        """Return the accuracy in the manifest of a result."""
         if (written := manifest.get("promise")) is not None:
             tolerance = inf if written["tolerance"] is None else float(written["tolerance"])
             return cls(**{**written, "tolerance": tolerance})

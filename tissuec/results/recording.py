@@ -1,4 +1,4 @@
-"""What a run records: the wish of the scene's output block, and the rows that come of it."""
+"""The contents of a recording: the request of the output block, and the rows it needs."""
 
 from collections.abc import Mapping
 from typing import Any

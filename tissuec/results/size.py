@@ -26,10 +26,12 @@ JUMPS = 4_850  # bytes of the columns of a log's jumps without rows, and of thei
 
 
 def file_size(network: Network, recording: Recording, output: Output, duration: float) -> int:
-    """Return about how large the result file of a run is before compression [bytes].
+    """Return the approximate size of the result file of a run before compression [bytes].
 
     Args:
-        output: How often what is recorded.
+        network: The network.
+        recording: What is recorded.
+        output: How often it is recorded.
         duration: Of the run [s].
     """
     total = EMPTY_FILE
@@ -55,10 +57,11 @@ def moments(duration: float, every: float) -> int:
 
 
 def column(rows: int, row: int, chunk: int) -> int:
-    """Return the bytes that a column takes for its rows.
+    """Return the size of a column [bytes].
 
     Args:
-        row: Bytes of a row.
+        rows: Number of rows.
+        row: Size of a row [bytes].
         chunk: Rows that are allocated at once.
     """
     chunks = ceil(rows / chunk)

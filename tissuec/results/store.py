@@ -49,11 +49,11 @@ class GrowingDataset:
         self._waiting: list[NDArray[Any]] = []
 
     def convert(self, values: ArrayLike) -> NDArray[Any]:
-        """Return ``values`` as rows of this column."""
+        """Return values as rows of this column, in its unit, of shape (row, …)."""
         return np.asarray(values, dtype=self.dataset.dtype)
 
     def append(self, rows: NDArray[Any]) -> None:
-        """Add rows that were converted."""
+        """Add converted rows, in the unit of the column, of shape (row, …)."""
         if len(rows):
             self._waiting.append(rows)
             self.rows += len(rows)
@@ -107,7 +107,7 @@ class Store:
 
     @property
     def content(self) -> access.Group:
-        """Return what the last commit holds, to be read."""
+        """Return the contents of the last commit, for reading."""
         return access.Group(self.file, str(self.path), self._sums)
 
     def __contains__(self, path: str) -> bool:
@@ -133,7 +133,7 @@ class Store:
             self._made.discard(member)
 
     def truncate(self, path: str, rows: int) -> None:
-        """Cut a growing dataset, before it is asked for as a column."""
+        """Cut a growing dataset, before it is opened as a column."""
         dataset = self._growing(path)
         if len(dataset) == rows:
             return
@@ -175,9 +175,16 @@ class Store:
         compress: bool = False,
         in_parts: bool = False,
     ) -> GrowingDataset:
-        """Return the column at ``path``; made if need be, with rows of shape ``row``.
+        """Return the column at ``path``; a new one if there is none.
 
         Args:
+            path: Its path in the file.
+            kind: Type of its entries.
+            description: What it contains.
+            unit: Its unit.
+            row: Shape of a row.
+            chunk: Rows that are allocated at once.
+            compress: Whether to compress it.
             in_parts: Whether it is read in parts: then HDF5 keeps a checksum of each chunk.
         """
         if path in self:
@@ -209,13 +216,17 @@ class Store:
         unit: str = "",
         compress: bool = False,
     ) -> None:
-        """Write a dataset of fixed size, or text, in the place of any former one.
+        """Write a dataset of fixed size, or text; a previous one is replaced.
 
-        One of the same shape and kind is overwritten in place, so that a file in which the
-        same things are written again and again does not grow.
+        One of the same shape and type is overwritten in place, so that the file does not grow
+        when the same things are written again.
 
         Args:
-            compress: Whether it pays to look for repetition, where there is room for any.
+            path: Its path in the file.
+            value: The entries or the text.
+            description: What it contains.
+            unit: Its unit.
+            compress: Whether to compress it, if it is large enough.
         """
         data = _fixed_text(value) if isinstance(value, str) else np.asarray(value)
         former = self.file.get(path) if path in self else None
@@ -230,13 +241,23 @@ class Store:
         self._make(path, unit, description, data=data, **filters)
 
     def texts(self, path: str, texts: Sequence[str], description: str) -> None:
-        """Write a list of texts."""
+        """Write a list of texts.
+
+        Args:
+            path: Path in the file.
+            texts: The texts.
+            description: What they are.
+        """
         size = (len(texts),)
         self._make(path, "", description, data=list(texts), dtype=TEXT, shape=size)
         self._sums[path] = DatasetSum("object", size, crc_of(np.array(texts, dtype=object)))
 
     def append(self, rows: Mapping[GrowingDataset, ArrayLike]) -> None:
-        """Add rows to columns: to all of them or, if one does not fit, to none."""
+        """Add rows to columns: to all of them or, if one does not fit, to none.
+
+        Args:
+            rows: Rows by column, in the unit of the column, shape (row, …).
+        """
         converted = {column: column.convert(values) for column, values in rows.items()}
         for column, data in converted.items():
             column.append(data)
@@ -283,7 +304,7 @@ class Store:
             raise ResultError(_no_space(self.path, needed, error)) from error
 
     def rollback(self) -> None:
-        """Forget all that was not committed, and open the file anew as the disk holds it."""
+        """Discard all uncommitted changes, and open the file again as it is on the disk."""
         self.abandon()
         self.columns.clear()
         self.waiting = 0
@@ -322,7 +343,13 @@ def _fixed_text(text: str) -> NDArray[Any]:
 
 
 def describe(dataset: h5py.Dataset, unit: str, description: str) -> None:
-    """Write the two attributes that every dataset has, a new one."""
+    """Write the two attributes that every dataset has to a new dataset.
+
+    Args:
+        dataset: The dataset.
+        unit: Its unit.
+        description: What it contains.
+    """
     # As ``attrs[name] = text`` does, in a third of the time: a file has hundreds of them.
     for name, text in ((b"unit", unit), (b"description", description)):
         h5a.create(dataset.id, name, *_ONE_TEXT).write(np.array(text, dtype=TEXT))

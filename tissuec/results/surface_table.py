@@ -89,7 +89,7 @@ class SurfaceTable:
         )
 
     def set_topology(self, alive: NDArray[np.bool_]) -> None:
-        """State which springs are alive in the frames to come, shape (spring,)."""
+        """Set which springs exist in the frames to come, shape (spring,)."""
         skin = self._body.at(alive)
         if self._skin is None or not skin.same_as(self._skin):
             self._skin, self._map = skin, None
@@ -102,7 +102,12 @@ class SurfaceTable:
         return (slice(first, first + size) for first in range(0, frames, size))
 
     def append(self, time: ArrayLike, position: ArrayLike) -> None:
-        """Add frames of the network; see `ResultWriter.surface`."""
+        """Add frames of the network; see `ResultWriter.surface`.
+
+        Args:
+            time: Times [s], shape (frame,).
+            position: Of all nodes [m], shape (frame, node, 3).
+        """
         times = check_times(time, after=self._last_time)
         position = np.asarray(position)
         check_shape(position, (len(times), self._network.node_count, 3), "position")
@@ -175,6 +180,14 @@ def _entries(group: Group) -> dict[str, Any]:
 
 
 def read_triangles(file: Group, path: str, part: int) -> NDArray[Any]:
-    """Return the triangles in a part of a surface, or in the last one for -1."""
+    """Return the triangles in a part of a surface.
+
+    They are point indices without a unit, of shape (triangle, 3).
+
+    Args:
+        file: The file.
+        path: Path of the surface.
+        part: Number of the part; -1 for the last one.
+    """
     count = len(access.dataset(file, f"{path}/NumberOfPoints"))
     return read_table(file, path, "Polygons", part % count, 3)

@@ -51,7 +51,11 @@ class LogTable:
                 store.texts(f"{path}/columns", list(map(str, channel.columns)), text)
 
     def append(self, time: ArrayLike, rows: ArrayLike) -> None:
-        """Add rows of shape (moment, column) at ``time`` [s], shape (moment,)."""
+        """Add rows of shape (moment, column) at ``time`` [s], shape (moment,).
+
+        Raises:
+            ValueError: The rows have another shape.
+        """
         time, rows = np.atleast_1d(np.asarray(time, float)), np.asarray(rows, float)
         if rows.shape != (len(time), len(self.channel.columns)):
             raise ValueError(
@@ -85,7 +89,16 @@ class JumpTable:
         )  # fmt: skip
 
     def append(self, time: float, before: ArrayLike, after: ArrayLike) -> None:
-        """Add the rows on both sides of an event, shape (column,) each."""
+        """Add the rows on both sides of an event.
+
+        Args:
+            time: Time of the event [s].
+            before: The row before it in the units of the log, shape (column,).
+            after: The row after it, shape (column,).
+
+        Raises:
+            ValueError: A row has another shape.
+        """
         sides = np.asarray(before, float), np.asarray(after, float)
         if any(side.shape != (self._width,) for side in sides):
             raise ValueError(f"a jump has two rows of {counted(self._width, 'number')}")
@@ -179,7 +192,7 @@ def read_channels(file: Group) -> dict[str, str]:
 
 
 def read_channel(file: Group, path: str) -> LogChannel:
-    """Return what the log at ``path`` holds."""
+    """Return the description of the log at ``path``."""
     group = access.group(file, path)
     value, columns = access.dataset(group, "value"), access.dataset(group, "columns")
     are_ids = columns.dtype.kind == "i"

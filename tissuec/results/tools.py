@@ -52,7 +52,14 @@ class ToolTable:
             )
 
     def checked(self, position: NDArray[Any], time: Floats) -> NDArray[Any]:
-        """Return the positions of these nodes, (frame, node, 3), as they are to be kept.
+        """Return the positions of the nodes of tools as they are recorded [m].
+
+        Args:
+            position: Of all nodes [m], shape (frame, node, 3).
+            time: Times of the frames [s], shape (frame,).
+
+        Returns:
+            Positions [m], shape (frame, tool node, 3).
 
         Raises:
             ValueError: One is not finite.
@@ -63,7 +70,7 @@ class ToolTable:
         return found
 
     def append(self, position: NDArray[Any]) -> None:
-        """Add frames that were checked."""
+        """Add checked frames of positions [m], shape (frame, node, 3)."""
         if self._position is not None:
             self._store.append({self._position: position.reshape(-1, 3)})
 
@@ -82,7 +89,12 @@ class HoldTable:
         self._held = {hold.holder: hold.nodes for hold in read_holds(store.content)}
 
     def set(self, time: float, holders: Mapping[str, Indices]) -> None:
-        """State who holds which nodes from now on; only what changed is written."""
+        """Set which nodes are held from now on; only changes are written.
+
+        Args:
+            time: The time [s].
+            holders: Indices of nodes by holder, shape (n,) each.
+        """
         none = np.zeros(0, dtype=np.int64)
         for holder in [*holders, *(name for name in self._held if name not in holders)]:
             nodes = np.asarray(holders.get(holder, none), dtype=np.int64)

@@ -203,7 +203,7 @@ class ResultWriter:
         self._started = self._flushed - earlier
 
     def topology(self, alive: ArrayLike) -> None:
-        """State which springs are alive in the frames to come, shape (spring,).
+        """Set which springs exist in the frames to come, shape (spring,).
 
         To be called once before the first frame and after each cut and rupture; a new part of
         the file is made only when a frame follows that looks different.
@@ -215,7 +215,7 @@ class ResultWriter:
         self._flush_if_due()
 
     def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
-        """State who holds which nodes from a time on [s]; network numbers by holder."""
+        """Set which nodes are held from a time on [s]; indices by holder, shape (n,)."""
         self._check_open()
         self._holds.set(time, holders)
 
@@ -270,6 +270,9 @@ class ResultWriter:
         """Add rows of shape (moment, column) to a log at ``time`` [s], shape (moment,).
 
         Numbers need not be finite: the tension of a spring that was cut is none.
+
+        Raises:
+            ValueError: There is no such log.
         """
         self._check_open()
         if channel not in self._logs:
@@ -278,7 +281,11 @@ class ResultWriter:
         self._flush_if_due()
 
     def log_jump(self, channel: str, time: float, before: ArrayLike, after: ArrayLike) -> None:
-        """Add the rows of a log on both sides of an event, shape (column,) each."""
+        """Add the rows of a log on both sides of an event, shape (column,) each.
+
+        Raises:
+            ValueError: There is no such log.
+        """
         self._check_open()
         if channel not in self._jumps:
             raise ValueError(f'no jumps are kept of "{channel}"')
@@ -324,9 +331,13 @@ class ResultWriter:
         self._flush_if_due()
 
     def checkpoint(self, saved: Mapping[str, Value]) -> None:
-        """Keep ``saved`` to resume from, in the place of the former one.
+        """Replace the checkpoint that a run can be resumed from.
 
-        A kill leaves either the former checkpoint or this one, never something between.
+        After a kill, the file contains either the previous checkpoint or this one, never a
+        mixture.
+
+        Raises:
+            ValueError: The topology is not set.
         """
         self._check_open()
         if self._frames.alive is None:
