@@ -1,4 +1,13 @@
-"""Quantities of a run held against those of the reference."""
+"""Quantities of a run compared with those of the reference.
+
+Shared arguments:
+    run: The engine's run.
+    reference: The reference solution.
+    network: The network.
+    bound: Allowed error, dimensionless; None if there is none.
+    tolerance: Tolerance of the run, dimensionless; None if it has none.
+    valid: Rows that can be compared, shape (row,).
+"""
 
 from collections.abc import Mapping
 
@@ -63,7 +72,10 @@ _DIMENSIONS = {
 
 
 def position_errors(run: Observed, reference: Reference, network: Network) -> Floats:
-    """Return the largest relative error of a position at each time, shape (row,)."""
+    """Return the largest relative error of a position at each time, dimensionless.
+
+    The shape is (row,).
+    """
     error = _distance(run.position, reference.position).max(axis=1, initial=0.0)
     return relative_positions(error, reference.displacement, network)
 
@@ -74,7 +86,7 @@ def position(
     """Return the error of positions, relative to the largest displacement so far.
 
     Args:
-        rows: How many are judged; the error at all of them is added where these are fewer.
+        rows: Number of rows with a limit; the error of all rows is added if there are more.
     """
     errors = position_errors(run, reference, network)
     found = []
@@ -122,12 +134,12 @@ def support_forces(
     valid: NDArray[np.bool_],
     tolerance: float | None,
 ) -> list[QuantityError]:
-    """Return the errors of the forces on groups, each relative to its largest.
+    """Return the errors of the forces on groups, each relative to its largest force.
 
-    A force is c times a difference of positions, so that an error of positions by the
-    tolerance times the displacement moves a force by Σ c over the springs of the group times
-    that, which is given as ``expected``. A tool that touches nothing feels what its own path
-    and its jet decide; that is held to the tolerance.
+    A force is c times a difference of positions, so that an error of positions by the tolerance
+    times the displacement changes a force by Σ c over the springs of the group times that,
+    which is given as ``expected``. The force on a tool that touches nothing follows from its
+    own path and jet; it is compared with the tolerance.
 
     Args:
         state: Present spring constants.
@@ -157,7 +169,7 @@ def support_forces(
 def energy_balance(run: Observed, network: Network, bound: float | None) -> QuantityError:
     """Return the energy that a run cannot account for, relative to the largest so far.
 
-    Less than a displacement that no promise asks for stores counts as that.
+    Energies below that of the smallest displacement with a limit do not count.
     """
     stored = 0.5 * float(network.sudden.max(initial=0.0)) * floor_of(network) ** 2
     floor = max(FLOOR * float(run.scale[-1]), stored)
@@ -168,7 +180,10 @@ def energy_balance(run: Observed, network: Network, bound: float | None) -> Quan
 
 
 def force_groups(plan: Plan, reference: Reference) -> dict[str, tuple[Indices, ...]]:
-    """Return what feels a force: whoever holds nodes, and the sets of force logs."""
+    """Return the nodes on which forces are compared, by name, shape (n,) for each row.
+
+    These are the held nodes, by holder, and the sets of force logs.
+    """
     groups: dict[str, tuple[Indices, ...]] = {}
     nothing = np.zeros(0, dtype=np.int64)
     for name in dict.fromkeys(name for holders in reference.holders for name in holders):

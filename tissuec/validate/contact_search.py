@@ -1,4 +1,4 @@
-"""Contact over one stretch, looked at with as little work as that takes.
+"""Contact during one interval, with a search that skips pairs that stay apart.
 
 To find what touches takes most of the time of a force. So pairs that are near are listed, for
 as long as no node has gone far, and what the force, its power and the bristles need of a state

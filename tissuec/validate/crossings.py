@@ -43,7 +43,12 @@ class Strains:
         self.highest = np.zeros(len(self.able))
 
     def at(self, time: float, y: Floats) -> Floats:
-        """Return tensions and pressures over the forces that break, shape (able,)."""
+        """Return tensions and pressures divided by their limits, dimensionless, shape (able,).
+
+        Args:
+            time: Time [s].
+            y: Unknowns, see ``Equations``.
+        """
         equations = self._equations
         springs = equations.pull(time, *equations.spread(time, y))
         return equations.burdens(springs)[self.able]
@@ -129,11 +134,16 @@ class Strains:
 def first_true(
     holds: Callable[[float, Floats], bool], step: Step, stop: float, resolution: float
 ) -> float | None:
-    """Return the first time after the start of a step, up to ``stop``, at which a claim holds.
+    """Return the first time in a step, up to ``stop``, at which a condition holds.
 
     Args:
-        holds: The claim about a time [s] and the unknowns then.
-        resolution: To which the time is found [s].
+        holds: Condition as a function of the time [s] and the unknowns then.
+        step: The step.
+        stop: Last time of interest [s].
+        resolution: Accuracy of the result [s].
+
+    Returns:
+        The time [s], None if there is none.
     """
     times = np.linspace(step.start, stop, COARSE // 2 + 1)
     true = next((i for i in range(1, len(times)) if holds(times[i], step.near(times[i]))), None)

@@ -57,7 +57,12 @@ def output_times(network: Network, plan: Plan) -> Floats:
 
 
 def thinned(times: Floats, nodes: int) -> Floats:
-    """Return the times, or as many of them as can be compared, evenly chosen."""
+    """Return the times [s], or evenly chosen ones if there are too many to compare, shape (n,).
+
+    Args:
+        times: Times [s], shape (row,).
+        nodes: Number of nodes.
+    """
     most = int(min(MOST_ROWS, MOST_BYTES / (9 * 8 * max(nodes, 1))))
     if len(times) <= most:
         return times
@@ -67,9 +72,15 @@ def thinned(times: Floats, nodes: int) -> Floats:
 def observe(
     network: Network, plan: Plan, times: Floats, progress: Callable[[float], None]
 ) -> Observed:
-    """Run a plan with the engine and return its states at some times, shape (row,) [s].
+    """Run a plan with the engine and return its states at some times.
 
-    Nothing is written and no expectation judged; the energy ledger is kept.
+    No file is written and no expectation evaluated; the energy ledger is kept.
+
+    Args:
+        network: The network.
+        plan: The plan.
+        times: Times of interest [s], shape (row,).
+        progress: Called with the simulated time [s].
 
     Raises:
         KeyboardInterrupt: The run was interrupted.

@@ -100,6 +100,17 @@ class Equations:
     Args:
         state: Read once, now.
         stop: End of the stretch [s]. Courses that jump at either end are taken from inside.
+
+    Shared arguments:
+        time: Time [s].
+        y: Unknowns (u [m], v [m/s], z, s, W [J], D [J]), shape (6 free + inner + 2,).
+        moved: Displacements of all nodes [m], shape (node, 3).
+        velocity: Of all nodes [m/s], shape (node, 3).
+        position: Of all nodes [m], shape (node, 3).
+        work: Work done from outside so far [J].
+        lost: Energy dissipated so far [J].
+        springs: State of the springs, if it is known.
+        energies: Energies of the state [J].
     """
 
     def __init__(self, state: "State", stop: float):
@@ -156,7 +167,10 @@ class Equations:
 
     @property
     def stiffness(self) -> Floats:
-        """Return how stiff springs are at rest and where they are drawn [N/m], the larger."""
+        """Return the stiffness of springs at rest or as drawn, the larger [N/m].
+
+        The shape is (spring,).
+        """
         drawn = np.sqrt(np.einsum("sk,sk->s", self._reach, self._reach)) - self.rest
         steep = np.maximum(*(self.behaviour.resisting(e) for e in (drawn, 0.0 * drawn)))
         return np.asarray(steep + self.yielding.sudden)
@@ -209,11 +223,11 @@ class Equations:
         )
 
     def along(self, values: Floats) -> Floats:
-        """Return B times values of nodes, both of shape (…, 3)."""
+        """Return B times values of nodes in any unit; shapes (node, 3) and (spring, 3)."""
         return values.take(self._second, axis=0) - values.take(self._first, axis=0)
 
     def pull(self, time: float, moved: Floats, velocity: Floats) -> SpringStates:
-        """Return what the living springs do."""
+        """Return the state of the intact springs."""
         behaviour = self.behaviour_at(time)
         reach = self._reach + self.along(moved)
         length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
@@ -232,7 +246,10 @@ class Equations:
         return SpringStates(direction, length, closing, tension, brake, stretch, pull)
 
     def burdens(self, springs: SpringStates) -> Floats:
-        """Return tensions and pressures over the forces that break, shape (spring,)."""
+        """Return tensions and pressures divided by their limits, dimensionless.
+
+        The shape is (spring,).
+        """
         return np.maximum(springs.tension / self.strength, -springs.tension / self.crush)
 
     def node_forces(self, springs: SpringStates) -> Floats:
@@ -242,7 +259,10 @@ class Equations:
     def inner_forces(
         self, time: float, moved: Floats, velocity: Floats, springs: SpringStates
     ) -> Floats:
-        """Return what springs, pressure and contact do to every node [N], shape (node, 3)."""
+        """Return the forces of springs, pressure and contact on every node [N].
+
+        The shape is (node, 3).
+        """
         forces = self.node_forces(springs)
         inside = self._inside(time)
         for acting in self.fields:
@@ -290,11 +310,12 @@ class Equations:
         return self.contact.bristle_rates(position, velocity).ravel()
 
     def jacobian(self, time: float, y: Floats) -> sparse.csc_matrix:
-        """Return ∂(dy/dt)/∂y of springs and drag, sparse; the other rows are left empty.
+        """Return ∂(dy/dt)/∂y of springs and drag, sparse; the other rows are empty.
 
-        Work and losses follow from the others and act on nothing, so that Newton's iteration
-        converges without them; without pressure and contact it needs smaller steps. Of what
-        springs remember there is what it does to the net and to itself.
+        Work and losses follow from the other unknowns and have no effect on them, so that
+        Newton's iteration converges without them; without pressure and contact it needs smaller
+        steps. Of the internal variables, their effects on the net and on themselves are
+        included.
         """
         moved, velocity = self.spread(time, y)
         springs, behaviour = self.pull(time, moved, velocity), self.behaviour_at(time)
@@ -337,7 +358,11 @@ class Equations:
         return sparse.csr_matrix(sparse.kron(self.incidence[:, self.free], sparse.identity(3)))
 
     def between(self, blocks: Floats) -> sparse.csr_matrix:
-        """Return Eᵀ diag(blocks) E with E = B ⊗ 1 on the free nodes."""
+        """Return Eᵀ diag(blocks) E with E = B ⊗ 1 on the free nodes, shape (3 free, 3 free).
+
+        Args:
+            blocks: In any unit, shape (spring, 3, 3).
+        """
         spread = self._ends()
         steps = np.arange(len(blocks) + 1)
         shape = (3 * len(blocks), 3 * len(blocks))
@@ -349,7 +374,7 @@ class Equations:
     def energies(
         self, time: float, moved: Floats, velocity: Floats, springs: SpringStates | None = None
     ) -> Energies:
-        """Return the energies of a state, in which the springs do what is known or found."""
+        """Return the energies of a state [J]; ``springs`` is computed if it is not given."""
         inside = self._inside(time)
         pressed = (e.energy(inside, self.drawn + moved) for e in self.fields)
         own = velocity[self.free]
@@ -364,7 +389,7 @@ class Equations:
         )
 
     def scales(self, moved: Floats, velocity: Floats, energies: Energies) -> ErrorScales:
-        """Return how large a state of the bodies is."""
+        """Return the scales of the errors of a state of the bodies."""
         moved, velocity = moved[: self.bodies], velocity[: self.bodies]
         return ErrorScales(
             largest(moved), largest(velocity), energies.kinetic + energies.elastic
@@ -386,12 +411,20 @@ class Equations:
 
 
 def largest(vectors: Floats) -> float:
-    """Return the largest length of some vectors of shape (…, 3); 0 of none."""
+    """Return the largest length of vectors, in their unit; 0 without vectors.
+
+    Args:
+        vectors: In any unit, shape (…, 3).
+    """
     return float(np.sqrt((vectors * vectors).sum(axis=-1).max(initial=0.0)))
 
 
 def along_each(direction: Floats) -> sparse.csr_matrix:
-    """Return the matrix of parts of vectors along springs, shape (spring, 3 spring)."""
+    """Return the matrix of components of vectors along springs, shape (spring, 3 spring).
+
+    Args:
+        direction: Unit vectors, dimensionless, shape (spring, 3).
+    """
     count = len(direction)
     places = np.arange(3 * count), np.arange(0, 3 * count + 1, 3)
     return sparse.csr_matrix((direction.ravel(), *places), shape=(count, 3 * count))
@@ -406,5 +439,5 @@ def incidence_matrix(ends: NDArray[np.int32], nodes: int) -> sparse.csr_matrix:
 
 
 def overloaded(equations: Equations, springs: SpringStates) -> Indices:
-    """Return the numbers of the living springs above what breaks them, ascending."""
+    """Return the numbers of the intact springs above their limits, ascending, shape (n,)."""
     return equations.springs[equations.burdens(springs) > 1.0]

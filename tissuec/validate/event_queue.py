@@ -1,4 +1,4 @@
-"""The reference's own list of what is to come: actions and times to land on."""
+"""The reference's own queue of future actions and of times at which steps end."""
 
 from collections.abc import Iterator, Sequence
 

@@ -1,4 +1,4 @@
-"""Events of two solutions held against each other: what broke or fired, and when."""
+"""Events of two solutions compared: ruptures and triggers, and their times."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -66,7 +66,14 @@ def firing_times(firings: Sequence[TriggerFiring]) -> Times:
 
 
 def match(run: Times, reference: Times, misses: Sequence[Miss], duration: float) -> Matching:
-    """Return how times of events in a run match those of the reference."""
+    """Return how times of events in a run match those of the reference.
+
+    Args:
+        run: Times of events in the run [s].
+        reference: Times of events in the reference [s].
+        misses: Events of only one of them.
+        duration: Of the run [s].
+    """
     both = sorted(run.keys() & reference.keys(), key=lambda key: (reference[key], run[key]))
     errors = {key: abs(run[key] - reference[key]) for key in both}
     worst = max(errors, key=lambda key: errors[key], default=None)
@@ -93,13 +100,14 @@ def near_ties(
     strains: tuple[Floats, Floats],
     shift: float,
 ) -> list[Miss]:
-    """Return missed breaks with how near the other solution came to them.
+    """Return missed breaks with the distance of the other solution from breaking.
 
     Args:
-        strains: Largest tension or pressure over the force that breaks, of each spring in the
-            run and in the reference, shape (spring,) each.
-        shift: Error of positions that the promise allows [m]; two ends give twice the change
-            of length.
+        misses: Breaks in only one solution.
+        network: The network.
+        strains: Largest tension or pressure divided by its limit, of each spring in the run and
+            in the reference, shape (spring,) each.
+        shift: Allowed error of positions [m]; two ends give twice the change of length.
     """
     run, reference = strains
     found = []
@@ -118,7 +126,13 @@ def between_events(
 ) -> NDArray[np.bool_]:
     """Return at which times an event has happened in only one solution, shape (row,).
 
-    Forces and velocities jump at events, so that nothing can be said of them there.
+    Forces and velocities jump at events, so that they cannot be compared there.
+
+    Args:
+        rows: Times [s], shape (row,).
+        run: Times of events in the run [s].
+        reference: Times of events in the reference [s].
+        duration: Of the run [s].
     """
     apart = np.zeros(len(rows), dtype=bool)
     for key in run.keys() & reference.keys():

@@ -1,4 +1,4 @@
-"""The way of a reference from event to event.
+"""The reference's run from event to event.
 
 Events come in the order of a run: springs that break, then what earlier actions have entered,
 then the script, then the triggers that have become true; samples at that time see it all.
@@ -62,7 +62,7 @@ class ReferenceRun:
         self.effort = Effort()
 
     def go(self, progress: Callable[[float], None]) -> None:
-        """Go from 0 s to the end."""
+        """Run from 0 s to the end."""
         state = self.state
         self._happen(_NOTHING, [])
         self.initial, self.switched = standing_energy(state), 0.0

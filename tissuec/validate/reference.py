@@ -31,11 +31,13 @@ def reference(
     """Return the solution of a plan.
 
     Args:
-        times: When to look [s], ascending, shape (row,).
+        network: The network.
+        plan: The plan.
+        times: Times of interest [s], ascending, shape (row,).
         method: One of SciPy's: DOP853, RK45, RK23, Radau, BDF or LSODA.
-        rtol: Error per step relative to the largest displacement, speed and energy so far;
-            a thousandth of the tolerance by default.
-        progress: Told the simulated time [s] after each step.
+        rtol: Error per step relative to the largest displacement, speed and energy so far; a
+            thousandth of the tolerance by default.
+        progress: Called with the simulated time [s] after each step.
 
     Raises:
         ReferenceFailure: SciPy's solver cannot go on.

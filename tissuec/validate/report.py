@@ -1,4 +1,4 @@
-"""A validation as plain data for programs; ``telling`` makes text for people of it."""
+"""A validation as plain data for programs; ``summary`` makes text of it."""
 
 from typing import Any
 

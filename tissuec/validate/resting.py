@@ -32,7 +32,7 @@ SMALL = 1500  # unknowns up to which a full matrix is no slower than a sparse on
 
 
 def rest(state: State, chosen: NDArray[np.bool_]) -> None:
-    """Put the chosen nodes that nobody holds where the forces on them balance, at rest.
+    """Move the chosen free nodes to where the forces on them balance, at rest.
 
     Args:
         state: Changed in place.
@@ -108,7 +108,10 @@ def _put_back(field: "EnergyField", moved: Floats) -> Floats:
 
 
 def neutral(matrix: csr_matrix) -> Floats:
-    """Return an orthonormal basis of what a symmetric matrix makes nothing of, shape (n, k)."""
+    """Return an orthonormal, dimensionless basis of the null space of a symmetric matrix.
+
+    Its shape is (n, k).
+    """
     size, top = matrix.diagonal().size, float(np.abs(matrix.diagonal()).max())
     if size <= SMALL:
         _, vectors = eigh(matrix.toarray(), subset_by_value=(-LOOSE * top, LOOSE * top))
@@ -124,7 +127,10 @@ def neutral(matrix: csr_matrix) -> Floats:
 
 
 def lowest(matrix: csr_matrix) -> tuple[float, Floats]:
-    """Return the lowest eigenvalue of a symmetric matrix and its vector, shape (n,)."""
+    """Return the lowest eigenvalue of a symmetric matrix, in its unit, and its unit vector.
+
+    The vector has the shape (n,).
+    """
     size = matrix.diagonal().size
     if size <= SMALL:
         values, vectors = eigh(matrix.toarray(), subset_by_index=[0, 0])
@@ -248,7 +254,7 @@ class EnergyField:
         return forces[self.free].ravel() + self._load
 
     def freeze(self, moved: Floats) -> Floats:
-        """Take what jets do to be what they do here, and return it [N], shape (3 free,)."""
+        """Keep the present force of jets constant, and return it [N], shape (3 free,)."""
         self._frozen = self._blown(moved)
         return self._frozen
 
@@ -266,14 +272,22 @@ class EnergyField:
         return self.force(moved) - self._blown(moved) + self._frozen
 
     def energy(self, moved: Floats) -> float:
-        """Return the elastic energy less the work of loads and frozen jets [J]."""
+        """Return the elastic energy less the work of loads and frozen jets [J].
+
+        Args:
+            moved: Displacements of the free nodes [m], shape (3 free,).
+        """
         elastic = self._equations.behaviour.energy(self._springs(moved).stretch).sum()
         place = self._equations.drawn + self._state(moved)
         pressed = sum(float(e.energy(self._time, place)) for e in self._equations.fields)
         return float(elastic - (self._load + self._frozen) @ moved) + pressed
 
     def largest(self, moved: Floats) -> float:
-        """Return the largest force of a spring or component of a load [N]."""
+        """Return the largest force of a spring or component of a load [N].
+
+        Args:
+            moved: Displacements of the free nodes [m], shape (3 free,).
+        """
         tension = np.abs(self._springs(moved).tension).max(initial=0.0)
         return max(float(tension), float(np.abs(self._load).max()))
 

@@ -1,4 +1,4 @@
-"""What a reference knows: states at the times that were asked for, and what happened."""
+"""The solution of a reference: states at given times, and events."""
 
 from collections.abc import Mapping
 
@@ -89,10 +89,13 @@ class Track:
     def measure(
         self, equations: Equations, time: float, y: Floats, springs: SpringStates | None = None
     ) -> Energies:
-        """Let a state count for the largest displacement, speed and energy so far.
+        """Update the largest displacement, speed and energy with a state; return its energies.
 
         Args:
-            springs: What they do, if that is known.
+            equations: The equations of motion.
+            time: Time [s].
+            y: Unknowns in SI units, shape (6 free + inner + 2,).
+            springs: State of the springs, if it is known.
         """
         moved, velocity = equations.spread(time, y)
         energies = equations.energies(time, moved, velocity, springs)
@@ -106,7 +109,14 @@ class Track:
         holders: Mapping[str, Indices],
         switched: float,
     ) -> None:
-        """Fill the row that is due with the state at its time."""
+        """Set the next row to the state at its time.
+
+        Args:
+            equations: The equations of motion.
+            y: Unknowns in SI units, shape (6 free + inner + 2,).
+            holders: Nodes that are held, by holder, shape (n,) each.
+            switched: Energy that events added so far [J].
+        """
         row = self.row
         moved, velocity = equations.spread(self.due, y)
         springs = equations.pull(self.due, moved, velocity)

@@ -1,4 +1,4 @@
-"""Steps of SciPy's solvers over one stretch, each of which can be looked into."""
+"""Steps of SciPy's solvers over one interval, with states inside each step."""
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
@@ -52,13 +52,19 @@ class Step(Struct, frozen=True, eq=False, dict=True):
         return self.look()
 
     def near(self, time: float) -> Floats:
-        """Return the unknowns at a time within, interpolated."""
+        """Return the unknowns at a time within the step, interpolated.
+
+        They are in SI units and have the shape (unknown,).
+        """
         if time <= self.start:
             return self.before
         return self.after if time >= self.stop else self._interpolant(time)
 
     def exact(self, time: float) -> Floats:
-        """Return the unknowns at a time within as exactly as at the ends of steps."""
+        """Return the unknowns at a time within the step as accurately as at its ends.
+
+        They are in SI units and have the shape (unknown,).
+        """
         if self.land is None or not self.start < time < self.stop:
             return self.near(time)
         return self.land(time)
@@ -95,10 +101,13 @@ class Stepper:
     def steps(
         self, time: float, y: Floats, stop: float, scales: ErrorScales, first: float | None
     ) -> Iterator[Step]:
-        """Yield the steps from a state to a time, which is landed on.
+        """Yield the steps from a state to a time, at which the last step ends.
 
         Args:
-            scales: How large the motion was so far.
+            time: Time of the state [s].
+            y: Unknowns in SI units, shape (unknown,).
+            stop: End of the last step [s].
+            scales: Scales of the motion so far.
             first: Size of the first step to try [s]; None lets the solver find one.
         """
         tried = None if first is None else min(first, stop - time)

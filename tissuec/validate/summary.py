@@ -43,7 +43,7 @@ def as_text(document: Document) -> list[str]:
 
 
 def table(document: Document) -> list[tuple[str, ...]]:
-    """Return the rows below ``COLUMNS``; none of a run that could not go on."""
+    """Return the rows below ``COLUMNS``; none for a run that could not continue."""
     return [_row(quantity) for quantity in document.get("quantities", ())]
 
 
@@ -59,7 +59,7 @@ def _row(quantity: Document) -> tuple[str, ...]:
 
 
 def remarks(document: Document) -> list[str]:
-    """Return what is to be said below the table."""
+    """Return the remarks below the table."""
     quantities = document.get("quantities", ())
     return [REMARK] if any(one["expected"] is not None for one in quantities) else []
 
@@ -91,7 +91,7 @@ def _matching(matching: Document) -> str:
 
 
 def efforts(document: Document) -> list[str]:
-    """Return what the run and the reference took."""
+    """Return the costs of the run and the reference."""
     if "reference" not in document:
         return []
     run, reference = document["run"], document["reference"]

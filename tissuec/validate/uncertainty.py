@@ -1,4 +1,4 @@
-"""How well a reference knows itself: by a second one that is stepped otherwise.
+"""The uncertainty of a reference, from a second one with other steps.
 
 The second one also begins from masses and rest lengths that differ by rounding. Where a motion
 amplifies that (a symmetric tube that collapses, a chain that buckles), no solution is better
@@ -63,11 +63,15 @@ def known_reference(
     rtol: float | None,
     progress: Progress,
 ) -> EstimatedReference:
-    """Return a reference that is as well known as a promise asks for, if one can be.
+    """Return a reference that is as accurate as the tolerance requires, if possible.
 
     Args:
-        rtol: Error per step; None: a thousandth of the tolerance, and finer where it must be.
-        progress: Told a stage and the simulated time [s].
+        network: The network.
+        plan: The plan.
+        times: Times of interest [s], ascending, shape (row,).
+        method: One of SciPy's methods.
+        rtol: Error per step; None: a thousandth of the tolerance, and finer where necessary.
+        progress: Called with a stage and the simulated time [s].
     """
 
     def solve(network: Network, times: Floats, error: float) -> Reference:
@@ -130,16 +134,20 @@ def shaken(network: Network) -> Network:
 
 
 def every_other(times: Floats) -> Floats:
-    """Return every other time and the last, shape (row,)."""
+    """Return every other time and the last [s], shape (row,)."""
     return np.union1d(times[::2], times[-1:])
 
 
 def uncertainty(first: Reference, second: Reference, network: Network) -> Floats:
-    """Return how far two solutions are apart until each row of the first, shape (row,).
+    """Return the largest relative distance of two solutions until each row of the first.
+
+    The result is dimensionless and has the shape (row,).
 
     Args:
-        second: At some of the times of the first, the last one among them; times between
-            count as the next one does.
+        first: One solution.
+        second: Another one at some of the times of the first, including the last; times in
+            between count as the next one does.
+        network: The network.
     """
     shared = np.searchsorted(first.times, second.times)
     pairs = zip(first.position[shared], second.position, strict=True)
@@ -150,16 +158,27 @@ def uncertainty(first: Reference, second: Reference, network: Network) -> Floats
 
 
 def relative_positions(error: Floats, displacement: Floats, network: Network) -> Floats:
-    """Return errors of positions as a promise counts them: see ``tolerance``.
+    """Return errors of positions as the tolerance of a scene defines them, dimensionless.
 
-    Relative to the largest displacement so far, never less than a millionth of the drawing;
-    what rounding makes of coordinates counts as nothing.
+    They are relative to the largest displacement so far, and never to less than a millionth of
+    the size of the scene; rounding errors of coordinates do not count.
+
+    Args:
+        error: Distances [m], shape (row,).
+        displacement: Largest displacement so far [m], shape (row,).
+        network: The network.
     """
     beyond = np.maximum(error - resolution_of(network), 0.0)
     return relative(beyond, displacement, floor_of(network))
 
 
 def relative(error: Floats, scale: Floats, floor: float) -> Floats:
-    """Return errors over scales that are never less than a floor; 0 where there is no error."""
+    """Return errors divided by scales, dimensionless, shape (row,); 0 where there is no error.
+
+    Args:
+        error: In any unit, shape (row,).
+        scale: In the same unit, shape (row,).
+        floor: Smallest scale.
+    """
     scale = np.maximum(scale, floor)
     return np.divide(error, scale, out=np.where(error > 0.0, np.inf, 0.0), where=scale > 0.0)

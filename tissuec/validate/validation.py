@@ -60,9 +60,10 @@ def validate(
     """Return how the engine's run of a scene compares with SciPy's.
 
     Args:
+        compiled: The scene.
         method: Of SciPy, for the reference.
-        rtol: Error per step of the reference; None lets the promise decide.
-        progress: Told a stage and the simulated time [s].
+        rtol: Error per step of the reference; None derives it from the tolerance.
+        progress: Called with a stage and the simulated time [s].
 
     Raises:
         ReferenceFailure: SciPy's solver could not go on, or lacks a formula.

@@ -1,4 +1,4 @@
-"""Why a verdict is what it is, in sentences."""
+"""Reasons for a verdict, in sentences."""
 
 import numpy as np
 
@@ -18,7 +18,14 @@ MOST = 5  # differences of one kind that are told one by one
 def reasons(
     compiled: Compiled, judge: Judge, run: Observed, known: EstimatedReference
 ) -> list[str]:
-    """Return what a reader must know beside the numbers."""
+    """Return the sentences that explain a verdict.
+
+    Args:
+        compiled: The scene.
+        judge: The compared quantities.
+        run: The engine's run.
+        known: The reference and its uncertainty.
+    """
     sentences: list[str] = []
     if judge.tolerance is None:
         sentences.append("a fixed step has no tolerance, so errors are reported without limits")

@@ -41,6 +41,12 @@ class Yielding:
     Attributes:
         count: Number of unknowns.
         sudden: What branches add to the stiffness of each living spring [N/m].
+
+    Shared arguments:
+        stretch: L - L0 of the intact springs [m], shape (spring,).
+        pull: Force of the intact springs [N], shape (spring,).
+        given: The unknowns [m], shape (count,).
+        velocity: Of all nodes [m/s], shape (node, 3).
     """
 
     def __init__(self, inelastic: "Inelastic | None", springs: Indices):
@@ -71,11 +77,15 @@ class Yielding:
         return velocity.ravel()[self._place] / self._rate
 
     def write(self, given: Floats, velocity: Floats) -> None:
-        """Put the unknowns into velocities of shape (node, 3)."""
+        """Store the unknowns as velocities."""
         velocity.reshape(-1)[self._place] = given * self._rate
 
     def given_way(self, stretch: Floats, chosen: Any, velocity: Floats) -> Floats:
-        """Return the unknowns when branches of the chosen living springs no longer pull."""
+        """Return the unknowns at which branches of the chosen springs are without force [m].
+
+        Args:
+            chosen: Mask of the intact springs, shape (spring,).
+        """
         given, branches = self.read(velocity), len(self.branch)
         own = np.where(chosen[self.branch], stretch[self.branch], given[:branches])
         return np.concatenate([own, given[branches:]])
@@ -97,11 +107,11 @@ class Yielding:
         return self._each(self.branch, self.constant * self._own(stretch, given))
 
     def energy(self, stretch: Floats, given: Floats) -> float:
-        """Return what branches store [J]."""
+        """Return the energy stored in branches [J]."""
         return 0.5 * float(self.constant @ self._own(stretch, given) ** 2)
 
     def rate(self, stretch: Floats, pull: Floats, given: Floats) -> tuple[Floats, float]:
-        """Return the rates of the unknowns [m/s], and the power that is lost by them [W]."""
+        """Return the rates of the unknowns [m/s], and the power that they dissipate [W]."""
         own = self._own(stretch, given)
         force = pull[self.plastic]
         over = force - np.clip(force, -self.limit, self.limit)

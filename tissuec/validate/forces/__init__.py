@@ -1,7 +1,11 @@
-"""What acts on the nodes, in formulas of the reference's own.
+"""Forces on the nodes, by formulas of the reference's own.
 
 Nothing here, and nothing that these modules import, computes a force for the engine: numbers
 come from a ``Situation`` as plain attributes, and docs/numerics.md is what both implement.
+
+Shared arguments:
+    corners: Corners of triangles [m], shape (triangle, 3, 3).
+    along: Unit vector, dimensionless, shape (3,).
 """
 
 from collections.abc import Callable
@@ -20,10 +24,13 @@ Indices = NDArray[np.int64]
 
 
 class ForceFormula(Protocol):
-    """A field of forces; a member of ``FORMULAS`` is made of the field of a ``force`` block.
+    """A field of forces; a member of ``FORMULAS`` is made from the field of a block.
 
-    Arguments have the same meaning everywhere: ``time`` [s], ``position`` [m] and ``velocity``
-    [m/s] of all nodes, shape (node, 3).
+    Shared arguments:
+        time: Time [s].
+        position: Of all nodes [m], shape (node, 3).
+        velocity: Of all nodes [m/s], shape (node, 3).
+        to: Forces on all nodes that are added to [N], shape (node, 3).
     """
 
     def add_forces(self, time: float, position: Floats, velocity: Floats, to: Floats) -> None:
@@ -35,19 +42,21 @@ class ForceFormula(Protocol):
         ...
 
     def pumping(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is put in from outside [W]."""
+        """Return the power supplied from outside [W]."""
         ...
 
     def dissipated(self, time: float, position: Floats, velocity: Floats) -> float:
-        """Return the power that is lost [W]."""
+        """Return the power dissipated [W]."""
         ...
 
     def matrix(self, time: float, position: Floats, number: Indices, size: int) -> "coo_matrix":
         """Return minus the derivative of the forces [N/m], shape (3 size, 3 size).
 
         Args:
+            time: Time [s].
+            position: Of all nodes [m], shape (node, 3).
             number: Of each node among those that may move, -1 for others.
-            size: How many may move.
+            size: Number of nodes that may move.
         """
         ...
 

@@ -1,4 +1,4 @@
-"""What shapes do to the nodes that touch them: pressure, contact damping and friction.
+"""Forces of shapes on nodes in contact: pressure, contact damping and friction.
 
 The formulas are those of docs/numerics.md, "Contact", with its symbols. Which pairs of nodes
 and shapes are near, and how often each counts, is given; where nodes are in shapes is found
@@ -46,7 +46,12 @@ class ContactForce:
         self._of = contact
 
     def energy(self, position: Floats, pairs: "ContactPairs") -> float:
-        """Return Σ W k ∫ φ dδ [J]."""
+        """Return Σ W k ∫ φ dδ [J].
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+            pairs: Nodes and shapes that are near.
+        """
         k, w = self._of.stiffness, self._of.layer
         touched = _Touched(self._of, position, pairs)
         shallow, over = np.minimum(touched.depth, w), np.maximum(touched.depth - w, 0.0)

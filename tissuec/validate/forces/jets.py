@@ -1,4 +1,4 @@
-"""The push of a jet of fluid, element by element of what it meets.
+"""The force of a jet of fluid, element by element of the surfaces in it.
 
 The law is that of docs/numerics.md (Irrigation): momentum flux J = ρ Q² / (π d²/4), a Gaussian
 profile u = √(2 J / π ρ) / b exp(-r²/b²) with b² = b0² + (k s)², an element of area A pressed
@@ -219,7 +219,7 @@ class JetForce:
 
 
 def facing(corners: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return areas [m²], unit normals and cos θ of triangles."""
+    """Return areas [m²], unit normals and cos θ of triangles, shapes (n,), (n, 3) and (n,)."""
     a, b, c = corners.swapaxes(0, 1)
     twice = cross(a, b) + cross(b, c) + cross(c, a)
     length = np.sqrt((twice**2).sum(axis=1))
@@ -228,16 +228,20 @@ def facing(corners: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def smooth(part: Floats) -> Floats:
-    """Return a step from 0 at 0 to 1 at 1: the cubic that is level at both ends."""
+    """Return a cubic step from 0 at 0 to 1 at 1 with zero slopes, dimensionless.
+
+    The shape is that of ``part``.
+    """
     part = np.clip(part, 0.0, 1.0)
     return 3.0 * part**2 - 2.0 * part**3
 
 
 @cache
 def points_of(parts: int) -> Floats:
-    """Return the points of a triangle with edges in ``parts`` parts, as shares of its corners.
+    """Return the quadrature points of a triangle as dimensionless weights of its corners.
 
-    Each of the n² equal triangles has three, a sixth of the way in from two of its edges.
+    Edges are divided into ``parts``. Each of the n² equal triangles has three points, a sixth
+    of the way in from two of its edges; the shape is (3 n², 3).
     """
     found = []
     for i in range(parts):

@@ -235,7 +235,16 @@ def _like(one: Floats, *values: Any) -> tuple[Floats, Floats]:
 
 
 def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
-    """Return value and derivative by one variable of a tree of ``laws.formula``."""
+    """Return value and derivative by one variable of a tree of ``laws.formula``.
+
+    Args:
+        tree: The formula.
+        values: Values of its variables in SI units, all of one shape.
+        name: The variable.
+
+    Raises:
+        TypeError: The tree has a node of an unknown type.
+    """
 
     def of(part: Any) -> tuple[Any, Any]:
         return derived(part, values, name)
@@ -317,7 +326,7 @@ class ReferenceLaws:
         return self._each(self._springs, LINEAR, "slope", e, self._c)
 
     def resisting(self, e: Floats) -> Floats:
-        """Return the stiffness where it resists, zero where it is endless [N/m]."""
+        """Return the stiffness where it is finite, otherwise zero [N/m], shape (spring,)."""
         return _resisting(self.slope(e))
 
     def energy(self, e: Floats) -> Floats:
@@ -354,7 +363,7 @@ def _resisting(slope: Floats) -> Floats:
 
 
 def spring_rule(law: "Law") -> ForceRule:
-    """Return what a spring of a law pulls with."""
+    """Return the force of a spring by its law."""
     if law.spring is None:
         return _free_spring(law.elastic)
     if type(law.spring).__name__ == "StressCurve":
@@ -363,7 +372,7 @@ def spring_rule(law: "Law") -> ForceRule:
 
 
 def dashpot_rule(law: "Law") -> Dashpot:
-    """Return what a dashpot of a law pulls with."""
+    """Return the force of a dashpot by its law."""
     if law.dashpot is None:
         return _free_dashpot(law.viscous)
     return DASHPOTS[type(law.dashpot).__name__](law.dashpot)
