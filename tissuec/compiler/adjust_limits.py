@@ -33,7 +33,12 @@ class Found(Struct, frozen=True):
 
 
 def limited(found: Found, clauses: Clauses, span: Span) -> Adjust:
-    """Return what can be adjusted, within limits."""
+    """Return what can be adjusted, within limits.
+
+    Args:
+        found: What is adjusted.
+        clauses: Clauses of the sentence.
+    """
     along = _along(found, clauses)
     dimension, own = found.kind.dimension, found.kind
     least = next((one for one in (own.above, own.at_least) if one is not None), -inf)

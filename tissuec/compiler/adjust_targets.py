@@ -131,7 +131,10 @@ class Targets:
         )
 
     def parts_of(self, tissue: Tissue) -> tuple[Indices, Indices]:
-        """Return the nodes of a tissue, and the springs with an end in it, ascending."""
+        """Return the nodes of a tissue, and the springs with an end in it.
+
+        Both are ascending, of shape (n,).
+        """
         nodes, springs = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         for placed in self.groups.bodies.values():
             inside = _inside(placed, tissue)

@@ -1,4 +1,4 @@
-"""What the surroundings brake: each node by its mass and by the surface that it stands for."""
+"""Ambient damping of each node, by its mass and by its share of the surface."""
 
 from math import pi
 
@@ -12,7 +12,7 @@ from tissuec.scene.model import Environment
 
 
 def with_drag(network: Network, environment: Environment, findings: Findings) -> Network:
-    """Return a network whose nodes are braked as the environment says, besides each alike."""
+    """Return a network with the damping of the environment by mass and by surface."""
     found = environment.mass_damping * network.mass
     if environment.surface_damping:
         area = skin_areas(network) + thread_areas(network)

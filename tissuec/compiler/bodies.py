@@ -1,4 +1,4 @@
-"""A drawn body to arrays: made of its tissues, and set in motion."""
+"""From a drawn body to arrays: materials and initial velocities."""
 
 import numpy as np
 from msgspec import Struct
@@ -49,7 +49,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
 def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
-    """Return the arrays of one body; what is wrong is rejected with its place."""
+    """Return the arrays of one body; errors are reported with their place."""
     body, reader = drawing.body, MaterialReader(drawing, findings)
     quantities, (law, laws) = reader.read(), reader.laws()
     arrays = {name: values for name, (values, _) in quantities.items()}
@@ -89,7 +89,11 @@ def _velocity(body: Body, drawing: Drawing, mass: Floats) -> Floats:
 
 
 def check_sizes(body: Body, arrays: dict[str, Floats], findings: Findings) -> None:
-    """Reject a body whose numbers are too large or too small to be reckoned with."""
+    """Reject a body with numbers too large or too small for the arithmetic.
+
+    Args:
+        arrays: Numbers of nodes and springs by name in SI units, shape (node,) or (spring,).
+    """
     named = {word: arrays[name] for name, word in _FINITE.items() if name in arrays}
     for name in (name for name in INELASTIC if name in arrays):
         named[name] = arrays[name][np.isfinite(arrays[name])]
@@ -102,7 +106,13 @@ def check_sizes(body: Body, arrays: dict[str, Floats], findings: Findings) -> No
 def check_laws(
     body: Body, rest: Floats, law: NDArray[np.int32], laws: tuple[Law, ...], to: Findings
 ) -> None:
-    """Reject a spring without a rest length whose law divides by it."""
+    """Reject a spring without a rest length whose law divides by it.
+
+    Args:
+        rest: Rest lengths [m], shape (spring,).
+        law: Index of the law of each spring, shape (spring,).
+        to: Takes diagnostics.
+    """
     for number in np.unique(law[rest <= 0.0]):
         used = variables(laws[number].elastic) | variables(laws[number].viscous)
         if "rest" in used:

@@ -194,7 +194,7 @@ def _bodies(scene: Scene, findings: Findings) -> tuple[list[Drawing], list[BodyA
 
 
 def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Network:
-    """Return the network of several bodies, one behind the other, and of their joints."""
+    """Return the network of several bodies, one after the other, and of their joints."""
     parts: Sequence[BodyArrays | JointArrays] = [*bodies, *joints]
     nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)])
     springs = np.cumsum([0, *(len(part.law) for part in parts)])

@@ -1,4 +1,4 @@
-"""Conditions of a run: expressions over measures, checked now and judged later."""
+"""Conditions of a run: expressions over measures, checked now and evaluated later."""
 
 from collections.abc import Mapping, Sequence
 from typing import NoReturn

@@ -1,4 +1,4 @@
-"""What tools and threads touch; nodes of tools stand behind those of the bodies."""
+"""Contact of tools and threads; nodes of tools come after those of the bodies."""
 
 from collections.abc import Sequence
 from math import pi, sqrt
@@ -43,7 +43,7 @@ ONE_GRAM = 1e-3  # mass of what no force moves [kg]
 def with_tools(network: Network, tools: Sequence[Tool], environment: Environment) -> Network:
     """Return a network with the nodes that carry the shapes of tools, and bristles.
 
-    Friction is remembered at each node of a body.
+    Each node of a body has a bristle that stores the state of friction.
     """
     law = environment.contact
     rubbed = law is not None and law.friction > 0.0
@@ -93,7 +93,7 @@ class Faces(Struct, frozen=True, eq=False):
 def contact_of(
     network: Network, tools: Sequence[Tool], environment: Environment, findings: Findings
 ) -> "Contact | None":
-    """Return what touches what, None if nothing does."""
+    """Return the contact of a scene, None if there is none."""
     law, nodes = environment.contact, np.arange(network.body_nodes)
     if law is None:
         return None

@@ -1,4 +1,4 @@
-"""A body as it is drawn, before it is made of anything: its mesh, tables and regions."""
+"""Bodies as drawn, without materials: mesh, tables and regions."""
 
 from collections.abc import Mapping
 
@@ -64,7 +64,7 @@ class Drawing(Struct, frozen=True, eq=False):
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
 def draw(body: Body, scope: Scope) -> Drawing:
-    """Return the drawing of a body; what is wrong is rejected with its place."""
+    """Return the drawing of a body; errors are reported with their place."""
     if body.tables is not None:
         columns = read_tables(body, body.tables, scope)
     else:
@@ -90,7 +90,11 @@ def draw(body: Body, scope: Scope) -> Drawing:
 
 
 def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) -> None:
-    """Reject a body with numbers, by the name of what they are, too large to reckon with."""
+    """Reject a body with numbers too large for the arithmetic.
+
+    Args:
+        named: Numbers by the name of the quantity, in SI units, of any shape.
+    """
     for name, values in named.items():
         if not np.all(np.abs(values) < LARGEST_NUMBER):
             message = f"{body.name} has a {name} that is too large to reckon with"
@@ -136,7 +140,7 @@ def _built(body: Body) -> Mesh:
 
 
 def surface_mask(mesh: Mesh) -> Mask | None:
-    """Return which nodes lie on the skin; None where there is none."""
+    """Return which nodes lie on the skin, shape (node,); None where there is none."""
     if not len(mesh.skin):
         return None
     mask = np.zeros(len(mesh.position), dtype=bool)
@@ -145,7 +149,7 @@ def surface_mask(mesh: Mesh) -> Mask | None:
 
 
 def group_masks(mesh: Mesh) -> dict[str, Mask]:
-    """Return which nodes belong to each group of a file, by its name."""
+    """Return which nodes belong to each group of a file, shape (node,), by its name."""
     masks = {}
     for name, nodes in mesh.groups.items():
         masks[name] = np.zeros(len(mesh.position), dtype=bool)
@@ -154,7 +158,11 @@ def group_masks(mesh: Mesh) -> dict[str, Mask]:
 
 
 def points_of(drawing: Drawing, scope: Scope, *, of_springs: bool) -> PointScope:
-    """Return the nodes of a body as points, or the middles of its springs."""
+    """Return the nodes of a body as points, or the midpoints of its springs.
+
+    Args:
+        of_springs: Whether midpoints of springs are returned.
+    """
     mesh = drawing.mesh
     surface = surface_mask(mesh)
     if not of_springs:

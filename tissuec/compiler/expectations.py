@@ -1,4 +1,4 @@
-"""Which expectations are about a run, and which about learning."""
+"""Separates expectations about a run from those about learning."""
 
 from collections.abc import Sequence
 

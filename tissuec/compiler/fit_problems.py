@@ -1,4 +1,4 @@
-"""Learn blocks bound to the network: what is fitted, what may change, what is expected."""
+"""Learn blocks bound to the network: fits, parameters and expectations."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
@@ -38,10 +38,10 @@ _PARALLEL = 1.0 - 1e-12
 def compile_fit_problems(
     scene: Scene, conditions: Conditions, expects: Sequence[s.Expect]
 ) -> tuple[FitProblem, ...]:
-    """Return the learn blocks of a scene, as far as they are right.
+    """Return the learn blocks of a scene that have no errors.
 
     Args:
-        expects: Expectations that ask for errors of learning.
+        expects: Expectations about errors of learning.
     """
     findings = conditions.findings
     targets = Targets(scene, conditions.groups)

@@ -14,7 +14,7 @@ from tissuec.scene.model import Scene
 def imposed_forces(
     scene: Scene, network: Network, groups: Groups, findings: Findings
 ) -> tuple[Imposed, ...]:
-    """Return the forces of a scene; each that cannot act is rejected by itself."""
+    """Return the forces of a scene; each one that cannot act is rejected by itself."""
     found: list[Imposed] = []
     area = skin_areas(network)
     for force in scene.forces.values():

@@ -1,4 +1,4 @@
-"""Who holds what along the script, as far as it is known before the run.
+"""Which nodes are held when, as far as the script determines it before the run.
 
 Conditions (``when``) are left out: they may or may not fire.
 """

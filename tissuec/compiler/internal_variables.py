@@ -1,4 +1,4 @@
-"""What springs remember: arrays of the quantities of bodies, and hidden nodes to keep it in."""
+"""Internal variables of springs: their parameters, and hidden nodes that store them."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil, sqrt
@@ -13,7 +13,7 @@ Arrays = Mapping[str, Floats]
 
 
 def inelastic_of(bodies: Sequence[Arrays], springs: Sequence[int]) -> Inelastic | None:
-    """Return what the springs of bodies relax and flow by, not kept anywhere yet.
+    """Return the branches and flow of the springs of bodies, without storage.
 
     Args:
         bodies: Quantities of each body, by name; those that it does not have are left out.
@@ -47,7 +47,7 @@ def inelastic_of(bodies: Sequence[Arrays], springs: Sequence[int]) -> Inelastic 
 
 
 def with_memory(network: Network) -> Network:
-    """Return a network with hidden nodes in which its springs keep what they remember.
+    """Return a network with hidden nodes that store the internal variables of its springs.
 
     Variables are multiplied by the fastest rate of the net, or their own if that is faster: an
     error of elongations counts then as one of positions does.

@@ -67,7 +67,12 @@ def constants_of(tissue: Tissue, scene: Scene) -> dict[str, LawConstant]:
 
 
 def force_with_params(law: WrittenLaw, scene: Scene, params: Mapping[str, Formula]) -> Formula:
-    """Return a free formula with others in the places of params, by their names."""
+    """Return a free formula with other formulas in place of params.
+
+    Args:
+        law: The law that contains the formula.
+        params: Formulas by the names of params.
+    """
     written = _formula(law, scene)
     assert written is not None
     form = FORMS[written.name.key]

@@ -1,4 +1,4 @@
-"""What is expected of a learning: ``expect error(held out) < 8 %``."""
+"""Expectations about learning: ``expect error(held out) < 8 %``."""
 
 from collections.abc import Mapping, Sequence
 
@@ -33,7 +33,13 @@ class ExpectableErrors(Struct, frozen=True):
     def of(
         cls, names: Mapping[str, str], data: Sequence[Data], last_part: float
     ) -> "ExpectableErrors":
-        """Return what can be judged, of the names as written by those of files."""
+        """Return which errors can be expected.
+
+        Args:
+            names: Names as written, by the names of files.
+            data: The data of the learn block.
+            last_part: Part of each file that is held out at its end.
+        """
         written = {name: file for file, name in names.items()}
         return cls(written, last_part > 0.0 or any(one.held_out for one in data))
 
@@ -79,7 +85,7 @@ class ErrorScope(Scope):
 
 
 def argument_of(call: s.Call, scope: Scope) -> s.Name:
-    """Return what an error is of, or reject the call."""
+    """Return the argument of an error, or reject the call."""
     first = call.arguments[0] if len(call.arguments) == 1 else None
     if first is None or first.clauses or not isinstance(first.value, s.Name):
         scope.findings.reject(

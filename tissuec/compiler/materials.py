@@ -1,4 +1,4 @@
-"""What each node and spring of a body is made of.
+"""Materials of the nodes and springs of a body.
 
 Springs: c and d as the tissue says, per spring or for a spring of a stated length (n equal
 springs in a row are n times softer, so c scales with 1 / length); L0 = (1 - p) drawn length for
@@ -448,7 +448,12 @@ class MaterialReader:
         return each if self.shares is None else each / self.shares
 
     def hinges(self, arrays: Mapping[str, Floats]) -> Hinges | None:
-        """Return what makes the walls of the body resist bending; None where nothing does."""
+        """Return the hinges of the walls of the body; None without any.
+
+        Args:
+            arrays: Numbers of springs by name: ``stiffness`` [N/m] and ``damping`` [N s/m],
+                shape (spring,).
+        """
         return hinges_of(
             self.drawing, next(iter(self._shared_out.values()), None),
             self._found("spring constant"),

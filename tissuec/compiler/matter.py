@@ -1,4 +1,4 @@
-"""Matter to springs: what each spring and node of a body is for each pascal and density.
+"""From matter to springs: spring constants per pascal and masses per density.
 
 Solids get springs that pass the patch test (``matter.patch``) as nearly as they can. Those of a
 crystal are scaled to the Young's modulus that virtual tests in tension find, those of other
@@ -155,7 +155,7 @@ class MatterReader:
         self._is_told = False  # that the mesh is not isotropic
 
     def read(self, added: float = 0.0) -> Matter:
-        """Return the shares of the body; what is missing is rejected with its place.
+        """Return the shares of the body; missing quantities are reported with their place.
 
         Args:
             added: What fibres add to Young's modulus, as a part of it.

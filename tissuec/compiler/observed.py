@@ -1,4 +1,4 @@
-"""What conditions measure, and how it is said afterwards."""
+"""Quantities that conditions measure, and how they are described in messages."""
 
 from collections.abc import Mapping, Sequence
 
@@ -101,7 +101,7 @@ class CompiledCondition(Struct, frozen=True, eq=False):
         return np.asarray(self._at(moments).decide(self.condition))
 
     def describe(self, moment: Moment) -> str:
-        """Return what was measured."""
+        """Return a description of the measured value."""
         return describe_sides(self.condition, self._at(moment))
 
     def _at(self, moment: Moment) -> MeasureScope:

@@ -57,7 +57,7 @@ class OutputReader:
         self.surfaces: list[SurfaceOutput] = []
 
     def read(self, items: Sequence[s.Item]) -> Output:
-        """Return what is to be recorded; each mistake rejects one sentence only."""
+        """Return the recording; each error rejects one sentence only."""
         for item in items:
             with self.findings.item():
                 self._item(item)

@@ -1,4 +1,4 @@
-"""Poisson's ratio: what springs alone have, and what cells that keep their volume add to it.
+"""Poisson's ratio: that of springs alone, and the effect of cells that keep their volume.
 
 Springs have both Lamé's constants alike, μ = λ, so that ν is n = 1/4 in a solid (and n = 1/3
 where nodes of two kinds shift against one another, see ``matter.block``). A body of
@@ -45,14 +45,17 @@ def poisson_of(
     moduli: Sequence[AssignedQuantity | None],
     findings: Findings,
 ) -> Poisson | None:
-    """Return how a body has its Poisson's ratio; what it cannot have is rejected.
+    """Return how a body has its Poisson's ratio; an impossible one is rejected.
 
     Args:
-        ratios: What is said of each part of the body that has nodes, at least once.
+        body: The body.
+        matter: How its stiffness is distributed to springs.
+        ratios: Poisson's ratio of each part of the body that has nodes, at least one.
         moduli: What gives the spring constants of each.
+        findings: Takes diagnostics.
 
     Returns:
-        None where springs have it by themselves.
+        None where springs have it without cells.
     """
     given = next(one for one in ratios if one is not None)
     if flaw := _flaw(matter, given.value, ratios, moduli):

@@ -1,4 +1,4 @@
-"""What a run will do, told before it runs: arrays, method, stability, skips, cost, size."""
+"""Prediction of a run: arrays, method, stability, skipped parts, cost and size."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -53,7 +53,7 @@ class Prediction(Struct, frozen=True):
 
 
 def predict(compiled: Compiled) -> Prediction:
-    """Return what the run of a compiled scene will do."""
+    """Return the prediction of the run of a compiled scene."""
     plan, network = compiled.plan, compiled.network
     state = state_at_start(compiled)
     simulation = plan.simulation
@@ -102,7 +102,7 @@ def _arrays(network: Network) -> dict[str, dict[str, Any]]:
 
 
 def skipped(compiled: Compiled) -> Iterator[str]:
-    """Yield what the run of this scene leaves out, because the scene does not need it."""
+    """Yield the parts of a run that this scene does not need."""
     network, plan = compiled.network, compiled.plan
     if not compiled.network.behaviour().is_viscous:
         yield "viscosity: no spring has any, so velocities are not compared"

@@ -1,4 +1,4 @@
-"""Courses in time as they are written: ``using smooth profile``, ``using table "file.csv"``."""
+"""Time profiles as written: ``using smooth profile``, ``using table "file.csv"``."""
 
 from collections.abc import Sequence
 from pathlib import PurePosixPath
@@ -40,7 +40,14 @@ _NEED_AN_END = ("ramp", "smooth")
 def read_profiles(
     clause: s.Clause | None, default: str, columns: int, order: "SentenceOrder"
 ) -> tuple[TimeProfile, ...]:
-    """Return the profiles that a clause names, beginning at 0 s; one per column of a table."""
+    """Return the profiles of a clause, beginning at 0 s; one per column of a table.
+
+    Args:
+        clause: The clause; None if it is not written.
+        default: Name of the profile without a clause; empty if it must be written.
+        columns: Number of columns that a table must have.
+        order: The sentence.
+    """
     name = default if clause is None else _profile_name(clause, order)
     word = clause.word if clause else None
     if name not in PROFILES:

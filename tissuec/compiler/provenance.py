@@ -1,4 +1,4 @@
-"""Where the physical numbers of a scene come from: the written word, rule, line and degree."""
+"""Provenance of the physical numbers of a scene: written word, rule, line and degree."""
 
 from collections.abc import Iterator
 from typing import Any, Literal
@@ -170,7 +170,7 @@ def _explained(given: AssignedQuantity) -> Explained:
 
 
 def shown_value(given: AssignedQuantity) -> str:
-    """Return a value with its unit and what it belongs to."""
+    """Return a value with its unit and its reference, such as "per 1 mm"."""
     quantity = given.quantity
     if quantity.name == "prestress":
         return f"{100.0 * given.value:.3g} %"
@@ -180,7 +180,7 @@ def shown_value(given: AssignedQuantity) -> str:
 
 
 def belonging(spread: Spread, length: float | None) -> str:
-    """Return what stands behind a value to say what it belongs to: "/node", " per 1 mm"."""
+    """Return the reference of a value: "/node", " per 1 mm"."""
     if spread == "matter":
         return ""
     if spread == "each spring":

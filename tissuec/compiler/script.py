@@ -64,7 +64,7 @@ class ScriptReader:
         self.late: set[Span] = set()  # times of which it was said that the run ends before
 
     def read(self, items: Sequence[s.Item]) -> Script:
-        """Return what the items order; each mistake rejects one sentence only."""
+        """Return the orders of the items; each error rejects one sentence only."""
         script, failures = Script(), self.findings.failures
         outermost = _Slot(0.0, None, is_outermost=True)
         for item in items:

@@ -174,7 +174,11 @@ class PointScope(Scope):
 
 
 def extents(position: Floats) -> str:
-    """Return where points lie, for messages: ``x runs from 2 mm to 66 mm, …``."""
+    """Return the extents of points, for messages: ``x runs from 2 mm to 66 mm, …``.
+
+    Args:
+        position: The points [m], shape (node, 3).
+    """
     if not len(position):
         return "the body has no nodes"
     low, high = position.min(axis=0), position.max(axis=0)

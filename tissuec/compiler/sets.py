@@ -38,6 +38,7 @@ class PlacedBody(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def nodes(self) -> Indices:
+        """Return the numbers of its nodes in the network, shape (node,)."""
         return np.arange(len(self.drawing.mesh.position)) + self.first_node
 
     @cached_property
@@ -90,7 +91,7 @@ class Groups:
         self.inside: dict[str, Indices] = {}
 
     def add_joints(self, joints: Sequence[tuple[Drawing, NDArray[np.int32]]]) -> None:
-        """Let joints be known, with the nodes of their springs; their springs come last."""
+        """Add joints with the node pairs of their springs, shape (spring, 2), at the end."""
         first = sum(len(placed.drawing.mesh.ends) for placed in self.bodies.values())
         for drawing, ends in joints:
             key = s.key_of(drawing.body.name)
@@ -104,6 +105,7 @@ class Groups:
         return np.concatenate([np.zeros((0, 3)), *drawn])
 
     def names_of_bodies(self) -> list[str]:
+        """Return the names of all bodies."""
         return [placed.drawing.body.name for placed in self.bodies.values()]
 
     def names_of_parts(self) -> list[str]:
@@ -112,7 +114,7 @@ class Groups:
         return [*self.names_of_bodies(), *joints]
 
     def joined_already(self, pairs: NDArray[np.int32]) -> int:
-        """Return how many pairs of nodes have a spring of their body between them."""
+        """Return how many node pairs, shape (pair, 2), are joined by a spring of their body."""
         count = len(self.position)
         springs = [_numbered(placed.ends, count) for placed in self.bodies.values()]
         every = np.concatenate([np.zeros(0, dtype=np.int64), *springs])
@@ -137,7 +139,7 @@ class Groups:
                 yield NamedGroup(region.name, KINDS[0], nodes, body.name)
 
     def is_known(self, name: s.Name) -> bool:
-        """Tell whether a name is a set, a body or a joint."""
+        """Return whether a name is a set, a body or a joint."""
         return any(name.key in kind for kind in (self.declared, self.bodies, self.joints))
 
     def nodes(self, name: s.Name) -> Group:
@@ -156,7 +158,7 @@ class Groups:
         return self._find(name).group
 
     def _says_springs(self, name: s.Name) -> bool:
-        """Tell whether a name is declared as springs of something, without choosing them."""
+        """Return whether a name is declared as springs of something, without choosing them."""
         item = self.declared[name.key].item if name.key in self.declared else None
         value = item.value if isinstance(item, s.Assign) else None
         return isinstance(value, s.Name) and value.key == "springs"
@@ -180,13 +182,13 @@ class Groups:
         return self.bodies[name.key].drawing.body.name
 
     def is_springs(self, name: s.Name) -> bool:
-        """Tell whether a name is a set of springs or a joint."""
+        """Return whether a name is a set of springs or a joint."""
         if name.key in self.joints:
             return True
         return name.key in self.declared and self._find(name).of_springs
 
     def springs_inside(self, nodes: Indices) -> Indices:
-        """Return the springs with both ends among the nodes."""
+        """Return the springs, shape (m,), with both ends among the nodes, shape (n,)."""
         found = [
             placed.springs[np.isin(placed.ends, nodes).all(axis=1)]
             for placed in (*self.bodies.values(), *self.joints.values())
@@ -318,7 +320,11 @@ def _numbered(pairs: NDArray[np.int32], count: int) -> Indices:
 
 
 def unnamed(kind: str, span: Span, findings: Findings) -> NoReturn:
-    """Reject a set that is described where its name belongs: ``fix nodes of vessel``."""
+    """Reject a set that is described in place of its name: ``fix nodes of vessel``.
+
+    Args:
+        kind: "nodes" or "springs".
+    """
     findings.reject(
         "TIS301",
         f'"{kind} of …" stands where the name of a set belongs',

@@ -25,14 +25,18 @@ def hinges_of(
     damping: Floats,
     findings: Findings,
 ) -> Hinges | None:
-    """Return the hinges of a body, None without any; what is missing is rejected.
+    """Return the hinges of a body, None without any; missing numbers are rejected.
 
-    Their modulus is the mean of those of their nodes. They are damped as the springs around.
+    Their modulus is the mean of those of their nodes. They are damped as the springs around
+    them.
 
     Args:
-        matter: How the body is shared out; None where its springs are specified one by one.
+        drawing: The body as drawn.
+        matter: How its stiffness is distributed; None where its springs are specified one by
+            one.
         moduli: What gives the spring constants of each part of the body.
         stiffness, damping: Of the springs [N/m], [N s/m], shape (spring,).
+        findings: Takes diagnostics.
     """
     body = drawing.body
     if body.shell is None:

@@ -18,12 +18,14 @@ KIND = "kind"
 def read_surface(
     item: s.Sentence | s.Block, name: s.Name, body: str, mesh: Mesh, scope: Scope
 ) -> tuple[str, Smoothing]:
-    """Return how a body is to be drawn smoothly: by what kind, and its entries.
+    """Return how the surface of a body is smoothed: the kind, and its entries.
 
     Args:
         item: The whole output.
-        name: Of the body, where it stands in the output.
-        body: As it was declared.
+        name: Name of the body in the output.
+        body: Name of the body as declared.
+        mesh: Mesh of the body.
+        scope: Looks up names of expressions.
     """
     if item.phrase is not None:
         every = next((c.span.text for c in item.clauses if c.word == "every"), "every 40 ms")

@@ -77,7 +77,10 @@ class ExplicitBody(Struct, frozen=True, eq=False):
     laws: Sequence[str] = ()
 
     def with_springs(self, pairs: NDArray[np.int32]) -> "ExplicitBody":
-        """Return this with further springs behind its own, of which its tables say nothing."""
+        """Return this with more springs, given by node pairs of shape (spring, 2).
+
+        They come last, and the tables have no values for them.
+        """
         mesh, count = self.mesh, len(pairs)
         ids = int(self.spring_ids.max(initial=0)) + 1 + np.arange(count)
         return ExplicitBody(
@@ -100,7 +103,7 @@ class ExplicitBody(Struct, frozen=True, eq=False):
 
 
 def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
-    """Return the mesh and the columns of an explicit body; mistakes point at their cell."""
+    """Return the mesh and the columns of an explicit body; errors point at their cell."""
     nodes = _Reader(tables.nodes, NODE_COLUMNS, ("x",), scope).read()
     node_ids = nodes.ids()
     if not len(node_ids):
@@ -213,7 +216,7 @@ class _Reader:
         return found
 
     def number_laws(self, known: Collection[str]) -> Sequence[str]:
-        """Make the names of laws numbers; return the names that they are numbers of."""
+        """Replace the names of laws by numbers; return the names."""
         if LAW not in self.columns:
             return ()
         keys = [s.key_of(word) for word in self.columns[LAW].tolist()]

@@ -1,4 +1,4 @@
-"""Checks of threads: bodies that one can pass through, although it is drawn at them."""
+"""Checks of threads: bodies that a thread passes through as drawn."""
 
 from collections.abc import Iterator
 from math import ceil

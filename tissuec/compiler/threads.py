@@ -1,4 +1,4 @@
-"""Threads: the springs that a knot may be made of, and what a thread touches with.
+"""Threads: springs that form knots, and contact of threads.
 
 A network has all its springs from the start. So a thread is compiled with a spring between its
 ends that a knot holds by, and with one beside it that pulls with a constant force while the
@@ -27,7 +27,7 @@ def knot_pairs(mesh: Mesh, generator: Threaded) -> NDArray[np.int32]:
 
 
 def thread_of(generator: object, ends: NDArray[np.int32]) -> ThreadBody | None:
-    """Return what of a body is a thread, numbered within it; None if it is none.
+    """Return the thread of a body, numbered within it; None if the body is no thread.
 
     Args:
         ends: Of its springs with those of the knot, shape (spring, 2).
@@ -52,7 +52,14 @@ def renumbered(thread: ThreadBody | None, by: int) -> ThreadBody | None:
 def with_slipping(
     arrays: dict[str, Floats], law: NDArray[np.int32], laws: tuple[Law, ...], thread: ThreadBody
 ) -> tuple[dict[str, Floats], NDArray[np.int32], tuple[Law, ...]]:
-    """Return arrays, laws of springs and all laws of a body with its knot in them."""
+    """Return arrays, laws of springs and all laws of a body, with its knot.
+
+    Args:
+        arrays: Numbers of springs by name in SI units, shape (spring,).
+        law: Index of the law of each spring, shape (spring,).
+        laws: All laws.
+        thread: The thread.
+    """
     hold, slip, law = thread.hold, thread.slip, law.copy()
     changed = {name: values.copy() for name, values in arrays.items()}
     for name in ("stiffness", "damping"):
