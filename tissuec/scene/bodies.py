@@ -109,7 +109,7 @@ def read_tissue(
     declarations: Declarations,
     scope: Scope,
 ) -> Tissue:
-    """Return what ``tissue is …`` names."""
+    """Return the tissue that ``tissue is …`` names."""
     name = schema.word_of(item, scope, example="tissue is fallopian tube")
     properties = [] if name.key in tissues else _properties_with(name.key, declarations)
     if properties and name.key not in declarations.of("tissue"):

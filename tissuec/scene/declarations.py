@@ -77,7 +77,13 @@ class Declarations(Struct):
     def read_each(
         self, kind: str, read: Callable[[Declared], T], findings: Findings
     ) -> dict[str, T]:
-        """Return what ``read`` makes of each declaration; a mistake rejects one only."""
+        """Return the results of ``read`` for each declaration; an error rejects one only.
+
+        Args:
+            kind: Kind of the declarations.
+            read: Reads a declaration, or rejects it.
+            findings: Takes diagnostics.
+        """
         found: dict[str, T] = {}
         for key, declared in self.of(kind).items():
             with findings.item():
@@ -85,7 +91,11 @@ class Declarations(Struct):
         return found
 
     def find(self, kind: str, name: s.Name, findings: Findings) -> Declared:
-        """Return what a name of that kind stands for, or reject the name."""
+        """Return the declaration of a name, or reject the name.
+
+        Args:
+            kind: Kind of the declaration.
+        """
         known = self.of(kind)
         if name.key not in known:
             findings.pass_over_doubtful(name.key)

@@ -121,7 +121,12 @@ def _example(quantity: Quantity) -> str:
 def refuse_contradiction(
     known: KnownQuantity, others: Iterable[KnownQuantity], findings: Findings
 ) -> None:
-    """Reject evidence that has no number in common with other evidence on the quantity."""
+    """Reject evidence whose range is disjoint from that of other evidence on the quantity.
+
+    Args:
+        known: The evidence.
+        others: The other evidence.
+    """
     for other in others:
         if known.high < other.low or other.high < known.low:
             _contradiction(known, other, findings)
@@ -144,10 +149,12 @@ def warn_of_contradictions(
     head: Span,
     findings: Findings,
 ) -> None:
-    """W208: a number of a tissue, written or concluded, lies outside of what is known.
+    """W208: a number of a tissue, written or concluded, lies outside the range of evidence.
 
     Args:
-        head: Of the tissue, whose words may conclude the number.
+        known: The evidence.
+        given: Numbers of the tissue.
+        head: Head of the tissue, whose words may conclude the number.
     """
     for one in known:
         number = given.get(key_of(one.quantity.name))

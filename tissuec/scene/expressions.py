@@ -61,7 +61,7 @@ class Scope:
         raise NotImplementedError
 
     def has(self, name: s.Name) -> bool:
-        """Tell whether a name stands for a value here."""
+        """Return whether a name stands for a value here."""
         raise NotImplementedError
 
     def names(self) -> Sequence[str]:
@@ -94,7 +94,7 @@ class Scope:
         )
 
     def test(self, node: s.Expression) -> Truth:
-        """Return the truth of a test that only some scopes know, or reject it."""
+        """Return the truth of a test, shape (item,) or a scalar; most scopes reject it."""
         self.findings.reject(
             "TIS312",
             f'"{node.span.text}" is not a test that can stand here',
@@ -317,7 +317,11 @@ class Scope:
     # --- dimensions ---------------------------------------------------------------------------
 
     def expect(self, value: Value, dimension: Dimension, span: Span, *, what: str) -> None:
-        """Reject a value of another dimension, with the remedy."""
+        """Reject a value of another dimension, with a hint.
+
+        Args:
+            value: The value.
+        """
         if value.dimension == dimension:
             return
         wanted = describe(dimension)

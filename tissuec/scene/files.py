@@ -14,7 +14,11 @@ from tissuec.scene.library import LINK, LINKED, Library
 
 
 def read_file(kind: FileIn, item: s.Sentence, scope: Scope, *, example: str) -> LocatedFile:
-    """Return the file that a sentence names with its unit, or reject the sentence."""
+    """Return the file that a sentence names with its unit, or reject the sentence.
+
+    Args:
+        kind: What the entry accepts.
+    """
     wanted = item.name.quoted or ""
     factor = _factor(kind, item, scope, example)
     return LocatedFile(wanted, _find(wanted, item.name.span, scope), factor, item.span)

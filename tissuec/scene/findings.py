@@ -43,7 +43,7 @@ class Findings:
         hint: str = "",
         notes: tuple[Note, ...] = (),
     ) -> None:
-        """Record a finding and go on."""
+        """Record a finding and continue."""
         self.extend([Diagnostic(code, message, span, hint, notes)])
 
     def extend(self, findings: Iterable[Diagnostic]) -> None:
@@ -61,12 +61,20 @@ class Findings:
         hint: str = "",
         notes: tuple[Note, ...] = (),
     ) -> NoReturn:
-        """Record an error and leave the present item."""
+        """Record an error and leave the present item.
+
+        Raises:
+            Rejected: Always.
+        """
         self.add(code, message, span, hint=hint, notes=notes)
         raise Rejected
 
     def stop(self) -> NoReturn:
-        """Leave the present item; what is wrong with it has been added."""
+        """Leave the present item, whose errors were added before.
+
+        Raises:
+            Rejected: Always.
+        """
         raise Rejected
 
     @contextmanager
@@ -79,7 +87,11 @@ class Findings:
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Leave the present item in the end if anything was wrong or left out in between."""
+        """Leave the present item at the end if anything was wrong or left out in between.
+
+        Raises:
+            Rejected: There was an error in between.
+        """
         before = self.failures
         yield
         if self.failures > before:
@@ -107,7 +119,11 @@ class Findings:
         return self._all_are_doubtful or key in self._doubtful
 
     def pass_over_doubtful(self, key: str) -> None:
-        """Leave the present item in silence if the name that it asks for is doubtful."""
+        """Leave the present item without a diagnostic if it refers to a doubtful name.
+
+        Raises:
+            Rejected: The name is doubtful.
+        """
         if self.is_doubtful(key):
             raise Rejected
 
@@ -131,7 +147,11 @@ class Findings:
         return [d for d in self._found if d.severity == "warning"]
 
     def raise_errors(self) -> None:
-        """Raise a CompileError with all errors so far, in the order of the text, if any."""
+        """Report all errors so far, in the order of the text.
+
+        Raises:
+            CompileError: There are errors.
+        """
         if self.errors:
             ordered = sorted(
                 self.errors,

@@ -166,7 +166,11 @@ def _read_entry(item: s.Item, found: dict[str, WrittenLaw], scope: Scope) -> Non
 
 
 def read_law(kind: LawKind, item: Entry, scope: Scope) -> WrittenLaw:
-    """Return a law from its entry, or reject it."""
+    """Return a law from its entry, or reject it.
+
+    Args:
+        kind: Which law of the tissue it is.
+    """
     if isinstance(item, s.Function) and item.name.key in FORMS:
         return _free(FORMS[item.name.key], item, scope)
     if isinstance(item, s.Sentence | s.Block) and item.name.key == kind.word:
@@ -343,7 +347,7 @@ class FormulaScope(Scope):
         return self.outer.name(name)
 
     def has(self, name: s.Name) -> bool:
-        """Tell whether a name stands for a variable or a constant."""
+        """Return whether a name stands for a variable or a constant."""
         return name.key in self.variables or self.outer.has(name)
 
     def names(self) -> Sequence[str]:

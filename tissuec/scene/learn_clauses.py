@@ -24,6 +24,14 @@ class Clauses:
         allowed: Words that can stand; those twice in it can stand twice.
         where: The sentence.
 
+    Shared arguments:
+        word: Word of the clause.
+        code: Code of the diagnostic.
+        message: What is wrong.
+        span: Place in the text; the whole sentence if None.
+        dimension: Dimension of the number.
+        what: Name of the number in messages.
+
     Raises:
         Rejected: Another word stands there, or one too often.
     """
@@ -54,7 +62,7 @@ class Clauses:
                 )
 
     def reject(self, code: str, message: str, span: Span | None = None) -> NoReturn:
-        """Reject the sentence, and show how it is written."""
+        """Reject the sentence with an example of its form as the hint."""
         self.findings.reject(code, message, span or self.where, hint=self.example)
 
     def get(self, word: str) -> s.Clause | None:
@@ -75,7 +83,7 @@ class Clauses:
         return found
 
     def number(self, word: str, dimension: Dimension, *, what: str) -> float | None:
-        """Return the number behind a word; None without it."""
+        """Return the number of a clause; None without the clause."""
         clause = self.get(word)
         if clause is None:
             return None
@@ -84,7 +92,7 @@ class Clauses:
         return float(value.amount)
 
     def above_zero(self, word: str, dimension: Dimension, *, what: str) -> float | None:
-        """Return the number behind a word, which must be above zero; None without it."""
+        """Return the number of a clause, which must be positive; None without the clause."""
         number, clause = self.number(word, dimension, what=what), self.get(word)
         if number is not None and clause is not None and number <= 0.0:
             self.findings.reject(

@@ -27,10 +27,10 @@ def read_learn_blocks(
     vocabulary: Vocabulary,
     sources: Sequence[Source],
 ) -> dict[str, WrittenFitProblem]:
-    """Return every learn block by lower-case name; each mistake rejects one entry only.
+    """Return every learn block by lower-case name; each error rejects one entry only.
 
     Args:
-        sources: All texts of the program, which none may write to.
+        sources: All texts of the program, which no learn block may overwrite.
     """
     return declarations.read_each(
         "learn",

@@ -45,7 +45,13 @@ class Library(Struct, frozen=True):
         given: Sequence[Path] = (),
         kept: Mapping[str, str] | None = None,
     ) -> "Library":
-        """Return the library of a text; ``given`` are the folders of ``--library``."""
+        """Return the library of a text.
+
+        Args:
+            source: The text.
+            given: The folders of ``--library``.
+            kept: Texts that replace files.
+        """
         beside = source.path.parent if source.path else Path()
         return cls(beside, (beside / "library", *given, resources.library()), kept)
 

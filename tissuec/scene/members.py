@@ -15,7 +15,7 @@ HOLDING = "forceps"  # the kind of tool that holds nodes, and so can move them
 
 
 def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
-    """Return a tool from its block; one that is wrong is still known by its name."""
+    """Return a tool from its block; an erroneous one is still known by its name."""
     assert isinstance(item, s.Block)
     what, kind, shapes, entries = f"tool {name.text}", "", (), None
     with scope.findings.item():

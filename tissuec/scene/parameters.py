@@ -145,7 +145,11 @@ class Constants(Scope):
 def read_overrides(
     texts: Sequence[str], declarations: Declarations, findings: Findings
 ) -> dict[str, s.Assign]:
-    """Return the assignments of ``--set name=value`` by parameter name."""
+    """Return the assignments of ``--set name=value`` by parameter name.
+
+    Args:
+        texts: The arguments of ``--set``.
+    """
     overrides: dict[str, s.Assign] = {}
     for text in texts:
         with findings.item():
@@ -162,7 +166,11 @@ def read_overrides(
 def refuse_override(
     item: s.Assign, known: Sequence[str], findings: Findings, is_let: bool
 ) -> NoReturn:
-    """Reject an assignment to what is none of the params."""
+    """Reject an assignment to a name that is no param.
+
+    Args:
+        is_let: Whether the name is that of a let.
+    """
     what = "it is a let, which is computed" if is_let else "there is no such param"
     findings.reject(
         "TIS505",

@@ -36,7 +36,11 @@ class ResolvedProgram(Struct, frozen=True):
 def resolve_words(
     program: Program, findings: Findings, overrides: Sequence[str] = ()
 ) -> ResolvedProgram:
-    """Return numbers, vocabulary and tissues of a program, which need not be a whole scene."""
+    """Return numbers, vocabulary and tissues of a program, which need not be a complete scene.
+
+    Args:
+        overrides: The arguments of ``--set``.
+    """
     declarations = collect(program, findings)
     constants = Constants(
         declarations, read_overrides(overrides, declarations, findings), findings
@@ -48,9 +52,12 @@ def resolve_words(
 
 
 def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ()) -> Scene:
-    """Return the scene that a program describes, as far as ``findings`` hold no error.
+    """Return the scene that a program describes, as far as it has no errors.
 
-    What is wrong is left out or stood in for, so that mistakes of the script are told too.
+    Erroneous parts are left out or replaced, so that errors of the script are reported too.
+
+    Args:
+        overrides: The arguments of ``--set``.
     """
     words = resolve_words(program, findings, overrides)
     declarations, scope = words.declarations, words.constants

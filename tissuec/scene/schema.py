@@ -71,7 +71,11 @@ class Entry(Struct, frozen=True):
 
 
 def entries_of(cls: type) -> dict[str, Entry]:
-    """Return the entries that a class declares, by name in the language."""
+    """Return the entries that a class declares, by name in the language.
+
+    Raises:
+        TypeError: A field has no kind of entry.
+    """
     about = _attributes(cls.__doc__ or "")
     entries = {}
     for field in fields(cls):
@@ -146,7 +150,13 @@ def missing(example: str, where: Span) -> Hint:
 
 
 def blamed(reason: str, places: Mapping[str, Span], where: Span) -> Span:
-    """Return the place of the entry that a reason quotes first, or the head of the block."""
+    """Return the place of the entry that a reason quotes first, or the head of the block.
+
+    Args:
+        reason: Text of an error.
+        places: Places of entries by name.
+        where: The head of the block.
+    """
     named = [name for name in places if f'"{name}' in reason]
     first = min(named, key=lambda name: reason.index(f'"{name}'), default="")
     return places.get(first, where)
@@ -155,7 +165,12 @@ def blamed(reason: str, places: Mapping[str, Span], where: Span) -> Span:
 def read(
     schema: Mapping[str, Entry], items: Sequence[s.Item], scope: Scope, *, what: str
 ) -> tuple[dict[str, Any], dict[str, Span]]:
-    """Return the values by field name and the places by entry name of what was written."""
+    """Return the written values by field name, and their places by entry name.
+
+    Args:
+        schema: Entries by name.
+        items: Items of the block.
+    """
     values: dict[str, Any] = {}
     places: dict[str, Span] = {}
     for item in items:
@@ -174,7 +189,11 @@ def read(
 
 
 def find_entry(schema: Mapping[str, Entry], item: s.Item, scope: Scope, *, what: str) -> Entry:
-    """Return the entry that an item writes, or reject the item."""
+    """Return the entry that an item writes, or reject the item.
+
+    Args:
+        schema: Entries by name.
+    """
     if not isinstance(item, s.Assign | s.Sentence | s.Block):
         scope.findings.reject("TIS303", f"this cannot stand in {what}", item.span)
     if item.name.quoted is not None and isinstance(item, s.Sentence):
@@ -201,7 +220,11 @@ def chosen(item: s.Item, entries: Iterable[str]) -> Hint:
 
 
 def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
-    """Return the value of one entry in SI units, or reject the item."""
+    """Return the value of one entry in SI units, or reject the item.
+
+    Args:
+        entry: The entry.
+    """
     match entry.kind:
         case FromTo():
             return _read_from_to(entry, entry.kind, item, scope)
@@ -221,7 +244,12 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
 def read_value(
     kind: Measure | Whole | Point | Several, node: s.Expression, scope: Scope, *, what: str
 ) -> Any:
-    """Return an expression as a number, whole number, vector or list within its limits."""
+    """Return an expression as a number, whole number, vector or list within its limits.
+
+    Args:
+        kind: Kind of the entry.
+        node: The expression.
+    """
     match kind:
         case Several(dimension=dimension, at_least=low):
             if not isinstance(node, s.Listing) or len(node.items) < low:
@@ -330,7 +358,7 @@ def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:
 
 
 def word_of(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str) -> s.Name:
-    """Return the single word behind ``is``."""
+    """Return the single word after ``is``."""
     if (
         isinstance(item, s.Assign)
         or item.phrase is None

@@ -88,7 +88,10 @@ class SimulateEntries(Struct, frozen=True):
 
 
 def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -> Environment:
-    """Return the environment; rejects a scene without one, for gravity must be written."""
+    """Return the environment; a scene without one is rejected.
+
+    Gravity has no default, so that every scene says which one it has.
+    """
     block = _single(
         "environment",
         "environment { gravity = (0, 0, -9.81) m/s^2 }",
@@ -157,9 +160,9 @@ def _contact_law(
 
 
 def read_simulation(declarations: Declarations, main: s.Module, scope: Scope) -> Simulation:
-    """Return the simulate block, as far as it is right; rejects a scene without one.
+    """Return the simulate block, as far as it has no errors; a scene without one is rejected.
 
-    A duration that is wrong is taken to be endless, so that nothing seems to come after it.
+    An erroneous duration is replaced by infinity, so that no event seems to come after it.
     """
     block = _single(
         "simulate", "simulate { duration = 1 s }", declarations, main, scope.findings

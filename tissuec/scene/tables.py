@@ -13,7 +13,11 @@ TABLES = ("nodes", "springs")
 
 
 def check_table(table: s.Table, declarations: Declarations, findings: Findings) -> None:
-    """Reject a table that no body has: a misspelt one must not be passed over."""
+    """Reject a table that belongs to no body, so that a misspelt one is not ignored.
+
+    Args:
+        table: The table.
+    """
     if table.name.key not in TABLES:
         findings.reject(
             "TIS303",
@@ -35,7 +39,11 @@ def check_table(table: s.Table, declarations: Declarations, findings: Findings) 
 def tables_of(
     body: s.Name, declarations: Declarations, findings: Findings
 ) -> dict[str, s.Table]:
-    """Return the tables that name a body, by their kind; rejects two of one kind."""
+    """Return the tables that name a body, by their kind; two of one kind are rejected.
+
+    Args:
+        body: Name of the body.
+    """
     tables: dict[str, s.Table] = {}
     for table in declarations.tables:
         owner = _owner(table)
@@ -61,7 +69,13 @@ def explicit_tables(
     laws: Mapping[str, WrittenLaws],
     findings: Findings,
 ) -> Tables:
-    """Return the tables of an explicit body, or reject it at its ``head``."""
+    """Return the tables of an explicit body, or reject it at its ``head``.
+
+    Args:
+        body: Name of the body.
+        head: Head of its block.
+        tables: Its tables by kind.
+    """
     if "nodes" not in tables:
         findings.reject(
             "TIS304",

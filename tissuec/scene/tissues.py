@@ -78,7 +78,7 @@ class _Written(Struct):
 def read_tissues(
     declarations: Declarations, vocabulary: Vocabulary, scope: Scope
 ) -> dict[str, Tissue]:
-    """Return every tissue by lower-case name; each mistake rejects one tissue only."""
+    """Return every tissue by lower-case name; each error rejects one tissue only."""
     reader = TissueReader(declarations, vocabulary, scope)
     return declarations.read_each("tissue", reader.read, scope.findings)
 
@@ -476,7 +476,7 @@ def why(rules: RulesBlock, answer: NoRule) -> str:
 
 
 def is_none(item: s.Sentence | s.Assign) -> bool:
-    """Tell whether an entry says that there is none of it: ``fraction force is none``."""
+    """Return whether an entry says that there is none of it: ``fraction force is none``."""
     if not isinstance(item, s.Sentence) or item.phrase is None or item.clauses:
         return False
     return item.phrase.kind == "word" and item.phrase.words[0].key == "none"

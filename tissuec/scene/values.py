@@ -29,6 +29,7 @@ class Value(Struct, frozen=True, eq=False):
     def number(
         cls, amount: float | NDArray[np.float64], dimension: Dimension = NUMBER
     ) -> "Value":
+        """Return a number in SI units, or numbers of shape (item,), as a value."""
         return cls(np.asarray(amount, dtype=float), dimension)
 
     def __str__(self) -> str:
@@ -39,7 +40,7 @@ class Value(Struct, frozen=True, eq=False):
 
 
 def unit_vector(vector: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return the vector of length 1 in the same direction, shape (3,); None for none."""
+    """Return the dimensionless unit vector in the same direction, shape (3,); None for zero."""
     largest = np.abs(vector).max()
     if largest == 0.0:
         return None

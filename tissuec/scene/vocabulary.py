@@ -264,7 +264,11 @@ class RulesReader:
 
 
 def find_property(name: s.Name, vocabulary: Vocabulary, rules: str, scope: Scope) -> NamedScale:
-    """Return the scale of a property, or reject the name."""
+    """Return the scale of a property, or reject the name.
+
+    Args:
+        rules: Name of the vocabulary in messages.
+    """
     if name.key not in vocabulary.properties:
         scope.findings.pass_over_doubtful(name.key)
         names = [scale.name for scale in vocabulary.properties.values()]

@@ -67,7 +67,12 @@ def read_word(
     *,
     in_conclusion: bool = False,
 ) -> Word:
-    """Return the word of a scale that a phrase means, or reject it."""
+    """Return the word of a scale that a phrase means, or reject it.
+
+    Args:
+        scale: The scale.
+        in_conclusion: Whether the phrase is part of a conclusion.
+    """
     front, rest = reading(name.key, scale.scale.words, hedges) or _unknown(
         name, scale, hedges, scope
     )
@@ -97,10 +102,15 @@ def read_word(
 def reading(
     phrase: str, words: Container[str], hedges: Container[str]
 ) -> tuple[tuple[str, ...], str] | None:
-    """Return the hedges and the word that a phrase is read as; None if it is not of a scale.
+    """Return the hedges and the word of a phrase; None if the phrase is not of a scale.
 
-    The whole phrase counts if it is declared as a word; else hedges are taken from the left
-    until the rest is one.
+    The whole phrase counts if it is declared as a word; else hedges are removed from the left
+    until the rest is a word.
+
+    Args:
+        phrase: The phrase.
+        words: Words of the scale.
+        hedges: Known hedges.
     """
     parts = phrase.split(" ")
     for count in range(len(parts)):

@@ -29,7 +29,12 @@ def limits_of(quantity: Quantity) -> Measure:
 def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
     """Return a physical quantity written as a number: ``fraction force = 0.4 N``.
 
-    ``per 1 mm`` behind it makes it a value for springs of that length.
+    With ``per 1 mm`` after it, the value is that of springs of this length.
+
+    Args:
+        name: Name of the quantity.
+        item: The assignment.
+        scope: Looks up names of expressions.
     """
     quantity = QUANTITIES[name]
     value = schema.read_value(limits_of(quantity), item.value, scope, what=quantity.name)
