@@ -48,7 +48,7 @@ class Law(Struct, frozen=True, eq=False):
 
 
 def is_open(law: Law) -> bool:
-    """Tell whether a law has constants without numbers: those that learning changes."""
+    """Return whether a law has constants without numbers: those that learning changes."""
     known = {one.name for one in (E, C, W, D, REST)}
     return not variables(law.elastic) | variables(law.viscous) <= known
 

@@ -1,4 +1,4 @@
-"""What kernels ask of laws: as formulas, and as functions of plain numbers in Python.
+"""Laws for kernels: as formulas, and as Python functions of numbers.
 
 Compiled code gets its functions from ``kernels.compiled_laws``; those here are for kernels
 that run as Python.
@@ -95,7 +95,13 @@ def _choosing(name: str, arguments: str, formulas: Sequence[Formula]) -> Callabl
 
 
 def spline(x: float, places: tuple[float, ...], pieces: tuple[tuple[float, ...], ...]) -> float:
-    """Return the value of a ``Spline``; the first piece is what is before all places."""
+    """Return the value of a ``Spline``; the first piece is the one before all places.
+
+    Args:
+        x: Argument.
+        places: Where pieces begin, ascending.
+        pieces: Cubic coefficients of each piece.
+    """
     piece = 0
     while piece < len(places) and x >= places[piece]:
         piece += 1

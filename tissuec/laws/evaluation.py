@@ -1,4 +1,4 @@
-"""What springs with laws do: force, stiffness and energy, spring by spring."""
+"""Force, stiffness and energy of springs with laws, spring by spring."""
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
@@ -85,9 +85,14 @@ class Behaviour:
         return self._with(np.zeros_like(speed), {"e": elongation, "w": speed}, _viscous_by_e)
 
     def steepness(self, elongation: Floats, speed: Floats | None = None) -> Floats:
-        """Return the stiffness where it is one that resists, as estimates need it [N/m].
+        """Return the stiffness, or zero where it is negative or infinite [N/m].
 
-        Without speeds [m/s] it is that at rest, where dashpots add nothing.
+        Estimates of rates use it.
+
+        Args:
+            elongation: L - L0 [m], shape (…, spring).
+            speed: Rate of lengthening [m/s], shape (…, spring); None: at rest, without
+                dashpots.
         """
         steep = self.slope(elongation)
         return _resisting(
@@ -95,9 +100,13 @@ class Behaviour:
         )
 
     def sluggishness(self, elongation: Floats, speed: Floats) -> Floats:
-        """Return the viscosity where it is one that brakes, as estimates need it [N s/m].
+        """Return the viscosity, or zero where it is negative or infinite [N s/m].
 
-        Dashpots that are infinitely stiff at rest count as none.
+        Estimates of rates use it.
+
+        Args:
+            elongation: L - L0 [m], shape (…, spring).
+            speed: Rate of lengthening [m/s], shape (…, spring).
         """
         return _resisting(self.brake_slope(elongation, speed))
 

@@ -1,4 +1,4 @@
-"""Formulas of a law: small trees that can be evaluated, derived, and written out as code.
+"""Formulas of laws: small trees that can be evaluated, differentiated and printed as code.
 
 Numbers are in SI units; dimensions were checked where the formula was written.
 """

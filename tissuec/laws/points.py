@@ -11,7 +11,17 @@ from tissuec.laws.formula import Formula, Spline
 def check_points(
     places: Sequence[float], of_places: str, values: Sequence[float], of_values: str
 ) -> None:
-    """Raise ValueError, which names the entries, where no curve goes through points."""
+    """Refuse points that no curve passes through; the message names the entries.
+
+    Args:
+        places: Arguments of the points.
+        of_places: Name of their entry.
+        values: Values of the points.
+        of_values: Name of their entry.
+
+    Raises:
+        ValueError: Numbers of places and values differ, or places do not ascend.
+    """
     if len(places) != len(values):
         raise ValueError(
             f'"{of_values}" has {len(values)} numbers, "{of_places}" {len(places)}: '
@@ -22,9 +32,14 @@ def check_points(
 
 
 def through(argument: Formula, places: Sequence[float], values: Sequence[float]) -> Formula:
-    """Return cubic pieces that rise and fall only where the points do, and straight ends.
+    """Return a piecewise cubic that is monotone where the points are, with straight ends.
 
     F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5:300 (1984).
+
+    Args:
+        argument: Argument of the curve.
+        places: Arguments of the points, ascending.
+        values: Values of the points.
     """
     x, y = np.array(places), np.array(values)
     slope = monotone_slopes(x, y)

@@ -1,1 +1,1 @@
-"""Laws of what a spring pulls with at an elongation."""
+"""Laws of the force of a spring at an elongation."""

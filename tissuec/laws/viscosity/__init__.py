@@ -1,1 +1,1 @@
-"""Laws of what a dashpot pulls with at a speed."""
+"""Laws of the force of a dashpot at a speed."""
