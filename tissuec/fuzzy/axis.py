@@ -1,4 +1,4 @@
-"""The range of a property or quantity, and the coordinate in which its sets live.
+"""The range of a property or quantity, and the coordinate of its sets.
 
 On a log scale everything happens in the logarithm; values are converted here and nowhere else.
 """

@@ -1,4 +1,4 @@
-"""The number a set of firing words stands for: exact centre of gravity, or weighted mean.
+"""Defuzzification of a set of firing words: exact centre of gravity, or weighted mean.
 
 Each word's set is clipped at (or scaled by) its firing degree, and the sets are joined by their
 maximum. That maximum is cut at every corner and at every crossing, so that each piece belongs

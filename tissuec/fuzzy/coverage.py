@@ -1,4 +1,4 @@
-"""Whether some facts leave a quantity without any firing rule, known before there are facts.
+"""Finds combinations of facts that leave a quantity without a firing rule.
 
 Whether a rule fires depends only on which of its words are fully false, fully true, or between;
 all conjunctions and disjunctions on offer agree about that. Between two corners of the sets
@@ -45,6 +45,9 @@ def coverage(base: RuleBase, quantity: str, *, limit: int = 100_000) -> Coverage
         base: The rules.
         quantity: Name of the quantity.
         limit: How many partial combinations to try before giving up.
+
+    Raises:
+        ValueError: The rules have no such quantity.
     """
     if quantity not in base.quantities:
         raise ValueError(f'"{quantity}" is not a quantity of these rules')

@@ -66,7 +66,14 @@ Arc: TypeAlias = Line | Bell
 
 
 def crossings(one: Arc, other: Arc, a: float, b: float) -> list[float]:
-    """Return where two arcs that both span ``[a, b]`` cross inside it."""
+    """Return where two arcs that both span ``[a, b]`` cross inside it.
+
+    Args:
+        one: One arc.
+        other: The other arc.
+        a: Start of the interval.
+        b: End of the interval.
+    """
     if isinstance(one, Line):
         if isinstance(other, Line):
             found = _of_lines(one, other, a, b)

@@ -1,4 +1,4 @@
-"""Numbers that know how they change: a value with its derivatives (forward mode).
+"""Dual numbers: a value with its derivatives (forward mode).
 
 A :class:`Dual` is a float, so that inference runs on it as it stands: comparisons choose a
 branch by the value, and arithmetic carries the slopes along. Functions of :mod:`math` return
@@ -88,7 +88,7 @@ def real(number: float) -> float:
 
 
 def snapped(value: float, number: float) -> float:
-    """Return a bare value that stands for a number, with the slopes of that number."""
+    """Return a value that replaces a number, with the derivatives of that number."""
     return Dual(value, number.slopes) if isinstance(number, Dual) else float(value)
 
 

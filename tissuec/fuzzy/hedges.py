@@ -73,7 +73,13 @@ def hedged(hedges: Sequence[Hedge], shape: AnyShape, axis: Axis) -> AnyShape:
 
 
 def has_effect(hedge: Hedge, shape: AnyShape, axis: Axis) -> bool:
-    """Return whether a hedge changes the degrees of a set anywhere."""
+    """Return whether a hedge changes the degrees of a set anywhere.
+
+    Args:
+        hedge: The hedge.
+        shape: The set.
+        axis: Range of its scale.
+    """
     if isinstance(hedge, Shift):
         return moves(hedge, shape, axis)
     sharp = isinstance(shape, Piecewise) and _is_sharp(shape)
@@ -81,7 +87,13 @@ def has_effect(hedge: Hedge, shape: AnyShape, axis: Axis) -> bool:
 
 
 def moves(hedge: Hedge, shape: AnyShape, axis: Axis) -> bool:
-    """Return whether a hedge changes what the word stands for when it is given as a fact."""
+    """Return whether a hedge changes the value of a word that is given as a fact.
+
+    Args:
+        hedge: The hedge.
+        shape: The set of the word.
+        axis: Range of its scale.
+    """
     return isinstance(hedge, Shift) and _target(hedge, shape.middle, axis) is not None
 
 

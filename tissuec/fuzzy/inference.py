@@ -1,4 +1,4 @@
-"""What inference answers: a number with its reasons, or the reasons why there is none."""
+"""Results of inference: a number with its reasons, or why there is none."""
 
 from typing import Literal
 

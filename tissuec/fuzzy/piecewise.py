@@ -111,12 +111,25 @@ def points(pairs: Iterable[tuple[float, float]]) -> Piecewise:
 
 
 def triangle(a: float, b: float, c: float) -> Piecewise:
-    """Return the set that rises from ``a`` to its peak ``b`` and falls to ``c``."""
+    """Return the set that rises from ``a`` to its peak ``b`` and falls to ``c``.
+
+    Args:
+        a: Left foot.
+        b: Peak.
+        c: Right foot.
+    """
     return points([(a, 0.0), (b, 1.0), (c, 0.0)])
 
 
 def trapezoid(a: float, b: float, c: float, d: float) -> Piecewise:
-    """Return the set that rises from ``a`` to ``b``, stays, and falls from ``c`` to ``d``."""
+    """Return the set that rises from ``a`` to ``b`` and falls from ``c`` to ``d``.
+
+    Args:
+        a: Left foot.
+        b: Start of the core.
+        c: End of the core.
+        d: Right foot.
+    """
     return points([(a, 0.0), (b, 1.0), (c, 1.0), (d, 0.0)])
 
 
@@ -124,6 +137,11 @@ def between(x0: float, y0: float, x1: float, y1: float, x: float) -> float:
     """Return the height at ``x`` of the line through two points, ``x0 < x1``.
 
     Both terms are positive, so that small heights near a foot keep all their digits.
+
+    Args:
+        x0, y0: The left point.
+        x1, y1: The right point.
+        x: Argument.
     """
     if y0 == y1:
         return y0

@@ -1,4 +1,4 @@
-"""Rule bases: facts about properties in, numbers for quantities out, with every reason.
+"""Rule bases: from facts about properties to numbers for quantities, with reasons.
 
 Mamdani inference. A rule fires with the degree of its condition times its weight. A rule speaks
 only if every property it names has a fact, whatever the other facts say; the properties it
@@ -82,7 +82,7 @@ class RuleBase(Struct, frozen=True, dict=True):
         return RuleBase, (axes, quantities, self.rules, self.operators)
 
     def infer(self, facts: Mapping[str, float]) -> dict[str, Inference | NoRule]:
-        """Return what the rules say about every quantity.
+        """Return the conclusions of the rules about every quantity.
 
         Args:
             facts: Values of properties, in their own units; properties may be left out.
@@ -95,7 +95,7 @@ class RuleBase(Struct, frozen=True, dict=True):
         return {name: self._conclude(name, verdicts) for name in self.quantities}
 
     def conclude(self, quantity: str, facts: Mapping[str, float]) -> Inference | NoRule:
-        """Return what the rules say about one quantity; see ``infer``."""
+        """Return the conclusions of the rules about one quantity; see ``infer``."""
         rules = {bearing.rule for bearing in self._bearings[quantity]}
         return self._conclude(quantity, self._verdicts(facts, rules))
 

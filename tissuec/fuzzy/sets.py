@@ -1,4 +1,4 @@
-"""Fuzzy sets: how true a word is at each place of its scale.
+"""Fuzzy sets: the degree of a word at each place of its scale.
 
 Every coordinate here is the coordinate of the scale: the quantity itself, or its logarithm.
 """
