@@ -1,4 +1,4 @@
-"""Arrays that take no more room than what they say."""
+"""Arrays that store equal values once."""
 
 from typing import Any
 
@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 
 def uniform(values: NDArray[Any]) -> NDArray[Any]:
-    """Return values as they are or, if all are the same, as a view of one, which is read-only.
+    """Return values as they are or, if all are equal, as a read-only view of one value.
 
     Args:
-        values: Shape (…).
+        values: In any unit, shape (…).
     """
     if values.size < 2 or (values != values.flat[0]).any():
         return values

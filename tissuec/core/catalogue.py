@@ -86,7 +86,7 @@ CODES: Mapping[str, CodeEntry] = _Codes()
 
 
 def example_files() -> Mapping[str, str]:
-    """Return the files that stand beside the scene of every example, by relative path."""
+    """Return the files beside the scene of every example, by relative path."""
     return _document()["files"]
 
 

@@ -1,4 +1,4 @@
-"""What can be wrong: diagnostics about the text, and the errors that carry them."""
+"""Diagnostics about a text, and the exceptions that carry them."""
 
 import re
 from collections.abc import Iterable
@@ -123,7 +123,7 @@ class TissueWarning(UserWarning):
 
 
 def counted(number: int, what: str) -> str:
-    """Return a number with what it counts: ``1 spring``, ``2 springs``."""
+    """Return a number with its noun: ``1 spring``, ``2 springs``."""
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
@@ -168,7 +168,13 @@ def did_you_mean(word: str, known: Iterable[str]) -> Hint:
 
 
 def alternatives(word: str, known: Iterable[str], *, what: str) -> Hint:
-    """Return a hint with the nearest word and then all words, such as for an unknown entry."""
+    """Return a hint with the nearest word and then all words, such as for an unknown entry.
+
+    Args:
+        word: The unknown word.
+        known: The known words.
+        what: Introduction of the list, such as "there are".
+    """
     names = list(known)
     near = did_you_mean(word, names)
     every = f"{what}: {', '.join(names)}" if names else ""

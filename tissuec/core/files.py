@@ -22,10 +22,11 @@ def open_regular(path: Path) -> BufferedReader:
 
 
 def read_bytes(path: Path, most: int, *, regular: bool = True) -> bytes:
-    """Return what stands in a file.
+    """Return the contents of a file.
 
     Args:
-        most: Bytes that it may have.
+        path: The file.
+        most: Largest size [bytes].
         regular: Whether it must be a regular file; a pipe that a user names is read to its end.
 
     Raises:

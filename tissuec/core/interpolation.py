@@ -10,8 +10,8 @@ def monotone_slopes(times: Floats, values: Floats) -> Floats:
     """Return slopes that keep a cubic interpolant monotone between its knots.
 
     Args:
-        times: Knots, shape (knot,), strictly ascending, at least 2.
-        values: Values at the knots, shape (knot,).
+        times: Knots in any unit, shape (knot,), strictly ascending, at least 2.
+        values: Values at the knots in any unit, shape (knot,).
 
     Returns:
         Derivatives, shape (knot,), by the harmonic mean of Fritsch & Butland (1984).

@@ -50,10 +50,15 @@ def paragraphs(text: str) -> str:
 
 
 def replace_places(page: str, contents: Mapping[str, str], mark: str = "generated") -> str:
-    """Return a page with its marked places filled anew.
+    """Return a page with new contents at its marked places.
+
+    Args:
+        page: The page.
+        contents: Contents by the name of the place.
+        mark: First word of the marks.
 
     Raises:
-        ValueError: A place has a name that there are no contents for.
+        ValueError: A place has a name without contents.
     """
 
     def fill(found: re.Match[str]) -> str:

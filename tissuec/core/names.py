@@ -1,4 +1,4 @@
-"""Names as they are compared."""
+"""Normal form of names, for comparison."""
 
 #: Other words for what the language has a name for.
 SYNONYMS = {"breaking force": "fraction force", "mobility": "shiftability"}

@@ -1,4 +1,4 @@
-"""Diagnostics for people, with an excerpt of the text that they are about."""
+"""Diagnostics as text, with an excerpt of the source."""
 
 import unicodedata
 

@@ -1,4 +1,4 @@
-"""Text with a name, and places in it, so that any finding can quote what it is about."""
+"""Sources and spans: a named text, and places in it that findings quote."""
 
 from bisect import bisect_right
 from functools import cached_property

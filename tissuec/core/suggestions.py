@@ -1,4 +1,4 @@
-"""Which file was meant by a name that no file has."""
+"""Suggestions for a file name that does not exist."""
 
 from pathlib import Path
 

@@ -235,7 +235,13 @@ def units_shown(dimension: Dimension) -> list[str]:
 
 
 def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
-    """Return a value for people: ``3.16 mN*s/m``, ``4.27 mm``, ``0.25``."""
+    """Return a value as text for users: ``3.16 mN*s/m``, ``4.27 mm``, ``0.25``.
+
+    Args:
+        value: In SI units.
+        dimension: Its dimension.
+        digits: Number of significant digits.
+    """
     if value == 0.0 or not math.isfinite(value):
         return f"{value:.{digits}g} {si_unit(dimension)}".strip()
     scales = shown_units(dimension)

@@ -7,7 +7,7 @@ Floats = NDArray[np.float64]
 
 
 def cross(one: Floats, other: Floats) -> Floats:
-    """Return the products one × other, shape (…, 3), in half of the time of NumPy's."""
+    """Return the products one × other, in any units, shape (…, 3), twice as fast as NumPy."""
     shape = np.broadcast_shapes(one.shape, other.shape)
     found = np.empty(shape, dtype=np.result_type(one, other))
     for k in range(3):
@@ -17,12 +17,18 @@ def cross(one: Floats, other: Floats) -> Floats:
 
 
 def dot(one: Floats, other: Floats) -> Floats:
-    """Return the products one · other, shape (…), in half of the time of ``np.einsum``."""
+    """Return the products one · other, in any units, shape (…), twice as fast as ``np.einsum``.
+
+    Both factors have the shape (…, 3).
+    """
     return (
         one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1] + one[..., 2] * other[..., 2]
     )
 
 
 def norm(vectors: Floats) -> Floats:
-    """Return the lengths of vectors, shape (…), in a fifth of the time of NumPy's."""
+    """Return the lengths of vectors of shape (…, 3), in their unit, shape (…).
+
+    This is five times as fast as NumPy.
+    """
     return np.sqrt(dot(vectors, vectors))
