@@ -94,6 +94,7 @@ class Builder:
         return value
 
     def NUMBER(self, token: Token) -> s.Number | s.Quantity:
+        """Return a number, or a quantity without a unit if its unit is unknown."""
         value, span = self._value(token.value, token), self._span(token, token)
         if token.end_pos in self.unknown or math.isinf(value):
             self.unknown.discard(token.end_pos or 0)
@@ -101,6 +102,7 @@ class Builder:
         return s.Number(value, span)
 
     def QUANTITY(self, token: Token) -> s.Quantity:
+        """Return a number with its unit."""
         number, unit = split_quantity(token.value)
         unit = self._unit(unit, token)
         value = self._value(number, token)
@@ -110,6 +112,7 @@ class Builder:
     # --- expressions --------------------------------------------------------------------------
 
     def name(self, children: list[Any]) -> s.Name:
+        """Return a name of one or several words, or in quotes."""
         quoted = None
         if children[-1] is None:
             children.pop()
@@ -123,9 +126,11 @@ class Builder:
         return s.Name(" ".join(words), quoted, self._span(children[0], children[-1]))
 
     def listing(self, children: list[Any]) -> s.Listing:
+        """Return a list of expressions."""
         return s.Listing(tuple(children[1:-1]), self._span(children[0], children[-1]))
 
     def vector(self, children: list[Any]) -> s.Vector:
+        """Return a vector with its unit, if it has one."""
         first, *items, last = children
         unit = None
         if last.type == "RPAR_UNIT" or last.end_pos in self.unknown:
@@ -133,18 +138,22 @@ class Builder:
         return s.Vector(tuple(items), unit, self._span(first, last))
 
     def call(self, children: list[Any]) -> s.Call:
+        """Return the call of a function."""
         function, *arguments, last = children
         return s.Call(function, tuple(arguments), self._span(function, last))
 
     def argument(self, children: list[Any]) -> s.Argument:
+        """Return an argument of a call, with its clauses."""
         value, *clauses = children
         return s.Argument(value, tuple(clauses), self._span(value, children[-1]))
 
     def group(self, children: list[Any]) -> s.Expression:
+        """Return the expression in parentheses."""
         first, inner, last = children
         return replace(inner, span=self._span(first, last))
 
     def sign(self, children: list[Any]) -> s.Expression:
+        """Return an expression with its sign."""
         *signs, operand = children
         span = self._span(signs[0], operand)
         if sum(sign.type == "MINUS" for sign in signs) % 2:
@@ -152,13 +161,16 @@ class Builder:
         return replace(operand, span=span)
 
     def power(self, children: list[Any]) -> s.Power:
+        """Return a power."""
         base, exponent = children
         return s.Power(base, exponent, self._span(base, exponent))
 
     def product(self, children: list[Any]) -> s.Product:
+        """Return a product or quotient."""
         return s.Product(*self._chain(children), self._span(children[0], children[-1]))
 
     def sum(self, children: list[Any]) -> s.Sum:
+        """Return a sum or difference."""
         return s.Sum(*self._chain(children), self._span(children[0], children[-1]))
 
     def _chain(self, children: list[Any]) -> tuple[Any, Any]:
@@ -168,37 +180,46 @@ class Builder:
     # --- conditions ---------------------------------------------------------------------------
 
     def compare(self, children: list[Any]) -> s.Compare:
+        """Return a comparison."""
         left, sign, right = children
         return s.Compare(left, sign.value, right, self._span(left, right))
 
     def is_test(self, children: list[Any]) -> s.Is:
+        """Return a test with ``is``."""
         subject, phrase = children
         return s.Is(subject, phrase, self._span(subject, phrase))
 
     def inside(self, children: list[Any]) -> s.Between:
+        """Return a test with ``between``."""
         subject, low, high = children
         return s.Between(subject, low, high, self._span(subject, high))
 
     def near(self, children: list[Any]) -> s.Within:
+        """Return a test with ``within`` of a subject."""
         subject, radius, centre = children
         return s.Within(subject, radius, centre, self._span(subject, centre))
 
     def ball(self, children: list[Any]) -> s.Within:
+        """Return a test with ``within`` of the node itself."""
         within, radius, centre = children
         return s.Within(None, radius, centre, self._span(within, centre))
 
     def negated(self, children: list[Any]) -> s.Expression:
+        """Return a condition after any number of ``not``."""
         *nots, operand = children
         span = self._span(nots[0], operand)
         return s.Not(operand, span) if len(nots) % 2 else replace(operand, span=span)
 
     def conjunction(self, children: list[Any]) -> s.And:
+        """Return conditions joined by ``and``."""
         return s.And(tuple(children), self._span(children[0], children[-1]))
 
     def disjunction(self, children: list[Any]) -> s.Or:
+        """Return conditions joined by ``or``."""
         return s.Or(tuple(children), self._span(children[0], children[-1]))
 
     def phrase(self, children: list[Any]) -> s.Phrase:
+        """Return a phrase: a word, ``not`` a word, or ``between`` words."""
         span = self._span(children[0], children[-1])
         if len(children) == 1:
             return s.Phrase("word", tuple(children), span)
@@ -207,20 +228,24 @@ class Builder:
     # --- sentences ----------------------------------------------------------------------------
 
     def clause(self, children: list[Any]) -> s.Clause:
+        """Return a word with its value."""
         word, value = children
         return s.Clause(word.value, value, self._span(word, value))
 
     def bounds(self, children: list[Any]) -> s.Bounds:
+        """Return the two ends of a range."""
         between, low, high = children
         return s.Bounds(low, high, self._span(between, high))
 
     def assign(self, children: list[Any]) -> s.Assign:
+        """Return an assignment with its bounds and clauses."""
         keyword, name, value, bounds, *clauses = children
         span = self._span(keyword or name, clauses[-1] if clauses else bounds or value)
         word = keyword.value if keyword else ""
         return s.Assign(word, name, value, bounds, tuple(clauses), span)
 
     def function(self, children: list[Any]) -> s.Function:
+        """Return the definition of a function."""
         name, word, first, second, value = children
         arguments = [s.Clause(word.value, first, self._span(word, first))]
         if second is not None:
@@ -228,11 +253,13 @@ class Builder:
         return s.Function(name, tuple(arguments), value, self._span(name, value))
 
     def sentence(self, children: list[Any]) -> s.Sentence:
+        """Return a sentence."""
         name, phrase, *clauses = children
         last = clauses[-1] if clauses else phrase or name
         return s.Sentence(name, phrase, tuple(clauses), self._span(name, last))
 
     def block(self, children: list[Any]) -> s.Block:
+        """Return a block with its items."""
         name, phrase, *rest, end = children
         clauses = tuple(part for part in rest if isinstance(part, s.Clause))
         items = tuple(rest[len(clauses) :])
@@ -240,10 +267,12 @@ class Builder:
         return s.Block(name, phrase, clauses, items, self._span(name, end), head)
 
     def table(self, children: list[Any]) -> s.Table:
+        """Return a table that begins with ``table``."""
         first, name, *clauses, opening, end = children
         return self._raw_table(name, clauses, opening, self._span(first, end))
 
     def table_of(self, children: list[Any]) -> s.Table:
+        """Return a table that begins with the name of its kind."""
         name, _table, *clauses, opening, end = children
         return self._raw_table(name, clauses, opening, self._span(name, end))
 
@@ -256,22 +285,27 @@ class Builder:
         return s.Table(name, tuple(clauses), canonical_rows(place.text), span, place)
 
     def rule(self, children: list[Any]) -> s.Rule:
+        """Return a fuzzy rule."""
         first, condition, *rest = children
         conclusions = tuple(part for part in rest if isinstance(part, s.Conclusion))
         clauses = tuple(rest[len(conclusions) :])
         return s.Rule(condition, conclusions, clauses, self._span(first, children[-1]))
 
     def conclusion(self, children: list[Any]) -> s.Conclusion:
+        """Return a conclusion of a rule."""
         quantity, phrase = children
         return s.Conclusion(quantity, phrase, self._span(quantity, phrase))
 
     def trigger(self, children: list[Any]) -> list[Any]:
+        """Return the words and the condition of a trigger."""
         return children
 
     def body(self, children: list[Any]) -> list[Any]:
+        """Return the items of a timed block."""
         return children
 
     def timed(self, children: list[Any]) -> s.Timed:
+        """Return orders with the times or the trigger at which they happen."""
         *when, colon, body = children
         items = tuple(body[:-1]) if isinstance(body, list) else (body,)
         last = body[-1] if isinstance(body, list) else body
@@ -283,12 +317,14 @@ class Builder:
         return s.Timed(times, trigger, items, self._span(first, last), head)
 
     def expect(self, children: list[Any]) -> s.Expect:
+        """Return an expectation."""
         first, condition, *clauses = children
         return s.Expect(condition, tuple(clauses), self._span(first, children[-1]))
 
     # --- whole texts --------------------------------------------------------------------------
 
     def file(self, children: list[Any]) -> s.Module:
+        """Return the whole module."""
         version, *items = children
         return s.Module(version, tuple(items), self.source)
 

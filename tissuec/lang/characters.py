@@ -1,4 +1,4 @@
-"""Characters: from bytes to clean text, and which of them no sentence can hold."""
+"""Characters: from bytes to clean text, and characters that no text may contain."""
 
 import re
 import unicodedata
@@ -51,8 +51,13 @@ _REMEDY["\\"] = "a line that begins with a joining word continues the line above
 def normalise(raw: bytes | str, name: str, path: Path | None = None) -> Source:
     """Return the text as a source: no byte order mark, NFC, line ends as ``\\n``.
 
+    Args:
+        raw: The contents of a file, or a text.
+        name: Name of the source in messages.
+        path: The file, if there is one.
+
     Raises:
-        CompileError: The bytes are not UTF-8, or hold what no text holds.
+        CompileError: The bytes are not UTF-8, or contain characters that no text may contain.
     """
     text = raw if isinstance(raw, str) else raw.decode("utf-8", errors="replace")
     source = Source(name, _clean(text), path)

@@ -1,4 +1,4 @@
-"""Syntax errors in plain words, told from what stands before and behind, and what could stand.
+"""Syntax errors in plain words, from the tokens around them and the accepted tokens.
 
 Each function looks for one kind of mistake. The first that recognises it has the word.
 """

@@ -52,6 +52,12 @@ def load_parser(builder: object) -> Lark:
 def tokens(parser: Lark, text: str, start: int, end: int) -> Iterator[Token]:
     """Yield the tokens of a part of a text that was laid out for the grammar.
 
+    Args:
+        parser: The parser.
+        text: The text.
+        start: First character of the part.
+        end: End of the part.
+
     Raises:
         lark.UnexpectedCharacters: A character begins no token.
     """

@@ -1,4 +1,4 @@
-"""Layout: one linear pass that leaves the grammar only what it has to know.
+"""Layout: one linear pass that prepares the text for the grammar.
 
 Comments, rows of tables and line ends that do not end a statement become blanks, and brackets
 are balanced. The result is as long as the text, so that every offset stays true.

@@ -1,4 +1,4 @@
-"""A syntax error as facts: the statement, its tokens, which one is wrong, what could stand."""
+"""A syntax error as facts: statement, tokens, the wrong token, and accepted tokens."""
 
 import re
 from collections.abc import Iterator
@@ -114,7 +114,11 @@ def mistake_of(
     """Return the facts of an error.
 
     Args:
-        text: The text as laid out, in which parsing began at offset ``begin``.
+        error: The error of the parser.
+        lark: The parser.
+        source: The source.
+        text: The text as laid out for the parser.
+        begin: Offset in the text at which parsing began.
     """
     found = _found(error, text)
     place = found.start_pos or 0

@@ -1,4 +1,4 @@
-"""Text to a module of syntax nodes; what is wrong with it becomes diagnostics.
+"""From text to a module of syntax nodes; errors become diagnostics.
 
     layout -> Lark, which calls the builder -> Module
 

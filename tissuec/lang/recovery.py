@@ -1,4 +1,4 @@
-"""After a syntax error: which statement is bad, and the text from which parsing goes on."""
+"""Recovery from a syntax error: the bad statement, and where parsing resumes."""
 
 import re
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""The raw rows of a table: where they end, and the form in which they are compared and read."""
+"""The raw rows of a table: where they end, and their normal form."""
 
 import re
 from typing import NamedTuple

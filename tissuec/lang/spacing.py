@@ -1,4 +1,4 @@
-"""Where a blank stands between two neighbours on a line."""
+"""Rules for blanks between two tokens on a line."""
 
 _OPENING = frozenset({"LPAR", "LSQB"})
 _CLOSING = frozenset({"COMMA", "SEMICOLON", "COLON", "RPAR", "RSQB", "RPAR_UNIT"})

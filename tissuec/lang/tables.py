@@ -44,10 +44,12 @@ class Column(Struct, frozen=True):
 
 
 def read_rows(table: Table, columns: Sequence[Column]) -> list[NDArray[Any]]:
-    """Return one array for each column, shape (row,) each; no rows give empty arrays.
+    """Return one array in the unit of the text for each column, shape (row,) each.
+
+    Without rows the arrays are empty.
 
     Raises:
-        CompileError: Rows have another number of cells (TIS120), cells hold something else
+        CompileError: Rows have another number of cells (TIS120), cells are no numbers or names
             (TIS121), or numbers are not finite (TIS122); up to ten are reported.
     """
     values = _numbers_only(table.rows, columns)
@@ -136,7 +138,13 @@ def _converted(values: NDArray[np.float64], column: Column) -> NDArray[Any] | No
 
 
 def cell_span(table: Table, row: int, column: int) -> Span:
-    """Return the place of a cell, both counted from 0, of rows that were read without error."""
+    """Return the place of a cell of rows that were read without error.
+
+    Args:
+        table: The table.
+        row: Index of the row, from 0.
+        column: Index of the column, from 0.
+    """
     return _places(table.rows_span, {row})[row][column]
 
 

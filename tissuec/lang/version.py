@@ -15,7 +15,7 @@ _FIRST = re.compile(r"\w+|[^\w\n]|")
 
 
 def check_heading(source: Source, text: str) -> Diagnostic | None:
-    """Return what is wrong with the first line, if anything.
+    """Return the error of the first line, if there is one.
 
     Args:
         text: The text as laid out for the grammar.

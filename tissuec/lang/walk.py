@@ -1,4 +1,4 @@
-"""What stands inside an expression.
+"""Traversal of expressions.
 
 An expression may be as long as the text, so nothing here recurs.
 """

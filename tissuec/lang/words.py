@@ -33,7 +33,7 @@ STARTING = frozenset((*TIME_WORDS, *DECLARING_WORDS, "if", "when"))
 
 
 def written_name(name: str) -> str:
-    """Return a name as it stands in a text: in quotes if it is more than plain words."""
+    """Return a name as it is written: in quotes if it is more than plain words."""
     parts = name.split(" ")
     plain = all(_WORD.fullmatch(part) and part.lower() not in RESERVED for part in parts)
     return name if plain else f'"{name}"'
