@@ -1,1 +1,1 @@
-"""Learning: from measured motion to numbers of a preset, and how sure they are."""
+"""Learning: from measured motion to numbers of a preset, with their uncertainty."""

@@ -39,11 +39,19 @@ class ColumnCells(NamedTuple):
 
 
 def read_columns(text: str, dialect: Dialect, wanted: Sequence[int]) -> Floats:
-    """Return some columns of a table, shape (row, wanted); NaN where there is a gap.
+    """Return some columns of a table in the units of the text, shape (row, wanted).
+
+    Empty cells are NaN.
+
+    Args:
+        text: The text of the table.
+        dialect: Separators of the table and where its rows begin.
+        wanted: Numbers of the columns.
 
     Raises:
         BadRow: It has another number of cells than there are columns, one of the wanted cells
-            holds no finite number, or decimals have points here and commas there.
+            is no finite number, or some decimals are written with points and others with
+            commas.
     """
     parts: list[Floats] = []
     signs: frozenset[str] = frozenset()
@@ -62,7 +70,14 @@ def read_columns(text: str, dialect: Dialect, wanted: Sequence[int]) -> Floats:
 
 
 def line_number(text: str, dialect: Dialect, row: int) -> int:
-    """Return the number of the line, from 1, that holds a row."""
+    """Return the line number, from 1, of a row.
+
+    Args:
+        row: Index of the row, from 0.
+
+    Raises:
+        IndexError: There is no such row.
+    """
     for number, line in enumerate(lines_of(text, dialect.start)):
         if number == row:
             return text.count("\n", 0, line.start) + 1

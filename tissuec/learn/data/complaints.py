@@ -1,4 +1,4 @@
-"""How mistakes in data are told: with the file and row, at the place that asked for them."""
+"""Diagnostics about data, with the file and row, at the place that refers to them."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -27,12 +27,22 @@ class Complaints(Struct, frozen=True):
     def reject(
         self, code: str, message: str, span: Span | None = None, hint: str = ""
     ) -> NoReturn:
-        """Raise a finding, at the name of the file where no other place is given."""
+        """Report an error, at the name of the file if no other place is given.
+
+        Args:
+            code: Code of the diagnostic.
+            message: What is wrong.
+            span: Place in the text.
+            hint: How to fix it.
+
+        Raises:
+            CompileError: Always.
+        """
         raise CompileError([Diagnostic(code, message, span or self.data.span, hint)])
 
     @contextmanager
     def part(self) -> Iterator[None]:
-        """Keep what is wrong with one part, and go on with the next."""
+        """Collect the errors of one part, and continue with the next."""
         try:
             yield
         except CompileError as error:
@@ -40,7 +50,11 @@ class Complaints(Struct, frozen=True):
             self.found.extend(d for d in error.diagnostics if (d.message, d.span) not in told)
 
     def settle(self) -> None:
-        """Raise all findings, if there are any."""
+        """Report all errors so far.
+
+        Raises:
+            CompileError: There are errors.
+        """
         if self.found:
             raise CompileError(self.found)
 

@@ -1,4 +1,4 @@
-"""How a table is written: what parts its cells, and what its columns are called.
+"""The dialect of a table: separators of its cells, and names of its columns.
 
 Cells are parted by tabs, semicolons, commas or blanks; where commas part none of them, decimals
 may have commas. Lines that begin with ``#`` are remarks; the last one above rows without a

@@ -1,4 +1,4 @@
-"""Which bytes something was learnt from."""
+"""Digests of the data that something was learnt from."""
 
 from hashlib import file_digest
 from pathlib import Path

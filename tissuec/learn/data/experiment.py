@@ -1,4 +1,4 @@
-"""What was measured in one experiment: values in time, in SI units."""
+"""The measurements of one experiment: values in time, in SI units."""
 
 import numpy as np
 from msgspec import Struct
@@ -33,7 +33,7 @@ class Series(Struct, frozen=True, eq=False):
         return np.asarray(~np.isnan(self.values).all(axis=other_axes))
 
     def at(self, rows: Indices | NDArray[np.bool_]) -> "Series":
-        """Return some rows of this."""
+        """Return some rows, by indices of shape (n,) or a mask of shape (row,)."""
         return replace(self, times=self.times[rows], values=self.values[rows])
 
 

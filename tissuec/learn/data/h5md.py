@@ -33,10 +33,16 @@ _SMALL = {
 
 
 def read_h5md(fit: Fit, file: Group, network: Network, complaints: Complaints) -> Series:
-    """Return what an H5MD file holds of a fit.
+    """Return the series of a fit in an H5MD file.
 
     Positions of nodes are those of the particles with their ids. Anything else is the
     observable of its name; where a position has none, it is the mean of the particles.
+
+    Args:
+        fit: What is compared with data.
+        file: The open file.
+        network: The network.
+        complaints: Takes errors in the data.
 
     Raises:
         CompileError: There is no such observable, or there are no such particles.

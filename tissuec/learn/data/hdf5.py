@@ -17,7 +17,7 @@ from tissuec.script.fit_problem import Fit
 
 
 def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> list[Series]:
-    """Return what a file holds of every fit; what is wrong with one stays in ``complaints``.
+    """Return the series of every fit in a file; errors of single fits go to ``complaints``.
 
     Raises:
         CompileError: It is damaged, or neither a result nor H5MD.

@@ -1,4 +1,4 @@
-"""What a fit is called in files of runs, and how the numbers there become its own."""
+"""Logs in files of runs that belong to a fit, and conversion of their numbers."""
 
 import re
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ def is_position(fit: Fit) -> bool:
 
 
 def title_of(fit: Fit) -> str:
-    """Return what the log of a fit is called: "force of pressed"."""
+    """Return the name of the log of a fit: "force of pressed"."""
     key = next((name for name, measure in MEASURES.items() if measure is fit.measure), "")
     subjects = " to ".join(one.name for one in fit.subjects)
     return f"{key} of {subjects}" if subjects else key
@@ -38,7 +38,7 @@ def _plain(name: str) -> str:
 
 
 def as_measured(fit: Fit, components: Floats) -> Floats:
-    """Return what a fit compares.
+    """Return the values that a fit compares.
 
     Args:
         components: Of its measure in SI units, shape (row, component).

@@ -22,12 +22,18 @@ def is_long(fit: Fit) -> bool:
 
 
 def read_long(fit: Fit, columns: Floats, rows: DataRows, network: Network) -> Series:
-    """Return positions of nodes from their columns in SI units, shape (4, row).
+    """Return positions of nodes from a table with a row for each node and time.
 
-    Rows of other nodes of the same bodies are left aside, and so are rows without a position.
+    Rows of other nodes of the same bodies are ignored, and so are rows without a position.
+
+    Args:
+        fit: What is compared with data.
+        columns: Ids of nodes and positions [m], shape (4, row).
+        rows: The rows that count.
+        network: The network.
 
     Raises:
-        CompileError: An id is none, or that of no node, or a node has two rows at a time.
+        CompileError: A cell is no id, no node has the id, or a node has two rows at a time.
     """
     chosen = np.flatnonzero(~np.isnan(columns[1:]).all(axis=0))
     ids = _ids(fit, columns[0], chosen, rows)
@@ -104,7 +110,7 @@ def _range_of(name: str, ids: Sequence[int] | Indices) -> str:
 
 
 def _check_once(chosen: Indices, place: Indices, ids: Floats, rows: DataRows) -> None:
-    """Make sure that no node has two rows at a time."""
+    """Check that no node has two rows at a time."""
     order = np.argsort(place, kind="stable")
     twice = np.flatnonzero(np.diff(place[order]) == 0)
     if len(twice):

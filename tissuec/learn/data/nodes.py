@@ -1,4 +1,4 @@
-"""Which nodes a fit is about, and whose they are."""
+"""The nodes of a fit, and the bodies that they belong to."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ def nodes_of(subjects: Sequence[Subject]) -> Indices:
 
 
 def owners(network: Network, nodes: Indices) -> list[BodyPart]:
-    """Return the bodies that have some of the nodes."""
+    """Return the bodies that contain some of the nodes, given by indices of shape (n,)."""
     return [
         body
         for body in network.bodies

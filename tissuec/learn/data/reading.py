@@ -22,7 +22,7 @@ _ROUNDING = 1e-9
 
 
 def read_experiment(data: Data, fit_problem: FitProblem, network: Network) -> Experiment:
-    """Return what was measured in one experiment, for every fit of a fit_problem.
+    """Return the measurements of one experiment for every fit.
 
     A file is a table as text, a result of tissuec or an H5MD file, whatever it is called.
 
@@ -55,7 +55,7 @@ def read_experiment(data: Data, fit_problem: FitProblem, network: Network) -> Ex
 
 
 def check_times(experiment: Experiment, duration: float) -> None:
-    """Make sure that a run reaches everything that was measured.
+    """Check that a run reaches everything that was measured.
 
     Args:
         duration: Of the run [s].

@@ -19,10 +19,16 @@ from tissuec.script.fit_problem import Fit
 def read_result(
     fit: Fit, result: Trajectory, network: Network, complaints: Complaints
 ) -> Series:
-    """Return what a result holds of a fit.
+    """Return the series of a fit in a result.
 
     Positions are those of the frames. Anything else is that of the log of its name; where a
     position has none, it is the mean of the frames.
+
+    Args:
+        fit: What is compared with data.
+        result: The result.
+        network: The network.
+        complaints: Takes errors in the data.
 
     Raises:
         CompileError: There is no such log, or the frames do not show the nodes.

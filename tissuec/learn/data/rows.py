@@ -59,7 +59,14 @@ class DataRows(Struct, frozen=True, eq=False):
     def of(
         cls, table: Text, places: Floats, values: Floats, span: Span, timed: bool
     ) -> "DataRows":
-        """Return the rows that say something.
+        """Return the rows that have values.
+
+        Args:
+            table: The table.
+            places: Times [s], or displacements [m], shape (row,).
+            values: Cells in the units of the text, shape (row, column).
+            span: Place at which the column of ``places`` is named.
+            timed: Whether there is a time.
 
         Raises:
             CompileError: There is none, or one with values but without a time.
@@ -109,16 +116,16 @@ class DataRows(Struct, frozen=True, eq=False):
         return show(float(self.places[row]), TIME if self.timed else LENGTH, digits=6)
 
     def once(self, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
-        """Return each time once with what its rows say, in a table of several rows for each.
+        """Return each time once with its values, in a table of several rows for each time.
 
         Args:
-            columns: Of the fit, shape (column, row).
+            columns: Of the fit in SI units, shape (column, row).
 
         Returns:
-            Times, shape (time,), and columns, shape (column, time).
+            Times [s], shape (time,), and columns, shape (column, time).
 
         Raises:
-            CompileError: Two rows of one time say different things.
+            CompileError: Two rows of one time have different values.
         """
         times, at = np.unique(self.places, return_inverse=True)
         merged = np.full((len(columns), len(times)), np.nan)
@@ -134,7 +141,13 @@ class DataRows(Struct, frozen=True, eq=False):
         return times, merged
 
     def reject_twice(self, row: int, other: int, what: str) -> NoReturn:
-        """Raise that two rows say something of the same thing at the same time."""
+        """Report that two rows give a value for the same quantity at the same time.
+
+        Args:
+            row: Index of one row.
+            other: Index of the other.
+            what: Name of the quantity.
+        """
         where = self.table.lines(*self.number[[row, other]].tolist())
         message = f"{where} both give {what} at {self._shown(row)}"
         hint = "leave one of them out"

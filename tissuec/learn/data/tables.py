@@ -1,4 +1,4 @@
-"""Tables as text: which columns are read, and what becomes of their rows."""
+"""Tables as text: selection of columns, and evaluation of their rows."""
 
 import codecs
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 def read_table(
     axis: DataAxis, fits: Sequence[Fit], network: Network, complaints: Complaints
 ) -> list[Series]:
-    """Return what a table holds of every fit; what is wrong with one stays in ``complaints``.
+    """Return the series of every fit in a table; errors of single fits go to ``complaints``.
 
     Raises:
         CompileError: No fit can be read.

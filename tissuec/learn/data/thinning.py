@@ -1,4 +1,4 @@
-"""Which rows are used where values are taken every so often."""
+"""Selection of rows at a given interval."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""How far the script has moved some nodes, and when it has moved them so far.
+"""Displacement of nodes by the script, and the time of a given displacement.
 
 The script is gone through once without any physics: driven nodes are on their paths, all
 others stay where they are drawn. The displacement of a row is the mean one of the moved nodes,

@@ -1,4 +1,4 @@
-"""What the engine makes of an experiment, seen as what was measured."""
+"""Predictions of an experiment by a run of the engine."""
 
 import numpy as np
 from msgspec.structs import replace

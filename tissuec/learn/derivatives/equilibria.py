@@ -1,4 +1,4 @@
-"""The equilibria of a net along its script, frozen: what acts in each, and who is held where.
+"""The equilibria of a net along its script, frozen: what acts and which nodes are held.
 
 The net is brought to rest at each time that is looked at. Before an event, too, because what
 is taken hold of stays where it is then, and blades cut what is there.
@@ -92,10 +92,11 @@ def stands(
 ) -> Iterator[tuple[EquilibriumStage, bool]]:
     """Yield the equilibria up to the last of some times, and whether each is at one of them.
 
-    Springs that are under too much load there break, and the net comes to rest anew.
+    Springs that are overloaded there break, and a new equilibrium is found.
 
     Args:
         network: With all its numbers.
+        plan: The plan of the experiment.
         times: In the script [s], ascending, each once, shape (time,).
 
     Raises:

@@ -1,4 +1,4 @@
-"""A net in equilibrium, and how that changes with numbers and with the places of held nodes."""
+"""A net in equilibrium, and its derivatives by numbers and by positions of held nodes."""
 
 from functools import cached_property
 
@@ -41,7 +41,12 @@ class Equilibrium(Struct, eq=False, dict=True):
         return StaticResponse(by_x, mass, self.stand.free, extent)
 
     def move(self, tx: Floats, seeds: Seeds) -> None:
-        """Change the changes of free places to those in equilibrium, shape (3 node, change)."""
+        """Replace the changes of free positions by those in equilibrium.
+
+        Args:
+            tx: Changes of positions [m per unit of the parameter], shape (3 node, change).
+            seeds: Changes of the numbers.
+        """
         if not len(self.stand.free):
             return
         ta = np.empty_like(tx)
@@ -51,10 +56,10 @@ class Equilibrium(Struct, eq=False, dict=True):
         tx[entries] += self.resistance.moved(weights[:, None] * ta[entries])
 
     def back(self, due: Floats) -> Values:
-        """Turn derivatives by all places into those by held places; return those by numbers.
+        """Convert derivatives by all positions to those by held ones; return those by numbers.
 
         Args:
-            due: By places, shape (3 node,); changed.
+            due: By positions [1/m], shape (3 node,); changed.
         """
         by = Values(*(np.zeros_like(part) for part in self.view.values))
         if not len(self.stand.free):

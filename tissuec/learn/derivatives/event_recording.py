@@ -1,4 +1,4 @@
-"""Going through a script once, to find the schedule of a run that is then kept.
+"""Records the events of a script once, as the schedule of all following runs.
 
 What breaks and which conditions become true, and when, is told by the engine; everything else
 follows from the script and the motion between its events.
@@ -47,10 +47,12 @@ class EventRecorder:
         self.plan, self.stepping, self.order, self.step = plan, stepping, order, step
 
     def schedule(self, network: Network, vector: Floats, stop: float) -> EventSchedule:
-        """Return the schedule up to a time [s].
+        """Return the schedule up to a time.
 
         Args:
-            vector: The numbers of the net.
+            network: The network.
+            vector: Its numbers in SI units, shape (number,).
+            stop: The time [s].
         """
         plan = self.plan
         present = self.order.network(vector, network)
@@ -128,7 +130,13 @@ class _Nowhere(MemoryRecording):
 
 
 def note(action: Action, changes: dict[str, ArrayChange], state: State) -> None:
-    """Enter what an action makes of an array."""
+    """Store the effect of an action on an array.
+
+    Args:
+        action: The action.
+        changes: What the script changed so far, by name; changed in place.
+        state: The present state.
+    """
     if not isinstance(action, ChangeParameter):
         return
     size = len(getattr(state, action.array))
@@ -142,7 +150,11 @@ def note(action: Action, changes: dict[str, ArrayChange], state: State) -> None:
 
 
 def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
-    """Return why the motion, or the net at rest, has no exact derivatives; empty if it has."""
+    """Return why the motion, or the net at rest, has no exact derivatives; empty if it has.
+
+    Args:
+        at_rest: Whether equilibria are meant.
+    """
     actions = [event.action for event in _every(plan)]
     if at_rest and plan.triggers:
         return "the script waits for a condition"

@@ -1,4 +1,4 @@
-"""What happens to a net, frozen: legs between events, each with what acts and where tools go.
+"""The frozen schedule of a net: legs between events, each with what acts on it.
 
 Which springs are alive, who is held, and when, is found by going through the script once; then
 it stays as it is, so that the motion is a smooth function of the numbers of the net. Ruptures
@@ -91,7 +91,10 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def factors(self) -> Mapping[str, Floats]:
-        """Return what the script has multiplied the entries of arrays by, by name."""
+        """Return the dimensionless factors of the script on entries of arrays, by name.
+
+        They have the shape (node,) or (spring,).
+        """
         return {name: change.factor for name, change in self.changes.items()}
 
     def present(self, values: Values) -> Values:
@@ -128,7 +131,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         )
 
     def paths(self, times: Floats) -> PrescribedPaths:
-        """Return what is prescribed at some times [s], shape (time,)."""
+        """Return prescribed positions and velocities at some times [s], shape (time,)."""
         key = times.tobytes()
         if key not in self._paths:
             self._paths[key] = self._prescribed(times)
@@ -175,7 +178,7 @@ class EventSchedule(Struct, frozen=True, eq=False):
         return EventSchedule(tuple(kept))
 
     def leg_at(self, times: Floats) -> Indices:
-        """Return the number of the leg that each time belongs to, shape (time,)."""
+        """Return the number of the leg of each time [s], both of shape (time,)."""
         starts = np.array([leg.start for leg in self.legs])
         near = 1e-12 * max(self.stop, 1e-300)
         return np.maximum(np.searchsorted(starts, times + near, side="right") - 1, 0)
@@ -190,6 +193,9 @@ def leg_of(
     """Return the leg that begins with a state whose events are over.
 
     Args:
+        state: The state.
+        stop: End of the leg [s].
+        changes: What the script changed in arrays, by name.
         set_anew: Which free nodes were given their velocities by events, shape (node,).
     """
     held = state.held

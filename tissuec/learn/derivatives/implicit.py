@@ -174,7 +174,7 @@ class Implicit(ByTableau):
         raise Unsolved(time)
 
     def _is_made_for(self, act: LegForces, own: float) -> bool:
-        """Tell whether S is that of a leg, for a step that differs by rounding only."""
+        """Return whether S is that of a leg, for a step that differs by rounding only."""
         leg, size = self._factored
         return leg is act.leg and abs(size - own) <= 1e-9 * own
 

@@ -1,4 +1,4 @@
-"""The matrices of implicit steps: how accelerations change with places and velocities."""
+"""Matrices of implicit steps: derivatives of accelerations by positions and velocities."""
 
 import numpy as np
 from scipy import sparse
@@ -9,7 +9,11 @@ from tissuec.model.network import Floats
 
 
 def solver(forces: Forces, at: NodeState, own: float) -> sparse.csc_matrix:
-    """Return 1 - own² ∂a/∂x - own ∂a/∂v, shape (3 node, 3 node)."""
+    """Return 1 - own² ∂a/∂x - own ∂a/∂v, shape (3 node, 3 node).
+
+    Args:
+        own: Step size times the diagonal coefficient of the method [s].
+    """
     by_x, by_v = derivatives(forces, at)
     one = sparse.identity(len(at.x), format="csc")
     return sparse.csc_matrix(one - own * own * by_x - own * by_v)

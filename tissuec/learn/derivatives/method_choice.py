@@ -1,4 +1,4 @@
-"""Which method steps a motion that is to be derived, and how finely."""
+"""Choice of the method and step of a motion with derivatives."""
 
 from math import factorial
 from typing import NamedTuple
@@ -30,14 +30,17 @@ class ChosenMethod(NamedTuple):
 def choose(
     name: str, step: float | None, network: Network, *, plan: Plan, duration: float, laws: Laws,
 ) -> ChosenMethod:  # fmt: skip
-    """Return how to step.
+    """Return the method and step of a motion.
 
     Args:
-        name: Of an integrator with a tableau; "automatic" takes DOP853, or ESDIRK4(3) for stiff
-            nets.
-        step: [s]; None: so that errors are small against those of any measurement.
+        name: Of an integrator with a tableau; "automatic" chooses DOP853, or ESDIRK4(3) for
+            stiff nets.
+        step: Step size [s]; None: so that errors are small compared with those of any
+            measurement.
         network: With numbers in its laws.
-        laws: With variables for what is learnt of them.
+        plan: The plan of the experiment.
+        duration: Of the experiment [s].
+        laws: With variables for the constants that are learnt.
     """
     state = plan.start(network)
     facts = measured_facts(state)

@@ -1,4 +1,4 @@
-"""What is predicted of one experiment, with derivatives: moving, at rest, or by differences."""
+"""Predictions of one experiment with derivatives: moving, at rest, or by differences."""
 
 from typing import NamedTuple, Protocol
 
@@ -18,11 +18,11 @@ class Model(Protocol):
     name: str  # how derivatives are found, for people
 
     def freeze(self, theta: Floats) -> None:
-        """Find what happens, and keep it for all that follows."""
+        """Find the events of the script, and keep them for all following calls."""
         ...
 
     def limit(self, stop: float) -> None:
-        """Predict only up to a time [s]; what is later is 0 and has no derivatives."""
+        """Predict only up to a time [s]; later predictions are 0 and have no derivatives."""
         ...
 
     def predict(self, theta: Floats) -> Floats:
@@ -30,7 +30,7 @@ class Model(Protocol):
         ...
 
     def step_error(self, theta: Floats) -> Floats:
-        """Return what predictions of other steps have more, shape (number,)."""
+        """Return the change of predictions with other steps, in SI units, shape (number,)."""
         ...
 
     def gradient(self, theta: Floats, weights: Floats) -> Floats:
@@ -38,7 +38,7 @@ class Model(Protocol):
         ...
 
     def jacobian(self, theta: Floats) -> Floats:
-        """Return the derivatives of all predictions, shape (number, parameter)."""
+        """Return the derivatives of all predictions, in SI units, shape (number, parameter)."""
         ...
 
 

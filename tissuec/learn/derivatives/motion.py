@@ -104,10 +104,10 @@ class Motion:
         self._trail: StepStates | None = None
 
     def forward(self, vector: Floats) -> SampledStates:
-        """Return the states that are looked at; remembers what ``backward`` needs.
+        """Return the states at ``times``; stores what ``backward`` needs.
 
         Raises:
-            Diverged: They are no numbers.
+            Diverged: They are not finite.
         """
         count = 3 * self.order.sizes["mass"]
         found = SampledStates(*np.empty((2, len(self.times), count)))
@@ -121,13 +121,13 @@ class Motion:
         return found
 
     def backward(self, by_x: Floats, by_v: Floats) -> Floats:
-        """Return derivatives by all numbers from those by the last ``forward``'s answer.
+        """Return derivatives by all numbers from those by the result of the last ``forward``.
 
         Args:
-            by_x, by_v: Shape (sample, 3 node).
+            by_x, by_v: By positions [1/m] and velocities [s/m], shape (sample, 3 node).
 
         Returns:
-            In the order of numbers, shape (number,).
+            Derivatives in the order of numbers, shape (number,).
         """
         order = self.order
         gradient = np.zeros(order.size)
@@ -161,12 +161,13 @@ class Motion:
         change: sparse.csr_matrix,
         visit: Visit,
     ) -> None:
-        """Tell how the states that are looked at change with parameters.
+        """Report the derivatives of the states at ``times`` by parameters.
 
         Args:
+            vector: Numbers in SI units, shape (number,).
             change: Of all numbers by each parameter, shape (number, parameter).
-            visit: Told, for each sample, its number and the changes of places and velocities,
-                shape (3 node, parameter), which it must not keep.
+            visit: Called, for each sample, with its number and the changes of positions and
+                velocities, shape (3 node, parameter), which it must not keep.
         """
         order = self.order
         tx, tv = (

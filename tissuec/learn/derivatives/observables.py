@@ -1,4 +1,4 @@
-"""What is measured of a motion, as a smooth function of states and numbers, derived."""
+"""Observables of a motion, as smooth functions of states and numbers with derivatives."""
 
 import numpy as np
 from scipy import sparse
@@ -143,10 +143,12 @@ class Size:
 
 
 def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Observable | None:
-    """Return what a fit looks at; None for a measure without derivatives.
+    """Return the observable of a fit; None for a measure without derivatives.
 
     Args:
-        nodes: Of positions, those that were measured.
+        fit: What is compared with data.
+        nodes: Of positions, those that were measured, shape (node,).
+        laws: Laws of springs.
     """
     if fit.measure is None:
         assert nodes is not None
@@ -170,7 +172,11 @@ def look_of(fit: Fit, nodes: Indices | None, laws: Laws) -> Observable | None:
 
 
 def pull(look: Observable, view: StateView, weights: Floats) -> ObservableDerivative:
-    """Return the derivatives of Σ weights · components."""
+    """Return the derivatives of Σ weights · components.
+
+    Args:
+        look: The observable.
+    """
     if isinstance(look, Places):
         by = np.zeros((len(view.x) // 3, 3))
         sense = weights.reshape(-1, 3) if look.along is None else np.outer(weights, look.along)
@@ -187,11 +193,13 @@ def push(
     order: NumberOrder,
     change: sparse.csr_matrix,
 ) -> Floats:
-    """Return how components change with the state and with numbers, shape (component, change).
+    """Return the derivatives of components by parameters, shape (component, change).
 
     Args:
-        tx, tv: Changes of places and velocities, shape (3 node, change).
-        order: Of the numbers.
+        look: The observable.
+        view: State and numbers.
+        tx, tv: Changes of positions [m] and velocities [m/s], shape (3 node, change).
+        order: Order of the numbers.
         change: Of all numbers, shape (number, change).
     """
     if isinstance(look, Places):

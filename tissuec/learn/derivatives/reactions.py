@@ -1,4 +1,4 @@
-"""Forces of springs on nodes as something to look at."""
+"""Forces of springs on nodes as observables."""
 
 import numpy as np
 

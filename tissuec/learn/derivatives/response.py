@@ -1,4 +1,4 @@
-"""How a net at rest resists: the change of an equilibrium that follows from forces, exactly.
+"""The response of a net at rest: the change of an equilibrium by forces, exactly.
 
 With a the accelerations and M the masses, K = -M ∂a/∂x is symmetric, and what changes the
 forces on free nodes by F changes their places by K⁻¹ F. A net that could move somehow without
@@ -55,10 +55,10 @@ class StaticResponse:
             self._factor = splu(sparse.csc_matrix(self.matrix + (SHIFT * top or 1.0) * one))
 
     def moved(self, force: Floats) -> Floats:
-        """Return how the free nodes move [m] by forces [N], shape (3 free, change).
+        """Return the displacements of free nodes [m] by forces [N], shape (3 free, change).
 
         Raises:
-            Yielding: Nothing resists these forces.
+            UnresistedMotion: Nothing resists these forces.
         """
         found = self._factor.solve(force)
         if self.sound:

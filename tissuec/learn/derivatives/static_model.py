@@ -1,4 +1,4 @@
-"""An experiment without a time: the net is in equilibrium in each row, with exact derivatives.
+"""An experiment without time: equilibria, one per row, with exact derivatives.
 
 With A(x, θ) = 0 the accelerations of free nodes in equilibrium, ∂A/∂x δx + ∂A/∂x_held δx_held +
 ∂A/∂θ δθ = 0 tells how the equilibrium changes. What holds nodes carries along how these were

@@ -1,4 +1,4 @@
-"""Stepping that can be derived: forwards, backwards, and with many changes at once.
+"""Steps with derivatives: forwards, backwards, and with many changes at once.
 
 A member steps a leg over rows of times. Every one of its methods gives exactly the derivative
 of what ``run`` computes, discretisation included.
@@ -41,10 +41,12 @@ class LegForces(Struct, frozen=True, eq=False):
 
 
 def act_on(leg: Leg, laws: Laws, values: Values) -> LegForces:
-    """Return what holds on a leg.
+    """Return everything that acts on a leg.
 
     Args:
-        values: Numbers as they are on this leg.
+        leg: The leg.
+        laws: Laws of springs.
+        values: Numbers in SI units as they are on this leg, shapes as in ``Values``.
     """
     return LegForces(leg, tabulated(Forces(laws, leg.links(values), values)))
 
@@ -62,17 +64,17 @@ class Stepping(Protocol):
     lands: bool
 
     def begin(self, act: LegForces, x: Floats, v: Floats) -> Floats:
-        """Return the accelerations at the beginning of a leg, shape (3 node,)."""
+        """Return the accelerations at the beginning of a leg [m/s²], shape (3 node,)."""
         ...
 
     def begin_back(self, act: LegForces, start: NodeState, due: NodeState, by: Values) -> None:
-        """Add what is due to the answer of ``begin`` to what is due to the state."""
+        """Add the derivatives by the result of ``begin`` to those by the state."""
         ...
 
     def begin_change(
         self, act: LegForces, start: NodeState, seeds: Seeds, change: NodeState
     ) -> None:
-        """Set the changes of the answer of ``begin``."""
+        """Set the changes of the result of ``begin``."""
         ...
 
     def run(self, act: LegForces, times: Floats, state: NodeState) -> StepStates:
@@ -87,12 +89,12 @@ class Stepping(Protocol):
         due: NodeState,
         by: Values,
     ) -> None:
-        """Turn derivatives by the last row of a trail into those by its first row.
+        """Convert derivatives by the last row of a trail to those by its first row.
 
         Args:
             entering: Derivatives that enter in each row, shape (row, 3 node); those of the
-                first row are not looked at.
-            due: Derivatives by the last row, beside these.
+                first row are ignored.
+            due: Derivatives by the last row, in addition to these.
             by: Derivatives by numbers; added to.
         """
         ...
@@ -103,8 +105,8 @@ class Stepping(Protocol):
         """Carry changes from the first row on; yield at some rows.
 
         Args:
-            seeds: How numbers change.
+            seeds: Changes of the numbers.
             change: Of the first row, shape (3 node change,); set anew.
-            rows: Which ones, ascending, of those behind the first one.
+            rows: Ascending numbers of rows after the first one, shape (n,).
         """
         ...

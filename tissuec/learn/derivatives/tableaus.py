@@ -1,4 +1,4 @@
-"""What all methods with a tableau have in common."""
+"""Common code of all methods with a tableau."""
 
 import numpy as np
 

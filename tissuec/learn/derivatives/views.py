@@ -1,4 +1,4 @@
-"""States as they are looked at, and how what is seen in them is derived."""
+"""Views of a state for observables, and their derivatives."""
 
 from collections.abc import Iterable
 from typing import NamedTuple, Protocol
@@ -55,7 +55,11 @@ class Observable(Protocol):
 
 
 def nodes_of(subject: Subject, leg: Leg) -> Indices:
-    """Return the nodes of a subject: for a tool, those that it holds on a leg."""
+    """Return the nodes of a subject, shape (n,); for a tool, those that it holds on a leg.
+
+    Raises:
+        Unseen: The tool holds no node.
+    """
     if subject.nodes is not None:
         return subject.nodes
     held = leg.holders.get(subject.name, _NONE)
@@ -65,7 +69,12 @@ def nodes_of(subject: Subject, leg: Leg) -> Indices:
 
 
 def mixed(slopes: Iterable[ObservableDerivative], weights: Floats) -> ObservableDerivative:
-    """Return the derivatives of Σ weights · components from those of each component."""
+    """Return the derivatives of Σ weights · components from those of each component.
+
+    Args:
+        slopes: Derivatives of each component.
+        weights: Dimensionless, shape (component,).
+    """
     pairs = list(zip(weights.tolist(), slopes, strict=True))
     x, v = np.zeros_like(pairs[0][1].x), np.zeros_like(pairs[0][1].v)
     values: Values | None = None

@@ -1,4 +1,4 @@
-"""A search on disk between two passes, so that an interrupted learning goes on."""
+"""Checkpoints of a search between passes, so that an interrupted learning can be resumed."""
 
 import hashlib
 import os
@@ -17,7 +17,12 @@ from tissuec.results.manifest import versions
 
 
 def key_of(session: LearnSession, request: Request, texts: Sequence[str]) -> str:
-    """Return a digest of what the result depends on: texts, what was set, data, versions."""
+    """Return a digest of everything the result depends on: texts, settings, data, versions.
+
+    Args:
+        session: The learning.
+        texts: All texts of the scene.
+    """
     digest = hashlib.sha256()
     trials = (*session.learning, *session.held_out)
     parts = (
@@ -33,7 +38,13 @@ def key_of(session: LearnSession, request: Request, texts: Sequence[str]) -> str
 
 
 def keep(path: Path, key: str, state: SearchState) -> None:
-    """Write where a search stands; the file is whole at any moment."""
+    """Write the state of a search; the file is complete at any moment.
+
+    Args:
+        path: The file.
+        key: Digest of ``key_of``.
+        state: The state of the search.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     half = path.with_name(path.name + ".new")
     with half.open("wb") as file:

@@ -1,4 +1,4 @@
-"""What was expected of a learning, held against the errors that it came to."""
+"""Expectations about learning, compared with its errors."""
 
 from collections.abc import Iterable, Sequence
 from math import sqrt

@@ -1,4 +1,4 @@
-"""How sure what was learnt is: intervals, and which combinations the data cannot tell.
+"""Uncertainty of learnt parameters: intervals, and combinations that data does not identify.
 
 With J the derivatives of what was measured, in units of its noise, by the parameters, no
 unbiased estimate has a smaller covariance than (JᵀJ)⁻¹: the bound of Cramér and Rao. Least
@@ -70,13 +70,14 @@ def judge(
     kinds: Sequence[str],
     step_error: Floats | None = None,
 ) -> Identifiability:
-    """Return how sure some parameters are.
+    """Return the identifiability of some parameters.
 
     Args:
-        theta: Where the search ended, its whole horizon in use.
+        problem: Residuals of all experiments.
+        theta: Result of the search on the whole horizon, dimensionless, shape (parameter,).
         names: Of the parameters.
-        kinds: What each is, such as "spring constant".
-        step_error: What all predictions gain by half the steps, in SI units, shape (number,).
+        kinds: Kind of each, such as "spring constant".
+        step_error: Change of all predictions with half the steps, in SI units, shape (number,).
     """
     left, before = problem.left(theta), problem.noise
     if not problem.size:

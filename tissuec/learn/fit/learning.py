@@ -1,4 +1,4 @@
-"""The whole of learning on one page: data -> search -> how sure -> what was learnt."""
+"""The whole of learning on one page: data -> search -> identifiability -> result."""
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
@@ -234,6 +234,9 @@ def check_gradient(
 ) -> list[Compared]:
     """Return derivatives of the error in random directions, exactly and by differences.
 
+    Args:
+        directions: Number of directions.
+
     Raises:
         CompileError: Data is wrong.
         Unlearnable: The first prediction has no numbers.
@@ -286,7 +289,7 @@ MOVED = 1e-3  # by which words move in a rehearsal
 
 
 def rehearsal(compiled: Compiled, fit_problem: FitProblem, request: Request) -> Learnt:
-    """Return what a learning would be that moves words a little and leaves all numbers.
+    """Return the result of a learning that moves words slightly and changes no number.
 
     With it, what can be written is known before anything is learnt.
 

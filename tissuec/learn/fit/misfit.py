@@ -1,4 +1,4 @@
-"""Whether what is left is so much that the search, or the model, has failed."""
+"""Detects residuals so large that the search, or the model, has failed."""
 
 from collections.abc import Sequence
 
@@ -19,10 +19,11 @@ TOLD = 0.02  # size from which on they are told
 
 
 def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> str:
-    """Return why some parameters are no answer, as a sentence; empty if they may be one.
+    """Return why some parameters are no solution, as a sentence; empty if they may be one.
 
     Args:
-        theta: Where the search ended, its whole horizon in use.
+        problem: Residuals of all experiments.
+        theta: Result of the search on the whole horizon, dimensionless, shape (parameter,).
         singles: The same problem for each experiment by itself.
     """
     if _is_met(problem, theta):
@@ -65,7 +66,7 @@ def too_coarse(error: float) -> str:
 
 
 def remark(problem: Problem, theta: Floats) -> str:
-    """Return what is to be known of residuals that are small and yet no noise, if they are."""
+    """Return a remark on residuals that are small but correlated; empty if they are not."""
     found = problem.structure(theta, LIMIT)
     if _is_met(problem, theta) or not found.exceeds(TOLD):
         return ""
@@ -101,5 +102,5 @@ def units(problem: Problem) -> list[str]:
 
 
 def _is_met(problem: Problem, theta: Floats) -> bool:
-    """Tell whether all noise was given, and no more is left."""
+    """Return whether all noise was given, and no more is left."""
     return problem.noise_is_given and problem.rms(theta) < MET

@@ -1,4 +1,4 @@
-"""What was learnt, with what it rests on: values for tissuec itself to write and to tell."""
+"""Results of learning, with their evidence, as values that tissuec writes and reports."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""All experiments together: what is left between prediction and measurement, with slopes.
+"""All experiments together: residuals between prediction and measurement, with derivatives.
 
 With y the predictions, p what was measured, σ the noise and w a weight of each series, the
 error is E = ½ Σ w ((y + z - p) / σ)² over everything that was measured (gaps count as 0), where
@@ -51,11 +51,11 @@ class ResidualStructure(NamedTuple):
 
     @property
     def is_significant(self) -> bool:
-        """Tell whether the correlation is more than that of noise may well be."""
+        """Return whether the correlation is more than that of noise may well be."""
         return self.correlation > CORRELATED + 3.0 / np.sqrt(max(self.pairs, 1))
 
     def exceeds(self, least: float) -> bool:
-        """Tell whether correlated residuals, as those of a wrong model are, have some size."""
+        """Return whether correlated residuals, a sign of a wrong model, exceed a size."""
         return self.size >= least and self.is_significant
 
 
@@ -107,7 +107,7 @@ class Problem:
         self.evaluations = 0
 
     def first_noise(self) -> Floats:
-        """Return what residuals are measured by at first, shape (fit,)."""
+        """Return the scale of residuals at first, in SI units, shape (fit,)."""
         if not self.fit_problem.scaled:
             return np.ones(len(self.fit_problem.fits))
         given = [fit.noise for fit in self.fit_problem.fits]
@@ -117,7 +117,7 @@ class Problem:
 
     @property
     def noise_is_given(self) -> bool:
-        """Tell whether residuals are measured by noise that was given for every fit."""
+        """Return whether residuals are measured by noise that was given for every fit."""
         return self.fit_problem.scaled and all(
             fit.noise is not None for fit in self.fit_problem.fits
         )
@@ -128,28 +128,31 @@ class Problem:
         return float(self._time.max(initial=0.0))
 
     def limit(self, stop: float) -> None:
-        """Look only at what is measured up to a time [s]."""
+        """Use only measurements up to a time [s]."""
         self.stop = stop
         for trial in self.trials:
             trial.model.limit(stop)
 
     def limit_to(self, part: float) -> None:
-        """Look only at a part of the data, from its beginning; 1 is all of it."""
+        """Use only a part of the data, from its beginning; 1 is all of it."""
         self.limit(np.inf if part == 1.0 else part * self.duration)
 
     def freeze(self, theta: Floats) -> None:
-        """Keep what happens in all experiments as it is for these parameters."""
+        """Keep the events of all experiments as they are for these parameters."""
         for trial in self.trials:
             trial.model.freeze(theta[: self.own])
 
     @property
     def counted(self) -> NDArray[np.bool_]:
-        """Return which numbers were measured, as far as they are looked at."""
+        """Return which numbers were measured and are within the horizon, shape (number,)."""
         return np.isfinite(self.data) & (self._time <= self.stop) & self.part
 
     @property
     def fits(self) -> NDArray[np.int64]:
-        """Return the place in the fit problem of the fit of each counted number."""
+        """Return the place in the fit problem of the fit of each counted number.
+
+        The shape is (counted,).
+        """
         return self.fit_of[self.counted]
 
     def many_until(self, time: float) -> int:
@@ -167,22 +170,23 @@ class Problem:
         return (self.predicted(theta) - self.data)[self.counted]
 
     def relative(self, theta: Floats) -> float:
-        """Return what is left over how far data deviates from its mean; 0 without data."""
+        """Return residuals relative to the deviation of data from its mean; 0 without data."""
         left = self.left(theta) / self.spread[self.fits]
         with np.errstate(over="ignore"):
             return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
 
     def rms(self, theta: Floats) -> float:
-        """Return the root of the mean square of what is left in units of the noise."""
+        """Return the root mean square of residuals in units of the noise."""
         left = self._scale * self.left(theta)
         return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
 
     def structure(self, theta: Floats, limit: float = np.inf) -> ResidualStructure:
-        """Return what residuals are like, in units of how far data deviates from its mean.
+        """Return statistics of residuals, in units of the deviation of data from its mean.
 
         Args:
-            limit: Robust standard deviations; residuals beyond count as that many. With it,
-                outliers do not hide what has a structure.
+            theta: Parameters, dimensionless, shape (parameter,).
+            limit: Residuals are clipped to so many robust standard deviations, so that outliers
+                do not hide a structure.
         """
         left = np.full(len(self.data), np.nan)
         left[self.counted] = self.left(theta) / self.spread[self.fits]
@@ -203,17 +207,20 @@ class Problem:
         )
 
     def residuals(self, theta: Floats) -> Floats:
-        """Return what E is half the sum of squares of, shape (counted + priors,)."""
+        """Return the residuals whose sum of squares is 2 E, dimensionless.
+
+        The shape is (counted + priors,).
+        """
         expected = [self.trust * (theta[p.place] - p.value) / p.spread for p in self.priors]
         return np.concatenate([self._scale * self.left(theta), expected, self.faint * theta])
 
     def error(self, theta: Floats) -> float:
-        """Return E; infinite where it is beyond all measure."""
+        """Return E; infinite where it overflows."""
         with np.errstate(over="ignore"):
             return 0.5 * float(np.square(self.residuals(theta)).sum())
 
     def error_at(self, theta: Floats) -> float:
-        """Return E with what happens for these parameters."""
+        """Return E with the events of these parameters."""
         self.freeze(theta)
         return self.error(theta)
 
@@ -233,7 +240,7 @@ class Problem:
         return found
 
     def gradient(self, theta: Floats) -> tuple[float, Floats]:
-        """Return E and its derivatives, shape (parameter,)."""
+        """Return E and its derivatives, dimensionless, shape (parameter,)."""
         counted, scale = self.counted, self._scale
         left = scale * self.left(theta)
         weights = np.zeros(len(self.data))
@@ -264,9 +271,9 @@ class Problem:
         return np.sqrt(np.mean(np.square(rows), axis=0))
 
     def with_zeros(self, theta: Floats) -> Floats:
-        """Return the same parameters with the zeros that suit them best, by medians.
+        """Return the same parameters with the best zeros, by medians.
 
-        Zeros stay where there is no prediction.
+        Zeros are unchanged where there is no prediction.
         """
         try:
             left = self.left(theta)
@@ -280,7 +287,12 @@ class Problem:
         return found
 
     def zero(self, theta: Floats, fit: int) -> float:
-        """Return the zero of a fit in SI units."""
+        """Return the zero of a fit in SI units.
+
+        Args:
+            theta: Parameters, dimensionless, shape (parameter,).
+            fit: Place of the fit.
+        """
         return float(self._zeros(theta)[fit])
 
     # --- parts --------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Rules that are revised: each candidate is fitted anew and chosen by rows that it did not see.
+"""Revision of rules: each candidate is fitted, and chosen by rows that were not fitted.
 
 Words and numbers are fitted to two thirds of the rows from where the text has them, with each
 candidate: words that were moved for a wrong rule say nothing of the right one. The other rows

@@ -1,4 +1,4 @@
-"""The search for the parameters: SciPy's optimisers from several starts, over growing horizons.
+"""The search for parameters: SciPy's optimisers from several starts, over growing horizons.
 
 A pass freezes what happens in all experiments where the last one came to, and begins the
 optimiser anew there. Only the state of the search goes from pass to pass, so that an
@@ -124,10 +124,11 @@ class Search:
             self.method = LEAST_SQUARES if is_small else LBFGS
 
     def begin(self) -> SearchState:
-        """Return where a search begins.
+        """Return the first state of a search.
 
         Raises:
-            Diverged: The first prediction has no numbers, or is beyond all measure.
+            Diverged: The first prediction is not finite.
+            InfiniteError: The error of the first prediction is not finite.
         """
         problem = self.problem
         problem.trust = self._trust(0, 0.0)
@@ -145,10 +146,10 @@ class Search:
         )
 
     def go(self, state: SearchState) -> SearchState:
-        """Return where the search ends, from where it stands.
+        """Return the final state of a search.
 
         Raises:
-            Diverged: No start has a motion with numbers that can be held against the data.
+            InfiniteError: No start has a motion with a finite error.
         """
         self.problem.evaluations = state.evaluations
         while not state.reason:
@@ -161,10 +162,12 @@ class Search:
         return state
 
     def once(self, rounds: int) -> Floats:
-        """Return where a single pass from the start on the whole horizon comes to.
+        """Return the result of a single pass from the start on the whole horizon.
+
+        It is dimensionless and has the shape (parameter,).
 
         Raises:
-            Diverged: The first prediction has no numbers.
+            Diverged: The first prediction is not finite.
         """
         self.rounds = rounds
         with np.errstate(all="ignore"):
@@ -200,7 +203,7 @@ class Search:
         return horizon, problem.with_zeros(theta)
 
     def _is_near(self, theta: Floats) -> bool:
-        """Tell whether a prediction, with events as they are frozen, is near the data."""
+        """Return whether a prediction, with events as they are frozen, is near the data."""
         try:
             return self.problem.relative(theta) < FAR
         except (Diverged, TissueError):
@@ -309,7 +312,7 @@ class Search:
         return self._next_start(replace(old, error=np.inf))
 
     def _is_good(self, theta: Floats) -> bool:
-        """Tell whether what is left on the whole horizon may well be noise."""
+        """Return whether what is left on the whole horizon may well be noise."""
         problem = self.problem
         self._limit(WHOLE)
         try:
@@ -345,7 +348,7 @@ class Search:
         return 1.0 if self.problem.fit_problem.scaled else rest
 
     def _measures_noise(self, state: SearchState) -> bool:
-        """Tell whether residuals are to be weighed anew by what was left of each fit."""
+        """Return whether residuals are to be weighed anew by what was left of each fit."""
         problem = self.problem
         matters = len(problem.fit_problem.fits) > 1 or bool(problem.priors)
         return not problem.noise_is_given and matters and state.rounds < LOOKS

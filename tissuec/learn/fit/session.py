@@ -1,4 +1,4 @@
-"""Everything that a learning works on: experiments read, scenes compiled, models chosen."""
+"""The inputs of a learning: experiments, compiled scenes and models."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -59,7 +59,10 @@ class LearnSession(Struct, frozen=True, eq=False):
         return Problem(self.fit_problem, trials, self.shaping.size, zeros=like.unit_of_zero)
 
     def bounds(self, problem: Problem) -> tuple[Floats, Floats]:
-        """Return the least and the greatest parameters of a problem."""
+        """Return the smallest and the largest parameters, dimensionless.
+
+        Both have the shape (parameter,).
+        """
         low, high = self.shaping.bounds()
         free = np.full(problem.size - self.shaping.size, np.inf)
         return np.concatenate([low, -free]), np.concatenate([high, free])

@@ -1,4 +1,4 @@
-"""Values of what was learnt, for people."""
+"""Learnt values as text."""
 
 from math import ceil, isfinite, log10
 

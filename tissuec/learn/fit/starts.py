@@ -1,4 +1,4 @@
-"""Further starts of a search: the best of a random sample of all parameters.
+"""Additional starts of a search: the best of a random sample of all parameters.
 
 Parameters of one ``adjust`` entry move together; each word of a vocabulary moves by itself.
 """
@@ -22,10 +22,10 @@ def sample(
     bounds: tuple[Floats, Floats],
     parts: tuple[float, ...],
 ) -> Floats:
-    """Return starts whose predictions are nearest to the data, shape (start, parameter).
+    """Return the starts with the best predictions, dimensionless, shape (start, parameter).
 
     Args:
-        parts: Of the data, from its beginning, on which predictions are judged.
+        parts: Parts of the data, from its beginning, on which predictions are compared.
     """
     random = np.random.default_rng(problem.fit_problem.seed)
     groups = np.append(shaping.groups, np.full(problem.size - shaping.size, -1))

@@ -1,4 +1,4 @@
-"""What each ``adjust`` entry makes: parameters, with their names, values and places.
+"""Parameters of each ``adjust`` entry, with their names, values and places.
 
 Parameters are pure numbers that begin at 0: logarithms of what is positive, over its value at
 the beginning, and otherwise differences in units of a scale.
@@ -64,14 +64,21 @@ class ParameterBlock(Struct, frozen=True, eq=False):
         return self.start + self.scale * theta
 
     def theta(self, value: Floats | float) -> Floats:
-        """Return the parameters that have some values; infinite where they cannot be."""
+        """Return the parameters of some values; infinite where no parameter has the value.
+
+        Args:
+            value: In SI units, shape (parameter,) or a number.
+
+        Returns:
+            Parameters, dimensionless, shape (parameter,).
+        """
         if self.scale is not None:
             return (value - self.start) / self.scale
         with np.errstate(divide="ignore"):
             return np.log(np.maximum(value, 0.0) / self.start)
 
     def slope(self, theta: Floats) -> Floats:
-        """Return the derivatives of the values, shape (parameter,)."""
+        """Return the derivatives of the values, in SI units, shape (parameter,)."""
         return self.value(theta) if self.scale is None else np.full(len(theta), self.scale)
 
 

@@ -44,7 +44,7 @@ class Compilations:
         self._base: Floats | None = None
 
     def vector(self, given: Numbers) -> Floats:
-        """Return the numbers of the net, those of laws 0, shape (number,).
+        """Return the numbers of the net in SI units, with 0 for those of laws, shape (number,).
 
         Raises:
             CompileError: The numbers make no scene.
@@ -58,7 +58,15 @@ class Compilations:
         return total
 
     def column(self, key: tuple[UsePlace, str], given: Numbers) -> Floats:
-        """Return the derivative by one number of a tissue, shape (number,); raises alike."""
+        """Return the derivative by one number of a tissue, in SI units, shape (number,).
+
+        Args:
+            key: The number.
+            given: Present numbers.
+
+        Raises:
+            CompileError: The numbers make no scene.
+        """
         if not self._is_linear and self._at != tuple(given.values()):
             self._at, self._columns, self._base = tuple(given.values()), {}, self._made(given)
         if key not in self._columns:

@@ -1,4 +1,4 @@
-"""Parameters of single entries of arrays: of springs, of nodes, of what a set shares."""
+"""Parameters of single entries of arrays: of springs, of nodes, of members of a set."""
 
 from collections.abc import Iterator, Sequence
 
@@ -31,7 +31,7 @@ class Entries:
         return bool(self._own)
 
     def put(self, order: NumberOrder, vector: Floats, theta: Floats) -> Floats:
-        """Return the numbers of a net, shape (number,), changed in place."""
+        """Return the numbers of a net in SI units, shape (number,), changed in place."""
         for block, chosen, parameters in self._chosen():
             array, change = order.array(vector, block.array), theta[parameters]
             if block.scale is None:
@@ -41,7 +41,7 @@ class Entries:
         return vector
 
     def factors(self, order: NumberOrder, theta: Floats) -> Floats:
-        """Return what ``put`` multiplies numbers by, shape (number,)."""
+        """Return the dimensionless factors of ``put``, shape (number,)."""
         factors = np.ones(order.size)
         for block, chosen, parameters in self._chosen():
             if block.scale is None:
@@ -52,8 +52,9 @@ class Entries:
         """Return the derivative of the numbers, shape (number, parameter).
 
         Args:
-            vector: What ``put`` gave.
-            size: How many parameters there are.
+            order: Order of the numbers.
+            vector: Result of ``put`` in SI units, shape (number,).
+            size: Number of parameters.
         """
         rows, columns, entries = [_NONE], [_NONE], [np.zeros(0)]
         for block, chosen, parameters in self._chosen():

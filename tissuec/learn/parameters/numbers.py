@@ -50,7 +50,12 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
         return sum(self.sizes.values())
 
     def array(self, vector: Floats, name: str) -> Floats:
-        """Return a view of one array."""
+        """Return a view of one array, in SI units, shape (n,).
+
+        Args:
+            vector: All numbers in SI units, shape (number,).
+            name: Name of the array.
+        """
         return vector[self.places[name]]
 
     def values(self, vector: Floats) -> Values:
@@ -58,19 +63,27 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
         return Values(*(self.array(vector, name) for name in VALUES))
 
     def vector(self, network: Network) -> Floats:
-        """Return the numbers that a network has, constants of laws as 0, shape (number,)."""
+        """Return the numbers of a network in SI units, shape (number,).
+
+        Constants of laws are 0.
+        """
         parts = [getattr(network, name) for name in VALUES[:-1]]
         state = [network.position.ravel(), network.velocity.ravel()]
         return np.concatenate([*parts, np.zeros(self.sizes["constants"]), *state])
 
     def network(self, vector: Floats, network: Network) -> Network:
-        """Return a network with other numbers; constants of its laws stay what they are."""
+        """Return a network with other numbers; constants of its laws are unchanged."""
         arrays = {name: self.array(vector, name).copy() for name in VALUES[:-1]}
         state = {name: self.array(vector, name).reshape(-1, 3).copy() for name in STATE}
         return replace(network, **arrays, **state)
 
     def add(self, total: Floats, values: Values) -> None:
-        """Add numbers that act all the time, or derivatives by them, to a vector."""
+        """Add numbers that act all the time, or derivatives by them, to a vector.
+
+        Args:
+            total: Numbers or derivatives in any unit, shape (number,), changed in place.
+            values: What is added.
+        """
         for name, part in values._asdict().items():
             self.array(total, name)[:] += part
 
@@ -79,7 +92,8 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
 
         Args:
             change: By each parameter, shape (number, parameter).
-            factors: What a script has multiplied the entries of arrays by, by name.
+            factors: Factors of the script on entries of arrays by name, dimensionless, shape of
+                each.
         """
         if factors:
             every = np.ones(self.size)

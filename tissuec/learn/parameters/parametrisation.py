@@ -1,4 +1,4 @@
-"""From what is learnt to the numbers of a net: parameters, their meaning, and the derivative.
+"""From parameters to the numbers of a net, with derivatives.
 
 Parameters of ``adjust`` entries stand first, in the order of the entries; those of words come
 next. All are 0 at the beginning.
@@ -40,8 +40,13 @@ class WordParameters(Protocol):
     def names(self) -> tuple[str, ...]: ...
     @property
     def size(self) -> int: ...
-    def given(self, theta: Floats) -> Mapping[tuple[str, str], float]: ...
-    def jacobian(self, theta: Floats) -> tuple[Sequence[tuple[str, str]], Floats]: ...
+    def given(self, theta: Floats) -> Mapping[tuple[str, str], float]:
+        """Return what rules give, in SI units, for parameters of shape (parameter,)."""
+        ...
+
+    def jacobian(self, theta: Floats) -> tuple[Sequence[tuple[str, str]], Floats]:
+        """Return what rules give, and its derivatives in SI units, shape (given, parameter)."""
+        ...
 
 
 class Parametrisation:
@@ -116,7 +121,10 @@ class Parametrisation:
 
     @property
     def reaches(self) -> Floats:
-        """Return how far parameters may well be from their start, shape (parameter,)."""
+        """Return plausible distances of parameters from their start, dimensionless.
+
+        The shape is (parameter,).
+        """
         own = [
             REACH if block.scale is None else DIFFERENCE
             for block in self.blocks
@@ -125,7 +133,10 @@ class Parametrisation:
         return np.array([*own, *[REACH * SIGMA] * (self.size - self.own)])
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Return the least and the greatest parameters, shape (parameter,)."""
+        """Return the smallest and the largest parameters, dimensionless.
+
+        Both have the shape (parameter,).
+        """
         low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
         for block, part in zip(self.blocks, self._parts, strict=True):
             low[part] = block.theta(block.adjust.low)
@@ -133,7 +144,7 @@ class Parametrisation:
         return low, high
 
     def priors(self) -> list[Prior]:
-        """Return what is expected of parameters: of words, that they are the expert's."""
+        """Return the priors of parameters: words are expected at their original places."""
         found = [Prior(place, 0.0, SIGMA) for place in range(self.own, self.size)]
         for block, where in zip(self.blocks, self._parts, strict=True):
             if block.adjust.prior is None:
@@ -146,7 +157,7 @@ class Parametrisation:
         return found
 
     def network(self, theta: Floats) -> Network:
-        """Return the net with its numbers, and with numbers in its laws.
+        """Return the net with numbers of parameters, also in its laws.
 
         Raises:
             CompileError: The numbers make no scene.
@@ -154,7 +165,7 @@ class Parametrisation:
         return self._recompiled(theta).network
 
     def present(self, theta: Floats) -> Compiled:
-        """Return the net with its numbers, and a plan whose contact is as stiff as it is.
+        """Return the net with numbers of parameters, and a plan with the contact that follows.
 
         Raises:
             CompileError: The numbers make no scene.
@@ -168,7 +179,7 @@ class Parametrisation:
         return replace(found, plan=replace(found.plan, contact=contact))
 
     def vector(self, theta: Floats) -> Floats:
-        """Return the numbers of the net, shape (number,).
+        """Return the numbers of the net in SI units, shape (number,).
 
         Raises:
             CompileError: The numbers make no scene.

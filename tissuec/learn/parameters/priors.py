@@ -1,4 +1,4 @@
-"""What was expected of parameters before anything was measured."""
+"""Prior expectations about parameters."""
 
 from msgspec import Struct
 

@@ -1,4 +1,4 @@
-"""A scene with other numbers in its tissues: what is learnt is put where it was written."""
+"""A scene with other numbers in its tissues: learnt numbers replace written ones."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -35,8 +35,9 @@ def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
     """Return a scene with other numbers.
 
     Args:
-        given: Quantities of tissues that have them already.
-        constants: Constants of laws by name; numbers, or formulas that stand for them.
+        scene: The scene.
+        given: Numbers of tissues.
+        constants: Constants of laws by name; numbers, or formulas that replace them.
     """
 
     def tissue(old: Tissue | None, part: tuple[str, str]) -> Tissue | None:

@@ -1,4 +1,4 @@
-"""Whether the text of a preset is right: without a new warning, and with its numbers."""
+"""Checks of a preset: no new warnings, and the learnt numbers."""
 
 from collections.abc import Collection, Mapping, Sequence
 from math import isclose
@@ -41,13 +41,15 @@ def mistakes(
     moved: bool,
     known: Collection[str] = (),
 ) -> tuple[Diagnostic, ...] | str:
-    """Return what is wrong with a preset; empty if it is right.
+    """Return the errors of a preset; empty if there are none.
 
     Args:
-        target: Where it goes, from which it must be valid by itself.
-        beside: Texts of files that are written beside it, by their names.
-        moved: Whether words moved, so that rules say other numbers than before.
-        known: Codes of warnings that the scene has itself.
+        text: Text of the preset.
+        target: Its file, at which it must be valid by itself.
+        beside: Texts of files that are written with it, by their names.
+        drafts: Tissues of the preset.
+        moved: Whether words moved, so that rules give other numbers than before.
+        known: Codes of warnings that the scene itself has.
     """
     files = Pending({target.parent / name: one for name, one in beside.items()})
     source = Source(target.name, text, target)

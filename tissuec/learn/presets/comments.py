@@ -1,4 +1,4 @@
-"""What a preset says of its own origin, as comments."""
+"""Comments of a preset about its origin."""
 
 import textwrap
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Which tissues a preset is to hold, and which of their numbers were learnt."""
+"""The tissues of a preset, and which of their numbers were learnt."""
 
 from collections.abc import Iterator, Mapping
 

@@ -1,4 +1,4 @@
-"""Laws as they are written into a preset: by name with numbers, or as a formula of numbers."""
+"""Laws as text of a preset: by name with numbers, or as a formula of numbers."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -19,7 +19,7 @@ from tissuec.scene.schema import Entry, entries_of
 
 
 def constants_in(law: WrittenLaw) -> set[str]:
-    """Return the names of what a law could have learnt: its entries, or names of a formula."""
+    """Return the constants of a law that can be learnt: its entries, or names of a formula."""
     if law.law is not None:
         return set(entries_of(type(law.law)))
     function = _parsed(law)

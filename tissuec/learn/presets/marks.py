@@ -1,4 +1,4 @@
-"""The first comment of every file that learning writes, by which it knows its own."""
+"""The first comment of every file that learning writes, which identifies it."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Numbers as they are written into a text: exactly, or as far as they are known."""
+"""Numbers as text: exactly, or to the precision that is known."""
 
 import math
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ _PERCENT = (0.01, "%")
 def learnt(
     value: float, low: float, high: float, dimension: Dimension, *, percent: bool = False
 ) -> str:
-    """Return a learnt value with its unit, and with the digits that its interval needs."""
+    """Return a learnt value with its unit, and with as many digits as its interval needs."""
     factor, unit = _scale(value, dimension, percent=percent)
     return f"{_plain(value / factor, digits(value, low, high))} {unit}".rstrip()
 

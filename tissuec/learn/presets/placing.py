@@ -1,4 +1,4 @@
-"""Presets on disk: nothing is lost that learning did not write, and nothing is half written."""
+"""Presets on disk: files of users are never overwritten, and writing is atomic."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,7 +9,7 @@ from tissuec.learn.presets.preset import Preset
 
 
 def refuse_others(paths: Iterable[Path]) -> None:
-    """Make sure that nothing would be lost but what an earlier learning wrote.
+    """Check that only files of an earlier learning would be overwritten.
 
     Raises:
         TissueError: A file is there that was not written by learning.

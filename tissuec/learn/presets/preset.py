@@ -1,4 +1,4 @@
-"""The preset that a learning writes: a text of the language, and what lies beside it."""
+"""The preset that a learning writes: a text of the language, and files beside it."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -44,7 +44,7 @@ class Preset(Struct, frozen=True):
 
 
 def compose(learnt: Learnt, compiled: Compiled, request: Request, target: Path) -> Preset:
-    """Return the preset of what was learnt, which is valid by itself where it goes.
+    """Return the preset of learnt results, which is valid by itself at its place.
 
     The same learning gives the same bytes.
 
@@ -114,7 +114,7 @@ class _Composer:
 
     @property
     def _only_warns(self) -> bool:
-        """Tell whether nothing but warnings was found in the last text."""
+        """Return whether nothing but warnings was found in the last text."""
         found = self.problem
         return isinstance(found, tuple) and all(one.code.startswith("W") for one in found)
 

@@ -1,1 +1,1 @@
-"""What was learnt as text for people."""
+"""Learnt results as text."""

@@ -1,4 +1,4 @@
-"""Exact derivatives beside those by differences."""
+"""Exact derivatives compared with differences."""
 
 from collections.abc import Sequence
 
@@ -11,12 +11,18 @@ BETTER = 10.0  # times the doubt in differences: what is less is no sign of a mi
 
 
 def is_good(found: Sequence[Compared], allowed: float) -> bool:
-    """Tell whether no derivative is wrong, as far as differences can tell."""
+    """Return whether all derivatives are right within the accuracy of differences."""
     return all(one.apart <= max(allowed, BETTER * one.doubt) for one in found)
 
 
 def as_lines(fit_problem: str, found: Sequence[Compared], allowed: float) -> list[str]:
-    """Return a table of derivatives and the verdict on the worst of them."""
+    """Return a table of derivatives and the verdict on the worst of them.
+
+    Args:
+        fit_problem: Name of the ``learn`` block.
+        found: The derivatives.
+        allowed: Largest relative difference.
+    """
     rows = [
         (one.name, f"{one.exact:+.9e}", f"{one.differences:+.9e}", f"{one.apart:.1e}",
          f"{one.doubt:.1e}")

@@ -1,4 +1,4 @@
-"""The numbers that were learnt: one by one, or what many of them are like."""
+"""Learnt numbers: one by one, or statistics of many."""
 
 from collections.abc import Iterator, Sequence
 
@@ -17,7 +17,7 @@ WORST = 3  # of these, those that are known least
 
 
 def as_lines(estimates: Sequence[Estimates]) -> list[str]:
-    """Return a table of all numbers that are few, and below it what the many are like."""
+    """Return a table of single numbers, followed by statistics of large groups."""
     rows = [row for one in estimates if len(one.names) < MANY for row in _rows(one)]
     lines = aligned([HEADINGS, *rows]) if rows else []
     for one in estimates:
@@ -97,9 +97,9 @@ def _spread(estimates: Estimates, values: Floats) -> tuple[str, str, str]:
 
 
 def uncertainty(estimates: Estimates) -> Floats:
-    """Return half the width of each interval as a part of its value, shape (number,).
+    """Return half the width of each interval divided by its value, dimensionless.
 
-    Infinite where the data does not tell a number, or where it is 0.
+    It is infinite where the data does not identify a number, or where it is 0; shape (number,).
     """
     size = np.abs(estimates.value)
     width = (estimates.high - estimates.low) / 2.0

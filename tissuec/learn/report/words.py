@@ -31,7 +31,7 @@ def drifts(scene: Scene, texts: Mapping[str, str]) -> list[Drift]:
 
 
 def sentences(moved: list[Drift]) -> Iterator[str]:
-    """Yield what is to be said of words that moved."""
+    """Yield sentences about words that moved."""
     return (f"word: {one.sentence}" for one in moved if one.most != 0.0)
 
 

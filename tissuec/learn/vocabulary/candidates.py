@@ -46,7 +46,13 @@ class RuleTexts(Struct, frozen=True):
         return cls(scene, scene.vocabulary.rules[key], nodes)
 
     def spelling(self, named: NamedScale, kind: str, key: str) -> dict[str, str]:
-        """Return how each word of a scale is spelt where it is declared."""
+        """Return how each word of a scale is spelt where it is declared.
+
+        Args:
+            named: The scale.
+            kind: "property" or "quantity".
+            key: Lower-case name of the scale.
+        """
         block = self.scene.declarations.of(kind)[key].item
         assert isinstance(block, s.Block)
         names = [
@@ -133,5 +139,11 @@ def appended(texts: RuleTexts, rule: str) -> TextEdit:
 
 
 def nearest(place: float, words: dict[str, Shape], count: int) -> list[str]:
-    """Return the words whose middles are nearest to a place of their scale."""
+    """Return the words whose midpoints are nearest to a place of their scale.
+
+    Args:
+        place: The place.
+        words: Sets of the words.
+        count: Number of words.
+    """
     return sorted(words, key=lambda word: abs(words[word].middle - place))[:count]

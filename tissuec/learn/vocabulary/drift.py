@@ -1,4 +1,4 @@
-"""How far words moved from where the expert has them, for people to judge."""
+"""Changes of words from their original places."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Changes of texts at spans; everything between them is kept as it is."""
+"""Edits of texts at spans; everything between them is unchanged."""
 
 from collections.abc import Iterable
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Knots: places of a scale that move without ever meeting or passing one another.
+"""Knots: places of a scale that move without meeting or passing one another.
 
 Corners of words at one place are one knot, so that shared corners stay shared and sharp edges
 stay sharp. The ends of the range, corners outside of it, and those of frozen words stay where
@@ -67,7 +67,7 @@ class Knots:
         """Return how far each knot moves, and the derivatives of that.
 
         Args:
-            theta: Shape (number,), one for each movable knot; any numbers.
+            theta: Dimensionless, shape (number,), one for each movable knot; any numbers.
 
         Returns:
             Shapes (knot,) and (knot, number), in the coordinate of the axis. At zero nothing

@@ -1,4 +1,4 @@
-"""A vocabulary whose words move: numbers in, what the rules give to tissues out.
+"""A vocabulary whose words move: from parameters to the numbers that rules give.
 
 Each number moves a corner of one scale (or the width of a bell); zero is the expert's text.
 Rules and tissues are read anew with the moved words, by the functions that compile a scene, so
@@ -96,15 +96,15 @@ class WordsModel:
         return len(self.names)
 
     def given(self, theta: Floats) -> dict[Pair, float]:
-        """Return what the rules give with words moved by ``theta``, in SI units.
+        """Return the numbers that rules give with words moved by ``theta``, in SI units.
 
         Raises:
-            NoAnswer: No rule speaks any more where one did.
+            NoAnswer: No rule fires any more where one did.
         """
         return self._answers(theta, None)
 
     def linearised(self, theta: Floats) -> RuleOutputs:
-        """Return what the rules give and its derivatives; raises like ``given``."""
+        """Return the numbers that rules give and their derivatives; raises like ``given``."""
         answers = self._answers(theta, self.size)
         values = np.array([float(value) for value in answers.values()])
         slopes = [slopes_of(value, self.size) for value in answers.values()]
@@ -122,10 +122,14 @@ class WordsModel:
             return pairs, slopes / values[:, None]
 
     def prior(self, theta: Floats, sigma: float = SIGMA) -> tuple[Floats, Floats]:
-        """Return residuals that pull words to where the expert has them, and their derivatives.
+        """Return residuals that pull words to their original places, and their derivatives.
+
+        Args:
+            theta: Parameters of words, dimensionless, shape (number,).
+            sigma: Standard deviation of the parameters.
 
         Returns:
-            Shapes (number,) and (number, number).
+            Dimensionless, shapes (number,) and (number, number).
         """
         return np.asarray(theta, dtype=float) / sigma, np.eye(self.size) / sigma
 
@@ -144,7 +148,7 @@ class WordsModel:
     def texts(self, theta: Floats) -> dict[str, str]:
         """Return the new text of each file in which words moved, by its name.
 
-        Only numbers of words that moved are replaced; of scales laid out evenly, the list. The
+        Only numbers of words that moved are replaced; of evenly spaced scales, the list. The
         texts compile to what ``given`` returns.
         """
         parts = zip(self.scales, self._parts(theta), strict=True)

@@ -1,4 +1,4 @@
-"""How places of a scale are written: as few digits as do, in the unit that stands there."""
+"""Numerals for places of a scale: as few digits as needed, in the unit of the text."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Revision of rules: one change after another, as long as rows that were not fitted gain.
+"""Revision of rules, one change after another, as long as the error of held-out rows falls.
 
 What was fitted is met better by nearly any change; only what was not seen can tell a better
 rule from one that fits the noise.
@@ -64,19 +64,20 @@ def revise(
     slack: float = SLACK,
     most: int = MOST,
 ) -> list[RuleChange]:
-    """Return the changes of rules that let data which was not fitted be met better.
+    """Return the changes of rules that reduce the error of data that was not fitted.
 
     In each round every candidate is scored and the best one taken: a conclusion moved to the
-    next word, a rule left out, or a rule more for a tissue of which little is said. Every text
-    that is scored passes ``check`` and brings no contradiction.
+    next word, a rule removed, or a rule added for a tissue of which little is said. Every text
+    that is scored passes ``check`` and adds no contradiction.
 
     Args:
+        scene: The scene.
         rules: Name of the rules.
         score: Errors with new texts; called first with those of the start.
         start: Texts of files that were changed before.
-        gain: Part by which the error of what was not fitted must fall.
-        slack: Part by which the error of what was learnt from may rise.
-        most: Changes at most.
+        gain: Part by which the error of data that was not fitted must fall.
+        slack: Part by which the error of fitted data may rise.
+        most: Largest number of changes.
 
     Raises:
         KeyError: There are no rules of that name.

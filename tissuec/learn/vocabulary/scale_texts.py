@@ -1,4 +1,4 @@
-"""How the words of a scale are written: their corners, and the numbers that stand for these."""
+"""How the words of a scale are written: their corners, and the numerals of these."""
 
 from collections.abc import Iterator, Sequence
 
@@ -63,7 +63,13 @@ class ScaleForm(Struct, frozen=True):
 
 
 def read_form(declared: Declared, named: NamedScale, scope: Scope) -> ScaleForm:
-    """Return how a scale, which was found right, is written."""
+    """Return how a scale without errors is written.
+
+    Args:
+        declared: Its declaration.
+        named: The scale.
+        scope: Looks up names of expressions.
+    """
     block = declared.item
     assert isinstance(block, s.Block)
     items = [item for item in block.items if not _is_no_word(item, block)]
@@ -84,7 +90,7 @@ def spelt(name: s.Name) -> str:
 
 
 def _is_no_word(item: s.Item, block: s.Block) -> bool:
-    """Tell whether an entry of a quantity says something else than words do."""
+    """Return whether an entry of a quantity says something else than words do."""
     if not block.name.key.startswith("quantity ") or not isinstance(item, s.Sentence):
         return False
     return item.name.key == "applies" or (

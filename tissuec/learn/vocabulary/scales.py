@@ -1,4 +1,4 @@
-"""A scale whose words move: numbers in, sets out, with the derivatives of their corners.
+"""A scale whose words move: from parameters to sets, with derivatives of their corners.
 
 Degrees of corners stay as the expert wrote them. A scale whose degrees sum to 1 keeps that
 sum, because every slope of its words has a corner at every knot: between two knots all degrees
@@ -66,9 +66,10 @@ class MovingScale:
         """Return the scale with its words moved.
 
         Args:
-            theta: Numbers of this scale, shape (number,); zero is what the expert wrote.
-            total: Where derivatives are wanted: the count of numbers of all scales. Corners
-                are duals then.
+            theta: Parameters of this scale, dimensionless, shape (number,); zero is the
+                original.
+            total: Where derivatives are wanted: the number of parameters of all scales. Corners
+                are dual numbers then.
         """
         axis = self.form.named.scale.axis
         places = self._places(theta, total)

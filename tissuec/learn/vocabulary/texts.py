@@ -1,4 +1,4 @@
-"""The text of a vocabulary whose words moved: numbers replaced, everything else as it was."""
+"""The text of a vocabulary whose words moved: only numbers are replaced."""
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
@@ -21,7 +21,7 @@ def edited(moved: Iterable[tuple[MovingScale, Floats]]) -> dict[str, str]:
     """Return the new text of each file with scales that moved, by its name.
 
     Args:
-        moved: Scales and the numbers that move them, shape (number,).
+        moved: Scales and the parameters that move them, dimensionless, shape (number,).
     """
     edits = (edit for scale, theta in moved for edit in _Scribe(scale, theta).edits())
     return apply(edits)

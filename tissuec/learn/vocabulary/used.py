@@ -1,4 +1,4 @@
-"""Tissues that a scene uses, and their descriptions, to be asked again with other words."""
+"""Tissues that a scene uses, and their descriptions, for inference with other words."""
 
 from collections.abc import Mapping
 
