@@ -1,4 +1,4 @@
-"""What each body of a scene is as matter: stiffness, mass, waves, frequencies, what it bears.
+"""Properties of bodies as matter: stiffness, mass, waves, frequencies and strength.
 
 Everything is found from the net itself, whether its tissue is given in pascals or for each
 spring and node. Elastic constants are those of the body as it is drawn (``matter.elasticity``),
@@ -138,11 +138,12 @@ class BodyProperties(Struct, frozen=True):
 def properties_of(
     compiled: Compiled, *, body: str | None = None, frequencies: int = FREQUENCIES
 ) -> tuple[BodyProperties, ...]:
-    """Return what the bodies of a scene are.
+    """Return the properties of the bodies of a scene.
 
     Args:
-        body: The only one that is asked for.
-        frequencies: How many of each.
+        compiled: The scene.
+        body: The only body of interest; all if None.
+        frequencies: Number of frequencies of each.
 
     Raises:
         TissueError: There is no such body.

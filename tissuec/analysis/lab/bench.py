@@ -1,4 +1,4 @@
-"""The bench on which coupons of one tissue are tested: scenes are written, run and read."""
+"""The test bench for coupons of one tissue: it writes, runs and reads scenes."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -57,7 +57,12 @@ class Specimen(Protocol):
     """What is tested, as text."""
 
     def body(self, tissue: str, *, tabs: str = "", rupture: bool = False) -> Iterator[str]:
-        """Yield the body and what belongs to it."""
+        """Yield the text of the body and of what belongs to it.
+
+        Args:
+            tissue: Name of its tissue.
+            tabs: Name of the tissue of its tabs, empty without tabs.
+        """
         ...
 
     def faces(self, *names: str) -> Iterator[str]:
@@ -140,12 +145,10 @@ class TestBench:
         *,
         rupture: bool = False,
     ) -> TestReading:
-        """Return what is read in states of rest, one after the other.
+        """Return the log of states of equilibrium, one after the other.
 
         Args:
             levels: Orders before each of them.
-            faces: Which faces orders are about.
-            watched: What is logged, such as "position of lab x0".
         """
         script = [
             f"at {number} {TICK}: {order}"
@@ -166,7 +169,11 @@ class TestBench:
         *,
         rupture: bool = False,
     ) -> TestReading:
-        """Return what is read at each of so many ticks, in which nothing moves by itself."""
+        """Return the log at each of several ticks, between which nothing moves by itself.
+
+        Args:
+            ticks: Number of ticks.
+        """
         simulation = f"duration = {ticks} {TICK}; integrator is dop853"
         return self.run(
             coupon, script, faces, watched, simulation, interval=f"1 {TICK}", rupture=rupture
@@ -185,15 +192,17 @@ class TestBench:
         environment: str = "",
         rupture: bool = False,
     ) -> TestReading:
-        """Return what is read in a test.
+        """Return the log of a test.
 
         Args:
+            specimen: What is tested.
             script: Orders with their times.
-            faces: Which faces there are sets of.
+            faces: Faces of which there are sets.
             watched: What is logged, each ``interval``.
-            simulation: How it is run.
+            simulation: Entries of the ``simulate`` block.
+            interval: Time between rows of the log, with its unit.
             more: Further sets.
-            environment: What acts beside the script; there is no gravity.
+            environment: Entries of the ``environment`` block; there is no gravity.
             rupture: Whether the coupon can break between its gauges.
         """
         lines = [

@@ -117,7 +117,7 @@ class Coupon(Struct, frozen=True):
     # --- loads --------------------------------------------------------------------------------
 
     def faces(self, *names: str) -> Iterator[str]:
-        """Yield sets for the nodes of faces, as a whole and by the area that each stands for.
+        """Yield sets for the nodes of faces, as a whole and by the area of each node.
 
         Args:
             names: Such as "x0" for the face at the least x, and "y1" for that at the largest y.

@@ -88,7 +88,14 @@ def blocks(bench: TestBench) -> tuple[IndentedBlock, IndentedBlock]:
 
 
 def indentation(bench: TestBench, block: IndentedBlock, tension: TensionTest) -> float:
-    """Return the Young's modulus of a layer that resists the ball as the block does [Pa]."""
+    """Return the Young's modulus of the layer that resists the ball as the block does [Pa].
+
+    Args:
+        block: The block.
+
+    Raises:
+        Unmeasured: The run stopped, or the block does not resist.
+    """
     stiffness, thickness = _HARD * tension.modulus * block.cell, _THIN * block.cell
     reading = bench.run(
         block,

@@ -1,4 +1,4 @@
-"""The laboratory: all tests of a tissue on two coupons, beside what is known of it."""
+"""The laboratory: all tests of a tissue on two coupons, compared with evidence."""
 
 from collections.abc import Callable, Iterator
 from math import isfinite, nan
@@ -88,7 +88,12 @@ class Examination(Struct):
 
 
 def chosen(words: ResolvedProgram, name: str | None, source: Source) -> list[Tissue]:
-    """Return the tissue of a name; otherwise those that bodies are made of, or all of a file.
+    """Return the tissue of a name; otherwise those of bodies, or all tissues of a file.
+
+    Args:
+        words: The resolved program.
+        name: Name of a tissue; None for all.
+        source: The file.
 
     Raises:
         TissueError: There is none.
@@ -114,17 +119,17 @@ def examine(
     spacing: float = SPACING,
     thickness: float | None = None,
 ) -> Examination:
-    """Return what a tissue is found to be in the laboratory.
+    """Return the results of all tests of a tissue.
 
     Args:
         request: The text that declares it.
+        tissue: The tissue.
         spacing: Length of cells, if its quantities belong to springs [m].
         thickness: Of strips of a sheet [m]; None for bars.
 
     Raises:
-        TissueError: It says nothing of what its springs are, or nothing that depends on a
-            thickness.
-        CompileError: A coupon cannot be made of it.
+        TissueError: It has no stiffness, or none that depends on a thickness.
+        CompileError: No coupon can be made of it.
     """
     bench = TestBench(request, tissue, spacing=spacing, thickness=thickness)
     if not bench.is_of_matter and bench.lacks("spring constant") and not tissue.laws:
@@ -322,6 +327,12 @@ class _Examiner:
 
 
 def agrees(value: float, known: KnownQuantity, share: float = SHARE) -> bool:
-    """Return whether a measurement agrees with evidence, if it may be off by a share."""
+    """Return whether a measurement agrees with evidence within a relative deviation.
+
+    Args:
+        value: The measurement.
+        known: The evidence.
+        share: Relative deviation of the measurement that is allowed.
+    """
     most = share * abs(value)
     return known.low - most <= value <= known.high + most

@@ -59,7 +59,11 @@ def _expected_time(bench: TestBench) -> float:
 
 
 def oscillation(bench: TestBench, coupon: Coupon, tension: TensionTest) -> Oscillation:
-    """Return how a coupon comes to rest that is drawn or twisted and let go."""
+    """Return the free oscillation of a coupon that is stretched or twisted and released.
+
+    Raises:
+        Unmeasured: The run stopped, or the coupon does not come to rest.
+    """
     tau = _expected_time(bench)
     slowness = 1.0 if coupon.thickness is not None else 3.0 / 0.84
     period = 4.0 * coupon.length * sqrt(tension.density / tension.modulus * slowness)
@@ -154,7 +158,11 @@ def width_to_hold(bench: TestBench, tension: TensionTest) -> float:
 
 
 def held(bench: TestBench, coupon: Coupon, tension: TensionTest) -> HoldTest:
-    """Return how the force relaxes on a coupon that is drawn by 1 % and held."""
+    """Return the relaxation of the force on a coupon that is stretched by 1 % and held.
+
+    Raises:
+        Unmeasured: The run stopped.
+    """
     crossing = coupon.length * sqrt(tension.density / tension.modulus)
     times = _times(bench)
     ramp, end = max(_RAMP * min(times), 8.0 * crossing), 5.0 * max(times)

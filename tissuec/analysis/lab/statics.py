@@ -56,10 +56,13 @@ class TensionTest(NamedTuple):
 
 
 def tension(bench: TestBench, coupon: Coupon, guess: float) -> TensionTest:
-    """Return what a coupon does under a small stress.
+    """Return the response of a coupon to a small stress.
 
     Args:
         guess: Of the modulus [Pa]; the load is changed until the strain is small.
+
+    Raises:
+        Unmeasured: It does not resist, or no load gives a small strain.
     """
     for _ in range(_TRIES):
         reading = drawn(bench, coupon, [SMALL * guess])
@@ -79,9 +82,12 @@ def tension(bench: TestBench, coupon: Coupon, guess: float) -> TensionTest:
 
 
 def shear(bench: TestBench, coupon: Coupon, guess: float) -> float:
-    """Return the shear modulus [Pa], for a guess of it.
+    """Return the shear modulus [Pa].
 
-    Twice as much tension along both axes keeps the coupon from turning under its loads.
+    Twice as much tension along both axes keeps the coupon from rotating under its loads.
+
+    Raises:
+        Unmeasured: It does not resist.
     """
     stress = SMALL * guess
     faces = ("x0", "x1", "y0", "y1")
@@ -112,7 +118,7 @@ def _on_both(coupon: Coupon, *stresses: tuple[float, float, float]) -> list[str]
 def drawn(
     bench: TestBench, coupon: Coupon, stresses: Sequence[float], *, rupture: bool = False
 ) -> TestReading:
-    """Return what is read without a load and then under stresses [Pa], level by level."""
+    """Return the log without a load and then under stresses, level by level."""
     levels: list[list[str]] = [[]]
     before = 0.0
     for stress in stresses:
@@ -127,7 +133,10 @@ def drawn(
 
 
 def strains(reading: TestReading, coupon: Coupon) -> tuple[Floats, Floats]:
-    """Return strains between the gauges and across, against what was drawn, shape (level,)."""
+    """Return strains between the gauges and across, dimensionless, shape (level,) each.
+
+    They are relative to the lengths as drawn.
+    """
     first, second, front, back = (
         reading.logs[f"position of {name}"] for name in (FIRST, SECOND, FRONT, BACK)
     )
@@ -158,9 +167,11 @@ class Rupture(NamedTuple):
 
 
 def rupture(bench: TestBench, coupon: Coupon, modulus: float, near: float | None) -> Rupture:
-    """Return how a coupon is drawn until it breaks.
+    """Return the tension test of a coupon up to rupture.
 
     Args:
+        bench: The bench of the tissue.
+        coupon: The coupon.
         modulus: Of the tissue [Pa].
         near: Stress at which another coupon broke [Pa]; None if there was none.
 
@@ -196,7 +207,11 @@ def _first_break(bench: TestBench, coupon: Coupon, stresses: Floats) -> Rupture:
 
 
 def compressed(bench: TestBench, coupon: Coupon) -> tuple[float, StressStrainCurve]:
-    """Return the modulus [Pa] and the curve of a coupon between plates that it sticks to."""
+    """Return the modulus [Pa] and the curve of a coupon between plates to which it sticks.
+
+    Raises:
+        Unmeasured: It does not resist.
+    """
     parts = [-SMALL, *np.linspace(0.0, SHORTEST, 6)[1:]]
     script, before = ["at 0 s: settle", "at 0 s: fix lab x0"], 0.0
     for number, part in enumerate(parts):

@@ -1,4 +1,4 @@
-"""What the laboratory found, as CSV files."""
+"""Results of the laboratory as CSV files."""
 
 import csv
 from collections.abc import Iterator, Sequence

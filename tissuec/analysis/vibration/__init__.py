@@ -1,4 +1,4 @@
-"""Vibration: how a net moves about where it rests, as natural frequencies and mode shapes.
+"""Vibration about equilibrium: natural frequencies and mode shapes.
 
 ``operator`` is the matrix of small motions, ``eigen`` finds its lowest eigenvalues, ``modes``
 says what they mean, and ``frames`` shows them in motion.

@@ -48,8 +48,9 @@ def lowest(
     """Return the lowest eigenvalues, or the lowest ones above a limit.
 
     Args:
+        operator: The matrix.
         known: Orthonormal eigenvectors of eigenvalue 0 that are left out, shape (n, known).
-        count: How many, if there are as many.
+        count: Number of eigenvalues, if there are as many.
         above: The limit [1/s²]; above 0.
 
     Raises:
@@ -65,9 +66,15 @@ def lowest(
 
 
 def count_below(operator: Operator, known: csc_matrix, limit: float) -> int | None:
-    """Return how many eigenvalues are below a limit above 0 [1/s²], known ones included.
+    """Return how many eigenvalues are below a positive limit, known ones included.
 
-    None if rounding does not allow to tell.
+    Args:
+        operator: The matrix.
+        known: Orthonormal eigenvectors of eigenvalue 0, shape (n, known).
+        limit: The limit [1/s²].
+
+    Returns:
+        The number; None if it is uncertain because of rounding.
     """
     if operator.size == known.shape[1]:  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
         return operator.size
@@ -149,7 +156,7 @@ def _lanczos(operator: Operator, shifted: Shifted, known: csc_matrix, count: int
 
 
 def _is_complete(operator: Operator, values: Floats, others: int) -> bool:
-    """Tell whether no eigenvalue is missing below the last gap between some.
+    """Return whether no eigenvalue is missing below the last gap between some.
 
     Args:
         others: How many further ones are below that gap.

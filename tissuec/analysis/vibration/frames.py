@@ -33,8 +33,10 @@ def write_modes(
     """Write modes as a result file and return its path.
 
     Args:
+        modes: The modes.
+        compiled: The scene.
         path: Of the file.
-        manifest: Where the scene comes from.
+        manifest: Facts about the scene.
 
     Raises:
         PlaceError: The file cannot be written there.

@@ -1,4 +1,4 @@
-"""Natural modes of a state: what each is, how fast, how damped, and what moves in it.
+"""Natural modes of a state: shape, frequency, damping and energy of each.
 
 With K φ = ω² M φ and φᵀ M φ = 1, the damping ratio of a mode is ζ = φᵀ D φ / 2ω, D being what
 dashpots and ambient damping add to the forces, and the share of a body in the energy of motion

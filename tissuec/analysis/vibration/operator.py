@@ -1,4 +1,4 @@
-"""The matrix of small motions of a net about where it is.
+"""The matrix of small motions of a net about its state.
 
 Motions u(t) = φ cos ωt of the free nodes obey K φ = ω² M φ. With y = M^½ φ this is A y = ω² y,
 
@@ -56,7 +56,7 @@ class Operator(Struct, frozen=True, eq=False, dict=True):
         return float(rows.max()) + float((self.wide**2).sum())
 
     def dense(self) -> Floats:
-        """Return A as an array, shape (n, n)."""
+        """Return A as an array [1/s²], shape (n, n)."""
         return self.sparse.toarray() + self.wide @ self.wide.T
 
     @cached_property
@@ -114,7 +114,7 @@ class Shifted:
         self._refinements = ceil(log(SOUND) / log(max(lost, SOUND))) - 1
 
     def solve(self, right: Floats) -> Floats:
-        """Return (A - σ)⁻¹ b, shape (n,)."""
+        """Return (A - σ)⁻¹ b in the unit of b times [s²], both of shape (n,)."""
         found = self._solved(right)
         for _ in range(self._refinements):
             found = found + self._solved(self._left(right, found))

@@ -21,12 +21,13 @@ def scene_modes(
     """Return the lowest modes of a scene after the events of the script at 0 s.
 
     Args:
-        body: The only body that moves; everything else stays where it is.
-        count: How many, if there are as many.
+        compiled: The scene.
+        body: The only body that moves; all other nodes are held.
+        count: Number of modes, if there are as many.
         above: Leave out the modes at and below this frequency [Hz].
 
     Raises:
-        SimulationError: What happens at 0 s ends a run, or the modes could not be computed.
+        SimulationError: An event at 0 s ends the run, or the modes could not be computed.
         TissueError: There is no such body, or nothing can move.
     """
     chosen = _nodes(compiled.network, body)
