@@ -1,4 +1,4 @@
-"""A scene's bench: every solver, its points, and what follows from them."""
+"""The bench of a scene: points of every solver, and comparisons of them."""
 
 from collections.abc import Sequence
 
@@ -56,14 +56,15 @@ def bench(
     """Return the points of a scene.
 
     Args:
-        methods: Names of solvers; none means all.
-        tolerances: Any order.
+        compiled: The scene.
+        methods: Names of solvers; all if empty.
+        tolerances: In any order.
         repeat: Timed runs of each point.
-        budget: Time of the processor that a run may take [s].
-        tell: Told what is being done.
+        budget: Processor time that a run may take [s].
+        tell: Called with what is being done.
 
     Raises:
-        TissueError: A name is unknown, or no reference came out.
+        TissueError: A name is unknown, or there is no reference.
     """
     problem = BenchProblem.of(compiled)
     ordered = sorted(set(tolerances), reverse=True)
@@ -83,7 +84,11 @@ def bench(
 
 
 def chosen(solvers: Sequence[Solver], names: Sequence[str]) -> list[Solver]:
-    """Return the solvers of some names, whatever their capitals; all of them for none."""
+    """Return the solvers of some names, ignoring case; all of them without names.
+
+    Raises:
+        TissueError: A name is unknown.
+    """
     known = {solver.name.lower(): solver for solver in solvers}
     for name in names:
         if name.lower() not in known:

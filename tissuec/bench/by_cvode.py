@@ -26,6 +26,11 @@ class CvodeSolver(DrivenSolver, frozen=True):
     def integrate(
         self, kernel: Kernel, times: Floats, tolerance: float, deadline: Deadline
     ) -> tuple[Floats, Floats]:
+        """Return the unknowns at times within an interval and at its end.
+
+        Raises:
+            SolverFailed: CVODE cannot go on.
+        """
         from sksundae.cvode import CVODE  # pyright: ignore[reportMissingImports]
 
         def fill(time: float, y: Floats, out: Floats) -> None:

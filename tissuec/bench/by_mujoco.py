@@ -53,7 +53,11 @@ class MujocoSolver(Struct, frozen=True, eq=False):
         return f"MuJoCo {self.integrator}"
 
     def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
-        """Return a run at a tolerance; see ``Solver``."""
+        """Return a run at a tolerance; see ``Solver``.
+
+        Raises:
+            SolverFailed: The motion is not finite, or ended early.
+        """
         mujoco: Any = import_module("mujoco")
 
         state = state_at_start(self.problem)

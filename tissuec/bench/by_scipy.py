@@ -24,6 +24,11 @@ class SciPySolver(DrivenSolver, frozen=True):
     def integrate(
         self, kernel: Kernel, times: Floats, tolerance: float, deadline: Deadline
     ) -> tuple[Floats, Floats]:
+        """Return the unknowns at times within an interval and at its end.
+
+        Raises:
+            SolverFailed: SciPy's solver cannot go on.
+        """
         with np.errstate(all="ignore"):
             found = solve_ivp(
                 kernel.function(deadline),

@@ -1,4 +1,4 @@
-"""What solvers of other libraries share: they are driven from event to event by our forces."""
+"""Common code of solvers of other libraries, which are driven from event to event."""
 
 from typing import ClassVar
 
@@ -43,10 +43,10 @@ class DrivenSolver(Struct, frozen=True, eq=False):
     def integrate(
         self, kernel: Kernel, times: Floats, tolerance: float, deadline: Deadline
     ) -> tuple[Floats, Floats]:
-        """Return the unknowns at times within a stretch and at its stop; see ``Integrate``.
+        """Return the unknowns at times within an interval and at its end; see ``Integrate``.
 
         Raises:
-            Failed: It could not go on.
+            SolverFailed: It cannot go on.
             OutOfTime: The deadline has passed.
         """
         raise NotImplementedError

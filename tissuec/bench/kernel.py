@@ -60,13 +60,13 @@ class Kernel:
 
     @property
     def initial(self) -> Floats:
-        """Return the unknowns at the start, shape (6 free,)."""
+        """Return the unknowns at the start [m], [m/s], shape (6 free,)."""
         moved, speed = self._x - self._origin, self._v
         pairs = np.stack([moved.reshape(-1, 3)[self.nodes], speed.reshape(-1, 3)[self.nodes]])
         return pairs.transpose(1, 2, 0).ravel()
 
     def fill(self, time: float, y: Floats, out: Floats) -> None:
-        """Set ``out`` to y' at a time [s]."""
+        """Set ``out`` to y' at a time."""
         self.evaluations += 1
         self._unknowns.y[:] = y
         compiled_rate()(time, self._table.address, self._net.address)

@@ -27,7 +27,12 @@ class EngineSolver(Struct, frozen=True, eq=False):
         return self.method
 
     def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
-        """Return a run at a tolerance; see ``Solver``."""
+        """Return a run at a tolerance; see ``Solver``.
+
+        Raises:
+            OutOfTime: The deadline has passed.
+            SolverFailed: The run ended early, or another method took over.
+        """
         problem, frames = self.problem, PositionRecorder(self.problem)
         started = clock.process_time()
         outcome = run(

@@ -1,4 +1,4 @@
-"""A script carried out for solvers that know nothing of it: from event to event."""
+"""Runs a script from event to event for solvers that do not handle events."""
 
 import time as clock
 from collections.abc import Callable

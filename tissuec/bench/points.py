@@ -1,4 +1,4 @@
-"""Points of run time against error: every solver at every tolerance, by turns."""
+"""Points of run time against error, for every solver and tolerance."""
 
 from collections.abc import Callable, Iterator, Sequence
 from math import inf
@@ -53,15 +53,17 @@ def measure(
 ) -> tuple[list[MeasuredPoint], list[MissingPoint]]:
     """Return the points that could be measured, and why others could not.
 
-    Each point is run once untimed, so that nothing waits for a compiler; then all points take
-    turns, so that a slow moment of the machine meets all alike.
+    Each point is run once untimed, so that no time includes a compilation; then all points take
+    turns, so that a slow phase of the machine affects all alike.
 
     Args:
+        problem: The scene of the bench.
+        solvers: The solvers.
         tolerances: Coarse to fine.
         truth: Positions that errors are measured against [m], shape (row, node, 3).
         repeat: Timed runs of each point.
-        budget: Time of the processor that a run may take [s].
-        tell: Told what is being done.
+        budget: Processor time that a run may take [s].
+        tell: Called with what is being done.
     """
     found: dict[tuple[int, float], SolverRun] = {}
     gaps: list[MissingPoint] = []

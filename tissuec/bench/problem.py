@@ -1,4 +1,4 @@
-"""What a bench solves: the positions of a plan at its output times, and nothing else."""
+"""The problem of a bench: the positions of a plan at its output times."""
 
 import numpy as np
 from msgspec import Struct

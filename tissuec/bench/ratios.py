@@ -1,4 +1,4 @@
-"""Who is faster at the same error: times between measured points, in logarithms."""
+"""Speed ratios at equal error, interpolated between points on logarithmic axes."""
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
@@ -56,7 +56,7 @@ def ratios(
 def fastest(
     points: Sequence[MeasuredPoint], names: Iterable[str], error: float, floor: float
 ) -> tuple[str, float] | None:
-    """Return who needs the least time for an error, and that time [s]."""
+    """Return the solver that needs the least time for an error, and that time [s]."""
     times = {name: time_at(points, name, error, floor) for name in sorted(names)}
     known = {name: time for name, time in times.items() if time is not None}
     return min(known.items(), key=lambda item: item[1]) if known else None
@@ -65,9 +65,9 @@ def fastest(
 def time_at(
     points: Sequence[MeasuredPoint], name: str, error: float, floor: float
 ) -> float | None:
-    """Return the time that a solver needs for an error [s], None if it was never that exact.
+    """Return the time that a solver needs for an error [s], None if it was never that accurate.
 
-    Points that another one of the solver beats in both are passed over.
+    Points that another point of the same solver beats in both time and error are ignored.
     """
     known = sorted((max(p.error, floor), p.seconds) for p in points if p.name == name)
     if not known or known[0][0] > error:

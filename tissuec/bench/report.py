@@ -1,4 +1,4 @@
-"""A bench as text for people and as plain data for programs."""
+"""A bench as text and as plain data."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Who else solves a scene: what can be asked, and why others cannot."""
+"""Other solvers that can solve a scene, and why some cannot."""
 
 from collections.abc import Iterable
 from importlib.util import find_spec

@@ -1,4 +1,4 @@
-"""How large a motion is: what the tolerances of other solvers are multiplied with."""
+"""Scales of a motion, by which the tolerances of other solvers are multiplied."""
 
 import numpy as np
 from msgspec import Struct
@@ -29,6 +29,6 @@ class MotionScales(Struct, frozen=True):
         return cls(size, max(speed, size / problem.plan.simulation.duration))
 
     def allowed(self, tolerance: float, kernel: Kernel) -> Floats:
-        """Return the error allowed in each unknown, shape (6 free,)."""
+        """Return the error allowed in each unknown [m], [m/s], shape (6 free,)."""
         pair = np.array([self.displacement, self.speed])
         return tolerance * np.tile(pair, 3 * len(kernel.nodes))

@@ -1,4 +1,4 @@
-"""Where a run starts: the state behind the orders of 0 s."""
+"""The state at the start of a run, after the orders of 0 s."""
 
 from tissuec.bench.frames import PositionRecorder
 from tissuec.bench.problem import BenchProblem

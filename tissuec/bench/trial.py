@@ -35,7 +35,11 @@ class Deadline:
         return clock.process_time() - loading.translated > self._until
 
     def check(self) -> None:
-        """Raise OutOfTime if the time is up."""
+        """Stop a run that exceeds its time.
+
+        Raises:
+            OutOfTime: The time is up.
+        """
         if self.is_over:
             raise OutOfTime("the budget of time was used up")
 

@@ -1,4 +1,4 @@
-"""The solution that errors are measured against, and how well it is known."""
+"""The solution that errors are measured against, and its uncertainty."""
 
 from collections.abc import Iterable, Sequence
 from math import inf
@@ -59,16 +59,17 @@ def find_truth(
     patience: float = PATIENCE,
     tell: Tell = lambda text: None,
 ) -> BestSolution:
-    """Return the solution of the first method that comes to the end, and a second opinion.
+    """Return the solution of the first method that reaches the end, and a second solution.
 
     Args:
-        finest: Tolerance that is to be judged.
-        budget: Time of the processor for one point [s].
-        patience: How many of them a solution may take.
-        tell: Told what is being done.
+        problem: The scene of the bench.
+        finest: Finest tolerance of the bench.
+        budget: Processor time for one point [s].
+        patience: How many of these times a solution may take.
+        tell: Called with what is being done.
 
     Raises:
-        Unknown: None did.
+        Unknown: No method reached the end.
     """
     tolerance = max(finest / FINER, FINEST)
     second_budget, budget = min(SECOND, patience) * budget, patience * budget
