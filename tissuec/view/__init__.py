@@ -1,1 +1,1 @@
-"""Everything that people look at: pages, pictures, plots, reports and comparisons."""
+"""Output for people: pages, pictures, plots, reports and comparisons."""

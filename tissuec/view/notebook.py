@@ -29,7 +29,7 @@ class Trajectory(results.Trajectory):
 
 
 def as_text(trajectory: results.Trajectory) -> str:
-    """Return what a result holds, a line for each kind of thing."""
+    """Return a summary of a result, one line per kind of content."""
     name = f'Trajectory "{trajectory.path.name}"'
     if not trajectory.is_open:
         return f"<closed {name}>"
@@ -38,7 +38,7 @@ def as_text(trajectory: results.Trajectory) -> str:
 
 
 def as_html(trajectory: results.Trajectory) -> str:
-    """Return the player, or why there is none, and the same lines as a table."""
+    """Return the player, or why there is none, and the summary as a table."""
     if not trajectory.is_open:
         return f"<p>{escape(as_text(trajectory))}</p>"
     cells = "".join(

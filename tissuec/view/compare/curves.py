@@ -1,4 +1,4 @@
-"""How logs and energies differ, at common times.
+"""Differences of logs and energies at common times.
 
 Where both logs have the same times, these are compared; otherwise both at the times of either,
 with straight lines between the rows.

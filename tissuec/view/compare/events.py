@@ -1,4 +1,4 @@
-"""What happened in one run and not in the other, or at another time.
+"""Events that only one of two runs has, or that differ in time.
 
 Events are the same where kind and cause are; then those of one kind that are left over, in
 their order, such as a motion that was written anew. Each spring that breaks is an event.
@@ -67,7 +67,7 @@ class EventComparison(Struct, frozen=True):
 
 
 def compare_events(a: Side, b: Side, springs: MatchedIndices) -> EventComparison:
-    """Return what happened in which of the two."""
+    """Return the events of both runs and those of only one."""
     left_a = _entries(a.events, springs.number(a.network.spring_count, "a"), odd=True)
     left_b = _entries(b.events, springs.number(b.network.spring_count, "b"), odd=False)
     both: list[MatchedEvent] = []

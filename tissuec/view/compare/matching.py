@@ -1,4 +1,4 @@
-"""Which nodes and springs of two networks are the same: by the ids of the scene.
+"""Matching of nodes and springs of two networks by the ids of the scene.
 
 A node is known by its body and its id, a spring by its body or joint and its two nodes, so that
 springs keep their partners where a table loses a row or a body comes in between.
@@ -29,7 +29,12 @@ class MatchedIndices(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, a: Indices, b: Indices, count_a: int, count_b: int) -> "MatchedIndices":
-        """Return pairs in the order of ``a`` with what is left of so many things."""
+        """Return pairs in the order of ``a`` with what is left.
+
+        Args:
+            a, b: Indices of the same things, shape (pair,).
+            count_a, count_b: Number of things on either side.
+        """
         order = np.argsort(a)
         rest = np.setdiff1d(np.arange(count_a), a), np.setdiff1d(np.arange(count_b), b)
         return cls(a[order], b[order], *rest)
@@ -38,14 +43,14 @@ class MatchedIndices(Struct, frozen=True, eq=False):
         return len(self.a)
 
     def number(self, count: int, side: str) -> Indices:
-        """Return the pair of each of so many things of one side, -1 without, shape (thing,)."""
+        """Return the pair of each item of one side, -1 without a pair, shape (item,)."""
         numbers = np.full(count, -1)
         numbers[self.a if side == "a" else self.b] = np.arange(len(self))
         return numbers
 
 
 def tools_of(side: Side) -> Iterator[tuple[str, Indices]]:
-    """Yield the tools that have nodes, which stand behind those of the bodies."""
+    """Yield the tools that have nodes, with their indices of shape (n,), which come last."""
     for group in side.groups:
         is_set = group.what == "nodes" and not group.body and len(group.indices)
         if is_set and group.indices[0] >= side.network.body_nodes:
@@ -68,7 +73,7 @@ def match_nodes(a: Side, b: Side) -> MatchedIndices:
 def match_springs(a: Side, b: Side, nodes: MatchedIndices) -> MatchedIndices:
     """Return the springs between the same nodes in bodies and joints of the same names.
 
-    Of several springs between two nodes the first belongs to the first, and so on.
+    Of several springs between two nodes the first matches the first, and so on.
     """
     keys = [key_of(part.name) for part in a.network.parts]
     codes_a = _spring_codes(a.network, nodes, "a", keys)

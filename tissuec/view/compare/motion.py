@@ -1,4 +1,4 @@
-"""How far the same nodes are apart in two runs, against what both runs promise.
+"""Distances of the same nodes in two runs, compared with both tolerances.
 
 A run that keeps its tolerance τ is no further than τ · d from the true motion, where d is the
 largest displacement so far. Two runs of one scene may therefore be τa da + τb db apart.
@@ -73,7 +73,10 @@ class MotionDifference(Struct, frozen=True, eq=False):
 
     @property
     def relative(self) -> Floats:
-        """Return distances relative to the largest displacement until then, shape (time,)."""
+        """Return distances divided by the largest displacement so far, dimensionless.
+
+        The shape is (time,).
+        """
         return self.distance / np.maximum(self.scale_a, self.scale_b)
 
     @property
@@ -109,7 +112,7 @@ class MotionDifference(Struct, frozen=True, eq=False):
 def compare_motions(
     a: Trajectory, b: Trajectory, nodes: MatchedIndices
 ) -> MotionDifference | str:
-    """Return how far the nodes of two runs are apart, or why that cannot be said."""
+    """Return how far the nodes of two runs are apart, or why they cannot be compared."""
     shown = np.isin(nodes.a, a.nodes) & np.isin(nodes.b, b.nodes)
     one = _Course(a, np.searchsorted(a.nodes, nodes.a[shown]))
     other = _Course(b, np.searchsorted(b.nodes, nodes.b[shown]))

@@ -1,4 +1,4 @@
-"""How the numbers of nodes and springs differ: by quantity and by part of a body.
+"""Differences of the numbers of nodes and springs, by quantity and by part of a body.
 
 A relative difference is |b - a| / max(|a|, |b|): the same from either side, 1 between something
 and nothing, and 1 between a limit and none. What differs by less than ``ROUNDING`` is the same,
@@ -91,7 +91,7 @@ class _Column(Struct, frozen=True, eq=False):
 def compare_parameters(
     a: Side, b: Side, nodes: MatchedIndices, springs: MatchedIndices
 ) -> Iterator[QuantityDifference]:
-    """Yield what differs, nodes first, the largest difference of each quantity first."""
+    """Yield the differences, nodes first, the largest difference of each quantity first."""
     places = SideParts(a), SideParts(b)
     for what, pairs, columns in (
         ("node", nodes, _of_nodes(a.network, b.network, nodes)),
@@ -104,7 +104,12 @@ def compare_parameters(
 
 
 def relative_difference(a: Floats, b: Floats, floor: float = 0.0) -> Floats:
-    """Return |b - a| / max(|a|, |b|), from 0 to 2, of numbers or of vectors (…, 3)."""
+    """Return |b - a| / max(|a|, |b|), from 0 to 2, dimensionless, shape (n,).
+
+    Args:
+        a, b: Numbers of shape (n,) or vectors of shape (n, 3), in any unit.
+        floor: Smallest denominator, in the same unit.
+    """
     if a.ndim > 1:
         size = np.maximum(np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1))
         apart = np.linalg.norm(b - a, axis=1)

@@ -1,4 +1,4 @@
-"""What a node or spring is called, and which part of a body it belongs to."""
+"""Names of nodes and springs, and the parts of bodies that they belong to."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -63,7 +63,10 @@ class SideParts:
 
     @cached_property
     def part_of_springs(self) -> Indices:
-        """The body or joint of each spring as a place in the network's parts, (spring,)."""
+        """Return the body or joint of each spring as a place in the network's parts.
+
+        The shape is (spring,).
+        """
         parts = self.network.parts
         sizes = [part.springs.stop - part.springs.start for part in parts]
         return np.repeat(np.arange(len(parts)), sizes)
@@ -75,11 +78,11 @@ class SideParts:
         return " | ".join(names)
 
     def node(self, number: int) -> str:
-        """Return what a node is called: "57 of oviduct"."""
+        """Return the name of a node: "57 of oviduct"."""
         body = int(self.body_of_nodes[number])
         name = self.bodies[body] if body >= 0 else "a tool"
         return f"{self.network.node_ids[number]} of {name}"
 
     def spring(self, number: int) -> str:
-        """Return what a spring is called: "14 of oviduct"."""
+        """Return the name of a spring: "14 of oviduct"."""
         return f"{self.network.spring_ids[number]} of {self.network.owner(number).name}"

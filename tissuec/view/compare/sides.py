@@ -79,7 +79,7 @@ def of_result(trajectory: Trajectory) -> Side:
 
 
 def of_scene(request: Request) -> Side:
-    """Return what a scene compiles to; CompileError if its text is wrong."""
+    """Return the compiled scene as a side; CompileError if its text is wrong."""
     compiled, _ = compile_request(request)
     simulation, scene = compiled.plan.simulation, compiled.scene
     meshes = (placed.drawing.mesh for placed in compiled.groups.bodies.values())

@@ -1,4 +1,4 @@
-"""How texts differ: of scenes and of what they use, in canonical layout."""
+"""Differences of texts, of scenes and of files that they use, in canonical layout."""
 
 from collections.abc import Iterator, Mapping
 from difflib import unified_diff

@@ -1,1 +1,1 @@
-"""A page with a slider for each property of a vocabulary, and what its rules make of them."""
+"""A page with a slider for each property of a vocabulary, and the results of its rules."""

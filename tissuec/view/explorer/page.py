@@ -36,7 +36,7 @@ _DARK = {
 
 
 def document(request: Request) -> dict[str, Any]:
-    """Return what the page of a vocabulary holds, as plain data.
+    """Return the contents of the page of a vocabulary, as plain data.
 
     Raises:
         CompileError: The text is wrong.

@@ -28,7 +28,13 @@ _GIVEN = re.compile(rf"[^=]*= ?({_LITERAL.pattern}(?: per {_LITERAL.pattern})?)"
 def presets(
     words: ResolvedProgram, library: Library, libraries: Sequence[Path]
 ) -> list[dict[str, Any]]:
-    """Return the tissues described in the rules of a program, its own ones first."""
+    """Return the tissues described by the rules of a program, its own ones first.
+
+    Args:
+        words: The resolved program.
+        library: Folders in which ``use`` finds files.
+        libraries: Folders of ``--library``.
+    """
     found = [_preset(tissue, words, "") for tissue in words.tissues.values()]
     for name, path in library.files():
         for used in _used_words(path, name, libraries):

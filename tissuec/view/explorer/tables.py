@@ -35,7 +35,7 @@ _READING = re.compile(r" \([^()]* \+ [^()]*\)$")  # "very hard (very + hard)"
 
 
 def tables(words: ResolvedProgram) -> dict[str, Any]:
-    """Return everything that a page needs to infer, and to show what it inferred."""
+    """Return everything that a page needs for inference and for showing its results."""
     shapes = Shapes()
     vocabulary = words.vocabulary
     writer = _Writer(words, shapes)

@@ -1,4 +1,4 @@
-"""Places as a page has them."""
+"""Numbers as the page reads them."""
 
 from pathlib import Path
 

@@ -21,10 +21,11 @@ Progress = Callable[[int, int], None]
 
 
 def moments(times: Floats, rate: float, speed: float | None) -> Floats:
-    """Return which moments of a film are drawn, in frames, for so many pictures in a second.
+    """Return the moments of a film to be drawn, counted in frames, shape (picture,).
 
     Args:
         times: Of the frames [s], shape (frame,).
+        rate: Pictures per second.
         speed: Playback speed, 1 is real time; chosen automatically if None.
     """
     duration = float(times[-1] - times[0])
@@ -35,9 +36,12 @@ def moments(times: Floats, rate: float, speed: float | None) -> Floats:
 
 
 def rate_of(painter: Painter, usual: float, speed: float | None, still: float = 0.0) -> float:
-    """Return how many pictures a second shows: fewer than usual if few frames are asked for.
+    """Return the number of pictures per second: fewer than usual if few frames are requested.
 
     Args:
+        painter: Draws moments of the run.
+        usual: Pictures per second otherwise.
+        speed: Playback speed.
         still: How long pictures of the end are repeated [s].
     """
     times, most = painter.film.times, painter.options.frames

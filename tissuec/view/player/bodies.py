@@ -1,4 +1,4 @@
-"""Solid things as triangles, and their looks in the light of the page (``web/shared.glsl``)."""
+"""Solid shapes as triangles, with the lighting of the page (``web/shared.glsl``)."""
 
 from typing import NamedTuple
 
@@ -24,7 +24,11 @@ class TriangleMesh(NamedTuple):
 
 
 def across(axis: Floats) -> tuple[Floats, Floats]:
-    """Return two directions at right angles to each one of some, and to each other."""
+    """Return two unit vectors at right angles to each axis and to each other, shape (…, 3).
+
+    Args:
+        axis: Unit vectors, dimensionless, shape (…, 3).
+    """
     upright = np.abs(axis[..., 2:]) < 0.9
     side = np.where(upright, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
     right = np.cross(side, axis)
@@ -52,7 +56,14 @@ def capsules(first: Floats, second: Floats, radius: Floats, *, sides: int = 24) 
 
 
 def arrows(foot: Floats, arrow: Floats, thick: float, *, sides: int = 10) -> TriangleMesh:
-    """Return arrows with these feet [m] and vectors [m], shape (arrow, 3); see the shader."""
+    """Return arrows as triangles; see the shader.
+
+    Args:
+        foot: Where they begin [m], shape (arrow, 3).
+        arrow: Vectors [m], shape (arrow, 3).
+        thick: Thickness [m].
+        sides: Number of sides of a shaft.
+    """
     length = np.linalg.norm(arrow, axis=1)
     slim = np.minimum(1.0, length / (9.0 * thick)) * thick
     head = np.minimum(6.0 * slim, 0.45 * length)
@@ -113,7 +124,12 @@ def boxes(middle: Floats, half: float) -> TriangleMesh:
 
 
 def smooth_mesh(position: Floats, triangles: NDArray[np.integer]) -> TriangleMesh:
-    """Return triangles with normals that are smooth, but across sharp edges."""
+    """Return triangles with normals that are smooth, except across sharp edges.
+
+    Args:
+        position: Points [m], shape (point, 3).
+        triangles: Corners, shape (triangle, 3).
+    """
     corners = position[triangles]
     face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(face, axis=1)

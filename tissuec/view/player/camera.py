@@ -1,4 +1,4 @@
-"""Who looks from where: an orbit about a target, z upwards, in perspective.
+"""The camera: an orbit about a target, z upwards, in perspective.
 
 With azimuth α and elevation ε the eye is in the direction d = (cos ε cos α, cos ε sin α, sin ε)
 from the target; r = (-sin α, cos α, 0) points to the right and d × r upwards. A point q (from
@@ -44,7 +44,7 @@ class Framing(Struct, frozen=True, eq=False):
 
 
 def framing(film: PlayerData) -> Framing:
-    """Return what a picture of all frames is to hold: the outermost points of the motion."""
+    """Return the points that a picture of all frames must include, the outermost ones."""
     nodes = film.position[:, : film.node_count]
     middle = nodes.mean(axis=1)
     sizes = np.linalg.norm(nodes.max(axis=1) - nodes.min(axis=1), axis=1)
@@ -73,7 +73,7 @@ def _near(film: PlayerData, points: Floats) -> Floats:
 
 
 def outermost(points: NDArray[Any]) -> Floats:
-    """Return the points that are furthest in some direction."""
+    """Return the points that are furthest in some direction [m], shape (n, 3)."""
     if len(points) <= len(_DIRECTIONS):
         return np.asarray(points, dtype=float)
     return points[np.unique((points @ _DIRECTIONS.T).argmax(axis=0))].astype(float)
@@ -91,10 +91,10 @@ _DIRECTIONS = _sphere(96)
 
 
 def viewpoint(points: Floats) -> tuple[float, float]:
-    """Return azimuth and elevation [deg] from which a motion is seen well.
+    """Return azimuth and elevation from which a motion is well visible [deg].
 
-    Its longer side lies across the picture, a little turned; what has no height at all is seen
-    from above.
+    Its longer side lies across the picture, slightly turned; what has no height is seen from
+    above.
     """
     wide, deep, high = np.ptp(points, axis=0)
     flat = max(wide, deep)
@@ -122,7 +122,7 @@ class Camera(Struct, frozen=True, eq=False):
 
     @property
     def axes(self) -> Floats:
-        """Return the directions to the right, upwards and to the eye, shape (3, 3)."""
+        """Return unit vectors to the right, upwards and to the eye, shape (3, 3)."""
         return axes(self.azimuth, self.elevation)
 
     def seen(self, points: NDArray[Any]) -> tuple[Floats, Floats]:
@@ -145,7 +145,7 @@ def half_height(aspect: float) -> float:
 
 
 def axes(azimuth: float, elevation: float) -> Floats:
-    """Return the directions to the right, upwards and to the eye, shape (3, 3)."""
+    """Return unit vectors to the right, upwards and to the eye, shape (3, 3)."""
     a, e = radians(azimuth), radians(elevation)
     eye = np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
     right = np.array([-sin(a), cos(a), 0.0])
@@ -153,7 +153,7 @@ def axes(azimuth: float, elevation: float) -> Floats:
 
 
 def fitted(points: Floats, azimuth: float, elevation: float, aspect: float) -> Camera:
-    """Return the camera in this direction that sees all points, as near as may be."""
+    """Return the camera in this direction that sees all points, as near as possible."""
     half = half_height(aspect) * np.array([aspect, 1.0]) * MARGIN
     frame = axes(azimuth, elevation)
     seen = points @ frame.T

@@ -48,13 +48,14 @@ def _curve(log: Log) -> LogCurve:
 
 
 def outline(value: Floats, most: int = MOST_MOMENTS) -> Indices:
-    """Return which rows to keep so that a curve looks the same: every extreme stays.
+    """Return the rows to keep so that a curve looks the same, shape (n,).
 
-    Of each stretch of rows, those stay that hold a least or largest number of some column.
+    From each interval of rows, those with the smallest or largest number of some column are
+    kept.
 
     Args:
-        value: Shape (row, column).
-        most: How many rows may stay, but for extremes of further columns.
+        value: In any unit, shape (row, column).
+        most: How many rows are kept, except for extremes of further columns.
     """
     rows = len(value)
     if rows <= most:

@@ -1,4 +1,4 @@
-"""What a page says of its run in words."""
+"""Facts about a run as text on the page."""
 
 import re
 from typing import Any
@@ -12,14 +12,14 @@ _PACKAGES = ("tissuec", "python", "numpy", "scipy", "llvmlite")
 
 
 def title(trajectory: Trajectory) -> str:
-    """Return what the run is called: the name of its scene, or of its file."""
+    """Return the title of the run: the name of its scene, or of its file."""
     scene = str(trajectory.manifest.get("scene") or "")
     name = re.split(r"[\\/]", scene)[-1].removesuffix(".tis")
     return name.replace("_", " ") or printable(trajectory.path.name)
 
 
 def about(trajectory: Trajectory) -> str:
-    """Return what the scene says that it is about."""
+    """Return the description in the scene."""
     return str(trajectory.manifest.get("about") or "")
 
 
@@ -61,7 +61,7 @@ def _error(manifest: dict[str, Any]) -> str:
 
 
 def thinning(film: PlayerData) -> str:
-    """Return what is not drawn; empty if all is."""
+    """Return which nodes are not drawn, as text; empty if all are drawn."""
     nodes, springs = film.recorded
     if film.node_count == nodes:
         return ""

@@ -1,4 +1,4 @@
-"""What is drawn of a result, as arrays.
+"""The drawable contents of a result, as arrays.
 
 Moments within a run are counted in *frames*: 2.5 lies halfway between the frames 2 and 3. What
 is there for a while only, such as a spring that is cut, has a *life*: the frames from which on,
@@ -121,7 +121,10 @@ class PlayerData(Struct, frozen=True, eq=False):
         return self.force.shape[1]
 
     def strain(self, frame: int) -> Floats:
-        """Return elongation over rest length of each line, shape (line,); 0 without one."""
+        """Return elongation over rest length of each line, dimensionless, shape (line,).
+
+        It is 0 for a line without rest length.
+        """
         first, second = self.position[frame][self.lines.ends.T]
         length = np.linalg.norm(second - first, axis=1)
         rest = self.lines.rest
@@ -133,7 +136,7 @@ class PlayerData(Struct, frozen=True, eq=False):
 
     @property
     def most_tension(self) -> float:
-        """Return where the colours of tension end [N]; more is drawn alike."""
+        """Return the end of the colour scale of tensions [N]; larger ones look alike."""
         return _most(
             np.abs(row[self.alive(frame)]) for frame, row in enumerate(self.lines.tension)
         )

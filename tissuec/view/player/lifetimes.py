@@ -1,4 +1,4 @@
-"""When things are there: from the topologies of a file to spans of frames."""
+"""Lifetimes of drawn objects: from the topologies of a file to ranges of frames."""
 
 from collections import defaultdict
 from collections.abc import Iterable
@@ -30,7 +30,12 @@ class Lifetimes(NamedTuple):
 
 
 def is_there(life: Floats, frame: float) -> Mask:
-    """Return what is there in a frame, or between two, shape (life,)."""
+    """Return what exists in a frame, or between two, shape (life,).
+
+    Args:
+        life: First and last frame, in units of frames, shape (life, 2).
+        frame: The frame.
+    """
     return (life[:, 0] <= frame) & (frame < life[:, 1])
 
 
@@ -66,17 +71,18 @@ class Timeline(Struct, frozen=True, eq=False):
     times: Floats
 
     def frame_of(self, time: float | Floats) -> Floats:
-        """Return where times [s] lie among the frames."""
+        """Return the places of times [s] among the frames, in the shape of ``time``."""
         return np.asarray(np.interp(time, self.times, np.arange(len(self.times))))
 
     def sharpened(
         self, found: Lifetimes, springs: Indices, events: Iterable[Event]
     ) -> Lifetimes:
-        """Return lives of springs that end when the log of events says, between frames.
+        """Return lives of springs that end at the times of events, between frames.
 
         Args:
             found: They end at the first frame that lacks the spring.
-            springs: Network numbers of what is counted there.
+            springs: Network numbers of their springs, shape (spring,).
+            events: The log of events.
         """
         when: dict[int, list[float]] = defaultdict(list)
         for event in events:
@@ -94,8 +100,9 @@ def sharpened_triangles(life: Floats, ends: Floats) -> Floats:
     """Return lives of triangles that end with the first spring that ends between two frames.
 
     Args:
-        life: Of triangles; they end at the first frame that lacks them, shape (triangle, 2).
-        ends: When springs end, shape (spring,).
+        life: Of triangles, in units of frames; they end at the first frame that lacks them,
+            shape (triangle, 2).
+        ends: When springs end, in units of frames, shape (spring,).
     """
     ends = np.sort(ends[ends < FOREVER])
     life = life.copy()
@@ -123,7 +130,11 @@ class Register:
         self.rows = np.zeros((0, width), dtype=np.int64)
 
     def numbers(self, table: NDArray[np.integer]) -> Indices:
-        """Return the numbers of the rows of a table, which become known."""
+        """Return the numbers of the rows of a table, shape (row,); new rows are added.
+
+        Args:
+            table: Node numbers, shape (row, column).
+        """
         keys = table.astype(np.int64) @ self._base
         fresh, first = np.unique(keys, return_index=True)
         is_new = ~np.isin(fresh, self._keys, assume_unique=True)

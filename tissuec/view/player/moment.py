@@ -1,4 +1,4 @@
-"""What a film shows between two of its frames."""
+"""The film between two of its frames."""
 
 from typing import Any
 
@@ -45,7 +45,12 @@ class InterpolatedFrame(Struct, frozen=True, eq=False):
 
 
 def surface_at(pieces: list[SurfacePiece], at: float) -> tuple[SurfacePiece, Floats]:
-    """Return which piece of a smooth surface is seen, and its points [m], (point, 3)."""
+    """Return the visible piece of a smooth surface, and its points [m], shape (point, 3).
+
+    Args:
+        pieces: The pieces.
+        at: Moment, in frames.
+    """
     piece = [one for one in pieces if one.frames[0] <= at + 1e-6 or one is pieces[0]][-1]
     place = float(np.interp(at, piece.frames, np.arange(len(piece.frames))))
     first = int(place)

@@ -1,4 +1,4 @@
-"""What can be chosen of a player or a picture."""
+"""Options of a player or a picture."""
 
 from typing import Literal, get_args
 

@@ -1,4 +1,4 @@
-"""How fast a run is shown, and in which units."""
+"""Playback speed of a run, and units of time."""
 
 from math import floor, log10
 

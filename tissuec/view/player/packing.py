@@ -1,4 +1,4 @@
-"""Numbers for a page: in whole steps, as differences, deflated.
+"""Arrays for a page: quantised, as differences, deflated.
 
 An array is rounded to whole steps of a stated size, replaced by its differences from frame to
 frame, of the order that deflates best, and written low bytes first. What the page reads back is
@@ -33,7 +33,10 @@ class Pack(Struct):
     _size: int = 0
 
     def add(self, name: str, numbers: NDArray[Any]) -> None:
-        """Add whole numbers of shape (frame, …), whose differences along frames are small."""
+        """Add whole numbers, dimensionless, of shape (frame, …).
+
+        They pack best if they change little between frames.
+        """
         shape = np.shape(numbers)
         rows = np.asarray(numbers).reshape(shape[0], int(np.prod(shape[1:])))
         low = int(rows.min()) if rows.size else 0
@@ -60,7 +63,12 @@ class Pack(Struct):
 
 
 def best_order(rows: NDArray[np.uint32], width: int) -> int:
-    """Return the order of differences that deflates best."""
+    """Return the order of differences that deflates best.
+
+    Args:
+        rows: Numbers, shape (frame, number).
+        width: Bytes of a number.
+    """
     few = rows[: max(4, _TRIED // max(1, rows.shape[1]))]
     orders = ORDERS[: max(1, len(few))]
     sizes = [len(zlib.compress(to_bytes(few, order, width), 1)) for order in orders]
@@ -72,6 +80,11 @@ def to_bytes(rows: NDArray[np.uint32], order: int, width: int) -> bytes:
 
     Differences may be negative, so that they are taken modulo 2^(8 width) and folded: 0, -1, 1,
     -2, … become 0, 1, 2, 3, …
+
+    Args:
+        rows: Numbers, shape (frame, number).
+        order: Order of the differences.
+        width: Bytes of a number.
     """
     bits = 8 * width
     kind = np.dtype(f"u{width}")
@@ -91,7 +104,11 @@ class Quantization(Struct, frozen=True):
     step: float
 
     def steps(self, values: NDArray[Any]) -> NDArray[np.int64]:
-        """Return values as whole numbers of steps."""
+        """Return values as whole numbers of steps, in the shape of ``values``.
+
+        Args:
+            values: In the unit of ``step``.
+        """
         return np.rint((values - np.array(self.origin)) / self.step).astype(np.int64)
 
 
@@ -112,5 +129,13 @@ def box_scale(position: NDArray[Any]) -> Quantization:
 
 
 def even(values: NDArray[Any], most: float, steps: int) -> NDArray[np.int64]:
-    """Return values from -most to most as whole numbers from -steps to steps; outliers too."""
+    """Return values from -most to most as whole numbers from -steps to steps.
+
+    Outliers are clipped.
+
+    Args:
+        values: In any unit, of any shape.
+        most: Largest value, in the same unit.
+        steps: Largest whole number.
+    """
     return np.rint(np.clip(values / (most or 1.0), -1.0, 1.0) * steps).astype(np.int64)

@@ -1,4 +1,4 @@
-"""A result as one HTML document that plays it, without a network or other files."""
+"""A result as one HTML document that plays it, without network access or other files."""
 
 import html
 import json
@@ -45,7 +45,7 @@ def render(trajectory: Trajectory, options: Options = DEFAULT) -> str:
 
 
 def render_film(film: PlayerData, trajectory: Trajectory, options: Options = DEFAULT) -> str:
-    """Return the document for what was read of a result already."""
+    """Return the document for the drawable contents of a result."""
     pack = Pack()
     described = describe(film, trajectory, options, pack)
     return Template(_web("shell.html")).substitute(
@@ -62,9 +62,11 @@ def render_film(film: PlayerData, trajectory: Trajectory, options: Options = DEF
 def fragment(trajectory: Trajectory, options: Options = DEFAULT, *, height: int = 640) -> str:
     """Return the player as an element to be put into another page.
 
-    It stands in a frame of its own, so that neither page meets the other's styles or keys.
+    It has a frame of its own, so that the styles and keys of the pages do not interfere.
 
     Args:
+        trajectory: The result.
+        options: Options of the player.
         height: Of the frame [px].
 
     Raises:
@@ -87,7 +89,7 @@ def as_script(value: object) -> str:
 def describe(
     film: PlayerData, trajectory: Trajectory, options: Options, pack: Pack
 ) -> dict[str, Any]:
-    """Put arrays into ``pack``, and return everything else that the page is told."""
+    """Put arrays into ``pack``, and return everything else that the page needs."""
     scale = box_scale(film.position)
     most = {
         "tension": film.most_tension, "strain": film.most_strain, "force": film.most_force,

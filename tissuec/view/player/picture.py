@@ -54,7 +54,11 @@ _PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
 
 
 def need_matplotlib() -> None:
-    """Raise a TissueError that says what to install, where matplotlib is missing."""
+    """Check that matplotlib is installed.
+
+    Raises:
+        TissueError: It is missing; the message says what to install.
+    """
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""Pictures of triangles, the nearer ones in front."""
+"""Rasterised triangles with a depth buffer."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +29,11 @@ class Raster:
         """Draw triangles.
 
         Args:
-            corners: Pixels from the left and from the bottom, and the inverse of the distance
-                from the eye, which is linear on the picture, shape (triangle, corner, 3).
-            colour: Of the corners, shape (triangle, corner, 3).
-            opacity: Shape (triangle,).
+            corners: Place from the left and from the bottom [px], and the inverse of the
+                distance from the eye, which is linear on the picture, shape (triangle, corner,
+                3).
+            colour: Of the corners, 0 to 1, shape (triangle, corner, 3).
+            opacity: 0 to 1, shape (triangle,).
             hides: Whether they hide what lies behind and is drawn later.
         """
         given = corners * [FINER, FINER, 1.0], colour, opacity
@@ -40,7 +41,7 @@ class Raster:
         _FILL(*arrays, self._picture, self._nearness, int(hides))
 
     def pixels(self) -> NDArray[np.uint8]:
-        """Return what was drawn, from the top, shape (height, width, 3)."""
+        """Return the picture, from the top, dimensionless, shape (height, width, 3)."""
         height, width = (side // FINER for side in self._nearness.shape)
         parts = self._picture.reshape(height, FINER, width, FINER, 3).mean(axis=(1, 3))
         return np.rint(255.0 * np.clip(parts[::-1], 0.0, 1.0)).astype(np.uint8)

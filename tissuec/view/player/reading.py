@@ -1,4 +1,4 @@
-"""From a result file to what is drawn of it, frame by frame."""
+"""From a result file to its drawable contents, frame by frame."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -33,7 +33,7 @@ FIX = "fix"
 
 
 def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
-    """Return what is drawn of a result.
+    """Return the drawable contents of a result.
 
     Raises:
         TissueError: It has no frame.
@@ -76,7 +76,12 @@ def _no_frames(trajectory: Trajectory) -> str:
 
 
 def choose_frames(times: Floats, options: Options) -> Indices:
-    """Return the numbers of the frames that are shown; the first and the last always are."""
+    """Return the numbers of the frames to show, shape (n,), including the first and the last.
+
+    Args:
+        times: Of all frames [s], shape (frame,).
+        options: Options of the player.
+    """
     chosen = np.arange(len(times))
     if options.every is not None:
         steps = np.floor((times - times[0]) / options.every + 1e-9)

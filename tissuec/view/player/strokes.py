@@ -8,12 +8,12 @@ _INKED, _MOST_DASHES = 0.6, 24  # part of a dash that is drawn; how many a line 
 
 
 def rgb(text: str) -> Floats:
-    """Return red, green and blue of ``#rrggbb``, from 0 to 1."""
+    """Return red, green and blue of ``#rrggbb``, dimensionless, from 0 to 1, shape (3,)."""
     return np.array([int(text[at : at + 2], 16) for at in (1, 3, 5)]) / 255.0
 
 
 def ramp(colours: tuple[str, ...], value: Floats) -> Floats:
-    """Return colours of numbers from -1 to 1, shape (number, 3)."""
+    """Return colours of dimensionless numbers from -1 to 1, shape (number, 3)."""
     table = np.array([rgb(text) for text in colours])
     place = np.linspace(-1.0, 1.0, len(table))
     return np.stack([np.interp(value, place, column) for column in table.T], axis=1)
@@ -23,11 +23,11 @@ def dashed(ends: Floats, dashes: Floats) -> tuple[Indices, Floats]:
     """Return lines cut into dashes.
 
     Args:
-        ends: Shape (line, 2, 3).
+        ends: In any unit, shape (line, 2, 3).
         dashes: How many of them fit on each line; 0 for one that stays whole, shape (line,).
 
     Returns:
-        Of which line each dash is, shape (dash,), and its ends, shape (dash, 2, 3).
+        The line of each dash, shape (dash,), and its ends, shape (dash, 2, 3).
     """
     count = np.clip(np.ceil(dashes), 1, _MOST_DASHES).astype(int)
     which = np.repeat(np.arange(len(ends)), count)

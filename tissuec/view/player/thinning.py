@@ -1,4 +1,4 @@
-"""Fewer nodes to draw, by clusters of nodes that lie in one cube.
+"""Fewer nodes to draw, by clusters of nodes within one cube.
 
 Each cluster is drawn as one of its nodes, so that what is drawn moves as something does that
 was computed. The springs between two clusters become one line with the mean of their tensions,
@@ -47,7 +47,7 @@ def whole(count: int) -> Thinning:
 
 
 def thinned(trajectory: Trajectory, most: int) -> Thinning:
-    """Return at most about so many nodes of a result, as evenly spread as the net is."""
+    """Return a limited number of nodes of a result, as evenly spread as the net."""
     position = np.asarray(trajectory.position[0], dtype=float)
     groups = _groups(trajectory)
     if len(np.unique(groups)) >= most:  # such as loose points: every so many of them
@@ -114,10 +114,10 @@ class SpringLines(Struct, frozen=True, eq=False):
     first: Indices
 
     def mean(self, values: NDArray[Any], chosen: Indices) -> tuple[Floats, Indices]:
-        """Return the means over some springs, and whose they are.
+        """Return the means over some springs in the unit of ``values``, and their strands.
 
         Args:
-            values: Shape (chosen,).
+            values: In any unit, shape (chosen,).
             chosen: Springs, shape (chosen,).
         """
         at = self.of[chosen]
@@ -157,7 +157,13 @@ def strands(thinning: Thinning, ends: Indices) -> SpringLines:
 def thin_triangles(
     thinning: Thinning, triangles: NDArray[np.integer], life: Floats
 ) -> tuple[NDArray[np.integer], Indices, Floats]:
-    """Return triangles between what is drawn, one of those that each stands for, and lives."""
+    """Return triangles between drawn nodes, one of those that each represents, and their lives.
+
+    Args:
+        thinning: The clusters.
+        triangles: Corners, shape (triangle, 3).
+        life: Of the triangles, in units of frames, shape (triangle, 2).
+    """
     numbers = np.arange(len(triangles))
     if thinning.is_whole or not len(triangles):
         return triangles, numbers, life

@@ -1,7 +1,25 @@
-"""Plots: one kind a file; what is drawn of results, vocabularies and benches.
+"""Plots: one kind per file, drawn of results, vocabularies and benches.
 
 A member is a ``Struct`` whose fields are its options, on the command line as in Python. None of
 them imports matplotlib or opens a file before something is drawn.
+
+Shared arguments:
+    kind: Name of the kind of plot.
+    plot: A plot with its options.
+    subjects: What it is drawn of.
+    sheet: What is drawn on.
+    axes: Axes of matplotlib.
+    trajectory: The result.
+    view: Direction of the eye.
+    panels: Panels, one above the other.
+    runs: Results, with their names.
+    notes: Remarks below the picture.
+    options: Options of matplotlib.
+    position: Of all points, in the unit of the axes, shape (point, 3).
+    triangles: Corners, shape (triangle, 3).
+    colour: Colour of the lines or markers.
+    values: In any unit, of any shape.
+    points: Points [m], shape (…, 3).
 """
 
 from collections.abc import Sequence
@@ -36,7 +54,7 @@ class Plot(Protocol):
     several: ClassVar[bool]
 
     def picture(self, subjects: "Sequence[PlotSubject]") -> "Picture":
-        """Return what is to be drawn, with all that it needs.
+        """Return the picture, with everything it needs.
 
         Raises:
             TissueError: There is nothing to draw, or an option names what is not there.
@@ -116,7 +134,7 @@ def usual(subjects: "Sequence[PlotSubject]", options: dict[str, Any]) -> str:
 
 
 def make(kind: str, options: dict[str, Any]) -> Plot:
-    """Return a member with options; one value may stand for a list of one.
+    """Return a member with options; a single value may replace a list of one.
 
     Raises:
         TissueError: There is no such kind.
@@ -147,7 +165,7 @@ def _is_one(value: Any) -> bool:
 
 
 def check(kind: str, plot: Plot, subjects: "Sequence[PlotSubject]") -> None:
-    """Make sure that a kind can be drawn of subjects.
+    """Check that a kind can be drawn of subjects.
 
     Raises:
         TissueError: It cannot, and what could.

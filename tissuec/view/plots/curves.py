@@ -1,4 +1,4 @@
-"""Curves that can be told apart, with their names beside them and never on the data."""
+"""Curves with names beside them, in colours and dashes that can be distinguished."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -41,7 +41,11 @@ def plain(number: int = 0) -> dict[str, Any]:
 
 
 def thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return a curve by fewer points: of each stretch its smallest and its largest one."""
+    """Return a curve with fewer points: the smallest and the largest one of each interval.
+
+    Args:
+        x, y: In any units, shape (point,).
+    """
     if len(x) <= _MOST_ROWS:
         return x, y
     stretches = np.array_split(np.arange(len(x)), _MOST_ROWS // 2)
@@ -55,7 +59,11 @@ def thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def thinned_band(x: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return a band by fewer points, none of them narrower than what it stands for."""
+    """Return a band with fewer points that encloses the band given.
+
+    Args:
+        x, low, high: In any units, shape (point,).
+    """
     if len(x) <= _MOST_ROWS:
         return x, low, high
     firsts = np.linspace(0, len(x), _MOST_ROWS // 2, endpoint=False).astype(int)
@@ -69,7 +77,11 @@ def thinned_band(x: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, 
 
 
 def name_curves(sheet: Canvas, axes: "Axes", lines: Sequence["Line2D"]) -> None:
-    """Write the names of curves behind their ends, or in a legend where ends lie together."""
+    """Write the names of curves at their ends, or in a legend where ends lie together.
+
+    Args:
+        lines: The curves.
+    """
     if len(lines) < 2:
         return
     names = [str(line.get_label()) for line in lines]
@@ -91,7 +103,11 @@ def name_curves(sheet: Canvas, axes: "Axes", lines: Sequence["Line2D"]) -> None:
 
 
 def beside(axes: "Axes", drawn: Sequence[Any], **options: Any) -> None:
-    """Put a legend of what is drawn beside the axes."""
+    """Put a legend beside the axes.
+
+    Args:
+        drawn: What the legend names.
+    """
     axes.legend(
         handles=list(drawn), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
         handlelength=2.6, **options,

@@ -1,4 +1,4 @@
-"""Where the energy is, where it went, and how well the books close."""
+"""Energies over time: where energy is stored, where it went, and the balance error."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
@@ -99,7 +99,7 @@ class Energies(Struct, frozen=True):
 
 
 def books_of(time: Floats, value: Floats) -> EnergySeries:
-    """Return the books that a table of energies [J] stands for, shape (moment, column)."""
+    """Return the energy balance of a table of energies [J], shape (moment, column)."""
     parts: dict[str, Floats] = dict(zip(ENERGIES, value.T, strict=True))
     if not len(time):
         return EnergySeries(time, parts, time, time)
@@ -125,7 +125,7 @@ def _largest(books: EnergySeries) -> float:
 
 
 def _can_be_stacked(books: EnergySeries) -> bool:
-    """Tell whether no part is below zero, as where dampers are paid or a law gives energy."""
+    """Return whether no part is below zero, as where dampers are paid or a law gives energy."""
     least = -_SHARE * _largest(books)
     return all(bool((books.parts[name] >= least).all()) for name in STACK)
 

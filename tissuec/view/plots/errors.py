@@ -1,4 +1,4 @@
-"""How well positions are known: what steps and the companion run say, what is allowed."""
+"""Errors of positions: estimates of steps, of the companion run, and the allowed error."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
@@ -35,7 +35,11 @@ class Errors(Struct, frozen=True):
         return picture_of([self.panel(subjects[0].content)], subjects, heights=(1.7,))
 
     def panel(self, trajectory: "Trajectory") -> Panel:
-        """Return the curves that the result has."""
+        """Return the curves that the result has.
+
+        Raises:
+            TissueError: The result has no errors.
+        """
         held = {ESTIMATE: trajectory.errors, COMPANION: trajectory.companion}
         curves = [
             self._curve(name, log, number)

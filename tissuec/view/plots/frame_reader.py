@@ -47,7 +47,12 @@ def largest_displacements(trajectory: "Trajectory") -> Floats:
 
 
 def moved(trajectory: "Trajectory", rows: Indices, frames: slice) -> Floats:
-    """Return the displacements of some recorded nodes [m], shape (frame, node, 3)."""
+    """Return the displacements of some recorded nodes [m], shape (frame, node, 3).
+
+    Args:
+        rows: Rows of the nodes in frames, shape (node,).
+        frames: Range of frames.
+    """
     home = drawn(trajectory)[rows]
     found = [position[:, rows] - home for position in batches(trajectory, frames)]
     return np.concatenate([np.zeros((0, len(rows), 3)), *found])

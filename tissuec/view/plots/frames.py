@@ -1,4 +1,4 @@
-"""The net at some moments, side by side and seen from the same place."""
+"""The net at some moments, side by side and from the same direction."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
@@ -82,6 +82,11 @@ class Frames(Struct, frozen=True):
     )
 
     def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
+        """Return the picture of some frames.
+
+        Raises:
+            TissueError: ``show`` is unknown, or the result has no frames, skins or surfaces.
+        """
         subject = subjects[0]
         trajectory: Trajectory = subject.content
         if self.show not in SHOWN:
@@ -99,7 +104,11 @@ class Frames(Struct, frozen=True):
 
 
 def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[ChosenFrame]:
-    """Return frames by time; without times, some that are apart in time and in motion."""
+    """Return frames by time; without times, some that differ in time and in motion.
+
+    Raises:
+        TissueError: There are too many.
+    """
     known = trajectory.times
     if times:
         frames = [int(np.abs(known - wanted).argmin()) for wanted in times]
@@ -124,7 +133,7 @@ def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[ChosenFram
 
 
 def telling_frames(trajectory: "Trajectory") -> list[int]:
-    """Return some frames, evenly along the time and the way gone, which count alike."""
+    """Return some frames, evenly spread over time and over the distance moved."""
     times, steps, last = trajectory.times, [np.zeros(1)], None
     if len(times) < 2:
         return [0]
@@ -162,7 +171,11 @@ class Shown(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, plot: Frames, trajectory: "Trajectory") -> "Shown":
-        """Read what is to be drawn."""
+        """Read the drawable contents of a result.
+
+        Raises:
+            TissueError: Bodies have no skin, or the result has no smooth surface.
+        """
         chosen = moments(trajectory, plot.times)
         own = trajectory.nodes < trajectory.network.body_nodes
         view = Projection(*plot.view) if plot.view else suiting(drawn(trajectory)[own])
@@ -208,6 +221,7 @@ class Shown(Struct, frozen=True, eq=False):
         return best[1], max(best[2], 45.0)
 
     def draw(self, sheet: Canvas, columns: int) -> None:
+        """Draw the panels in so many columns."""
         rows = -(-len(self.moments) // columns)
         grid = sheet.figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         panels = grid.ravel()

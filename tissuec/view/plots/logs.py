@@ -1,4 +1,4 @@
-"""What was logged over time: forces with their components, lengths, pressures, …"""
+"""Logs over time: forces with their components, lengths, pressures, …"""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar
@@ -137,7 +137,7 @@ def _has_rows(run: PlotSubject, name: str) -> bool:
 
 
 def is_place(name: str) -> bool:
-    """Tell whether a log is of places, whose distance from the origin means nothing."""
+    """Return whether a log is of positions, whose distance from the origin has no meaning."""
     return name.startswith("position of ")
 
 

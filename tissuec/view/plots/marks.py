@@ -1,4 +1,4 @@
-"""What happened, marked on axes of time."""
+"""Marks of events on axes of time."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -27,15 +27,17 @@ def mark_events(
     color: str = INK,
     linestyle: Any = (0, (4, 3)),
 ) -> list[Any]:
-    """Draw a line at each time at which something happened; say above the axes what it was.
-
-    Returns:
-        The texts, for `stagger`.
+    """Draw a line at each time of an event; write above the axes what happened.
 
     Args:
         axes: One above the other, with the same axis of time.
-        happened: Times [s] and what is said, see `clusters`.
+        happened: Times [s] and texts, see `clusters`.
         scale: Of that axis.
+        color: Colour of the lines.
+        linestyle: Style of the lines.
+
+    Returns:
+        The texts, for `stagger`.
     """
     texts = []
     for time, text in happened:

@@ -29,7 +29,11 @@ def tension_colours() -> "Colormap":
 
 
 def tension_norm(tensions: list[Floats]) -> "Normalize":
-    """Return a scale that most tensions [N] of all frames lie on, the same to either side."""
+    """Return a symmetric scale that includes most tensions of all frames.
+
+    Args:
+        tensions: Of each frame [N], shape (spring,).
+    """
     from matplotlib.colors import Normalize
 
     every = np.abs(np.concatenate([np.zeros(0), *tensions]))
@@ -48,12 +52,15 @@ def draw_springs(
     colour: str = INK,
     width: float | Floats = 0.9,
 ) -> Any:
-    """Draw springs, those further away first and paler.
+    """Draw springs, more distant ones first and paler.
 
     Args:
-        ends: Of each spring, in what the axes are in, shape (spring, 2, 3).
+        axes: Axes of matplotlib.
+        ends: Of each spring, in the unit of the axes, shape (spring, 2, 3).
+        view: Direction of the eye.
         tension: Of each spring [N]; without it all have one colour.
         norm: Of the tensions.
+        colour: Colour without tensions.
         width: Of the lines [pt], one or shape (spring,).
     """
     from matplotlib.collections import LineCollection
@@ -87,10 +94,9 @@ def draw_skin(
     *,
     rims: bool,
 ) -> Any:
-    """Draw triangles in the light of a lamp, those further away first.
+    """Draw triangles in the light of a lamp, more distant ones first.
 
     Args:
-        position: In what the axes are in, shape (point, 3).
         rims: Whether the edges are drawn.
     """
     from matplotlib.collections import PolyCollection
@@ -112,14 +118,19 @@ def draw_skin(
 
 
 def draw_nodes(axes: "Axes", position: Floats, view: Projection, *, colour: str = INK) -> None:
-    """Draw nodes that have no spring, in what the axes are in, shape (node, 3)."""
+    """Draw nodes that have no spring."""
     if len(position):
         x, y = view.flat(position).T
         axes.plot(x, y, "o", color=colour, markersize=4, zorder=3)
 
 
 def draw_tool(axes: "Axes", points: Floats, radius: float, view: Projection) -> None:
-    """Draw all points within a radius of a line, in what the axes are in, shape (2, 3)."""
+    """Draw all points within a radius of a line.
+
+    Args:
+        points: Ends of the line, in the unit of the axes, shape (2, 3).
+        radius: The radius, in the same unit.
+    """
     from matplotlib.patches import Polygon
 
     (x0, y0), (x1, y1) = view.flat(points)
@@ -136,7 +147,7 @@ def draw_tool(axes: "Axes", points: Floats, radius: float, view: Projection) -> 
 
 
 def thread_springs(network: Network) -> NDArray[np.bool_]:
-    """Return which springs belong to bodies that are chains: threads and slings, (spring,)."""
+    """Return which springs belong to chains: threads and slings, shape (spring,)."""
     chains = np.zeros(network.spring_count, dtype=bool)
     for body in network.bodies:
         ends = network.ends[body.springs] - body.nodes.start

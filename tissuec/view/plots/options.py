@@ -1,4 +1,4 @@
-"""Options of plots: how they are spelt and read on the command line, and what they mean."""
+"""Options of plots: their form on the command line, and their meaning."""
 
 import re
 from collections.abc import Callable
@@ -48,7 +48,11 @@ def reader(dimension: Dimension) -> Callable[[str], float]:
 
 
 def read_view(text: str) -> tuple[float, float]:
-    """Read azimuth and elevation [deg]."""
+    """Read azimuth and elevation [deg].
+
+    Raises:
+        ValueError: The text is no direction.
+    """
     try:
         azimuth, elevation = (float(part) for part in text.split(","))
     except ValueError:

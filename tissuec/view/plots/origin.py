@@ -65,7 +65,7 @@ def _place_of(trajectory: "Trajectory") -> Path:
 
 
 def _check_same(trajectory: "Trajectory", compiled: "Compiled") -> None:
-    """Make sure that numbers of nodes and springs mean what they meant in the run."""
+    """Check that numbers of nodes and springs mean what they meant in the run."""
     now, then = compiled.network, trajectory.network
     names = ("position", "ends", "node_ids", "spring_ids")
     if not all(np.array_equal(getattr(now, name), getattr(then, name)) for name in names):
@@ -76,15 +76,16 @@ def _check_same(trajectory: "Trajectory", compiled: "Compiled") -> None:
 
 
 def nodes_of(trajectory: "Trajectory", asked: str) -> Indices:
-    """Return the nodes that are asked for, as network numbers.
+    """Return the nodes of a name or set, as network numbers, shape (n,).
 
     Args:
-        asked: A name of a set or body, a region with its body, or a set as the language has it,
-            such as "nodes of vessel where x < 1 mm".
+        trajectory: The result.
+        asked: A name of a set or body, a region with its body, or a set in the language, such
+            as "nodes of vessel where x < 1 mm".
 
     Raises:
-        TissueError: There is nothing of that name, or the scene is not what it was.
-        CompileError: What is written as a set is wrong.
+        TissueError: There is no such name, or the scene has changed.
+        CompileError: The set has an error.
     """
     if s.key_of(asked).startswith(_SETS):
         return _chosen(origin_of(trajectory), asked)
@@ -111,7 +112,14 @@ def _chosen(compiled: "Compiled", text: str) -> Indices:
 
 
 def recorded(trajectory: "Trajectory", nodes: Indices) -> Indices:
-    """Return the rows of the frames that show nodes, without those that are not recorded."""
+    """Return the rows of the frames that show nodes, shape (m,).
+
+    Nodes that are not recorded are left out.
+
+    Args:
+        trajectory: The result.
+        nodes: Network numbers, shape (n,).
+    """
     if not len(trajectory.nodes):
         return np.zeros(0, dtype=np.int64)
     rows = np.minimum(np.searchsorted(trajectory.nodes, nodes), len(trajectory.nodes) - 1)

@@ -1,4 +1,4 @@
-"""Panels one above the other with one axis of time, and what they are drawn of: runs."""
+"""Panels one above the other with one axis of time, drawn of runs."""
 
 from collections.abc import Mapping, Sequence
 from textwrap import wrap
@@ -76,7 +76,15 @@ class Window(Struct, frozen=True):
     stop: float | None = None
 
     def rows(self, time: Floats, name: str) -> slice:
-        """Return which of ascending times are shown; TissueError if none is."""
+        """Return the range of ascending times that is shown.
+
+        Args:
+            time: Times [s], shape (row,).
+            name: Name of the result in messages.
+
+        Raises:
+            TissueError: No time is shown.
+        """
         first = 0 if self.start is None else int(np.searchsorted(time, self.start - 1e-12))
         last = len(time)
         if self.stop is not None:
@@ -99,7 +107,7 @@ def picture_of(
     """Return the picture of panels.
 
     Args:
-        heights: Of each, where they are not alike, in usual heights.
+        heights: Of each panel, relative to the usual height, if they differ.
     """
     height = AROUND + PANEL * (sum(heights) if heights else len(panels))
     layout = {"height_ratios": list(heights)} if heights else {}
@@ -116,7 +124,7 @@ def draw_panels(
     """Draw panels with the events of the runs; several runs are named above all.
 
     Args:
-        layout: What matplotlib's ``subplots`` takes beside, such as ``height_ratios``.
+        layout: Further arguments of matplotlib's ``subplots``, such as ``height_ratios``.
     """
     grid = sheet.figure.subplots(len(panels), 1, sharex=True, squeeze=False, **layout)
     axes: list[Axes] = list(grid[:, 0])
@@ -173,7 +181,7 @@ def _draw_panel(
 
 
 def numbers_of(panels: Sequence[Panel]) -> list[Floats]:
-    """Return all that panels show of numbers."""
+    """Return all numbers that panels show, in the units of the panels, shape (n,) each."""
     curves = [curve for panel in panels for curve in panel.curves]
     return [part for curve in curves for part in (curve.value, *(curve.band or ()))]
 
@@ -238,7 +246,7 @@ def _mark(
 
 
 def say_unfinished(sheet: Canvas, runs: Sequence[PlotSubject]) -> None:
-    """Say in the picture, and beside it, which runs did not come to their end."""
+    """Mark runs that did not reach their end, in the picture and in its notes."""
     said = [text for run in runs if (text := unfinished(run))]
     for text in said:
         sheet.note(text)

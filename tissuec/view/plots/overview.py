@@ -1,4 +1,4 @@
-"""What a result has on one page: some frames, what was logged, and the energies."""
+"""A result on one page: some frames, its logs, and the energies."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -36,6 +36,11 @@ class Overview(Struct, frozen=True):
     view: Direction = None
 
     def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
+        """Return the picture of a result.
+
+        Raises:
+            TissueError: It has neither frames nor logs nor energies.
+        """
         parts = self._parts(subjects)
         if not parts:
             raise TissueError(

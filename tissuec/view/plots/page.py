@@ -1,4 +1,4 @@
-"""Pages: figures of one style that need no screen, and the files that they become.
+"""Figures of one style that need no screen, and the files that they are written to.
 
 The same figure makes the same bytes: vector files carry no date, and their marks no chance.
 """
@@ -102,7 +102,7 @@ class Picture(Struct, frozen=True):
 
 
 def need_matplotlib() -> None:
-    """Make sure that something can be drawn.
+    """Check that matplotlib is installed.
 
     Raises:
         TissueError: matplotlib is not installed.
@@ -198,6 +198,7 @@ def _page_class() -> type[Any]:
             FigureCanvasAgg(self)
 
         def savefig(self, fname: Any, **keywords: Any) -> None:
+            """Write the figure in the style of tissuec; see ``Figure.savefig``."""
             suffix = Path(fname).suffix.lower() if isinstance(fname, str | Path) else ""
             suffix = f".{keywords['format']}" if keywords.get("format") else suffix
             keywords.setdefault("metadata", FORMATS.get(suffix))
@@ -213,7 +214,12 @@ def _page_class() -> type[Any]:
 
 
 def save(figure: "Figure", path: Path, *, dpi: float = DPI) -> None:
-    """Write a figure to a file, in the format that its suffix names.
+    """Write a figure to a file, in the format of its suffix.
+
+    Args:
+        figure: The figure.
+        path: The file.
+        dpi: Resolution [1/inch].
 
     Raises:
         TissueError: There is no such format, or the file cannot be written.
@@ -227,7 +233,7 @@ def save(figure: "Figure", path: Path, *, dpi: float = DPI) -> None:
 
 
 def check_suffix(path: Path) -> None:
-    """Make sure that a file names a format that can be drawn.
+    """Check that the suffix of a file is a known format.
 
     Raises:
         TissueError: It does not.

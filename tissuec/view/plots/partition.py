@@ -27,7 +27,11 @@ _ROWS = 3
 
 
 def draw_partition(sheet: Canvas, axes: "Axes", named: "NamedScale") -> None:
-    """Draw the set of every word under its name; the axis of a log scale is logarithmic."""
+    """Draw the set of every word under its name; the axis of a log scale is logarithmic.
+
+    Args:
+        named: The scale.
+    """
     axis, words = named.scale.axis, named.scale.words
     scale = scale_along(named)
     colours = amounts(len(words))
@@ -66,7 +70,10 @@ def amounts(count: int) -> Sequence[tuple[float, ...]]:
 
 
 def outline(axis: Axis, shape: Shape) -> tuple[Floats, Floats]:
-    """Return a set as values of the axis and degrees: of straight lines, its corners."""
+    """Return a set as values in the unit of the axis, and degrees, shape (point,) each.
+
+    Sets of straight lines are returned by their corners.
+    """
     if not isinstance(shape, Gaussian):
         places, degrees = list(shape.xs), list(shape.ys)
     else:

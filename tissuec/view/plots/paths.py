@@ -1,4 +1,4 @@
-"""Where sets go: their centres over time, and from where to where their nodes reach."""
+"""Paths of sets: their centres over time, and the extent of their nodes."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple

@@ -1,4 +1,4 @@
-"""Who looks from where: points in space onto paper, without perspective."""
+"""Parallel projection of points onto paper."""
 
 from math import cos, radians, sin
 from typing import Any
@@ -29,27 +29,27 @@ class Projection(Struct, frozen=True):
 
     @property
     def towards(self) -> Floats:
-        """Return the direction from the scene to who looks, shape (3,)."""
+        """Return the unit vector from the scene to the eye, shape (3,)."""
         a, e = radians(self.azimuth), radians(self.elevation)
         return np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
 
     @property
     def right(self) -> Floats:
-        """Return what leads to the right on paper, shape (3,)."""
+        """Return the unit vector to the right of the picture, shape (3,)."""
         a = radians(self.azimuth)
         return np.array([-sin(a), cos(a), 0.0])
 
     @property
     def up(self) -> Floats:
-        """Return what leads upwards on paper, shape (3,)."""
+        """Return the unit vector upwards in the picture, shape (3,)."""
         return np.cross(self.towards, self.right)
 
     def flat(self, points: NDArray[Any]) -> Floats:
-        """Return points (…, 3) on paper, shape (…, 2)."""
+        """Return points of shape (…, 3) on the picture, in their unit, shape (…, 2)."""
         return np.asarray(points @ np.stack([self.right, self.up], axis=-1))
 
     def nearness(self, points: NDArray[Any]) -> Floats:
-        """Return how near points (…, 3) are to who looks, shape (…)."""
+        """Return how near points of shape (…, 3) are to the eye, in their unit, shape (…)."""
         return np.asarray(points @ self.towards)
 
     @property

@@ -1,4 +1,4 @@
-"""What rules conclude of two properties, with the others at stated places."""
+"""Conclusions of rules from two properties, with the others at stated values."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -102,7 +102,12 @@ class Rules(Struct, frozen=True):
         return Picture(WIDTH if columns == 2 else 0.62 * WIDTH, AROUND + rows * ROW, draw)
 
     def surfaces(self, vocabulary: "Vocabulary", name: str) -> list[RuleSurface]:
-        """Return the surface of each quantity that is asked for."""
+        """Return the surface of each requested quantity.
+
+        Raises:
+            TissueError: The vocabulary has no rules or no such quantity or property, both axes
+                are one property, or a value is none of its property.
+        """
         blocks = list(vocabulary.rules.values())
         if not blocks:
             raise TissueError(

@@ -1,4 +1,4 @@
-"""Units on axes: SI prefixes so that people read numbers from 1 to 1000."""
+"""Units on axes: SI prefixes such that numbers range from 1 to 1000."""
 
 from collections.abc import Iterable
 
@@ -34,20 +34,24 @@ class AxisUnit(Struct, frozen=True):
     unit: str
 
     def of(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Return numbers as they stand on the axis."""
+        """Return numbers in the unit of the axis, in the shape of ``values``.
+
+        Args:
+            values: In SI units.
+        """
         return np.asarray(values, dtype=float) * self.factor
 
     def label(self, name: str) -> str:
-        """Return what is written at the axis."""
+        """Return the label of the axis."""
         return f"{name} [{self.unit}]" if self.unit else name
 
 
 def scale_of(unit: str, values: Iterable[ArrayLike]) -> AxisUnit:
-    """Return the scale that suits numbers.
+    """Return the scale for the size of numbers.
 
     Args:
         unit: As files and `si_unit` spell it, such as "N*s/m".
-        values: In that unit; what is no number is left out of account.
+        values: In that unit, of any shape; those that are not finite are ignored.
     """
     factor, symbol, rest = _SHOWN.get(unit) or _split(unit)
     if not symbol:
@@ -58,7 +62,7 @@ def scale_of(unit: str, values: Iterable[ArrayLike]) -> AxisUnit:
 
 
 def largest_of(values: Iterable[ArrayLike]) -> float:
-    """Return the largest size of numbers; 0 if there are none."""
+    """Return the largest absolute value; 0 if there are none."""
     found = 0.0
     for some in values:
         sizes = np.abs(np.asarray(some, dtype=float))

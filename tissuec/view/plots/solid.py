@@ -1,4 +1,4 @@
-"""The outside of solid bodies: what is seen of a net whose springs fill a volume."""
+"""The visible side of solid bodies, whose springs fill a volume."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +27,14 @@ def seen_springs(
     triangles: NDArray[np.integer],
     view: Projection,
 ) -> Mask:
-    """Return which springs are drawn: of solid bodies those on the side that is looked at.
+    """Return which springs are drawn, shape (spring,); of solid bodies those on the front side.
 
     Args:
         ends: Nodes of each spring, shape (spring, 2).
         solid: Which nodes belong to solid bodies, shape (node,).
         position: [m], shape (node, 3).
         triangles: The skin, its normals outwards, shape (triangle, 3).
+        view: Direction of the eye.
     """
     corners = position[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -1,4 +1,4 @@
-"""The map of a stress test: what came of scenes at the ends of what can be written."""
+"""The map of a stress test: outcomes of scenes with extreme values."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -34,6 +34,11 @@ class Stability(Struct, frozen=True):
     several: ClassVar[bool] = False
 
     def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
+        """Return the picture of a map.
+
+        Raises:
+            TissueError: The map is incomplete.
+        """
         document = subjects[0].content
         methods, verdicts = list(document["methods"]), list(document["verdicts"])
         width = len(methods)

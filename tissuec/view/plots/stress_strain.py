@@ -1,4 +1,4 @@
-"""Stress against strain of tissues in the laboratory, beside what is known of them."""
+"""Stress against strain of tissues in the laboratory, compared with evidence."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -38,6 +38,11 @@ class StressStrain(Struct, frozen=True):
     several: ClassVar[bool] = False
 
     def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
+        """Return the picture of the curves of tissues.
+
+        Raises:
+            TissueError: There is no curve of any tissue.
+        """
         every = subjects[0].content["tissues"]
         tissues = [one for one in every if any(map(len, one["curves"].values()))]
         if not tissues:

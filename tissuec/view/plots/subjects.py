@@ -1,4 +1,4 @@
-"""What can be plotted, read from files: results, words, and JSON of benches or laboratory."""
+"""Subjects of plots, read from files: results, words, and JSON of benches or laboratory."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -46,9 +46,15 @@ def opened(
     libraries: Sequence[Path] = (),
     strict: bool = False,
 ) -> Iterator[list[PlotSubject]]:
-    """Yield what was given: names of files, or what has been read from them already.
+    """Yield the subjects of files, or of what has been read from them already.
 
-    Results that are opened here are closed behind the block.
+    Results that are opened here are closed at the end of the block.
+
+    Args:
+        given: Names of files, or results.
+        overrides: The arguments of ``--set``.
+        libraries: Folders of ``--library``.
+        strict: Whether warnings count as errors.
 
     Raises:
         TissueError: There is no such file, or nothing in it that can be plotted.

@@ -1,4 +1,4 @@
-"""Logarithmic axes that people can read."""
+"""Logarithmic axes with readable ticks."""
 
 import math
 from typing import TYPE_CHECKING
@@ -27,7 +27,12 @@ def plain_ticks(axes: "Axes", which: str = "x") -> None:
 
 
 def whole_decades(axes: "Axes", values: Floats) -> None:
-    """Give an axis of positive numbers a logarithmic scale with a power of ten at each end."""
+    """Give an axis of positive numbers a logarithmic scale with a power of ten at each end.
+
+    Args:
+        axes: Axes of matplotlib.
+        values: In the unit of the axis, of any shape.
+    """
     known = values[np.isfinite(values) & (values > 0.0)]
     high = np.ceil(np.log10(known.max()))
     low = max(np.floor(np.log10(known.min())), high - _MOST_DECADES)  # below is rounding

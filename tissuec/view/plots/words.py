@@ -1,4 +1,4 @@
-"""The words of a vocabulary: how true each is over the range of its property or quantity."""
+"""The words of a vocabulary: the degree of each over the range of its property or quantity."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar

@@ -1,4 +1,4 @@
-"""Time against error of solvers: what precision costs."""
+"""Work-precision diagrams: time against error of solvers."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -38,6 +38,11 @@ class WorkPrecision(Struct, frozen=True):
     several: ClassVar[bool] = False
 
     def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
+        """Return the picture of a bench.
+
+        Raises:
+            TissueError: The bench has no points.
+        """
         document = subjects[0].content
         floor = float(document["reference"]["uncertainty"])
         curves = curves_of(document, floor)
@@ -65,7 +70,7 @@ class WorkPrecision(Struct, frozen=True):
 
 
 def curves_of(document: Mapping[str, Any], floor: float) -> list[SolverCurve]:
-    """Return the solvers of a bench; an error below what is known of it is no smaller."""
+    """Return the solvers of a bench; errors below the uncertainty are raised to it."""
     found: dict[str, SolverCurve] = {}
     for point in document["points"]:
         name = point["method"]

@@ -1,4 +1,4 @@
-"""What there is to tell of one run, as values that the sections of the page share."""
+"""Facts about one run, as values that the sections of the page share."""
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""HTML from values: a piece of markup is an ``Html``, and whatever else is text is escaped."""
+"""HTML from values: markup is an ``Html``, and all other text is escaped."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -38,8 +38,10 @@ def element(tag: str, /, *content: Content, **attributes: str | int | bool | Non
     """Return an element.
 
     Args:
-        attributes: ``class_`` stands for the word that Python keeps for itself, ``aria_label``
-            for ``aria-label``; those that are None or False are left out.
+        tag: Its tag.
+        content: What is in it.
+        attributes: ``class_`` stands for ``class``, ``aria_label`` for ``aria-label``; those
+            that are None or False are left out.
     """
     written = "".join(_attribute(key, value) for key, value in attributes.items())
     if tag in _VOID:
@@ -78,8 +80,10 @@ def table(
     """Return a table that scrolls by itself where a page is too narrow for it.
 
     Args:
-        caption: What is in it, for those who do not see it.
+        caption: Description for those who do not see it.
+        heads: Heads of the columns.
         rows: Markup of ``row``.
+        class_: Class of the table.
     """
     head = element("tr", [element("th", text, scope="col") for text in heads])
     body = element(
@@ -105,11 +109,17 @@ def row(*cells: Content) -> Html:
 
 
 def pairs(entries: Iterable[tuple[Content, Content]], class_: str = "facts") -> Html:
-    """Return names with what there is to say of them."""
+    """Return names with their descriptions."""
     parts = [element("div", element("dt", key), element("dd", value)) for key, value in entries]
     return element("dl", parts, class_=class_)
 
 
 def folded(summary: Content, *content: Content, **attributes: str | bool | None) -> Html:
-    """Return content that is shown when its summary is clicked."""
+    """Return content that is shown when its summary is clicked.
+
+    Args:
+        summary: The summary.
+        content: The content.
+        attributes: Attributes of the element.
+    """
     return element("details", element("summary", summary), *content, **attributes)

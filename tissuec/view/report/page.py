@@ -1,4 +1,4 @@
-"""The page about a run: one HTML document that needs nothing beside it."""
+"""The page about a run: one self-contained HTML document."""
 
 from pathlib import Path
 

@@ -27,7 +27,7 @@ def lacking() -> str:
 
 
 def curves(story: ReportContent, kind: str) -> Html:
-    """Return a plot over time as a drawing that is a part of the page, or why there is none."""
+    """Return a plot over time as an inline drawing, or why there is none."""
     try:
         drawn: Any = draw(kind, story.trajectory)
     except TissueError as error:
@@ -41,7 +41,13 @@ def curves(story: ReportContent, kind: str) -> Html:
 
 
 def for_paper(story: ReportContent, kind: str, label: str) -> Html | None:
-    """Return a plot that is printed and not shown; None where there is none."""
+    """Return a plot that is printed and not shown; None where there is none.
+
+    Args:
+        story: Contents of the report.
+        kind: Kind of plot.
+        label: Description for those who do not see it.
+    """
     try:
         drawn: Any = draw(kind, story.trajectory)
     except TissueError:

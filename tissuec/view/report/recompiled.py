@@ -1,4 +1,4 @@
-"""The scene of a result, compiled once more from the texts that the file keeps."""
+"""The scene of a result, compiled again from the texts in the file."""
 
 from collections.abc import Iterator, Sequence
 from hashlib import sha256
@@ -53,7 +53,7 @@ class RecompiledScene(Struct, frozen=True, eq=False):
 
 
 def retell(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> RecompiledScene:
-    """Return what the texts of a result say, as far as that can be found out.
+    """Return the facts in the texts of a result, as far as they can be derived.
 
     Args:
         libraries: Folders in which files lie that are not kept, such as meshes; the folders of
@@ -77,7 +77,7 @@ def retell(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Recompiled
 
 
 def request_of(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Request:
-    """Return what a result was asked for, with its texts as it keeps them."""
+    """Return the request of a result, with its texts from the file."""
     manifest = trajectory.manifest
     name = str(manifest.get("scene", trajectory.path.name))
     return Request(

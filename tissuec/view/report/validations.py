@@ -1,4 +1,4 @@
-"""Whether a file is what ``tissuec validate --json`` printed of the scene of a run."""
+"""Checks that a file is the output of ``tissuec validate --json`` for the scene of a run."""
 
 from collections.abc import Mapping
 from typing import Any

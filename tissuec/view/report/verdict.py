@@ -1,4 +1,4 @@
-"""How a run came out, in one word, a sign and a sentence."""
+"""The verdict on a run, in one word, a sign and a sentence."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -32,7 +32,7 @@ class Verdict(Struct, frozen=True):
 
 
 def kind_of(manifest: Mapping[str, Any]) -> Kind:
-    """Return whether a run came to its end, could not, or may yet."""
+    """Return whether a run reached its end, failed, or can be resumed."""
     if manifest["finished"]:
         return "done"
     outcome = str(manifest["outcome"])

@@ -1,1 +1,1 @@
-"""What runs and plans have to say, in words that all commands share."""
+"""Texts about runs and plans that all commands share."""

@@ -1,4 +1,4 @@
-"""What bodies are as matter, in rows of a table and as plain data."""
+"""Bodies as matter, in rows of a table and as plain data."""
 
 from collections.abc import Iterator, Sequence
 from math import inf, isfinite
@@ -32,7 +32,7 @@ _ALIKE = 0.005  # what is shown as one number
 
 
 def head(body: BodyProperties) -> str:
-    """Return what a body is made of, and how large its net is."""
+    """Return the material of a body, and the size of its net."""
     made = f" of {', '.join(body.tissues)}" if body.tissues else ""
     size = f"{counted(body.nodes, 'node')}, {counted(body.springs, 'spring')}"
     return f"{body.name}: {body.kind}{made}; {size}"

@@ -1,4 +1,4 @@
-"""What a run will do, in lines."""
+"""Prediction of a run, in lines."""
 
 from math import isfinite
 
@@ -29,7 +29,7 @@ def method(plan: Prediction) -> list[str]:
 
 
 def cost_title(plan: Prediction) -> str:
-    """Return what the lines of the cost are about."""
+    """Return the title of the lines about cost."""
     if isfinite(plan.steps):
         return "cost, with steps at that limit (a tolerance may need smaller ones)"
     return "cost"

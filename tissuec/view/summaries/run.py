@@ -1,4 +1,4 @@
-"""How a run went, in sentences without their stops."""
+"""Outcome of a run, in sentences without full stops."""
 
 import shlex
 from collections.abc import Iterable, Sequence
@@ -26,13 +26,27 @@ def net(nodes: int, springs: int) -> str:
 
 
 def stepping(methods: str, steps: int, backend: str, threads: int, wall_time: float) -> str:
-    """Return how a run was stepped and how long that took."""
+    """Return how a run was stepped and how long that took.
+
+    Args:
+        methods: Names of the integrators.
+        steps: Number of steps.
+        backend: How steps were computed.
+        threads: Number of threads.
+        wall_time: Time of the run [s].
+    """
     code = backend if threads == 1 else f"{backend}, {threads} threads"
     return f"{methods}, {counted(steps, 'step')} ({code}), {wall_time:.2f} s"
 
 
 def expectations(total: int, failed: int, unreached: int) -> str:
-    """Return how many expectations hold."""
+    """Return how many expectations hold.
+
+    Args:
+        total: Number of expectations.
+        failed: How many do not hold.
+        unreached: How many were not evaluated.
+    """
     rest = f", {unreached} not reached" if unreached else ""
     return f"{total - failed - unreached} of {total} hold{rest}"
 
@@ -82,7 +96,14 @@ def command(
     resume: bool = False,
     strict: bool = False,
 ) -> str:
-    """Return the command line of a run; options without a value are left out."""
+    """Return the command line of a run; options without a value are left out.
+
+    Args:
+        scene: The scene.
+        options: Options with their values.
+        resume: Whether ``--resume`` is given.
+        strict: Whether ``--strict`` is given.
+    """
     given = [str(word) for pair in options if pair[1] is not None for word in pair]
     head = ["tissuec", "run", str(scene), *(["--resume"] if resume else [])]
     return shlex.join([*head, *given, *(["--strict"] if strict else [])])
@@ -91,7 +112,7 @@ def command(
 def set_options(
     overrides: Iterable[str], libraries: Iterable[str | PathLike[str]]
 ) -> list[tuple[str, str | PathLike[str] | None]]:
-    """Return what a scene was compiled with, as options."""
+    """Return the settings of a scene, as options."""
     return [
         *(("--set", text) for text in overrides),
         *(("--library", place) for place in libraries),

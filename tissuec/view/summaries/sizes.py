@@ -1,4 +1,4 @@
-"""Sizes for people."""
+"""Sizes of files as text."""
 
 
 def size(count: int) -> str:

@@ -1,4 +1,4 @@
-"""How to run the scene again."""
+"""The command that runs the scene again."""
 
 from urllib.parse import quote
 

@@ -1,4 +1,4 @@
-"""What happened when."""
+"""The events of the run."""
 
 from collections.abc import Sequence
 from typing import Any

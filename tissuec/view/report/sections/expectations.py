@@ -1,4 +1,4 @@
-"""What was expected, what was measured, and whether it holds."""
+"""Expectations, measured values, and whether they hold."""
 
 from collections.abc import Mapping
 

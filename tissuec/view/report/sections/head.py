@@ -116,7 +116,7 @@ def _made(story: ReportContent) -> Html:
 
 
 def versions(story: ReportContent) -> str:
-    """Return what a run was made with."""
+    """Return the versions that a run was made with."""
     return ", ".join(f"{name} {one}" for name, one in story.manifest["versions"].items())
 
 

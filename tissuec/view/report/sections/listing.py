@@ -1,4 +1,4 @@
-"""The texts, with a number before each line that other parts of the page lead to."""
+"""The texts, with a number before each line that other parts of the page link to."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -18,7 +18,7 @@ Stretch = tuple[int, int, bool]
 
 
 def section(story: ReportContent) -> Section:
-    """Return the scene, and folded what it uses. To be made last, when all links are known."""
+    """Return the scene, and folded its imports. To be made last, when all links are known."""
     scene, *used = story.texts.texts
     parts: list[Content] = [_text(story, scene)]
     for name in used:
@@ -56,7 +56,7 @@ def _line(
 
 
 def stretches(count: int, linked: "set[int]") -> Iterator[Stretch]:
-    """Yield which lines are shown: of a long text its beginning, and what the page leads to."""
+    """Yield ranges of lines to show: the beginning of a long text, and linked lines."""
     if count <= WHOLE:
         yield 1, count + 1, True
         return
@@ -69,7 +69,7 @@ def stretches(count: int, linked: "set[int]") -> Iterator[Stretch]:
 
 
 def colour_lines(text: str) -> list[Html]:
-    """Return the lines of a text in the language, their words marked by what they are."""
+    """Return the lines of a text with their words marked by category."""
     lines: list[list[Content]] = [[]]
     for piece, kind in _pieces(text):
         for number, part in enumerate(piece.split("\n")):

@@ -1,4 +1,4 @@
-"""All that the file says of its origin."""
+"""The manifest of the file."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -31,7 +31,7 @@ def _body(story: ReportContent) -> Content:
 
 
 def chosen(frames: int, nodes: int) -> tuple[Options, str]:
-    """Return what a page of some megabytes can show of a run, and what that leaves out."""
+    """Return the parts of a run that fit on a page of some megabytes, and what is left out."""
     shown = min(nodes, MOST_NODES)
     most = max(MOST_POSITIONS // shown, FEWEST_FRAMES)
     left = [

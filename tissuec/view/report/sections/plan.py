@@ -1,4 +1,4 @@
-"""What the run was to do and what it left out, as ``tissuec explain --plan`` has it."""
+"""The plan of the run and what it skipped, as in ``tissuec explain --plan``."""
 
 from tissuec.compiler.prediction import Prediction
 from tissuec.view.report.content import ReportContent
@@ -9,7 +9,7 @@ from tissuec.view.summaries import plan as wording
 
 
 def section(story: ReportContent) -> Section:
-    """Return the plan; what the file itself says of it where the scene cannot be compiled."""
+    """Return the plan; that in the file where the scene cannot be compiled."""
     plan = story.prediction
     if plan is not None:
         return Section("plan", "Plan", _plan(plan))

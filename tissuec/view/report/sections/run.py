@@ -1,4 +1,4 @@
-"""How the run went and how exact it is."""
+"""Outcome and accuracy of the run."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,7 +12,7 @@ from tissuec.view.summaries.sizes import size
 
 
 def exactness(story: ReportContent) -> Section:
-    """Return what is known of the error of the run."""
+    """Return the known error of the run."""
     return Section("exactness", "Exactness", pairs(_exactness(story)))
 
 
@@ -31,7 +31,7 @@ def _exactness(story: ReportContent) -> Iterator[tuple[Content, Content]]:
 
 
 def run(story: ReportContent) -> Section:
-    """Return how the run ended, and what it cost."""
+    """Return the outcome of the run, and its cost."""
     parts = (
         pairs(_facts(story)),
         _changes(story.statistics),

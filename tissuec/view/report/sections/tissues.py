@@ -1,4 +1,4 @@
-"""Where every number comes from: params and tissues, as ``tissuec explain`` has them."""
+"""The origin of every number: params and tissues, as in ``tissuec explain``."""
 
 from collections.abc import Iterable
 

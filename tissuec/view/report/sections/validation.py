@@ -1,4 +1,4 @@
-"""The run beside SciPy's solution, as ``tissuec validate`` has it."""
+"""The run compared with SciPy's solution, as in ``tissuec validate``."""
 
 from tissuec.validate import summary
 from tissuec.view.report.content import ReportContent

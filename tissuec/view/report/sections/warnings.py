@@ -1,4 +1,4 @@
-"""What the compiler warned of."""
+"""Warnings of the compiler."""
 
 from tissuec.core.errors import Diagnostic
 from tissuec.view.report.content import ReportContent
