@@ -1,4 +1,4 @@
-"""What editors ask about a text: pure functions from a text and a place to plain data.
+"""Answers to editors: pure functions from a text and a place to plain data.
 
     lexemes     a text, right or wrong, as words, numbers and signs
     structure   its statements, and the blocks around each

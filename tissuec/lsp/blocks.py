@@ -1,4 +1,4 @@
-"""Which block a statement stands in, told from the heads around it."""
+"""The block of a statement, from the heads around it."""
 
 from collections.abc import Iterable
 
@@ -9,7 +9,7 @@ from tissuec.scene.declarations import NAMED, SINGLE
 
 
 def block_of(statement: Statement) -> Block:
-    """Return the block that a statement stands in."""
+    """Return the block that contains a statement."""
     block = Block()
     for head in statement.chain:
         block = inside(head, block)

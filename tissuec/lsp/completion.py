@@ -1,4 +1,4 @@
-"""What could stand at a place of a text: words of the language, names, words, units."""
+"""Completions at a place of a text: reserved words, names, words, units."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -60,7 +60,7 @@ class Proposal(Struct, frozen=True):
 
 
 def complete(view: View, offset: int) -> list[Proposal]:
-    """Return what could stand at an offset, the best first; what is typed so far narrows it."""
+    """Return the completions at an offset, the best first, filtered by the typed text."""
     if view.in_remark(offset):
         return []
     statement = view.structure.at(offset)

@@ -1,4 +1,4 @@
-"""What each word of a statement is there for, told from the words and signs before it.
+"""The role of each word of a statement, from the words and signs before it.
 
 Of a statement that is half typed, the same says what could stand at its end.
 """
@@ -656,7 +656,7 @@ class _Reading:
     # --- what can follow ----------------------------------------------------------------------
 
     def following(self) -> list[str]:
-        """Return the reserved words that could stand behind what is there."""
+        """Return the reserved words that could follow."""
         kind = self.block.kind
         if kind == "script" and self.head in VERBS and self.is_order:
             return self._clauses_left()

@@ -1,4 +1,4 @@
-"""The texts that are open in an editor, in front of those on disk, and what is known of each.
+"""Open texts of an editor, which replace those on disk, and cached facts about each.
 
 What was found out about a text is kept until the text, or one that it uses, has changed.
 """
@@ -71,6 +71,7 @@ class Desk(Files):
         return [path for path, _ in self._open.values()]
 
     def is_open(self, path: Path) -> bool:
+        """Return whether a file is open in the editor."""
         return _real(path) in self._open
 
     def _shown(self, path: Path) -> str | None:

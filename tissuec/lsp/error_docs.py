@@ -1,4 +1,4 @@
-"""The page of all messages, as a file that an editor can open where a code stands."""
+"""The page of all messages, as a file that an editor can open at a code."""
 
 import re
 from functools import cache
@@ -28,6 +28,6 @@ def _page() -> tuple[Path | None, dict[str, int]]:
 
 
 def address_of(code: str) -> str | None:
-    """Return the address of what is said about a code."""
+    """Return the address of the documentation of a code."""
     path, lines = _page()
     return f"{path.as_uri()}#L{lines[code]}" if path is not None and code in lines else None

@@ -1,4 +1,4 @@
-"""Syntax nodes of a text that is wrong: what cannot be read is left out, the rest is kept."""
+"""Syntax nodes of a text with errors: unreadable parts are left out."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What ``check`` finds in an open text, and in those that it uses."""
+"""Findings of ``check`` in an open text, and in those that it uses."""
 
 from collections.abc import Hashable
 from functools import partial
@@ -36,11 +36,13 @@ class _NotCounted(Exception):
 
 
 def check(desk: Desk, path: Path, *, thorough: bool = True) -> Checked:
-    """Return what ``tissuec check`` says of an open text.
+    """Return the findings of ``tissuec check`` for an open text.
 
     Args:
-        thorough: Whether to make checks that take time; what they said of the same net is
-            told in any case.
+        desk: The open texts.
+        path: The text.
+        thorough: Whether to make checks that take time; earlier findings of such checks on the
+            same net are returned in any case.
     """
     try:
         source = desk.read(path, str(path))

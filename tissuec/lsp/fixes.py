@@ -39,8 +39,10 @@ def fixes_at(
     out.
 
     Args:
+        path: The file.
         first, last: Lines, counted from 0; findings count that share one with them.
-        checked: What was found in each open text; it may be about a file that they use.
+        checked: Findings in each open text; they may be about a file that it uses.
+        desk: The open texts.
     """
     found: dict[tuple[str, str, str, int, int, str], Fix] = {}
     for finding in (one for each in checked for one in each.diagnostics):

@@ -1,4 +1,4 @@
-"""Reserved words that can go on with a statement, by its block and first word."""
+"""Reserved words that can follow in a statement, by its block and first word."""
 
 FOLLOWING: dict[tuple[str, str], tuple[str, ...]] = {
     ("", "set"): ("of", "where", "in"),

@@ -1,4 +1,4 @@
-"""What stands under the pointer: values in SI units and where they are from, meanings."""
+"""Hover texts: values in SI units with their origin, and meanings of names."""
 
 from bisect import bisect_left
 from collections.abc import Iterator
@@ -37,11 +37,13 @@ def hover(
     compiled: "Compiled | None" = None,
     diagnostics: tuple[Diagnostic, ...] = (),
 ) -> Hover | None:
-    """Return what is to be said about a place of a text.
+    """Return the information about a place of a text.
 
     Args:
-        compiled: The scene in arrays, if the text is right: then sets are counted.
-        diagnostics: What is wrong; codes are explained where they stand.
+        view: The text.
+        offset: The place.
+        compiled: The scene in arrays, if the text has no errors: then sets are counted.
+        diagnostics: Findings; their codes are explained at their places.
     """
     found = _meaning(view, offset, compiled)
     codes = list(_explained_codes(view, offset, diagnostics))

@@ -1,4 +1,4 @@
-"""A text in the one canonical layout."""
+"""A text in canonical layout."""
 
 from tissuec.core.errors import CompileError
 from tissuec.lang.characters import normalise

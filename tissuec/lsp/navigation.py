@@ -1,4 +1,4 @@
-"""Where names are declared and used, and what a text consists of."""
+"""Declarations and references of names, and the outline of a text."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -101,13 +101,16 @@ class Renaming(Struct, frozen=True):
 
 
 def rename(view: View, views: list[View], offset: int, name: str) -> Renaming:
-    """Return how a name is changed wherever it stands.
+    """Return the edits that rename a name everywhere.
 
     Args:
-        views: The texts in which it may stand.
+        view: The text.
+        views: The texts in which the name may occur.
+        offset: Place of the name.
+        name: The new name.
 
     Raises:
-        TissueError: There is nothing to rename, or the new name cannot be.
+        TissueError: There is nothing to rename, or the new name is not allowed.
     """
     symbol = renamable(view, offset)
     text = " ".join(name.split())
@@ -128,7 +131,11 @@ def rename(view: View, views: list[View], offset: int, name: str) -> Renaming:
 
 
 def renamable(view: View, offset: int) -> Symbol:
-    """Return the symbol at an offset; raises TissueError if it cannot have another name."""
+    """Return the symbol at an offset.
+
+    Raises:
+        TissueError: It cannot be renamed.
+    """
     found = view.symbol_at(offset)
     if found is None or view.in_remark(offset):
         raise TissueError("no name that the text declares stands here")

@@ -1,4 +1,4 @@
-"""The forms of orders, taken apart: what a verb is done to, and its clauses."""
+"""The forms of orders: the object of a verb, and its clauses."""
 
 from functools import cache
 from typing import NamedTuple
@@ -44,7 +44,9 @@ def kinds_for(verb: str, literal: str, placeholder: str) -> tuple[str, ...]:
     """Return kinds of names that stand for a placeholder of the forms of a verb.
 
     Args:
-        literal: What the verb does something to by words, such as "spring constant".
+        verb: The verb.
+        literal: What the verb acts on, as words, such as "spring constant".
+        placeholder: Placeholder of a form, such as SET.
     """
     of_springs = verb == "cut" or (verb == "change" and literal not in _OF_NODES)
     if placeholder == "SET" and of_springs:

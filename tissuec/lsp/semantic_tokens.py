@@ -1,4 +1,4 @@
-"""What each part of a text is to be coloured as."""
+"""Semantic tokens: the category of each part of a text, for colours."""
 
 from collections.abc import Iterator
 from typing import Literal, TypeAlias
@@ -52,7 +52,7 @@ def _words(structure: Structure) -> Iterator[tuple[int, Kind]]:
 
 
 def kind_of(phrase: Phrase) -> Kind:
-    """Return what the words of a phrase are coloured as."""
+    """Return the category of the words of a phrase."""
     if phrase.expected.scale:
         return "word"
     if phrase.term is not None:

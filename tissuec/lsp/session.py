@@ -1,4 +1,4 @@
-"""One editor's session: its texts, and what it was told of each."""
+"""One editor's session: its texts, and the findings that it has received."""
 
 import asyncio
 import logging
@@ -63,6 +63,7 @@ class Session(LanguageServer):
         return self.uris.get(path) or from_fs_path(str(path.resolve())) or ""
 
     def positions(self, path: Path) -> Positions:
+        """Return how offsets of a text become positions of the protocol."""
         raw = self.desk.raw(path)
         encoding = lsp.PositionEncodingKind(self.workspace.position_encoding or "utf-16").value
         return self.desk.memory.recall(
@@ -70,12 +71,20 @@ class Session(LanguageServer):
         )
 
     def range(self, path: Path, start: int, stop: int) -> lsp.Range:
+        """Return a part of a text as a range of the protocol.
+
+        Args:
+            path: The text.
+            start: Offset of the first character.
+            stop: Offset of the end.
+        """
         positions = self.positions(path)
         return lsp.Range(
             lsp.Position(*positions.position(start)), lsp.Position(*positions.position(stop))
         )
 
     def location(self, place: navigation.Place) -> lsp.Location:
+        """Return a place as a location of the protocol."""
         return lsp.Location(
             self.uri(place.path), self.range(place.path, place.start, place.stop)
         )
@@ -95,7 +104,7 @@ class Session(LanguageServer):
         return *found, self.positions(found[0]).offset(place.line, place.character)
 
     def views(self, view: View) -> list[View]:
-        """Return the views in which a name may stand: of what is used, and what is open."""
+        """Return the views in which a name may occur: of imports, and of open texts."""
         opened = (view_of(self.desk, path) for path in self.desk.opened())
         every = [*navigation.around(view), *(other for other in opened if other is not None)]
         return list({id(one): one for one in every}.values())
@@ -150,7 +159,7 @@ class Session(LanguageServer):
         return found
 
     def publish(self) -> None:
-        """Tell the editor what was found in each file, by whatever text uses it."""
+        """Send the findings in each file to the editor, whichever text uses it."""
         every: dict[str, list[lsp.Diagnostic]] = {uri: [] for uri in self.shown}
         for found in self.found.values():
             for uri, diagnostics in found.items():

@@ -1,4 +1,4 @@
-"""The statements of a text and the blocks around each, whatever is wrong with it."""
+"""The statements of a text and the blocks around each, also in texts with errors."""
 
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""The words of the language by the block they stand in, from the tables of the compiler.
+"""The words of the language by the block in which they occur, from tables of the compiler.
 
 A term has a sentence about it for hovering, and knows what follows it, for completion.
 """
@@ -96,7 +96,13 @@ def _by_label(terms: Iterable[Term]) -> Terms:
 
 
 def plain(kind: str, labels: Iterable[str], about: str = "") -> Terms:
-    """Return terms of which no more is to be said."""
+    """Return terms with the same description.
+
+    Args:
+        kind: Kind of the terms.
+        labels: Their names.
+        about: The description.
+    """
     return _by_label(Term(label, kind, about) for label in labels)
 
 
@@ -148,7 +154,7 @@ def _meant(block: str, behind: Mapping[str, str], **choices: Terms) -> dict[str,
 
 @cache
 def entries(block: Block) -> Terms:
-    """Return what statements of a block begin with; not what the text itself declares."""
+    """Return the first words of statements of a block, without names of the text."""
     match block:
         case Block("tissue" | "law" | "region" | "interface" | "springs"):
             return _of_material(block.kind)
@@ -372,7 +378,7 @@ def measures() -> Terms:
 
 @cache
 def fitted() -> Terms:
-    """Return what a learn block can compare with data."""
+    """Return the measures that a learn block can compare with data."""
     about = "The places of all nodes of a set, each for itself."
     places = Term(POSITIONS, MEASURE, about, "positions(A)", "(", LENGTH)
     return {**measures(), POSITIONS: places}
@@ -380,14 +386,14 @@ def fitted() -> Terms:
 
 @cache
 def errors() -> Terms:
-    """Return what is expected of a learning."""
+    """Return the errors about which learning can have expectations."""
     about = "How far the scene is from what was measured, relative to it, after a learning."
     return _by_label([Term(ERROR, MEASURE, about, "error(held out)", "(", NUMBER)])
 
 
 @cache
 def adjusted() -> Terms:
-    """Return what a learn block can adjust, of which constants of laws are the last."""
+    """Return what a learn block can adjust; constants of laws come last."""
     found = {
         name: Term(name, ENTRY, f"{describe(DIMENSIONS[name])}, to be learnt", "", " of ")
         for name in ADJUSTED

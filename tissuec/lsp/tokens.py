@@ -1,4 +1,4 @@
-"""A text as lexemes, by the signs of the grammar, whatever is wrong with it."""
+"""A text as lexemes, by the signs of the grammar, also in texts with errors."""
 
 import re
 from collections.abc import Iterator

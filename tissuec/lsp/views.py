@@ -1,4 +1,4 @@
-"""What the names in an open text stand for, as far as it and what it uses can be read."""
+"""Meanings of names in an open text, as far as it and its imports can be read."""
 
 from collections.abc import Iterable, Iterator
 from functools import cached_property
@@ -66,7 +66,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def symbols(self) -> dict[tuple[str, str, str], Symbol]:
-        """Return everything that is declared, by kind, what it is within, and key."""
+        """Return all declarations, by kind, enclosing declaration and key."""
         found: dict[tuple[str, str, str], Symbol] = {}
         for kind, declared in self._declared():
             name, sorts = declared.name, _sorts(declared, self.words)
@@ -91,7 +91,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
         ]
 
     def named(self, kinds: tuple[str, ...], key: str) -> Symbol | None:
-        """Return what a name of one of these kinds stands for."""
+        """Return the meaning of a name of one of these kinds."""
         found = (symbol for symbol in self.of_kind(*kinds) if symbol.key == key)
         return next(found, None)
 
@@ -104,6 +104,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
         return vocabulary.properties.get(name) or (quantity.named if quantity else None)
 
     def tissue(self, key: str) -> Tissue | None:
+        """Return a tissue by its lower-case name, None if it is unknown."""
         return self.words.tissues.get(key) if self.words else None
 
     # --- places -------------------------------------------------------------------------------
@@ -115,6 +116,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
         return self._phrases[number]
 
     def all_phrases(self) -> Iterator[Phrase]:
+        """Yield the phrases of all statements."""
         for number in range(len(self.structure.statements)):
             yield from self.phrases_of(number)
 
@@ -129,7 +131,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
         return None
 
     def symbol_of(self, phrase: Phrase) -> Symbol | None:
-        """Return what a phrase names, or declares."""
+        """Return the symbol that a phrase refers to or declares."""
         expected, key = phrase.expected, phrase.key
         if expected.declares:
             within = ""

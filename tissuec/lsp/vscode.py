@@ -1,4 +1,4 @@
-"""The folder of a VS Code extension: what is in it, as far as tables of the compiler say so."""
+"""Files of a VS Code extension that are generated from tables of the compiler."""
 
 import json
 from typing import Any
