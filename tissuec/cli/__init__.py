@@ -52,9 +52,11 @@ class LazyGroup(Group):
     """A group that imports a command only when it is called, to start quickly."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of the commands."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command, None if there is no such command."""
         if cmd_name not in (*COMMANDS, *HIDDEN):
             return None
         return import_module(f"tissuec.cli.{cmd_name}").command
@@ -67,7 +69,15 @@ class LazyGroup(Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Suggest the nearest command for one that there is not."""
+        """Find a command; for an unknown one, suggest the nearest.
+
+        Args:
+            ctx: Context of click.
+            args: The words of the command line.
+
+        Raises:
+            UsageError: There is no such command.
+        """
         if args and args[0] not in (*COMMANDS, *HIDDEN) and not args[0].startswith("-"):
             hint = alternatives(args[0], COMMANDS, what="commands")
             if args[0].endswith(".tis"):

@@ -29,6 +29,13 @@ class TimeArgument(click.ParamType):
     name = "time"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        """Return the time [s].
+
+        Args:
+            value: The text, or a time.
+            param: The parameter.
+            ctx: Context of click.
+        """
         if isinstance(value, float):
             return value
         try:
@@ -61,6 +68,13 @@ class Pair(click.ParamType):
         self.name = example
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, float]:
+        """Return both numbers.
+
+        Args:
+            value: The text, or both numbers.
+            param: The parameter.
+            ctx: Context of click.
+        """
         if isinstance(value, tuple):
             return value
         try:

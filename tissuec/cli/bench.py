@@ -31,6 +31,13 @@ class Tolerances(click.ParamType):
     name = "X,X,…"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
+        """Return the tolerances.
+
+        Args:
+            value: The text, or the tolerances.
+            param: The parameter.
+            ctx: Context of click.
+        """
         if isinstance(value, tuple):
             return value
         try:

@@ -1,4 +1,4 @@
-"""What the commands share: global flags, how they speak, and exit codes."""
+"""Code that commands share: global flags, output and exit codes."""
 
 import math
 import os
@@ -56,7 +56,7 @@ class Settings(Struct, frozen=True):
         return not (self.quiet or self.json)
 
     def say(self, text: str = "") -> None:
-        """Talk on stderr, unless told to be quiet."""
+        """Print to stderr, unless output is suppressed."""
         if not self.quiet:
             echo(text, err=True)
 
@@ -85,7 +85,14 @@ class Command(click.Command):
         self.params += flag_options()
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Answer ``--set lift = 8 mm`` at once, whose blanks part it into four words."""
+        """Parse the command line.
+
+        ``--set lift = 8 mm``, which blanks split into four words, is reported with the correct
+        form.
+
+        Raises:
+            UsageError: An option is written in this form.
+        """
         for place, word in enumerate(args[:-2]):
             if (
                 word == "--set"
@@ -102,6 +109,7 @@ class Command(click.Command):
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
+        """Run the command with its settings; show findings of a text as the flags demand."""
         flags = {name: ctx.params.pop(name) for name in FLAGS}
         strict = ctx.params.get("strict", False)
         settings = (ctx.find_object(Settings) or Settings()).merged(flags, strict=strict)
@@ -185,7 +193,13 @@ def report(diagnostics: Sequence[Diagnostic], settings: Settings) -> None:
 
 
 def tell_mistakes(error: CompileError, settings: Settings, **facts: Any) -> None:
-    """Show why a text is wrong: on stderr, or with further facts as the JSON document."""
+    """Show why a text is wrong: on stderr, or with further facts as the JSON document.
+
+    Args:
+        error: The findings.
+        settings: Global flags.
+        facts: Further facts.
+    """
     if settings.json:
         print_json({**facts, "ok": False, "diagnostics": as_json(error.diagnostics)})
     else:
@@ -224,6 +238,10 @@ def aligned(rows: Sequence[Sequence[str]], least: Sequence[int]) -> list[str]:
 
 
 def keep_input(output: Path, given: Path) -> None:
-    """Refuse to write over what is read, by whatever name or link; TissueError."""
+    """Refuse to overwrite an input file, by whatever name or link.
+
+    Raises:
+        TissueError: Output and input are the same file.
+    """
     if os.path.exists(output) and os.path.exists(given) and os.path.samefile(output, given):
         raise TissueError(f'"{output}" is what is read; give the output another name')

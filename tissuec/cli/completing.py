@@ -50,7 +50,13 @@ def shipped_names(*folders: str, short: bool = False, files: bool = True) -> Com
 def params(
     ctx: click.Context, parameter: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
-    """Return the params of the scenes on the command line, with the values that they have."""
+    """Return the params of the scenes on the command line, with their values.
+
+    Args:
+        ctx: Context of click.
+        parameter: The parameter to complete.
+        incomplete: The text so far.
+    """
     given = [text for text in ctx.params.get(parameter.name or "") or () if "=" in text]
     known = {key_of(text.split("=")[0]) for text in given}
     found: dict[str, str] = {}

@@ -16,7 +16,11 @@ SMALLEST, LARGEST = 30.0, 2000.0  # [mm]
 
 
 def read_size(text: str) -> tuple[float, float]:
-    """Return width and height [mm] of "160x100"."""
+    """Return width and height of "160x100" [mm].
+
+    Raises:
+        ValueError: The text is no size, or the size is out of range.
+    """
     try:
         width, height = (float(part) for part in text.lower().removesuffix("mm").split("x"))
     except ValueError:
@@ -27,7 +31,11 @@ def read_size(text: str) -> tuple[float, float]:
 
 
 def read_kind(text: str) -> str:
-    """Return a kind of plot, or say which one was meant."""
+    """Return a kind of plot.
+
+    Raises:
+        ValueError: There is no such kind.
+    """
     if text not in PLOTS:
         hint = alternatives(text, PLOTS, what="kinds")
         raise ValueError(f'there is no kind of plot called "{text}"; {hint}')

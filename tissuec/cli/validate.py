@@ -91,7 +91,14 @@ def command(
 def validated(
     compiled: "Compiled", method: str, rtol: float | None, settings: Settings
 ) -> dict[str, Any]:
-    """Return all numbers of a comparison, or only why there are none; show its progress."""
+    """Return all numbers of a comparison, or only why there are none; show its progress.
+
+    Args:
+        compiled: The scene.
+        method: Of SciPy, for the reference.
+        rtol: Error per step of the reference; None derives it from the tolerance.
+        settings: Global flags.
+    """
     from tissuec.validate.report import as_dict
     from tissuec.validate.stepping import ReferenceFailure
     from tissuec.validate.validation import validate

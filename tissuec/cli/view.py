@@ -163,7 +163,7 @@ def _pages(results: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
 
 
 def _check_replaceable(page: Path) -> None:
-    """Make sure that a page replaces nothing but pages of ours; TissueError."""
+    """Check that a page replaces nothing but pages of ours; TissueError."""
     if not page.exists() or not page.is_file() or not page.stat().st_size:
         return
     with open(page, "rb") as file:
