@@ -1,4 +1,4 @@
-"""tissuec: words for tissue into physics, and physics into motion that can be trusted.
+"""tissuec: a tissue-description language, its compiler, and a validated soft-tissue simulator.
 
 From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile``, ``modes``,
 ``properties`` and ``examine``. What stands behind these names is imported when one of them is

@@ -138,10 +138,16 @@ def check(
     libraries: Sequence[str | os.PathLike[str]] = (),
     **more: "Given",
 ) -> list[Diagnostic]:
-    """Return all findings about a scene, errors and warnings; an empty list if it is good.
+    """Return all findings about a scene, errors and warnings; an empty list if there are none.
 
-    A finding as text shows the place, what is wrong and the remedy. Arguments are those of
-    `run`; a file without a body, such as a vocabulary, is checked as such.
+    A finding as text shows the place, what is wrong and the remedy. A file without a body, such
+    as a vocabulary, is checked as such.
+
+    Args:
+        scene: As of `run`.
+        params: As of `run`.
+        libraries: As of `run`.
+        more: As of `run`.
     """
     from tissuec.pipeline import check_request
 
@@ -158,10 +164,16 @@ def compile(
     libraries: Sequence[str | os.PathLike[str]] = (),
     **more: "Given",
 ) -> "Compiled":
-    """Return a scene in arrays, for solvers of your own; arguments are those of `run`.
+    """Return a scene in arrays, for solvers of your own.
+
+    Args:
+        scene: As of `run`.
+        params: As of `run`.
+        libraries: As of `run`.
+        more: As of `run`.
 
     Raises:
-        CompileError: The text is wrong; the message is all findings with their places.
+        CompileError: The text is wrong; the message contains all findings with their places.
     """
     from tissuec.pipeline import compile_request
 

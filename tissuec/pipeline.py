@@ -66,7 +66,17 @@ class Request(Struct, frozen=True):
         libraries: Sequence[Path] = (),
         strict: bool = False,
     ) -> "Request":
-        """Return a request for a file; raises CompileError if it cannot be read."""
+        """Return a request for a file.
+
+        Args:
+            path: The file.
+            overrides: Texts of ``--set``.
+            libraries: Folders of ``--library``.
+            strict: Whether warnings count as errors.
+
+        Raises:
+            CompileError: The file cannot be read.
+        """
         return cls(read_source(path), tuple(overrides), tuple(libraries), strict)
 
 
@@ -81,7 +91,7 @@ def read_words(request: Request) -> tuple[ResolvedProgram, tuple[Diagnostic, ...
 
 
 def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]:
-    """Return a scene in arrays and what there is to warn about.
+    """Return a scene in arrays, and its warnings.
 
     Raises:
         CompileError: The text is wrong, or ``strict`` and there is a warning.
@@ -151,12 +161,15 @@ def simulate(
     """Run a compiled scene and write its result to ``path``.
 
     Args:
-        resume: Go on from the checkpoint of an interrupted run of the same text.
+        compiled: The compiled scene.
+        path: The result file.
+        request: What the scene was compiled from.
+        resume: Continue from the checkpoint of an interrupted run of the same text.
         companion: How the error is estimated by a run with finer steps: in a "process" beside
             the run, "inline" after it, by the better of both ("auto"), or not at all ("off").
         threads: Maximum number of threads for a large net; None for as many as processors, or
             half as many if the companion may use the others. Positions do not depend on it.
-        progress: Told the simulated time [s] now and then.
+        progress: Called with the simulated time [s] now and then.
 
     Raises:
         PlaceError: The file cannot be written there, or there is nothing to resume.
@@ -285,7 +298,7 @@ def _sources(compiled: Compiled) -> Mapping[str, str]:
 
 
 def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
-    """Return what a result says of its origin: the whole text, what was set, and the plan."""
+    """Return the facts of a result about its origin: text, settings and plan."""
     from tissuec.compiler.prediction import skipped
 
     simulation = compiled.plan.simulation
