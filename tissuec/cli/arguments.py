@@ -17,6 +17,13 @@ class OptionReader(click.ParamType):
         self.read, self.name = read, "text"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Return the value of an option.
+
+        Args:
+            value: The text, or the value.
+            param: The parameter.
+            ctx: Context of click.
+        """
         try:
             return self.read(value) if isinstance(value, str) else value
         except ValueError as error:
