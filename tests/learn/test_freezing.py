@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from msgspec import Struct
+from msgspec.structs import replace
 
 from tests.learn.trials import adjust, differing, fit, moving, series, sheet
 from tissuec.learn.derivatives.event_recording import refusal
+from tissuec.script.plan import ScheduledAction
 
 TOOLS = """tool tongs { kind is forceps }
 tool shears { kind is scissors }"""
@@ -199,3 +202,15 @@ def test_what_has_no_exact_derivative_is_refused(name):
     script, options = REFUSED[name]
     compiled = sheet(script, **options)
     assert refusal(compiled.plan, compiled.network)
+
+
+class OfAnotherPackage(Struct, frozen=True):
+    """An action that nothing is known of."""
+
+    span: None = None
+
+
+def test_actions_that_nothing_is_known_of_have_no_exact_derivatives():
+    compiled = sheet("  at 0 s: fix left")
+    plan = replace(compiled.plan, events=(ScheduledAction(0.0, OfAnotherPackage()),))
+    assert "is not derived" in refusal(plan, compiled.network)

@@ -1,12 +1,12 @@
 """Forces, one file for each effect.
 
-Each file has the numbers of one effect, its scalar loops, and all that the rest of the program
-wants to know of it; long loops have a file of their own whose name ends in ``kernel``. Springs
-with their laws and branches come first. Everything else is an ``Effect``: a ``Nodal`` one acts
-on each node by itself (weight, drag, loads), a ``Field`` by where nodes are (volumes, bending,
-contact, jets, ``force`` blocks). Beside ``state``, which holds them, and the reference,
-which has formulas of its own, nothing knows them by more than that. Members of ``FORCES`` are
-the kinds of ``force NAME { kind is … }`` in a scene. ``accelerations`` sums up all of them.
+Each file holds the parameters of one effect, its loops over nodes or springs, its energy and
+its stiffness matrix; long loops have a file of their own, whose name ends in ``kernel``.
+Springs come first, with their laws and viscoelastic branches. Every other force is an
+``Effect``: ``Nodal`` if it acts on each node independently (weight, drag, loads), ``Field`` if
+it depends on positions (volumes, bending, contact, jets, foundations). ``mechanics.state``
+collects them and ``accelerations`` sums them. ``FORCES`` registers the kinds that a ``force``
+block can name.
 
 Shared arguments:
     time: Time [s].

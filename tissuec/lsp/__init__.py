@@ -1,12 +1,13 @@
-"""Answers to editors: pure functions from a text and a place to plain data.
+"""Answers to editors: pure functions from a text and a position to plain data.
 
-    lexemes     a text, right or wrong, as words, numbers and signs
+    tokens      a text, correct or not, as words, numbers and signs
     structure   its statements, and the blocks around each
-    phrases     what each word of a statement is there for, and what could stand in its place
-    desk        open texts, and what is known of each
-    views       what the names in a text stand for
+    context     the role of each word of a statement, and what could stand in its place
+    documents   open texts, and what is known of each
+    views       what the names in a text refer to
 
-``findings``, ``hover``, ``completion``, ``navigation``, ``colours`` and ``layout`` answer from
-these; ``server`` alone knows the protocol. Nothing here fails on a text that is half typed.
-``highlighting`` and ``folder`` make the files that highlight texts without a server.
+``findings``, ``fixes``, ``hover``, ``completion``, ``navigation``, ``semantic_tokens`` and
+``layout`` answer from these; only ``server`` knows the protocol. Nothing here fails on a text
+that is incomplete. ``highlighting``, ``vscode`` and ``vsix`` write the files of editors that
+highlight texts without a server.
 """

@@ -1,8 +1,9 @@
 """A TextMate grammar of the language, from the tables that the compiler itself reads.
 
-It colours as ``colours`` does, as far as regular expressions can: a block is known by its first
-word, but not which property a word belongs to, nor what a statement means that goes on over
-several lines. Patterns are of the kind that both Oniguruma, which editors use, and Python read.
+It colours as ``semantic_tokens`` does, as far as regular expressions can: a block is known by
+its first word, but not which property a word belongs to, nor what a statement means that goes
+on over several lines. Patterns are of the kind that both Oniguruma, which editors use, and
+Python read.
 """
 
 import re
@@ -20,7 +21,7 @@ from tissuec.scene.declarations import NAMED, SINGLE
 Rule = dict[str, Any]
 
 SCOPE = "source.tissuec"
-#: What each kind of ``colours`` is called in themes.
+#: What each kind of ``semantic_tokens`` is called in themes.
 SCOPES = {
     "comment": "comment.line.number-sign.tissuec",
     "string": "string.quoted.double.tissuec",

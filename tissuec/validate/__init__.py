@@ -1,7 +1,8 @@
-"""Runs compared with SciPy's solvers on equations of motion that were written independently.
+"""Independent check of a run with SciPy.
 
-``reference`` and what it is made of (``equations``, ``stepping``, ``crossings``, ``calendar``,
-``resting``)
-share no arithmetic with the engine; ``observing`` watches the engine, ``compare`` holds the one
-against the other, ``validation`` decides, ``report`` gathers and ``telling`` words it.
+``reference`` solves the plan with equations of its own: ``equations``, ``stepping``,
+``crossings``, ``event_queue`` and ``resting`` share no arithmetic with the engine.
+``engine_run`` samples the engine, ``compare`` measures the differences, ``judge`` decides, and
+``validation`` combines all of it. ``report`` returns the outcome as data, ``summary`` and
+``wording`` as text.
 """

@@ -1,13 +1,12 @@
-"""The companion of a run: the same plan with finer steps, to estimate the error.
+"""Estimate of the global error by a companion: a second run of the plan with finer steps.
 
-Estimates of single steps cannot tell what a motion makes of their errors later on: a tear, a
-buckling or a tumbling chain can amplify them beyond measure. The companion has other errors, so
-that where both agree, both are right to about their difference. Where they part, the plan is
-run a third time, far more finely: if that comes to the companion, the steps were too large; if
-not, the motion is chaotic, and they part however small the steps.
+Local error estimates miss how the motion amplifies errors, as in tearing, buckling or chaos.
+Where the two runs agree within the tolerance, the tolerance is met. Where they differ, a third,
+much finer run decides: if the second run converges to it, the steps were too large; if not, the
+motion is chaotic and the error unknown.
 
-A run that takes long gets a companion beside it, in a process of its own, if more than one
-processor is permitted; otherwise the companion follows the run in the same process.
+A long run gets its companion in a process of its own beside it, if more than one processor is
+permitted; otherwise the companion follows the run in the same process.
 """
 
 import shutil

@@ -158,11 +158,10 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
     actions = [event.action for event in _every(plan)]
     if at_rest and plan.triggers:
         return "the script waits for a condition"
-    for kind, reason in _UNKNOWN.items():
-        if at_rest and kind == "settle":
-            continue
-        if any(type(action).__module__ == f"tissuec.script.verbs.{kind}" for action in actions):
-            return reason
+    for kind in dict.fromkeys(type(action).__module__ for action in actions):
+        verb = kind.removeprefix("tissuec.script.verbs.")
+        if verb not in _DERIVED and not (at_rest and verb == "settle"):
+            return _UNKNOWN.get(verb, f"the effect of {verb.rpartition('.')[2]} is not derived")
     if plan.contact is not None:
         return "contact is not smooth"
     if plan.forces:
@@ -184,7 +183,12 @@ def _every(plan: Plan) -> Sequence[ScheduledAction]:
     return [*plan.events, *(event for t in plan.triggers for event in t.events)]
 
 
-#: Verbs whose effect is not derived, and why, by their modules.
+#: Verbs whose effect is derived, by their modules.
+_DERIVED = (
+    *("change", "close", "cut", "fix", "free", "grasp", "hold", "motion"),
+    *("move", "open", "pull", "push", "release", "stop"),
+)
+#: Why the effect of others is not.
 _UNKNOWN = {
     "preserve": "a volume is preserved",
     "irrigate": "a jet acts",

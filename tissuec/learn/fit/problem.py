@@ -1,11 +1,10 @@
-"""All experiments together: residuals between prediction and measurement, with derivatives.
+"""Weighted least squares over all experiments: residuals, gradient and Jacobian.
 
-With y the predictions, p what was measured, σ the noise and w a weight of each series, the
-error is E = ½ Σ w ((y + z - p) / σ)² over everything that was measured (gaps count as 0), where
-z is the unknown zero of a series, if it has one. With σ = w = 1 it is the error function of the
-paper (Nürnberger, Radetzky & Kruse 1998, section 3.1.5). Expectations add a term for each
-parameter that has one; a faint one for all others keeps where they are those that the data does
-not tell.
+E = ½ Σ w ((y + z - p) / σ)² with the prediction y, the measurement p, the noise σ, the weight w
+of a series and its unknown offset z, if it has one. Missing values contribute 0. With σ = w = 1
+it is the error function of the paper (Nürnberger, Radetzky & Kruse 1998, section 3.1.5). Priors
+add a quadratic term for each parameter that has one; a weak regularisation keeps parameters
+that the data does not determine at their start.
 """
 
 from collections.abc import Iterator, Sequence

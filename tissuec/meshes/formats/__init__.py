@@ -1,7 +1,7 @@
 """Formats of mesh files: a member is one file with a reader, named after its extension.
 
 A reader takes what the file says and no more: coordinates in whatever unit the file has, cells,
-and named groups. Whether that makes a good mesh is for ``tissuec.geometry`` to say.
+and named groups. Whether that makes a good mesh is for ``meshes.repair`` to say.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -48,7 +48,7 @@ class Action(Protocol):
         """Change the state (at ``state.time``) and say what happened.
 
         Raises:
-            Failed: It cannot be done; the state is as it was.
+            ActionFailed: It cannot be done; the state is as it was.
         """
         ...
 

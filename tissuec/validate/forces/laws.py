@@ -363,16 +363,24 @@ def _resisting(slope: Floats) -> Floats:
 
 
 def spring_rule(law: "Law") -> ForceRule:
-    """Return the force of a spring by its law."""
+    """Return the force of a spring by its law; without a rule of its own, by its formula."""
     if law.spring is None:
         return _free_spring(law.elastic)
-    if type(law.spring).__name__ == "StressCurve":
+    kind = _shipped(law.spring)
+    if kind == "StressCurve":
         return _stress_curve(law.spring, law.modulus)
-    return RULES[type(law.spring).__name__](law.spring)
+    return RULES[kind](law.spring) if kind in RULES else _free_spring(law.elastic)
 
 
 def dashpot_rule(law: "Law") -> Dashpot:
-    """Return the force of a dashpot by its law."""
+    """Return the force of a dashpot by its law; without a rule of its own, by its formula."""
     if law.dashpot is None:
         return _free_dashpot(law.viscous)
-    return DASHPOTS[type(law.dashpot).__name__](law.dashpot)
+    kind = _shipped(law.dashpot)
+    return DASHPOTS[kind](law.dashpot) if kind in DASHPOTS else _free_dashpot(law.viscous)
+
+
+def _shipped(law: object) -> str:
+    """Return the name of the class of a shipped law; empty for one of another package."""
+    kind = type(law)
+    return kind.__name__ if kind.__module__.startswith("tissuec.laws.") else ""

@@ -1,4 +1,4 @@
-"""The parts of the page, one file each; each has one function, from a ``Story`` to markup."""
+"""The parts of the page: one file each, with one function from ``ReportContent`` to markup."""
 
 from msgspec import Struct
 
