@@ -53,7 +53,7 @@ class _Abstract(StructMeta, ABCMeta):
 
 
 class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
-    """Something that acts on nodes; arrays are in the order of nodes of the scene.
+    """An effect on nodes; arrays are in the order of nodes of the scene.
 
     Shared arguments:
         time: Time [s], shape (…) or a number.
@@ -302,7 +302,7 @@ class Acted(Struct, frozen=True, eq=False):
 
 
 class Force(Protocol):
-    """What a member of ``FORCES`` can do; its fields are its entries in the language."""
+    """Interface of members of ``FORCES``; their fields are entries in the language."""
 
     def on(self, acted: Acted) -> Field:
         """Return the field on some nodes.

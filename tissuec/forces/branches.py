@@ -39,7 +39,7 @@ NAMES = tuple(name for pair in PAIRS for name in pair)
 
 
 class Inelastic(Struct, frozen=True, eq=False):
-    """What springs remember, and where.
+    """Internal variables of springs: parameters and storage.
 
     Attributes:
         constant: c1 of each branch [N/m], shape (branch, spring).

@@ -75,7 +75,7 @@ class ContactPairs(NamedTuple):
 
 
 class Contact(Field, frozen=True):
-    """Which nodes can be touched by which shapes, and how hard that is.
+    """Nodes and shapes that can touch, with the stiffness of contact.
 
     The first shapes are faces (triangles, capsules, planes), the others elements that these
     share, as capsules.

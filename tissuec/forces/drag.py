@@ -7,7 +7,7 @@ from tissuec.model.network import Floats
 
 
 class Drag(Nodal, frozen=True):
-    """What brakes each node against its surroundings.
+    """Ambient damping of each node.
 
     Attributes:
         damping: d [N s/m], shape (node,); zero where a node is held.

@@ -109,7 +109,7 @@ class Bed(Field, frozen=True):
 
 
 class BedTable(NamedTuple):
-    """What the kernel is given; see ``Bed``."""
+    """A bed as the kernel reads it; see ``Bed``."""
 
     nodes: Indices
     home: Rows

@@ -206,7 +206,7 @@ class JetAxis(NamedTuple):
 
 
 class JetCoordinates(NamedTuple):
-    """Where points are in a jet, each of shape (…).
+    """Coordinates of points in a jet, each of shape (…).
 
     Attributes:
         ahead: Distance from the opening along the axis [m].

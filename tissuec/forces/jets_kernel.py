@@ -36,7 +36,7 @@ GRID = 32  # cells along each side of the field in which triangles are sorted
 
 
 class JetTable(NamedTuple):
-    """A jet of fluid and what it may meet."""
+    """A jet of fluid and the triangles that it may meet."""
 
     acts: BoundaryConditions  # the flow [m³/s] is the first component of the only one
     opening: Integers  # nodes in the opening and ahead of it, shape (2,)

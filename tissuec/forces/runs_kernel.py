@@ -1,7 +1,7 @@
 """Forces of linear springs in runs, many at a time; see ``engine.spring_runs``.
 
 Coordinates are taken apart first, as vector instructions want them, and put together again
-behind all springs. What is summed up, or only looked for, is stored for each spring before:
+after all springs. What is summed up, or only looked for, is stored for each spring before:
 loops that do both would not be vectorised, because sums of numbers depend on their order.
 
 Shared arguments:

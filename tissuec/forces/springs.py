@@ -21,7 +21,7 @@ from tissuec.model.network import Floats, Indices
 
 
 class SpringPull(NamedTuple):
-    """What some springs do at a moment.
+    """State of some springs: lengths, directions and tensions.
 
     Attributes:
         length: Present lengths [m], shape (…, spring).
@@ -36,7 +36,7 @@ class SpringPull(NamedTuple):
 
 
 class SpringSubset(Struct, frozen=True, eq=False):
-    """Some springs of a net with their present numbers.
+    """A subset of the springs of a net with their present numbers.
 
     Positions [m] and velocities [m/s] are those of all nodes, shape (…, node, 3), or (node, 3)
     where that is said.
