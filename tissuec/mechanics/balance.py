@@ -30,7 +30,7 @@ ROUNDING = 16.0 * float(np.finfo(float).eps)
 
 
 class Bars(NamedTuple):
-    """What springs do at a place of the nodes.
+    """State of springs at given positions of the nodes.
 
     Attributes:
         direction: Unit vectors, shape (spring, 3); zero where the length is.
@@ -46,7 +46,7 @@ class Bars(NamedTuple):
 
 
 class NodeSprings(NamedTuple):
-    """Some of the free nodes with the springs that pull at them.
+    """Some of the free nodes with the springs at them.
 
     Attributes:
         nodes: Numbers among the free nodes, shape (n,).

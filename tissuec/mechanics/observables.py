@@ -72,7 +72,7 @@ def rest_lengths(state: State, velocity: Floats, springs: Indices | None = None)
 
 
 class Forces(NamedTuple):
-    """What springs, pressure and contact do.
+    """Forces of springs, pressure and contact.
 
     Attributes:
         node: Their sum on every node [N], shape (…, node, 3).

@@ -32,7 +32,7 @@ WIDER = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the rest length, where nearby slopes a
 
 
 class Relaxed(NamedTuple):
-    """Where relaxation came to.
+    """Result of relaxation.
 
     Attributes:
         x: Of the free nodes [m], shape (free, 3).

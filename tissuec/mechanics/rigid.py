@@ -31,7 +31,7 @@ NEUTRAL = 1e-10  # variations of the work below it, relative to the load and the
 
 
 class RigidPiece(Struct, frozen=True, eq=False):
-    """Free nodes that springs join, and the nodes that stay beside them.
+    """Free nodes that springs join, and the fixed nodes next to them.
 
     Attributes:
         nodes: Numbers among the free nodes, ascending, shape (n,).
@@ -48,7 +48,7 @@ class RigidPiece(Struct, frozen=True, eq=False):
 
 
 class Freedom(Struct, frozen=True, eq=False):
-    """How a piece can move as a whole at no cost.
+    """Rigid motions of a piece that cost no energy.
 
     Attributes:
         piece: Which.

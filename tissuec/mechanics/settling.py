@@ -41,7 +41,7 @@ class Unsettled(Exception):
 
 
 class Remark(Struct, frozen=True):
-    """What is to be known of an equilibrium, and the node that shows it best, if one does."""
+    """A remark on an equilibrium, and the node that shows it best, if there is one."""
 
     message: str
     node: int | None = None

@@ -1,7 +1,7 @@
 """The state of a net at one time of a run, with everything that the script has changed.
 
 The engine and the reference both step a ``State`` from event to event; events change it
-between steps. Arrays stand in the order of the network.
+between steps. Arrays are in the order of the network.
 """
 
 from typing import TYPE_CHECKING, cast
