@@ -1,6 +1,6 @@
 """The compiled network: read-only arrays with the source line of each entry.
 
-Nodes and springs stand in the order of the scene and keep their numbers for good; the engine
+Nodes and springs are in the order of the scene and keep their numbers for good; the engine
 may renumber inside, never visibly. The signed incidence matrix of the paper is the pair of
 columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
@@ -83,7 +83,7 @@ class ThreadBody(Struct, frozen=True):
 
 
 class BodyPart(Struct, frozen=True, eq=False):
-    """Where the nodes and springs of one body stand in the arrays.
+    """Ranges of the nodes and springs of one body in the arrays.
 
     Attributes:
         grid: How its nodes stand in rows and columns, if they do.
@@ -108,7 +108,7 @@ class BodyPart(Struct, frozen=True, eq=False):
 
 
 class JointPart(Struct, frozen=True):
-    """Which springs a joint has; their nodes are those of bodies."""
+    """Springs of a joint; their nodes are those of bodies."""
 
     name: str
     springs: slice
@@ -116,7 +116,7 @@ class JointPart(Struct, frozen=True):
 
 
 class ToolShape(NamedTuple):
-    """What two nodes of an instrument carry, one behind the other.
+    """Shapes that pairs of nodes of an instrument carry.
 
     Attributes:
         kind: "capsule" between them, "plane" through the first and at right angles to the way
@@ -129,7 +129,7 @@ class ToolShape(NamedTuple):
 
 
 class ToolPart(Struct, frozen=True):
-    """Which nodes carry the shapes of an instrument, two each, and its kind."""
+    """Nodes that carry the shapes of an instrument, two each, and its kind."""
 
     name: str
     kind: str
@@ -147,7 +147,7 @@ class ToolPart(Struct, frozen=True):
 
 
 class MemoryPart(Struct, frozen=True):
-    """Which hidden nodes remember something, such as ``FRICTION``."""
+    """Hidden nodes that store internal variables, such as ``FRICTION``."""
 
     name: str
     nodes: slice
@@ -278,12 +278,12 @@ class Network(Struct, frozen=True, eq=False):
 
     @property
     def body_nodes(self) -> int:
-        """Return how many nodes belong to bodies; they stand first."""
+        """Return how many nodes belong to bodies; they come first."""
         return max((body.nodes.stop for body in self.bodies), default=0)
 
     @property
     def body_springs(self) -> int:
-        """Return how many springs belong to bodies; they stand first."""
+        """Return how many springs belong to bodies; they come first."""
         return self.joints[0].springs.start if self.joints else self.spring_count
 
     @property

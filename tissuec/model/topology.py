@@ -49,7 +49,7 @@ class Extents(NamedTuple):
 
 
 class FloppyModes(Struct, frozen=True):
-    """How many independent motions of the free nodes no spring resists.
+    """Number of independent motions of the free nodes that no spring resists.
 
     A piece, here, is a set of free nodes joined by springs, with the held nodes next to it.
 
