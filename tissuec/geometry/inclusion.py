@@ -86,7 +86,7 @@ def _distinct(surface: Indices, rows: Indices) -> _Distinct:
 
 
 class Counted(NamedTuple):
-    """Shared elements that are looked at, and by how much they count.
+    """Shared elements near points, and their weights.
 
     Attributes:
         row: A face that has it, as a row of what was asked for, shape (counted,).

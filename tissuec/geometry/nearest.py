@@ -12,7 +12,7 @@ CAPSULE, PLANE, TRIANGLE = range(3)
 
 
 class NearestPlace(NamedTuple):
-    """Where points are in shapes, for each pair of a point and a shape.
+    """Nearest places of shapes to points, for each pair of a point and a shape.
 
     Attributes:
         depth: [m]; positive where the shape touches, shape (pair,).

@@ -20,7 +20,7 @@ MOST_POINTS = 2_000_000
 
 
 class Smoothing(Protocol):
-    """What a member of ``SURFACES`` can do; its fields are its entries in the language.
+    """Interface of members of ``SURFACES``; their fields are entries in the language.
 
     Attributes:
         needs_grid: Whether it is for nodes in rows and columns only.

@@ -41,7 +41,7 @@ class Weights(NamedTuple):
 
 
 class NodalSpline(NamedTuple):
-    """What a cubic spline is at nodes in a row: its values and its slopes per node."""
+    """A cubic spline at nodes in a row: its values and its slopes per node."""
 
     value: Weights
     slope: Weights

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Refinement(Struct, frozen=True, eq=False):
-    """What takes the nodes of one body, in one topology, to the points of its surface.
+    """Linear map from the nodes of one body, in one topology, to the points of its surface.
 
     Attributes:
         factors: Sparse matrices, applied to the positions one after the other. The weights of a
