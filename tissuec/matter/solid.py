@@ -11,7 +11,7 @@ from tissuec.model.network import Floats
 
 
 class Solid(Struct, frozen=True, eq=False):
-    """How a solid is shared out among its nodes.
+    """Distribution of a solid to its nodes.
 
     A uniform stress σ acts on its boundary with the force σ N on each node.
 

@@ -24,11 +24,11 @@ _FLOPPY = 1e3  # times as soft as asked: a net that gives way
 
 
 class Floppy(ValueError):
-    """Nothing resists one of the stresses."""
+    """The net does not resist one of the stresses."""
 
 
 class MeasuredStiffness(NamedTuple):
-    """How stiff a net is, beside the body that it stands for.
+    """Stiffness of a net relative to the body that it represents.
 
     Attributes:
         tension: In x, y and z, shape (3,).
