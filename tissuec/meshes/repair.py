@@ -1,9 +1,9 @@
 """Repair of the contents of a mesh file, so that springs can follow them.
 
-Repaired, and told with counts: nodes that nothing uses, nodes at one place, triangles without
-an extent, cells that are there twice, triangles that face another way than their neighbours.
-Refused: coordinates that are not finite, corners that do not exist, cells that fold up, and
-files without any surface or cell.
+Repaired, and reported with counts: unused nodes, coincident nodes, degenerate triangles,
+duplicate cells, and triangles that face another way than their neighbours. Refused: coordinates
+that are not finite, corners that do not exist, folded cells, and files without any surface or
+cell.
 """
 
 from collections.abc import Mapping, Sequence

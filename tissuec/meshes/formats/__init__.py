@@ -43,7 +43,7 @@ class MeshCells(Struct, frozen=True, eq=False):
 
 
 class RawMesh(Struct, frozen=True, eq=False):
-    """What a mesh file holds.
+    """Contents of a mesh file.
 
     Attributes:
         position: In the unit of the file, shape (node, 3).

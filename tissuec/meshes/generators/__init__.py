@@ -55,7 +55,7 @@ class Mesh(Struct, frozen=True, eq=False):
 
 
 class Generator(Protocol):
-    """What a member of ``MESHES`` can do; its fields are its entries in the language."""
+    """Interface of members of ``MESHES``; their fields are entries in the language."""
 
     def build(self) -> Mesh:
         """Return the mesh."""

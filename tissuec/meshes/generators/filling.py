@@ -38,7 +38,7 @@ _NONE = np.zeros((0, 4), dtype=np.int64)
 
 
 class Filling(NamedTuple):
-    """Nodes to be added behind those of the surface, and node pairs to be joined.
+    """Nodes to be added after those of the surface, and node pairs to be joined.
 
     Tetrahedra divide the inside, also where springs are the bonds of a lattice.
     """

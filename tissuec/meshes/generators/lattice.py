@@ -21,7 +21,7 @@ Triple = tuple[int, int, int]
 
 
 class Crystal(Struct, frozen=True):
-    """Where the sites of a cell are, and how far away their neighbours.
+    """Sites of a cell, and distances of their neighbours.
 
     Attributes:
         divisions: Steps of the fine grid in one cell edge.
