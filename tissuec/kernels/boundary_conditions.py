@@ -2,7 +2,7 @@
 
 Between two knots of all profiles every profile is one curve, a polynomial or a sine:
 s(t) = Σ powerₖ uᵏ + amplitude sin(angular u), u = t - origin. ``engine.boundary_conditions``
-writes these tables anew for each stretch between knots, so that kernels need no cases.
+writes these tables again for each stretch between knots, so that kernels need no cases.
 """
 
 from math import cos, sin

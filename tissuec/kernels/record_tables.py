@@ -30,7 +30,7 @@ _Nothing = c_char * 0  # where it is counts
 
 
 class RecordField(NamedTuple):
-    """Where a field of a record is, in words from its start, and what it is."""
+    """A field of a record: its offset in words, and its type."""
 
     place: int
     kind: Record  # float, int, bool, np.ndarray, or a record

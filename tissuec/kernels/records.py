@@ -92,7 +92,7 @@ class ContactTable(NamedTuple):
 
 
 class InternalVariables(NamedTuple):
-    """What springs remember, first of branches; see ``tissuec.forces.branches``."""
+    """Internal variables of springs, first of branches; see ``tissuec.forces.branches``."""
 
     first: Integers  # branches of spring s are first[s]:first[s + 1], shape (spring + 1,)
     constant: Floats  # c1 [N/m], shape (branch,)
@@ -142,7 +142,7 @@ class Chunks(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """What acts on nodes beside springs: compiled functions, and what each is given."""
+    """Fields that act on nodes: compiled functions, and their tables."""
 
     address: Integers  # of the functions, shape (field,)
     table: Integers  # addresses of their tables, shape (field,)
@@ -175,7 +175,7 @@ class Operations(NamedTuple):
 
 
 class Net(NamedTuple):
-    """What acts on the nodes; springs sorted by their lower node.
+    """Everything that acts on the nodes; springs sorted by their lower node.
 
     What a scene has nothing of is None, from the reels on.
     """
@@ -290,7 +290,7 @@ class Work(NamedTuple):
 
 
 class Task(NamedTuple):
-    """What one call of the stepping code shall do."""
+    """The task of one call of the stepping code."""
 
     until: float  # land here [s]
     evaluations: int  # come back at the first step's start with so many in all
@@ -310,7 +310,7 @@ class Task(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """Where a run stands; with the arrays of ``Work`` all that a resumed run needs."""
+    """Progress of a run; with the arrays of ``Work`` all that a resumed run needs."""
 
     time: float  # of the state [s]
     step: float  # size of the next step [s]

@@ -58,7 +58,7 @@ class Laws(NamedTuple):
 
 
 class Links(NamedTuple):
-    """What acts between two events.
+    """Everything that acts between two events.
 
     Attributes:
         low, high: Nodes of the springs that act, shape (spring,).
@@ -99,7 +99,7 @@ class Values(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """All that accelerations follow from, beside a state and changing forces."""
+    """Everything that accelerations depend on, except state and changing loads."""
 
     laws: Laws
     links: Links
@@ -134,7 +134,7 @@ class Sparse(NamedTuple):
 
 
 class Seeds(NamedTuple):
-    """How numbers change with parameters: for each array a row for each of its numbers."""
+    """Derivatives of numbers by parameters: for each array a row for each of its numbers."""
 
     mass: Sparse
     stiffness: Sparse
@@ -145,7 +145,7 @@ class Seeds(NamedTuple):
 
 
 class Response(NamedTuple):
-    """A spring's tension, and what it and its force change by.
+    """A spring's tension, and the derivatives of its force.
 
     Attributes:
         e, w: Elongation [m] and its rate [m/s].

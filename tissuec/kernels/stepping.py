@@ -39,7 +39,7 @@ from tissuec.kernels.vectors import accumulate, scale
 
 
 class Steps(NamedTuple):
-    """Steps of a method, one behind the other, and what is prescribed at moments of each.
+    """Consecutive steps of a method, and prescribed motions and loads at moments of each.
 
     Attributes:
         times: Of the rows of a trail, which steps lead from one to the next of [s].
@@ -267,7 +267,7 @@ def step_change(
     Args:
         first, last: The rows.
         stages: Scratch.
-        change: Of the state, set anew; see ``push_forward``.
+        change: Of the state, set again; see ``push_forward``.
         moved, known: Scratch for changes of one stage, and of the accelerations of all stages.
     """
     table, here, there = steps.tableau, change, moved
