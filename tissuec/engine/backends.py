@@ -21,7 +21,7 @@ from tissuec.kernels.records import CompiledProgress, Operations, Progress, Task
 
 
 class Inside(Struct, frozen=True):
-    """What evaluates an accepted step inside; it takes arrays of the run and net as tables."""
+    """Evaluates states inside an accepted step; takes arrays of run and net as tables."""
 
     look: Callable[..., None]
     prepare: Callable[..., None]

@@ -13,7 +13,7 @@ Function = Callable[..., Any]
 
 
 class Binder:
-    """Copies functions together with what they call.
+    """Copies functions together with the functions that they call.
 
     Args:
         replaced: Global names and what they shall mean: functions (bound in turn) or constants.

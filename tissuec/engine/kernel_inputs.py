@@ -1,7 +1,7 @@
 """The network in the form of the stepping code: renumbered, sorted, without idle parts.
 
 Nodes keep their places for a whole run. A spring that dies is first set to zero in place, which
-leaves every sum as if it were gone; the arrays are drawn up anew when many have died.
+leaves every sum as if it were gone; the arrays are made again when many have died.
 """
 
 from typing import Any, cast

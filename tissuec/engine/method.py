@@ -13,7 +13,7 @@ Kind = Literal["reached", "paused", "ruptured", "triggered", "diverged", "stuck"
 
 
 class Method(Struct, frozen=True):
-    """How a run is to be stepped.
+    """The method of a run.
 
     Attributes:
         name: "automatic" or a member of ``INTEGRATORS``.
@@ -53,7 +53,7 @@ def _no_springs() -> Indices:
 
 
 class Interruption(Struct, frozen=True, eq=False):
-    """Why the engine came back, at ``time`` [s]; the state stands there.
+    """Why the engine returned, at ``time`` [s], which is that of the state.
 
     Attributes:
         kind: "reached" the end asked for; "paused" because the caller wished so; springs
@@ -83,7 +83,7 @@ class MethodChange(Struct, frozen=True):
 
 
 class Statistics(Struct, frozen=True):
-    """What a run cost so far.
+    """Cost of a run so far.
 
     Attributes:
         method, reason: The integrator and why it was chosen.

@@ -50,7 +50,7 @@ LAWS = tuple(code.ARGUMENTS)
 
 
 class Features(Struct, frozen=True):
-    """What a scene needs; a kernel is compiled without the rest."""
+    """Features that a scene needs; a kernel is compiled without the others."""
 
     viscous: bool
     watched: bool

@@ -34,7 +34,7 @@ Pause = Callable[[float], bool]
 
 
 class QuasiStatic:
-    """Steps one run; used like ``Engine``, whose methods say what they do.
+    """Steps one quasi-static run; the interface is that of ``Engine``.
 
     Args:
         network: The network of the run.

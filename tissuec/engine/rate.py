@@ -7,7 +7,7 @@ from tissuec.kernels.records import Floats, Integers, Net
 
 
 class Unknowns(NamedTuple):
-    """Displacements and velocities of the free nodes, each coordinate beside its velocity."""
+    """Displacements and velocities of the free nodes, each coordinate next to its velocity."""
 
     y: Floats  # shape (6 free,)
     rate: Floats  # y', shape (6 free,)

@@ -28,7 +28,7 @@ LEAST_BLOCKS = 4  # that are worth being shared by threads
 
 
 class RunPlaces(Struct, frozen=True, eq=False):
-    """Where springs stand in runs.
+    """Places of springs in runs.
 
     Attributes:
         first, length, offset, at: As in ``Runs``, shape (run,).

@@ -1,6 +1,6 @@
 """The loop over steps: step size control, landing, samples, and detection of ruptures.
 
-Written once for every integrator and both backends. As it stands here it runs velocity Verlet;
+Written once for every integrator and both backends. As written here it runs velocity Verlet;
 ``engine.backends`` binds the names of integrator and operations to others. It comes back
 to Python whenever something needs a decision, and can then go on where it was.
 

@@ -37,7 +37,7 @@ def _leaking(enclosure: Enclosure, cells: int) -> str:
 
 
 class Stage:
-    """Carries out events on a run and tells the recorder.
+    """Carries out events on a run state and informs the recorder.
 
     Args:
         run_state: Changed in place.

@@ -49,7 +49,7 @@ Launch: TypeAlias = Callable[[Path], Sequence[str]]
 
 
 class ErrorEstimate(Struct, frozen=True, eq=False):
-    """How far a run and its companion came apart, and what that says of the promise.
+    """Distance of a run from its companion, compared with the tolerance.
 
     Attributes:
         state: "kept"; "broken" or "unknown" from the time ``since`` on; or "not checked".

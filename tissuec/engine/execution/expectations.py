@@ -25,7 +25,7 @@ class Failure(Struct, frozen=True):
 
 
 class ExpectationMemory(Struct, eq=False):
-    """What a recorder must know to go on after an interruption.
+    """State of a recorder that is needed to resume after an interruption.
 
     Attributes:
         next: The first sample that has not come yet.

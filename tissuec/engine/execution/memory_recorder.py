@@ -11,7 +11,7 @@ from tissuec.results.recording import Event
 
 
 class MemoryRecording:
-    """Takes what a recorder passes on, and gives it back as arrays.
+    """Stores the output of a recorder as arrays.
 
     Attributes:
         events: Everything that happened, in order.

@@ -66,7 +66,7 @@ class Samples(Protocol):
 
 
 class Writer(Protocol):
-    """Where rows go: a result file, or memory.
+    """Destination of rows: a result file, or memory.
 
     Shared arguments:
         time: Times of the rows [s], shape (row,), or one time [s].
@@ -139,7 +139,7 @@ class _Observed(NamedTuple):
 
 
 class Recorder:
-    """Receives samples and logged events of one run and passes on what the plan asks for.
+    """Receives samples and events of one run and records what the plan requests.
 
     Args:
         tap: Shown every batch of samples as well.

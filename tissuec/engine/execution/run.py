@@ -39,7 +39,7 @@ Progress = Callable[[float], None]
 
 
 class Outcome(Struct, frozen=True, eq=False):
-    """How a run ended.
+    """Outcome of a run.
 
     Attributes:
         message: A sentence; of a failure it names spring, nodes, time and line of the scene.

@@ -1,7 +1,7 @@
 """Integrators: one file each, which states its order and its field of use.
 
 The stepping code of a member is plain functions over the operations of ``tissuec.kernels``.
-They run slowly as they stand; the engine binds the same functions to compiled operations.
+They run slowly as Python; the engine binds the same functions to compiled operations.
 
 Shared arguments:
     time, end: Start and end of the step [s].
@@ -30,7 +30,7 @@ from tissuec.kernels.records import Floats, Tableau, Work
 
 
 class Integrator(Protocol):
-    """What a member of ``INTEGRATORS`` is; its docstring holds equation and source.
+    """Interface of members of ``INTEGRATORS``; their docstrings give equation and source.
 
     Attributes:
         order: Of the error of positions and velocities against the step.

@@ -145,7 +145,7 @@ def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, fl
 
 
 class Dirk(RungeKutta):
-    """What diagonally implicit members have in common.
+    """Common base of diagonally implicit members.
 
     The first stage of a tableau is explicit, the others have one diagonal, and the last one is
     the result.

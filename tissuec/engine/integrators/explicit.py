@@ -113,7 +113,7 @@ def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, fl
 
 
 class Explicit(RungeKutta):
-    """What explicit members have in common."""
+    """Common base of explicit members."""
 
     implicit = False
 

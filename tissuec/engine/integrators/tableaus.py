@@ -82,7 +82,7 @@ def enter_stage(
 
 
 class RungeKutta:
-    """What members with a tableau of Runge-Kutta have in common.
+    """Common base of members with a tableau of Runge-Kutta.
 
     One with stages behind its result says how they combine inside of a step: ``dense_x`` and
     ``dense_v``. Of others, what is inside follows from both ends.
