@@ -68,7 +68,7 @@ class Fit(Struct, frozen=True, eq=False):
 
 
 class Adjust(Struct, frozen=True, eq=False):
-    """Something that may change: ``adjust spring constant of fat from 1 N/m to 1 kN/m``.
+    """An adjusted quantity: ``adjust spring constant of fat from 1 N/m to 1 kN/m``.
 
     Attributes:
         what: A quantity of tissues such as "spring constant", a constant of its law such as
@@ -114,7 +114,7 @@ class Data(Struct, frozen=True, eq=False):
 
 
 class DataAxis(Struct, frozen=True, eq=False):
-    """What rows of tables are sorted by.
+    """The column by which rows of tables are ordered.
 
     Attributes:
         nodes: Where there is no time: the moved nodes whose displacement the column holds, and
@@ -132,7 +132,7 @@ Errors = Mapping[str, float]
 
 
 class Demand(Struct, frozen=True, eq=False):
-    """``expect error(held out) < 8 %``: judged when the learning is over.
+    """``expect error(held out) < 8 %``: evaluated when the learning is over.
 
     Attributes:
         holds: Of the errors, each relative to what was measured.

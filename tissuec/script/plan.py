@@ -55,7 +55,7 @@ class ScheduledAction(Struct, frozen=True):
 
 
 class Condition(Protocol):
-    """What is true at some moments, and false at others."""
+    """A condition, which is true at some moments and false at others."""
 
     def __call__(self, moment: Moment) -> bool:
         """Return whether it holds at a moment."""
@@ -95,7 +95,7 @@ class SurfaceOutput(Struct, frozen=True, eq=False):
 
 
 class Expectation(Struct, frozen=True, eq=False):
-    """``expect condition at/from/until/over …``, judged during the run.
+    """``expect condition at/from/until/over …``, evaluated during the run.
 
     Attributes:
         condition: Called at each moment of judgement; may ask ``moment.past`` for values that
@@ -134,7 +134,7 @@ class Output(Struct, frozen=True, eq=False):
 
 
 class Plan(Struct, frozen=True, eq=False):
-    """Everything beside the network; immutable, so that one plan can be run many times."""
+    """All data of a run except the network; immutable, so that it can be run many times."""
 
     simulation: Simulation
     gravity: Floats  # [m/s²], shape (3,)

@@ -18,7 +18,7 @@ from tissuec.script.measures.moment import Moment
 
 
 class Subject(Struct, frozen=True, eq=False):
-    """What a measure is taken of.
+    """The subject of a measure.
 
     Attributes:
         name: As written, such as "forceps A".
@@ -35,7 +35,7 @@ class Subject(Struct, frozen=True, eq=False):
 
 
 class Measure(Protocol):
-    """What a member of ``MEASURES`` declares and computes.
+    """Interface of members of ``MEASURES``.
 
     Attributes:
         form: How it is written, such as "distance(A, B)".

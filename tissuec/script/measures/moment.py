@@ -25,7 +25,7 @@ _NOTHING = np.zeros(0, dtype=np.int64)
 
 
 class EnergyBalance(Struct, frozen=True, eq=False):
-    """Where the energy went since the run began [J]; each a number or of shape (…).
+    """Energy balance since the start of the run [J]; each a number or of shape (…).
 
     Attributes:
         initial: Energy when the run began, after the events at 0 s.

@@ -14,7 +14,7 @@ from tissuec.model.network import Floats
 
 
 class Shape(Struct, frozen=True, eq=False):
-    """A capsule, all points near a line, or all that lies behind a plane; or an opening.
+    """A capsule, all points near a line, or a half-space behind a plane; or an opening.
 
     Attributes:
         kind: Of both.
@@ -43,7 +43,7 @@ def capsule(start: Floats, stop: Floats, radius: float, part: str = "") -> Shape
 
 
 class Instrument(Protocol):
-    """What a member of ``INSTRUMENTS`` can do; its fields are its entries in the language."""
+    """Interface of members of ``INSTRUMENTS``; their fields are entries in the language."""
 
     def shapes(self) -> tuple[Shape, ...]:
         """Return its shapes as drawn; nothing if it only acts on nodes by name.

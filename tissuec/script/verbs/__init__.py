@@ -27,7 +27,7 @@ class LoggedEvent(Struct, frozen=True):
 
 
 class EventQueue(Protocol):
-    """What is still to come; an action may add to it, such as the end of a motion."""
+    """Future actions; an action may add to it, such as the end of a motion."""
 
     def add(self, time: float, action: "Action") -> None:
         """Add an action at an absolute time [s]; a step ends exactly there."""
@@ -39,7 +39,7 @@ class EventQueue(Protocol):
 
 
 class Action(Protocol):
-    """Something to be done at one time; immutable, so that a plan can be run many times."""
+    """An action at one time; immutable, so that a plan can be run many times."""
 
     @property
     def span(self) -> Span: ...
@@ -55,7 +55,7 @@ class Action(Protocol):
 
 @runtime_checkable
 class Demanding(Protocol):
-    """An action that can only be done with some networks, which is told before any run."""
+    """An action that only some networks support, which is checked before any run."""
 
     @property
     def span(self) -> Span: ...
@@ -66,7 +66,7 @@ class Demanding(Protocol):
 
 
 class ActionFailed(Exception):
-    """An action cannot be carried out, so that the run cannot go on.
+    """An action cannot be carried out, so that the run cannot continue.
 
     Attributes:
         message: What failed and why, in words that a node can follow.
@@ -87,7 +87,7 @@ class Group(Struct, frozen=True, eq=False):
 
 
 class Mover(Struct, frozen=True, eq=False):
-    """Who moves: a set (``nodes`` given) or a tool with whatever it holds then (None)."""
+    """A set that moves (``nodes`` given), or a tool with what it holds then (None)."""
 
     name: str
     nodes: Indices | None
@@ -191,7 +191,7 @@ class Order(Protocol):
 
 
 class Verb(Protocol):
-    """What a member of ``VERBS`` is: its sentence forms, for messages and the reference."""
+    """Interface of members of ``VERBS``: sentence forms, for messages and the reference."""
 
     forms: ClassVar[tuple[str, ...]]  # such as ("grasp SET with TOOL",)
 

@@ -47,7 +47,7 @@ PARAMETERS = {
 
 
 class ChangeParameter(Struct, frozen=True):
-    """A number for every spring or node of a group, or a factor on what they have."""
+    """A number for every spring or node of a group, or a factor on present numbers."""
 
     array: str
     group: Group

@@ -11,7 +11,7 @@ from tissuec.script.verbs.holding import held_by, let_go, sentence, take
 
 
 class EndHold(Struct, frozen=True):
-    """The end of a hold for an interval, unless the set was held anew in the meantime."""
+    """The end of a hold for an interval, unless the set was held again in the meantime."""
 
     holder: str
     time: float  # [s]

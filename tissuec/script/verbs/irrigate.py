@@ -23,7 +23,7 @@ NOZZLE = "tool NOZZLE { kind is nozzle; diameter = 2 mm; tip = … mm; direction
 
 
 class Opening(Protocol):
-    """What is asked of a nozzle."""
+    """Properties of a nozzle."""
 
     @property
     def diameter(self) -> float: ...

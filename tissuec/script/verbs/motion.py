@@ -20,7 +20,7 @@ from tissuec.script.verbs.holding import halt, held_by, sentence
 
 
 class EndMotion(Struct, frozen=True):
-    """The end of one order of motion: what is over rests exactly where it ends, still held."""
+    """The end of one order of motion: its nodes rest exactly at its end, still held."""
 
     mover: str
     stop: float  # [s]
