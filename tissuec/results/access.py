@@ -1,7 +1,7 @@
 """Reading of results: every fault of the file becomes a ResultError that names it.
 
 A file says of each dataset of which kind and size it is, and what checksum it has. The first
-two are held against the datasets when the file is opened, before anything is read or memory
+two are compared with the datasets when the file is opened, before anything is read or memory
 asked for; the checksum, against what is read.
 """
 

@@ -27,7 +27,7 @@ Value = NDArray[Any] | int | float | bool | str
 
 
 class Checkpoint(Struct, frozen=True, eq=False):
-    """What the last checkpoint of a file holds.
+    """Contents of the last checkpoint of a file.
 
     Attributes:
         state: What the run gave, by name; arrays, numbers and texts as they were given.

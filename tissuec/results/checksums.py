@@ -16,7 +16,7 @@ SUMS = "/tissuec/checksums"
 
 
 class DatasetSum(NamedTuple):
-    """What is known of a dataset.
+    """Kind, shape and checksum of a dataset.
 
     Attributes:
         kind: Of its numbers, as NumPy names it; "object" for texts of any length.

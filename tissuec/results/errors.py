@@ -8,4 +8,4 @@ class ResultError(TissueError):
 
 
 class PlaceError(ResultError):
-    """A result cannot stand, or be gone on with, where it was asked for; nothing has begun."""
+    """A result cannot be written or resumed at its place; nothing has begun."""

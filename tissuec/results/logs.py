@@ -16,7 +16,7 @@ MOST_NAMED = 6  # columns
 
 
 class Jumps(NamedTuple):
-    """What events changed at once.
+    """Jumps of a log at events.
 
     Attributes:
         time: When [s], ascending, shape (jump,).

@@ -48,7 +48,7 @@ class SurfaceChannel(Struct, frozen=True):
 
 
 class Recording(Struct, frozen=True, eq=False):
-    """What is written while a scene runs.
+    """The contents of a result file.
 
     Attributes:
         nodes: Nodes whose frames are written, ascending network numbers; none: no trajectory.
@@ -84,7 +84,7 @@ class NamedGroup(Struct, frozen=True, eq=False):
 
 
 class Event(Struct, frozen=True):
-    """Something that happened at a moment: a cut, a rupture, a grasp, a release, a trigger.
+    """An event at a moment: a cut, a rupture, a grasp, a release, a trigger.
 
     Attributes:
         time: When [s].
@@ -102,7 +102,7 @@ class Event(Struct, frozen=True):
 
 
 class ExpectationResult(Struct, frozen=True):
-    """What became of an expectation.
+    """Result of an expectation.
 
     Attributes:
         expect: The clause as it is written.

@@ -17,7 +17,7 @@ _VTK_TYPES = {"float32": "Float32", "float64": "Float64", "int64": "Int64", "uin
 
 
 class ExportedShape(Struct, frozen=True, eq=False):
-    """What is drawn at one moment.
+    """The drawn shape at one moment.
 
     Attributes:
         title: Where it comes from.

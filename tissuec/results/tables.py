@@ -66,7 +66,7 @@ class LogTable:
 
 
 class JumpTable:
-    """What events changed in a log: the datasets ``time``, ``before`` and ``after`` of a group.
+    """Jumps of a log at events: the datasets ``time``, ``before`` and ``after`` of a group.
 
     Args:
         path: Of the log.
@@ -108,7 +108,7 @@ class JumpTable:
 
 
 class EventTable:
-    """What happened when: one row per event in columns, and all their springs in a list."""
+    """Events: one row per event in columns, and all their springs in a list."""
 
     def __init__(self, store: Store):
         self._store = store

@@ -20,7 +20,7 @@ TOOL_CHUNK = 1024
 
 
 class HoldInterval(Struct, frozen=True, eq=False):
-    """Who holds which nodes from a time on, until the next of the same holder.
+    """Nodes that a holder holds from a time on, until the next interval of the same holder.
 
     Attributes:
         time: When [s].
@@ -34,7 +34,7 @@ class HoldInterval(Struct, frozen=True, eq=False):
 
 
 class ToolTable:
-    """Where the nodes of tools are in each frame; nothing is written where no tool has any."""
+    """Positions of the nodes of tools in each frame; nothing is written without such nodes."""
 
     def __init__(self, store: Store, network: Network, kind: np.dtype):
         self._store, self._network, self._kind = store, network, kind
