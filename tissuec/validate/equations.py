@@ -39,7 +39,7 @@ _NONE: Floats = np.zeros(0)
 
 
 class SpringStates(NamedTuple):
-    """What the living springs do at a moment.
+    """State of the intact springs.
 
     Attributes:
         direction: Unit vectors, shape (spring, 3); zero where the length is.
@@ -73,7 +73,7 @@ class Energies(NamedTuple):
 
 
 class ErrorScales(Struct, frozen=True):
-    """What an error is measured against.
+    """Scales of errors.
 
     Attributes:
         displacement: Largest distance of a node from where it is drawn [m].
@@ -95,7 +95,7 @@ class ErrorScales(Struct, frozen=True):
 
 
 class Equations:
-    """What moves a net from the time of a state to ``stop``; nothing else changes then.
+    """Equations of motion of a net from the time of a state to ``stop``, without events.
 
     Args:
         state: Read once, now.

@@ -10,7 +10,7 @@ _ENTERED, _WRITTEN = 0, 1
 
 
 class ReferenceQueue:
-    """Keeps actions in the order of time; what actions enter comes before what is written.
+    """Actions in the order of time; those that actions add come before written ones.
 
     Args:
         events: The script, its times counted from 0 s.

@@ -15,7 +15,7 @@ TIE = 1e-9  # of the duration: events closer than this have no order
 
 
 class Miss(Struct, frozen=True):
-    """Something that happened in one solution only.
+    """An event of one solution only.
 
     Attributes:
         number: Of the spring or trigger.
@@ -34,7 +34,7 @@ class Miss(Struct, frozen=True):
 
 
 class Matching(Struct, frozen=True):
-    """How the events of a run match those of the reference.
+    """Comparison of the events of a run with those of the reference.
 
     Attributes:
         run, reference: How many events there were.

@@ -22,7 +22,7 @@ class TriggerFiring(Struct, frozen=True):
 
 
 class Reference(Struct, frozen=True, eq=False):
-    """A solution at the times that were asked for.
+    """A solution at given times.
 
     Attributes:
         method, rtol: How it was found.

@@ -19,11 +19,11 @@ LARGEST_FULL = 12_000  # unknowns for which LSODA's full matrix takes about 1 GB
 
 
 class ReferenceFailure(TissueError):
-    """SciPy's solver could not go on; the message says where and why."""
+    """SciPy's solver could not continue; the message says where and why."""
 
 
 class Effort(Struct):
-    """What a reference cost: steps, evaluations of the forces, and wall time [s]."""
+    """Cost of a reference: steps, evaluations of the forces, and wall time [s]."""
 
     steps: int = 0
     evaluations: int = 0

@@ -16,7 +16,7 @@ from tissuec.validate.wording import reasons
 
 
 class RunComparison(Struct, frozen=True, eq=False):
-    """What a run that came to its end has to show.
+    """Comparison of a run that reached its end.
 
     Attributes:
         quantities: Errors; positions and energy balance first.
@@ -33,7 +33,7 @@ class RunComparison(Struct, frozen=True, eq=False):
 
 
 class Validation(Struct, frozen=True, eq=False):
-    """What came out.
+    """Results of a validation.
 
     Attributes:
         verdict: On the promise.

@@ -1,6 +1,6 @@
 """Springs that relax and flow, for the reference: its own unknowns and formulas.
 
-The unknowns s of the living springs stand one behind the other: first how far each branch has
+The unknowns s of the living springs stand one after the other: first how far each branch has
 given way, branch by branch, then by how much each rest length has flowed.
 """
 
@@ -18,7 +18,7 @@ Indices = NDArray[np.int64]
 
 
 class Derivatives(NamedTuple):
-    """How springs answer, as sparse matrices.
+    """Derivatives of spring forces, as sparse matrices.
 
     Attributes:
         pull_by_variable: [N/m], shape (spring, variable).
@@ -32,7 +32,7 @@ class Derivatives(NamedTuple):
 
 
 class Yielding:
-    """What some springs remember.
+    """Internal variables of some springs.
 
     Args:
         inelastic: Of all springs of the state; None if none remembers anything.

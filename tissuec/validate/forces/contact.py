@@ -22,7 +22,7 @@ Indices = NDArray[np.int64]
 
 
 class Touching(Struct, frozen=True):
-    """What contact does in one state.
+    """Forces of contact in one state.
 
     Attributes:
         force: On all nodes [N], shape (node, 3).
