@@ -19,7 +19,7 @@ LIMITING = ("from", "to", "around", "by", "along")
 
 
 class Found(Struct, frozen=True):
-    """Something that can be adjusted, before its limits are read.
+    """An adjustable quantity, before its limits are read.
 
     Attributes:
         kind: Its dimension, and the limits that it has by itself.

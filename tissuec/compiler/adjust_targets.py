@@ -29,7 +29,7 @@ class Target(Struct, frozen=True, eq=False):
 
 
 class Targets:
-    """Finds what names behind ``of`` stand for."""
+    """Finds the meaning of names after ``of``."""
 
     def __init__(self, scene: Scene, groups: Groups):
         self.scene, self.groups, self.findings = scene, groups, groups.findings

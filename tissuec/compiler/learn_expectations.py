@@ -19,7 +19,7 @@ FORM = "error(held out) < 8 %"
 
 
 class ExpectableErrors(Struct, frozen=True):
-    """What of a fit problem can be judged.
+    """Errors of a fit problem that expectations can refer to.
 
     Attributes:
         files: Names of the files, by the names as written.
@@ -52,7 +52,7 @@ class ExpectableErrors(Struct, frozen=True):
 
 
 class ErrorScope(Scope):
-    """A scope in which errors can be asked for; without any, each is 1."""
+    """A scope of errors; without any, each is 1."""
 
     is_known = False
 

@@ -62,7 +62,7 @@ _SAYS_NOTHING, _MEAN, _SOFTER, _ = range(len(_RULES))
 
 
 class Material(Struct, frozen=True):
-    """What one part of a body is made of."""
+    """Material of one part of a body."""
 
     name: str
     tissue: Tissue | None

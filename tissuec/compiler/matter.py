@@ -41,7 +41,7 @@ _TESTED = 300_000  # springs of a solid up to which it is tested; of larger latt
 
 
 class Matter(Struct, frozen=True, eq=False):
-    """How a body is shared out among its springs and nodes.
+    """Distribution of a body to its springs and nodes.
 
     Attributes:
         stiffness: Spring constant per Young's modulus [m], shape (spring,).

@@ -44,7 +44,7 @@ def place_of(node: s.Expression) -> Place:
 
 
 class MeasureScope(Scope):
-    """A scope in which measures can be asked for.
+    """A scope of measures.
 
     Without a moment every measure has the value 1, so that units and names can be checked.
     """

@@ -25,7 +25,7 @@ _NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apa
 
 
 class Poisson(Struct, frozen=True):
-    """How a solid has the Poisson's ratio that its tissue says.
+    """How a solid obtains the Poisson's ratio of its tissue.
 
     Attributes:
         of_springs: The part of their constants that springs have then.

@@ -75,7 +75,7 @@ class NamedSet(Struct, frozen=True, eq=False):
 
 
 class Groups:
-    """All sets, bodies and joints by name; each set is chosen once, when first asked for."""
+    """All sets, bodies and joints by name; each set is chosen once, on first use."""
 
     def __init__(
         self, declarations: Declarations, bodies: Mapping[str, PlacedBody], scope: Scope

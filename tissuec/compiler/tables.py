@@ -64,7 +64,7 @@ _NOT_BELOW_ZERO = (
 
 
 class ExplicitBody(Struct, frozen=True, eq=False):
-    """What the tables of a body say; NaN where a cell was left open.
+    """Contents of the tables of a body; NaN where a cell is empty.
 
     The law of a spring is its number among ``laws``, the names that rows give.
     """
