@@ -48,7 +48,7 @@ def needed_first(start: str, needs: Callable[[str], Iterable[s.Name]]) -> list[s
 
 
 class Definitions(Generic[T]):
-    """Definitions of one kind by key; each is worked out once, when first asked for.
+    """Definitions of one kind by key; each is evaluated once, on first use.
 
     Args:
         what: What they are called in messages, such as "numbers".

@@ -46,7 +46,7 @@ _quietly = np.errstate(all="ignore")
 
 
 class Scope:
-    """Where names and calls are looked up; subclasses add points or measures."""
+    """Scope of names and calls; subclasses add points or measures."""
 
     #: Whether values are known now; if they are measured in a run, none can be refused.
     is_known = True

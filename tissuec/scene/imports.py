@@ -84,7 +84,7 @@ def _of_another_kind(data: bytes, name: str) -> str:
 
 
 class Files:
-    """How the files that a text uses are found, read and parsed: from disk, each time anew.
+    """How the files that a text uses are found, read and parsed: from disk, each time.
 
     An editor puts texts that are not saved yet in their places.
 

@@ -78,7 +78,7 @@ class Form(Struct, frozen=True):
 
 
 class LawKind(Struct, frozen=True):
-    """How one of the two laws of a tissue is written: by name behind ``word``, or freely."""
+    """Syntax of one of the two laws of a tissue: by name after ``word``, or as a formula."""
 
     family: Family[type]
     word: str
@@ -320,7 +320,7 @@ def _try(form: Form, formula: Formula, span: Span, scope: Scope) -> None:
 
 
 class FormulaScope(Scope):
-    """Where the names of a free formula are looked up, and its tree is made.
+    """Scope of a free formula, which builds its tree.
 
     Args:
         outer: Of everything that is not a variable.

@@ -56,7 +56,7 @@ class AssignedQuantity(Struct, frozen=True):
 
 
 class KnownQuantity(Struct, frozen=True):
-    """What is known of one quantity of a tissue: evidence.
+    """Evidence on one quantity of a tissue.
 
     Attributes:
         stated: A number, or the limits of a range, in SI units.
@@ -306,7 +306,7 @@ class Tool(Struct, frozen=True):
 
 
 class ContactLaw(Struct, frozen=True):
-    """What is written of contact.
+    """The law of contact as written.
 
     Attributes:
         between_bodies: Whether surfaces of bodies touch other bodies.

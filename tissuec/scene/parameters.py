@@ -31,7 +31,7 @@ class Parameter(Struct, frozen=True):
 
 
 class Constants(Scope):
-    """The scope of ``param`` and ``let``; each is evaluated once, when first asked for."""
+    """The scope of ``param`` and ``let``; each is evaluated once, on first use."""
 
     def __init__(
         self, declarations: Declarations, overrides: Mapping[str, s.Assign], findings: Findings

@@ -24,7 +24,7 @@ from tissuec.script.plan import AUTOMATIC, Simulation
 
 
 class ResolvedProgram(Struct, frozen=True):
-    """What a program says without any body: numbers, vocabulary, laws, tissues."""
+    """A program without bodies: numbers, vocabulary, laws, tissues."""
 
     declarations: Declarations
     constants: Constants
