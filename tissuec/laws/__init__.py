@@ -18,7 +18,7 @@ STRAIN, MODULUS = Variable("strain"), Variable("modulus")
 
 
 class Law(Struct, frozen=True, eq=False):
-    """What a spring does.
+    """The law of a spring and its dashpot.
 
     Attributes:
         name: For people.
@@ -81,7 +81,7 @@ def with_modulus(force: Formula, modulus: float) -> Formula:
 
 
 class SpringLaw(Protocol):
-    """What a member of ``SPRING_LAWS`` can do; its fields are its entries in the language."""
+    """Interface of members of ``SPRING_LAWS``; their fields are entries in the language."""
 
     def force(self) -> Formula:
         """Return the force [N] as a formula of e, c and rest."""
@@ -89,7 +89,7 @@ class SpringLaw(Protocol):
 
 
 class ViscosityLaw(Protocol):
-    """What a member of ``VISCOSITY_LAWS`` can do; its fields are its entries."""
+    """Interface of members of ``VISCOSITY_LAWS``; their fields are entries."""
 
     def force(self) -> Formula:
         """Return the force [N] as a formula of e, w, d and rest."""

@@ -265,7 +265,7 @@ class Choice(Formula, frozen=True):
 
 
 class Spline(Formula, frozen=True):
-    """Cubic pieces between places, and straight lines before the first and behind the last.
+    """Cubic pieces between places, and straight lines before the first and after the last.
 
     Attributes:
         places: Where pieces begin and the last one ends, ascending.
