@@ -20,7 +20,7 @@ _LOGIC = Operators()  # minimum and maximum keep 0, 0.5 and 1 apart
 
 
 class Coverage(Struct, frozen=True):
-    """Whether some facts leave a quantity without a rule.
+    """Whether some combination of facts leaves a quantity without a rule.
 
     Attributes:
         quantity: The quantity.

@@ -6,7 +6,7 @@ from msgspec import Struct
 
 
 class AtomDegree(Struct, frozen=True):
-    """How true one ``is`` of a condition was; None where its property has no fact.
+    """Degree of one ``is`` of a condition; None where its property has no fact.
 
     Attributes:
         negated: Whether the condition asks for the opposite, of degree 1 less this one.

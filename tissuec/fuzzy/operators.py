@@ -11,7 +11,7 @@ Result = Literal["centre of gravity", "weighted mean", "gradual mean"]
 
 
 class Operators(Struct, frozen=True):
-    """How degrees are joined and conclusions become a number (default: Mamdani's choice).
+    """Operators on degrees, and defuzzification (default: Mamdani's choice).
 
     Attributes:
         conjunction: What ``and`` does: the smaller degree, or a b.

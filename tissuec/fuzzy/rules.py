@@ -29,7 +29,7 @@ class Rule(Struct, frozen=True):
 
 
 class Quantity(Struct, frozen=True):
-    """What rules conclude: its range, and the word that holds where no rule speaks."""
+    """A concluded quantity: its range, and the word used where no rule fires."""
 
     axis: Axis
     otherwise: Word | None = None
