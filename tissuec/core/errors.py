@@ -11,7 +11,7 @@ from tissuec.core.source import Span
 
 
 class Note(Struct, frozen=True):
-    """A remark beside a diagnostic; with a span it points at a second place."""
+    """A remark on a diagnostic; with a span it points at a second place."""
 
     message: str
     span: Span | None = None
@@ -41,7 +41,7 @@ class Edit(Struct, frozen=True):
 
 
 class Hint(str):
-    """What to do about a finding, with the edits that it proposes.
+    """The remedy for a finding, with the edits that it proposes.
 
     Attributes:
         edits: Alternatives: after any one of them the finding is gone.
@@ -111,15 +111,15 @@ class CompileError(TissueError):
 
 
 class SimulationError(TissueError):
-    """The run diverged or could not go on; the message names the spring, time and line."""
+    """The run diverged or could not continue; the message names the spring, time and line."""
 
 
 class ExpectationError(TissueError):
-    """What the scene expects did not come about; the message says what was measured."""
+    """An expectation of the scene does not hold; the message gives the measured value."""
 
 
 class TissueWarning(UserWarning):
-    """Something that a caller from Python should know, and that ``strict`` makes an error."""
+    """A warning for callers from Python, which ``strict`` makes an error."""
 
 
 def counted(number: int, what: str) -> str:

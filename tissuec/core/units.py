@@ -135,7 +135,7 @@ LARGEST_EXPONENT = 9
 
 
 class Unit(NamedTuple):
-    """What one of the unit is in SI base units, and its dimension."""
+    """A unit: its value in SI base units, and its dimension."""
 
     factor: float
     dimension: Dimension
