@@ -26,7 +26,7 @@ ENDS = frozenset({"_NL", "$END", "RBRACE"})
 
 
 class Mistake(NamedTuple):
-    """Where the grammar could not go on.
+    """The place at which the grammar could not continue.
 
     Attributes:
         source: The text.

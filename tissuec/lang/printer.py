@@ -23,7 +23,7 @@ _STEP = "  "
 
 
 class PrintedPiece(NamedTuple):
-    """Something to print: a token, a comment, or the rows of a table on one line."""
+    """A piece to print: a token, a comment, or the rows of a table on one line."""
 
     kind: str  # type of the token, "COMMENT", "ROWS" or "SEMICOLON"
     text: str

@@ -18,7 +18,7 @@ class Comment(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What stands between the braces of a table.
+    """The text between the braces of a table.
 
     Attributes:
         start: Offset of the first character after the opening brace.

@@ -16,7 +16,7 @@ PLACES = frozenset(("span", "head", "rows_span", "source"))
 
 
 class Node(Struct, frozen=True, eq=False):
-    """A node of the syntax tree; equality and representation ignore where it stands."""
+    """A node of the syntax tree; equality and representation ignore its place."""
 
     def _content(self) -> tuple[Any, ...]:
         names = (name for name in self.__struct_fields__ if name not in PLACES)
@@ -94,7 +94,7 @@ class Argument(Node, frozen=True):
 
 
 class Signed(Node, frozen=True):
-    """An operand behind an odd number of minus signs."""
+    """An operand after an odd number of minus signs."""
 
     operand: "Expression"
     span: Span
@@ -170,7 +170,7 @@ class Or(Node, frozen=True):
 
 
 class Phrase(Node, frozen=True):
-    """What stands after ``is``: a word, ``not`` a word, ``between`` a word ``and`` a word."""
+    """The phrase after ``is``: a word, ``not`` a word, ``between`` a word ``and`` a word."""
 
     kind: Literal["word", "not", "between"]
     words: tuple[Name, ...]  # two for "between", otherwise one

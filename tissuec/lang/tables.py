@@ -30,7 +30,7 @@ _KINDS = {"number": "a number", "whole": "a whole number", "word": "a word"}
 
 
 class Column(Struct, frozen=True):
-    """What a column holds.
+    """Contents of a column.
 
     Attributes:
         name: What messages call it.
