@@ -32,7 +32,7 @@ class BadRow(Exception):
 
 
 class ColumnCells(NamedTuple):
-    """What a block of rows holds: numbers, shape (row, wanted), and signs of decimals."""
+    """Cells of a block of rows: numbers, shape (row, wanted), and decimal signs."""
 
     numbers: Floats
     signs: frozenset[str]

@@ -15,7 +15,7 @@ _MOST_NAMED = 30
 
 
 class Complaints(Struct, frozen=True):
-    """Everything that is wrong with one file."""
+    """All errors of one file."""
 
     data: Data
     found: list[Diagnostic] = field(default_factory=list)

@@ -20,7 +20,7 @@ _CELL = re.compile(r'"[^"]*"?|[^\s"]+(?:\s+[\[(][^\])]{0,99}[\])])?')
 
 
 class Dialect(NamedTuple):
-    """How a table is written.
+    """The format of a table.
 
     Attributes:
         delimiter: What parts cells; ``BLANK`` means any number of blanks or tabs.

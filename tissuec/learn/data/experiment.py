@@ -10,7 +10,7 @@ from tissuec.script.fit_problem import Data, Fit
 
 
 class Series(Struct, frozen=True, eq=False):
-    """What was measured for one ``fit``.
+    """Measurements for one ``fit``.
 
     Attributes:
         times: Of the rows [s], ascending, shape (row,); on an axis without time the

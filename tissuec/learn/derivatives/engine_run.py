@@ -63,7 +63,7 @@ class ObservingRecorder(Recorder):
 
 
 def _seen(one: Series, width: int, moment: Moment) -> Floats:
-    """Return what a series is of at some moments, one behind the other."""
+    """Return what a series is of at some moments, one after the other."""
     fit = one.fit
     if fit.measure is None:
         values = moment.position[..., one.nodes, :]

@@ -21,14 +21,14 @@ from tissuec.model.network import Floats, Indices, Network
 
 
 class ArrayChange(NamedTuple):
-    """What a script made of an array: factor times the number that it began with, plus more."""
+    """Effect of a script on an array: factor times the initial number, plus more."""
 
     factor: Floats
     more: Floats
 
 
 class PrescribedPaths(NamedTuple):
-    """What is prescribed at some times.
+    """Prescribed motions and loads at some times.
 
     Attributes:
         place: Of driven nodes [m], shape (time, 3 driven).
@@ -160,7 +160,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
 
 
 class EventSchedule(Struct, frozen=True, eq=False):
-    """All legs of a run, one behind the other."""
+    """All legs of a run, in order."""
 
     legs: tuple[Leg, ...]
 

@@ -43,7 +43,7 @@ class Model(Protocol):
 
 
 class Slots(NamedTuple):
-    """Where a series stands in the vector.
+    """Place of a series in the vector.
 
     Attributes:
         start: Its first number.

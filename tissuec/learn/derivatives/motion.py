@@ -32,14 +32,14 @@ class Diverged(Exception):
 
 
 class SampledStates(NamedTuple):
-    """States at the times that are looked at, shape (sample, 3 node)."""
+    """States at the sample times, shape (sample, 3 node)."""
 
     x: Floats
     v: Floats
 
 
 class Interpolation(NamedTuple):
-    """Where samples lie on a stretch, and their weights of x, v, x and v at both ends.
+    """Places of samples on an interval, and their weights of x, v, x and v at both ends.
 
     Attributes:
         samples: Their numbers, shape (sample,).
@@ -57,7 +57,7 @@ Visit = Callable[[int, Floats, Floats], None]
 
 
 class StepInterval(Struct, frozen=True, eq=False):
-    """Some steps of a leg, between two states that are kept.
+    """Steps of a leg between two stored states.
 
     Attributes:
         leg: Its number in the schedule.

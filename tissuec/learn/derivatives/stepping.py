@@ -34,7 +34,7 @@ class StepStates(NamedTuple):
 
 
 class LegForces(Struct, frozen=True, eq=False):
-    """What holds on a leg for the numbers of the moment."""
+    """Everything that acts on a leg, with present numbers."""
 
     leg: Leg
     forces: Forces
@@ -106,7 +106,7 @@ class Stepping(Protocol):
 
         Args:
             seeds: Changes of the numbers.
-            change: Of the first row, shape (3 node change,); set anew.
+            change: Of the first row, shape (3 node change,); set again.
             rows: Ascending numbers of rows after the first one, shape (n,).
         """
         ...

@@ -16,7 +16,7 @@ _NONE: Indices = np.zeros(0, dtype=np.int64)
 
 
 class Unseen(Diverged):
-    """A tool that holds nothing is looked at; its arguments are the time [s] and its name."""
+    """A tool that holds nothing is observed; the arguments are the time [s] and its name."""
 
     def __str__(self) -> str:
         since = show(float(self.args[0]), TIME)
@@ -43,7 +43,7 @@ class ObservableDerivative(NamedTuple):
 
 
 class Observable(Protocol):
-    """Something that is measured."""
+    """A measured quantity."""
 
     def at(self, view: StateView) -> Floats:
         """Return its components in SI units, shape (component,)."""

@@ -11,7 +11,7 @@ HELD_OUT, ALL = "held out", "data"
 
 
 class DemandVerdict(NamedTuple):
-    """Whether a demand is met, and what was measured."""
+    """Whether an expectation holds, and the measured value."""
 
     demand: Demand
     holds: bool

@@ -44,7 +44,7 @@ SCALED = {
 
 
 class Identifiability(NamedTuple):
-    """How sure parameters are.
+    """Uncertainty of parameters.
 
     Attributes:
         singular: Singular values of J, descending, shape (parameter,).

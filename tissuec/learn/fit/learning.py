@@ -38,7 +38,7 @@ class Unlearnable(TissueError):
 
 
 class LearnProgress(NamedTuple):
-    """Where a learning stands.
+    """Progress of a learning.
 
     Attributes:
         passes, most: How many passes are over, and how many there may be.

@@ -80,7 +80,7 @@ def remark(problem: Problem, theta: Floats) -> str:
 def units(problem: Problem) -> list[str]:
     """Return which fits are measured so large or small that their unit may be wrong.
 
-    Sizes of the data are held against those of the first prediction.
+    Sizes of the data are compared with those of the first prediction.
     """
     theta = np.zeros(problem.size)
     try:

@@ -34,7 +34,7 @@ class Estimates(Struct, frozen=True, eq=False):
 
 
 class UnidentifiableCombination(Struct, frozen=True):
-    """A combination of numbers that the data cannot tell.
+    """A combination of numbers that the data does not identify.
 
     Attributes:
         sentence: What it is: "multiplying all masses, spring constants and viscosities by one
@@ -50,7 +50,7 @@ class UnidentifiableCombination(Struct, frozen=True):
 
 
 class Fitted(Struct, frozen=True, eq=False):
-    """How well one experiment is met.
+    """Quality of the fit of one experiment.
 
     Attributes:
         file: Name of the data.

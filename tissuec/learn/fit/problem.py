@@ -36,7 +36,7 @@ class FittedExperiment(Struct, frozen=True, eq=False):
 
 
 class ResidualStructure(NamedTuple):
-    """What residuals are like.
+    """Statistics of residuals.
 
     Attributes:
         correlation: Of a residual with the one in the next row.

@@ -36,7 +36,7 @@ class CandidateScene(NamedTuple):
 
 
 class Revised(NamedTuple):
-    """New texts by the names of their files, and what was changed, in sentences."""
+    """New texts by the names of their files, and the changes in sentences."""
 
     texts: Mapping[str, str]
     sentences: tuple[str, ...]

@@ -56,7 +56,7 @@ class InfiniteError(Diverged):
 
 
 class SearchState(Struct, frozen=True, eq=False):
-    """Where a search stands between two passes.
+    """State of a search between two passes.
 
     Attributes:
         theta: Parameters, shape (parameter,).

@@ -20,7 +20,7 @@ STATE = ("position", "velocity")
 
 
 class NumberOrder(Struct, frozen=True, eq=False, dict=True):
-    """Where each array stands in the vector.
+    """Place of each array in the vector.
 
     Args:
         sizes: By name, in order.

@@ -4,7 +4,7 @@ from msgspec import Struct
 
 
 class Prior(Struct, frozen=True, eq=False):
-    """What was expected of one parameter: its place, its value, and its standard deviation."""
+    """Prior of one parameter: its place, its value, and its standard deviation."""
 
     place: int
     value: float

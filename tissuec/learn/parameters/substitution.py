@@ -15,7 +15,7 @@ from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenLaw
 
 
 class UsePlace(Struct, frozen=True):
-    """Where a number is used.
+    """A place where a number is used.
 
     Attributes:
         tissue: Lower-case name of a tissue.

@@ -19,7 +19,7 @@ _AXES = "xyz"
 
 
 class LearntTables(Struct, frozen=True):
-    """Tables of what was learnt one by one.
+    """Tables of numbers that were learnt one by one.
 
     Attributes:
         texts: By the names of files.

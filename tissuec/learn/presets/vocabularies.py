@@ -15,7 +15,7 @@ from tissuec.scene.model import Scene
 
 
 class WrittenVocabularies(Struct, frozen=True):
-    """What is written of vocabularies.
+    """Texts of vocabularies.
 
     Attributes:
         texts: By the names of files beside the preset.

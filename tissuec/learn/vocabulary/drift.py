@@ -13,7 +13,7 @@ _NOTHING = 0.0005  # of the range; less is shown as 0.0 %
 
 
 class Drift(Struct, frozen=True):
-    """How far one word moved.
+    """Displacement of one word.
 
     Attributes:
         scale: Name of the property or quantity.

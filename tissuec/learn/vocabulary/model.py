@@ -42,7 +42,7 @@ class NoAnswer(TissueError):
 
 
 class RuleOutputs(NamedTuple):
-    """What rules give, with its derivatives.
+    """Numbers that rules give, with their derivatives.
 
     Attributes:
         pairs: Tissues and quantities.
@@ -56,7 +56,7 @@ class RuleOutputs(NamedTuple):
 
 
 class WordsModel:
-    """What the rules of a scene give, as a function of the numbers that move its words.
+    """Numbers that the rules of a scene give, as a function of the parameters of words.
 
     Args:
         scene: The scene.

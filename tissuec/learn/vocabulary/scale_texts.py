@@ -16,7 +16,7 @@ _DEGREES = {"triangle": (0.0, 1.0, 0.0), "trapezoid": (0.0, 1.0, 1.0, 0.0)}
 
 
 class WrittenNumber(Struct, frozen=True):
-    """A number in the text and the coordinate that it stands for."""
+    """A number in the text and its coordinate."""
 
     node: s.Expression
     place: float
