@@ -34,7 +34,7 @@ _ABOUT = 0.1  # of breaking strains and moduli that make one stress
 
 
 class Breaking(Struct, frozen=True):
-    """What springs bear that may rupture.
+    """Strength of the springs that may rupture.
 
     Attributes:
         stretch: Length at which they break over their rest length: the least, the median and
@@ -49,7 +49,7 @@ class Breaking(Struct, frozen=True):
 
 
 class Vibration(Struct, frozen=True):
-    """A natural motion of a body about its state at 0 s; what it is joined to stays in place.
+    """A natural motion of a body about its state at 0 s; joined bodies stay in place.
 
     Attributes:
         frequency: Without damping [Hz].
@@ -69,7 +69,7 @@ class Vibration(Struct, frozen=True):
 
 
 class BodyProperties(Struct, frozen=True):
-    """What a body is, found from its net. What does not apply is None.
+    """Properties of a body, found from its net; None where one does not apply.
 
     Attributes:
         kind: "solid" with a volume; "wall": a surface; "thread"; "bars": a net typed in as

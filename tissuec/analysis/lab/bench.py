@@ -38,7 +38,7 @@ class Unmeasured(Exception):
 
 
 class TestReading(Struct, frozen=True):
-    """What was read off during a test.
+    """The log of a test.
 
     Attributes:
         logs: By name, shape (moment, column).
@@ -54,7 +54,7 @@ class TestReading(Struct, frozen=True):
 
 
 class Specimen(Protocol):
-    """What is tested, as text."""
+    """A specimen, as text."""
 
     def body(self, tissue: str, *, tabs: str = "", rupture: bool = False) -> Iterator[str]:
         """Yield the text of the body and of what belongs to it.

@@ -65,7 +65,7 @@ class TestRow(Struct, frozen=True):
 
 
 class Examination(Struct):
-    """What a tissue was found to be.
+    """Results of all tests of a tissue.
 
     Attributes:
         tissue: Which one.

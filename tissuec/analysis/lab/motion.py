@@ -25,7 +25,7 @@ _RAMP = 0.1  # of the shortest relaxation time
 
 
 class Oscillation(NamedTuple):
-    """How a coupon comes to rest.
+    """Free oscillation of a coupon.
 
     Attributes:
         time: Retardation time [s].
@@ -141,7 +141,7 @@ def _times(bench: TestBench) -> list[float]:
 
 
 class HoldTest(NamedTuple):
-    """What becomes of the force on a coupon that is held.
+    """Relaxation of the force on a coupon that is held.
 
     Attributes:
         share: Of the largest force, what is lost in the end.

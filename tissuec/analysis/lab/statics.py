@@ -27,7 +27,7 @@ _NEAR = np.array(
 
 
 class StressStrainCurve(NamedTuple):
-    """Stress against strain, both by what was drawn.
+    """Stress against strain, both relative to the drawn shape.
 
     Attributes:
         strain: Ascending, shape (level,).
@@ -39,7 +39,7 @@ class StressStrainCurve(NamedTuple):
 
 
 class TensionTest(NamedTuple):
-    """What a coupon does under a small stress along x.
+    """Response of a coupon to a small stress along x.
 
     Attributes:
         modulus: Stress over strain [Pa].
@@ -153,7 +153,7 @@ def _refuse_stopped(reading: TestReading) -> None:
 
 
 class Rupture(NamedTuple):
-    """How a coupon breaks.
+    """Rupture of a coupon.
 
     Attributes:
         curve: Until then, or as far as it was drawn.
