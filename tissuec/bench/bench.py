@@ -22,7 +22,7 @@ LEVELS = tuple(10.0**power for power in range(-2, -12, -1))
 
 
 class BenchResult(Struct, frozen=True, eq=False):
-    """What was measured.
+    """Results of a bench.
 
     Attributes:
         floor: How well the reference is known; errors below it mean nothing.

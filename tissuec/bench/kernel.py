@@ -27,7 +27,7 @@ OPERATIONS = ("force", "place")
 
 
 class Kernel:
-    """What moves a net until the next event or knot.
+    """The equations of motion of a net until the next event or knot.
 
     Args:
         layout: Of the network; it is updated to the state.

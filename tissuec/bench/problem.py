@@ -12,7 +12,7 @@ from tissuec.validate.uncertainty import relative_positions
 
 
 class BenchProblem(Struct, frozen=True, eq=False):
-    """A scene without what it writes and expects.
+    """A scene without outputs and expectations.
 
     Attributes:
         times: When positions are compared [s], ascending, shape (row,).

@@ -10,7 +10,7 @@ from tissuec.bench.points import MeasuredPoint
 
 
 class Ratio(Struct, frozen=True):
-    """Times at one error [s]; None where nobody was measured to be that exact.
+    """Times at one error [s]; None where no solver was measured to be that accurate.
 
     Attributes:
         ours: A method of the engine and its time.

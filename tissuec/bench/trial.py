@@ -19,7 +19,7 @@ class OutOfTime(TissueError):
 
 
 class Deadline:
-    """Until when a solver may go on.
+    """Time limit of a solver.
 
     Args:
         budget: Time of the processor [s], from now, so that a busy machine changes nothing;
@@ -59,7 +59,7 @@ class SolverRun(Struct, frozen=True, eq=False):
 
 
 class Solver(Protocol):
-    """Something that solves a problem to a tolerance.
+    """A solver that solves a problem to a tolerance.
 
     Attributes:
         name: As the tables show it.
