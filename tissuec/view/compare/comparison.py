@@ -22,7 +22,7 @@ MOST_NAMED = 6  # nodes or springs that are named of one part
 
 
 class StatedDifference(Struct, frozen=True):
-    """Something that is said of both, and not the same."""
+    """A fact that differs between both sides."""
 
     name: str
     a: Any
@@ -50,7 +50,7 @@ class Leftover(Struct, frozen=True):
 
 
 class Comparison(Struct, frozen=True, eq=False):
-    """What differs; an empty part is the same on both sides.
+    """All differences; an empty part is equal on both sides.
 
     Attributes:
         texts: Of the scene and of what it uses.

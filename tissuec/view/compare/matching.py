@@ -15,7 +15,7 @@ from tissuec.view.compare.sides import Side
 
 
 class MatchedIndices(Struct, frozen=True, eq=False):
-    """Network numbers of what is the same in both, and of what only one has.
+    """Network numbers of common items, and of those that only one side has.
 
     Attributes:
         a, b: Of the same things, shape (pair,).

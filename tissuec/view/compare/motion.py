@@ -29,7 +29,7 @@ MOST_NUMBERS = 3_000_000  # that are read at once
 
 
 class MotionDifference(Struct, frozen=True, eq=False):
-    """How far common nodes are apart.
+    """Distances of common nodes.
 
     Attributes:
         times: When they were compared [s], shape (time,).

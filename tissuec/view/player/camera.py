@@ -25,7 +25,7 @@ _FLAT = 0.12  # heights over widths below which one looks from higher above
 
 
 class Framing(Struct, frozen=True, eq=False):
-    """What a picture is to hold.
+    """The contents of a picture.
 
     Attributes:
         points: [m], shape (point, 3); about the middle of each frame if it is followed.

@@ -23,7 +23,7 @@ _MOST = 200
 
 
 class Mark(Struct, frozen=True):
-    """What stands on the timeline.
+    """A mark on the timeline.
 
     Attributes:
         time: [s].

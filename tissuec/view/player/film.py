@@ -20,7 +20,7 @@ _SURE = 0.98  # of all numbers: scales of colours and arrows end there
 
 
 class Lines(Struct, frozen=True, eq=False):
-    """Springs; one that comes back stands here more than once.
+    """Springs; one that returns is listed more than once.
 
     Attributes:
         ends: Shape (line, 2).
@@ -84,7 +84,7 @@ class ToolSolid(Struct, frozen=True):
 
 
 class PlayerData(Struct, frozen=True, eq=False):
-    """Everything that moves.
+    """All moving objects.
 
     Attributes:
         times: Of the frames [s], shape (frame,).

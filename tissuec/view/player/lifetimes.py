@@ -18,7 +18,7 @@ Mask = NDArray[np.bool_]
 
 
 class Lifetimes(NamedTuple):
-    """What is there for a while; something that comes back stands here more than once.
+    """Lifetimes of items; one that returns is listed more than once.
 
     Attributes:
         of: Numbers of what is there, ascending, shape (life,).

@@ -21,7 +21,7 @@ _THOROUGH = 1 << 24  # bytes: more of them are deflated quickly
 
 
 class Pack(Struct):
-    """Arrays behind one another, and where each is.
+    """Arrays one after the other, and the place of each.
 
     Attributes:
         specs: By name, what a reader must know: "shape", "order", "bytes" of a number, and
@@ -98,7 +98,7 @@ def to_bytes(rows: NDArray[np.uint32], order: int, width: int) -> bytes:
 
 
 class Quantization(Struct, frozen=True):
-    """What whole numbers stand for: ``origin + step * number``, for each of the last axis."""
+    """Meaning of whole numbers: ``origin + step * number``, for each of the last axis."""
 
     origin: tuple[float, ...]
     step: float

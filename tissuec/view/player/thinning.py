@@ -20,7 +20,7 @@ from tissuec.view.player.lifetimes import FOREVER, Lifetimes
 
 
 class Thinning(Struct, frozen=True, eq=False):
-    """Which nodes are drawn.
+    """The nodes that are drawn.
 
     Attributes:
         kept: Rows of the nodes that are drawn, among those of the frames, shape (drawn,).
@@ -101,7 +101,7 @@ def _groups(trajectory: Trajectory) -> Indices:
 
 
 class SpringLines(Struct, frozen=True, eq=False):
-    """What lines are drawn for the springs.
+    """The lines that are drawn for the springs.
 
     Attributes:
         of: Strand of each spring, -1 within a cluster, shape (spring,).

@@ -43,7 +43,7 @@ class WrongOption(ValueError):
 
 
 class Plot(Protocol):
-    """What a member of ``PLOTS`` draws; its fields are its options.
+    """Interface of members of ``PLOTS``; their fields are options.
 
     Attributes:
         takes: What it can be drawn of: "result", "words", "bench", "stress" or "laboratory".

@@ -41,7 +41,7 @@ SHOWN = ("springs", "skin", "surface")
 
 
 class ChosenFrame(NamedTuple):
-    """A frame and what it is called."""
+    """A frame and its title."""
 
     frame: int
     title: str
@@ -148,7 +148,7 @@ def telling_frames(trajectory: "Trajectory") -> list[int]:
 
 
 class Shown(Struct, frozen=True, eq=False):
-    """What is drawn of a run, read and laid out.
+    """The drawable contents of a run, laid out.
 
     Attributes:
         points: Of each moment, what is drawn [m], shape (point, 3).

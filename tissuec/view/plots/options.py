@@ -12,7 +12,7 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\
 
 
 class Option(Struct, frozen=True):
-    """How a field of a plot is given on the command line.
+    """An option of a plot on the command line.
 
     Attributes:
         help: What it does.

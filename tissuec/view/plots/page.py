@@ -81,7 +81,7 @@ class Canvas(Struct):
 
 
 class Picture(Struct, frozen=True):
-    """What is to be drawn, with all that it needs read already.
+    """A picture to be drawn, with all data read.
 
     Attributes:
         width, height: That suit it [mm].
@@ -189,7 +189,7 @@ def _page_class() -> type[Any]:
     from matplotlib.figure import Figure
 
     class Page(Figure):
-        """A figure of tissuec; ``notes`` holds what there is to be said beside it."""
+        """A figure of tissuec; ``notes`` contains remarks on it."""
 
         notes: tuple[str, ...] = ()
 

@@ -41,7 +41,7 @@ _EVERYWHERE = 1e-9  # of the largest value: less than this is no change
 
 
 class RuleSurface(NamedTuple):
-    """What rules say of a quantity over two properties.
+    """Conclusions of rules on a quantity over two properties.
 
     Attributes:
         x, y: Values of the properties, shape (column,) and (row,).

@@ -23,7 +23,7 @@ _ROUNDING = 0.9995
 
 
 class AxisUnit(Struct, frozen=True):
-    """How numbers in an SI unit stand on an axis.
+    """Unit of an axis for numbers in an SI unit.
 
     Attributes:
         factor: What they are multiplied by.

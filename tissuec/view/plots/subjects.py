@@ -26,7 +26,7 @@ CALLED: dict[str, str] = {
 
 
 class PlotSubject(Struct, frozen=True, eq=False):
-    """Something to plot.
+    """A subject of a plot.
 
     Attributes:
         name: What it is called in legends.

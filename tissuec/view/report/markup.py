@@ -11,7 +11,7 @@ _VOID = ("img", "meta")
 
 
 class Html(str):
-    """Markup, which stands as it is."""
+    """Markup, which is not escaped."""
 
     __slots__ = ()
 

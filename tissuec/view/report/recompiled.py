@@ -24,7 +24,7 @@ _ROUNDING = 1e-9  # relative: another machine may have other sines
 
 
 class Discrepancy(Struct, frozen=True):
-    """Something that is not, or may not be, as it was when the scene ran.
+    """A fact that has, or may have, changed since the scene ran.
 
     Attributes:
         text: A sentence without its stop.
@@ -36,7 +36,7 @@ class Discrepancy(Struct, frozen=True):
 
 
 class RecompiledScene(Struct, frozen=True, eq=False):
-    """What the texts of a result say today.
+    """Facts in the texts of a result, compiled again.
 
     Attributes:
         words: Params, vocabulary and tissues; None where they cannot be read.

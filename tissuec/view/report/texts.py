@@ -11,7 +11,7 @@ def file_name(path: str) -> str:
 
 
 class Texts:
-    """The scene and what it uses, by name.
+    """The scene and its imports, by name.
 
     Attributes:
         texts: The scene first.

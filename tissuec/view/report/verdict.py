@@ -13,7 +13,7 @@ SIGNS: Mapping[Tone, str] = {"good": "✓", "bad": "✗", "warned": "!", "open":
 
 
 class Verdict(Struct, frozen=True):
-    """What a reader sees first.
+    """The headline of a report.
 
     Attributes:
         tone: Also shown by a colour.

@@ -52,7 +52,7 @@ def expectations(total: int, failed: int, unreached: int) -> str:
 
 
 class AccuracyStatement(Protocol):
-    """What is known of the accuracy of a run."""
+    """Accuracy of a run."""
 
     @property
     def state(self) -> str: ...
