@@ -39,7 +39,7 @@ MEASURED = (".csv", ".tsv", ".txt", *RESULTS)
 
 
 class Proposal(Struct, frozen=True):
-    """Something that could stand in the place of a stretch of the text.
+    """A proposed replacement of a part of the text.
 
     Attributes:
         kind: What a term is coloured as, or a kind of names; "unit", "file", "keyword".

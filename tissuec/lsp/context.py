@@ -46,7 +46,7 @@ _CLAUSES = frozenset((*TIME_WORDS, *JOINING_WORDS))
 
 
 class Expected(NamedTuple):
-    """What can stand somewhere.
+    """Completions that are allowed at a place.
 
     Attributes:
         terms: Words of the language.
@@ -68,7 +68,7 @@ class Expected(NamedTuple):
 
 
 class Phrase(Struct, frozen=True, eq=False):
-    """Words that stand for one thing, or the empty place for them at the end of a statement.
+    """A phrase with one meaning, or the empty place for it at the end of a statement.
 
     Attributes:
         is_called: Whether a bracket follows, or can still follow.

@@ -19,7 +19,7 @@ from tissuec.pipeline import Request, check_request
 
 
 class Checked(Struct, frozen=True, eq=False):
-    """What was found in a text.
+    """Findings in a text.
 
     Attributes:
         compiled: The scene in arrays; None of a text that is wrong, or is no scene.

@@ -94,7 +94,7 @@ def around(view: View) -> list[View]:
 
 
 class Renaming(Struct, frozen=True):
-    """What a name becomes, and where."""
+    """New name and its places."""
 
     places: tuple[Place, ...]
     text: str

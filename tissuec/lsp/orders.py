@@ -57,7 +57,7 @@ def kinds_for(verb: str, literal: str, placeholder: str) -> tuple[str, ...]:
 
 
 class Form(NamedTuple):
-    """One form of a verb's sentence: words and placeholders behind it, then clauses."""
+    """One form of a verb's sentence: words and placeholders after it, then clauses."""
 
     literal: str
     placeholder: str

@@ -15,7 +15,7 @@ _CONTINUES = frozenset(CONTINUING)
 
 
 class Statement(Struct, eq=False):
-    """What stands between two separators.
+    """The text between two separators.
 
     Attributes:
         parts: Its lexemes, without comments.

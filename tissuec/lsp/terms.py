@@ -84,7 +84,7 @@ Terms: TypeAlias = Mapping[str, Term]
 
 
 class Block(NamedTuple):
-    """What a block is: "mesh" and "tube", "script" and ""; ``kind`` is empty outside of all."""
+    """The kind of a block: "mesh" and "tube", "script" and ""; empty outside of all."""
 
     kind: str = ""
     member: str = ""

@@ -44,7 +44,7 @@ class Symbol(Struct, frozen=True):
 
 
 class View(Struct, frozen=True, eq=False, dict=True):
-    """A text, what it uses, and what its names stand for.
+    """A text, its imports, and the meanings of its names.
 
     Attributes:
         source: The text.
