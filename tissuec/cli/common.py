@@ -28,7 +28,7 @@ FLAGS: dict[str, tuple[tuple[str, ...], str]] = {
 
 
 class Settings(Struct, frozen=True):
-    """The global flags, before or behind the name of a command, and what they depend on.
+    """The global flags, before or after the name of a command, and what they depend on.
 
     Attributes:
         strict: Whether warnings are errors, for commands that compile a scene.

@@ -38,7 +38,7 @@ KEPT = ".learning"  # behind the name of a preset: what goes on after an interru
 
 
 class LearnOptions(Struct, frozen=True):
-    """What the options of the command ask for.
+    """Options of the command.
 
     Attributes:
         again: The command line that goes on with an interrupted learning, by fit_problem.

@@ -175,7 +175,7 @@ def _check_replaceable(page: Path) -> None:
 
 
 class ViewOptions(Struct, frozen=True):
-    """What is made of each result.
+    """The outputs for each result.
 
     Attributes:
         options: How it is shown.
