@@ -41,7 +41,7 @@ JOB = "job.pickle"  # in the folder of a companion run
 
 
 class Request(Struct, frozen=True):
-    """What a user asks to be compiled.
+    """A request to compile a scene.
 
     Attributes:
         source: The text of the scene.
@@ -134,7 +134,7 @@ def _compile(
 
 
 class Result(Struct, frozen=True):
-    """How a run ended and where its files are.
+    """Outcome of a run and its files.
 
     Attributes:
         path: The result file.
