@@ -122,14 +122,14 @@ To try an example, copy the scene that it belongs to into a file, with the examp
 `{HERE_IN_PAGE}`. The files that examples name follow the scenes."""
 _INTRODUCTION = """# Messages
 
-Every message carries a code that stays the same between releases. Codes that begin with TIS are
-errors: the text does not describe a scene. Codes that begin with W are warnings: the scene can
-run, but may not mean what its author thinks; `--strict` makes errors of them. `tissuec explain
-TIS104` prints the same as below. Each example is a part of one of the
+Every message has a code that stays the same between releases. Codes that begin with TIS are
+errors: the scene cannot run. Codes that begin with W are warnings: the scene can run, but may
+not do what you intend; `--strict` treats them as errors. `tissuec explain TIS104` prints the
+explanation below. Each example is a part of one of the
 [scenes at the end](#scenes-of-the-examples).
 
-One run shows up to ten mistakes from all over a scene, and none that only follows from another.
-Only where a text cannot be read as sentences, nothing else is looked at."""
+One run shows up to ten mistakes of a scene, and omits those that only follow from another
+mistake. If the text cannot be parsed, only mistakes of syntax are reported."""
 
 
 def _wrapped(text: str) -> str:

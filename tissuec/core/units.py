@@ -73,7 +73,7 @@ DIMENSION_NAMES: dict[Dimension, tuple[str, str]] = {
     VISCOSITY: ("force per speed", "N*s/m"),
     SLOWNESS: ("time per length", "s/m"),
     DENSITY: ("a density", "kg/m^3"),
-    PRESSURE_TIME: ("a viscosity of matter", "Pa*s"),
+    PRESSURE_TIME: ("a dynamic viscosity", "Pa*s"),
     AREAL_VISCOSITY: ("a pressure per speed", "Pa*s/m"),
     AREAL_STIFFNESS: ("a pressure per length", "Pa/m"),
 }
