@@ -28,7 +28,7 @@ def test_layout_is_the_documented_one():
     start = SOURCE.text.index("grasp")
     diagnostic = Diagnostic(
         "TIS105",
-        '":" is missing between the time and what happens',
+        'missing ":" after the time',
         Span(SOURCE, start, start + 5),
         'write "at 0.10 s: grasp waist with forceps A"',
         (
@@ -37,7 +37,7 @@ def test_layout_is_the_documented_one():
         ),
     )
     assert render(diagnostic) == (
-        """error[TIS105]: ":" is missing between the time and what happens
+        """error[TIS105]: missing ":" after the time
   --> sterilisation.tis:26:25
    |
 26 |   at 0.10 s             grasp waist with forceps A

@@ -106,7 +106,7 @@ def test_hints_name_the_remedy():
     with pytest.raises(CompileError) as caught:
         read_rows(table("\n1 2,5 3mm\n1 2"), NODES)
     comma, unit, count = (d.hint for d in caught.value.diagnostics)
-    assert "decimals use a point" in comma
+    assert "decimals with a point" in comma
     assert '"in mm"' in unit
     assert "id, x, y" in count
 

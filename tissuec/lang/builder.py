@@ -79,8 +79,8 @@ class Builder:
             return ""
         if _is_reckonable(unit):
             return unit
-        message = f"{shown(unit)} is not a unit: its size is out of all bounds"
-        self._report("TIS104", message, token, "exponents of units are small whole numbers")
+        message = f"{shown(unit)} is not a usable unit: it is too large or too small"
+        self._report("TIS104", message, token, "use small whole numbers as exponents of units")
         return ""
 
     # --- tokens -------------------------------------------------------------------------------
@@ -90,7 +90,7 @@ class Builder:
         if math.isinf(value):
             shown = text if len(text) <= 20 else f"{text[:17]}..."
             hint = "the largest number is about 1.8e308"
-            self._report("TIS119", f'"{shown}" is too large a number', token, hint)
+            self._report("TIS119", f'"{shown}" is too large', token, hint)
         return value
 
     def NUMBER(self, token: Token) -> s.Number | s.Quantity:
@@ -121,7 +121,7 @@ class Builder:
         words = children if quoted is None else children[:-1]
         for word in words:
             if not word.islower() and word.lower() in RESERVED:
-                message = f'"{word}" is a reserved word, and those are written in small letters'
+                message = f'"{word}" is a reserved word; write it in lower case'
                 self._report("TIS103", message, word, proposal(word.lower()))
         return s.Name(" ".join(words), quoted, self._span(children[0], children[-1]))
 

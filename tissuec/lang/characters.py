@@ -44,8 +44,8 @@ _REMEDY: dict[str, str] = {
     for what, group in _INSTEAD.items()
     for character in group
 }
-_REMEDY |= dict.fromkeys("'‘’‚‛`´′", 'text stands in double quotes: "…"')
-_REMEDY["\\"] = "a line that begins with a joining word continues the line above without a sign"
+_REMEDY |= dict.fromkeys("'‘’‚‛`´′", 'put text in double quotes: "…"')
+_REMEDY["\\"] = "remove it: a line that begins with a joining word continues the line above"
 
 
 def normalise(raw: bytes | str, name: str, path: Path | None = None) -> Source:
@@ -83,10 +83,10 @@ def _not_text(text: str, raw: bytes | str) -> tuple[int, str]:
             place = len(_clean(raw[: error.start].decode("utf-8")))
             return place, f"byte 0x{raw[error.start]:02X} is not UTF-8 text"
     if "\0" in text:
-        return text.index("\0"), "a zero byte stands here, so the file is not plain text"
+        return text.index("\0"), "a zero byte: the file is not plain text"
     if not text.isascii():
         halves = (i for i, character in enumerate(text) if "\ud800" <= character <= "\udfff")
-        return next(halves, -1), "half of a character stands here"
+        return next(halves, -1), "half of a surrogate pair"
     return -1, ""
 
 
@@ -98,7 +98,7 @@ def odd_character(span: Span) -> Diagnostic | None:
     name = unicodedata.name(character, "control character").lower()
     visible = character.isprintable() and not character.isspace()
     shown = f'"{character}"' if visible else "this character"
-    message = f"{shown} (U+{ord(character):04X}, {name}) can stand in quotes and comments only"
+    message = f"{shown} (U+{ord(character):04X}, {name}) is allowed only in quotes and comments"
     fallback = (
         Hint("remove it, or put the name in quotes", Edit(""))
         if visible

@@ -52,7 +52,7 @@ def _capitalised(m: Mistake) -> Diagnostic | None:
     for token in (*m.before, m.found):
         word = token.value.lower()
         if token.type == "WORD" and word in RESERVED:
-            message = f'"{token}" is a reserved word, and those are written in small letters'
+            message = f'"{token}" is a reserved word; write it in lower case'
             return _finding(m, "TIS103", message, proposal(word), token)
     return None
 
@@ -68,7 +68,7 @@ def _decimal_comma(m: Mistake) -> Diagnostic | None:
     if re.match(r"[0-9]{3}(?![0-9])", m.after[0].value):
         whole = f"{m.before[-1]}{m.after[0]}"
         hint = Hint(f'{hint}, or "{whole}": digits are not grouped', *hint.edits, Edit(""))
-    return _finding(m, "TIS108", "decimals use a point", hint)
+    return _finding(m, "TIS108", "a decimal comma is not allowed", hint)
 
 
 def _missing_colon(m: Mistake) -> Diagnostic | None:
@@ -77,9 +77,9 @@ def _missing_colon(m: Mistake) -> Diagnostic | None:
         return None
     if m.found.type == "WORD" and m.previous in _NUMBERS and m.next == "COLON":
         return None  # a unit that is misspelt
-    message = '":" is missing between the time and what happens'
+    message = f'missing ":" after the {"condition" if m.first == "WHEN" else "time"}'
     if m.found.type in ENDS or m.found.type == CHARACTER:
-        hint = f'write "{m.text(m.before[0], m.before[-1])}: …", and then what happens'
+        hint = f'write "{m.text(m.before[0], m.before[-1])}: …", followed by the action'
         return _finding(m, "TIS105", message, hint)
     head = m.text(m.before[0], m.before[-1])
     rest = m.text(m.found, m.after[-1] if m.after else m.found)
@@ -90,10 +90,8 @@ def _missing_colon(m: Mistake) -> Diagnostic | None:
 def _unit(m: Mistake) -> Diagnostic | None:
     """Recognise a word behind a number that is no unit, or a unit where none can stand."""
     if m.found.type == "RPAR_UNIT":
-        message = (
-            f'the unit "{m.found[1:].strip()}" stands behind neither a number nor a vector'
-        )
-        hint = Hint("write it behind each number", *_inside_brackets(m))
+        message = f'the unit "{m.found[1:].strip()}" follows neither a number nor a vector'
+        hint = Hint("write it after each number", *_inside_brackets(m))
         return _finding(m, "TIS104", message, hint)
     if m.found.type != "WORD" or m.next in _GOES_ON:
         return None
@@ -105,8 +103,8 @@ def _unit(m: Mistake) -> Diagnostic | None:
         hint = Hint(f'write "{unit}*{word}" or "{unit}/{word}"', *joined)
         return _finding(m, "TIS104", message, hint)
     if m.previous in ("RPAR", "RSQB") and word in SYMBOLS:
-        message = f'the unit "{word}" stands behind neither a number nor a vector'
-        return _finding(m, "TIS104", message, "write it behind each number")
+        message = f'the unit "{word}" follows neither a number nor a vector'
+        return _finding(m, "TIS104", message, "write it after each number")
     near = _near_unit(m, word)
     if m.previous == "NUMBER" or (m.previous == "RPAR" and near):
         return _finding(m, "TIS104", f'"{word}" is not a unit', near or ALL_UNITS)
@@ -153,7 +151,9 @@ def _path_without_quotes(m: Mistake) -> Diagnostic | None:
     quoted = Edit(
         f' "{path}"', Span(m.source, start, start + len(written.split("#")[0].rstrip("; \t")))
     )
-    return _finding(m, "TIS312", "a path stands in quotes", Hint(f'write use "{path}"', quoted))
+    return _finding(
+        m, "TIS312", "a path must be in quotes", Hint(f'write use "{path}"', quoted)
+    )
 
 
 def _is_for_equal(m: Mistake) -> Diagnostic | None:
@@ -164,10 +164,10 @@ def _is_for_equal(m: Mistake) -> Diagnostic | None:
     if m.first != "SET" and set(after) == {"WORD"}:
         message = f"a {m.before[0]} is a number, not a word"
         hint = f'write a number, such as "{m.text(m.before[0], m.before[-1])} = 1 mm"; '
-        return _finding(m, "TIS312", message, f"{hint}words describe tissues", m.after[0])
+        return _finding(m, "TIS312", message, f"{hint}words are for tissues", m.after[0])
     head, rest = m.text(m.before[0], m.before[-1]), m.text(m.after[0], m.after[-1])
     hint = Hint(f"write {shown(f'{head} = {rest}')}", Edit("="))
-    return _finding(m, "TIS312", f'a {m.before[0]} is given with "="', hint)
+    return _finding(m, "TIS312", f'the value of a {m.before[0]} follows "="', hint)
 
 
 def _colon_for_equal(m: Mistake) -> Diagnostic | None:
@@ -177,7 +177,7 @@ def _colon_for_equal(m: Mistake) -> Diagnostic | None:
     value = m.text(m.after[0], m.after[-1])
     sign = "is" if m.next == "WORD" else "="
     hint = Hint(f"write {shown(f'{name} {sign} {value}')}", Edit(f" {sign}"))
-    return _finding(m, "TIS312", '":" stands behind a time or a condition only', hint)
+    return _finding(m, "TIS312", '":" is allowed only after a time or a condition', hint)
 
 
 def _colon_for_brace(m: Mistake) -> Diagnostic | None:
@@ -185,8 +185,8 @@ def _colon_for_brace(m: Mistake) -> Diagnostic | None:
     name = _words_before(m)
     if m.found.type != "COLON" or not name or m.after or m.first in _TIMES | {"WHEN"}:
         return None
-    hint = f'write "{name} {{", and "}}" where the block ends'
-    return _finding(m, "TIS312", "a block stands in braces", hint)
+    hint = f'write "{name} {{", and "}}" at the end of the block'
+    return _finding(m, "TIS312", "a block is enclosed in braces", hint)
 
 
 def _named_argument(m: Mistake) -> Diagnostic | None:
@@ -196,7 +196,7 @@ def _named_argument(m: Mistake) -> Diagnostic | None:
     if "EQUAL" not in [token.type for token in m.before]:
         return None
     hint = "a scene is made of blocks: body NAME { mesh is tube { … }; tissue is NAME }"
-    finding = _finding(m, "TIS312", "this is written as in a programming language", hint)
+    finding = _finding(m, "TIS312", "this is the syntax of a programming language", hint)
     return replace(finding, notes=tuple(_undeclared(m)))
 
 
@@ -234,7 +234,7 @@ def _equals_as_test(m: Mistake) -> Diagnostic | None:
     else:
         value = m.after[0].value if m.after else "…"
         hint = Hint(f'write "{f"{left} == {value}" if left else "=="}"', Edit("=="))
-    return _finding(m, "TIS111", '"=" sets a value and does not compare', hint)
+    return _finding(m, "TIS111", '"=" assigns a value and does not compare', hint)
 
 
 def _rule_without_then(m: Mistake) -> Diagnostic | None:
@@ -242,7 +242,7 @@ def _rule_without_then(m: Mistake) -> Diagnostic | None:
         return None
     if any(token.type == "THEN" for token in m.after):
         return None
-    hint = 'write "if … then …", with what follows from the condition behind "then"'
+    hint = 'write "if … then …", with the conclusion after "then"'
     return _finding(m, "TIS112", 'the rule has no "then"', hint)
 
 
@@ -253,12 +253,12 @@ def _reserved_as_entry(m: Mistake) -> Diagnostic | None:
         return None
     if tokens[1].type != "EQUAL" or len(m.before) > 1:
         return None
-    message = f'"{tokens[0]}" is a reserved word, with which no entry and no name begins'
+    message = f'"{tokens[0]}" is a reserved word; no entry or name begins with it'
     hint = "begin with the name of an entry, or write a name in quotes"
     if tokens[0].type == "EVERY":
         output = f"trajectory every {m.text(tokens[2], tokens[-1])}"
         whole = m.span(tokens[0]).to(m.span(tokens[-1]))
-        hint = Hint(f'write what is recorded: "{output}"', Edit(output, whole))
+        hint = Hint(f'write the output: "{output}"', Edit(output, whole))
     return _finding(m, "TIS115", message, hint, tokens[0])
 
 
@@ -272,7 +272,7 @@ def _reserved_in_name(m: Mistake) -> Diagnostic | None:
         wrong = inner[0]
     elif wrong.type not in _KEYWORDS or not _in_name(m):
         return None
-    message = f'"{wrong}" cannot stand inside a name'
+    message = f'a name cannot contain the reserved word "{wrong}"'
     return _finding(m, "TIS115", message, _quoted(m, _whole_name(m, wrong)), wrong)
 
 
@@ -326,7 +326,7 @@ def _two_statements(m: Mistake) -> Diagnostic | None:
     else:
         text = f'put ";" or a line break before {shown(m.found.value)}'
         hint = Hint(text, Edit(";", m.behind))
-    return _finding(m, "TIS107", "two statements stand on one line", hint)
+    return _finding(m, "TIS107", "two statements on one line", hint)
 
 
 def _number_in_name(m: Mistake) -> Diagnostic | None:
@@ -339,12 +339,12 @@ def _number_in_name(m: Mistake) -> Diagnostic | None:
     value = Hint(f'write "{name} = {m.found}"', Edit(" =", m.behind))
     is_set = "EQUAL" in m.accepted and m.next != "EQUAL"
     if is_set and name == m.before[0].value:
-        return _finding(m, "TIS109", "a number cannot stand inside a name", value)
+        return _finding(m, "TIS109", "a name cannot contain a number", value)
     words = [*takewhile(lambda token: token.type == "WORD", reversed(m.before))][::-1]
     hint = _quoted(m, [*words, m.found], "write the number as a word, or the name in quotes")
     if is_set:
         hint = Hint(f"{hint}; to set a value, {value}", *hint.edits, *value.edits)
-    return _finding(m, "TIS109", "a number cannot stand inside a name", hint)
+    return _finding(m, "TIS109", "a name cannot contain a number", hint)
 
 
 def _words_before(m: Mistake) -> str:
@@ -359,9 +359,7 @@ def _anything(m: Mistake) -> Diagnostic:
     if ends and m.before:
         message = "the statement ends too early"
     else:
-        message = (
-            "a statement is missing" if ends else f"{shown(m.found.value)} cannot stand here"
-        )
+        message = "a statement is missing" if ends else f"unexpected {shown(m.found.value)}"
     hint = _special(m) or (expected(m.accepted) if m.before else _BEGINNINGS)
     return _finding(m, "TIS100", message, hint)
 
@@ -391,7 +389,7 @@ def _special(m: Mistake) -> str:
     if found == "COMMA" and m.next == "THEN":
         return Hint('remove the ","', Edit(""))
     if found == "_NL" and m.previous == "COLON":
-        return 'what happens stands on the line of its time, or in "{ }"'
+        return 'write the action on the line of its time, or in "{ }"'
     return ""
 
 
@@ -403,10 +401,10 @@ def _bracketed(m: Mistake) -> str:
     parts = [_AMOUNT.fullmatch(part) for part in m.text(first, last).split(",")]
     amounts = ", ".join(part[1] for part in parts if part)
     if len(parts) != 3 or not parts[2] or amounts.count(",") != 2:
-        return 'a vector stands in brackets: "(0, 0, 1) mm"'
+        return 'write a vector in brackets: "(0, 0, 1) mm"'
     vector = f"({amounts}) {parts[2][2]}".rstrip()
     place = m.span(first).to(m.span(last))
-    return Hint(f'a vector stands in brackets: write "{vector}"', Edit(vector, place))
+    return Hint(f'write the vector in brackets: "{vector}"', Edit(vector, place))
 
 
 def _between(m: Mistake) -> str:
@@ -472,7 +470,7 @@ _CONDITION_ENDS = (
 _SIGNS = {
     ".": 'a number has digits on both sides of its point: "0.5"',
     "!": 'write "!=" for "is not equal to", and "not" for the opposite',
-    "%": 'a unit stands behind a number: "5 %"',
+    "%": 'a unit follows a number: "5 %"',
 }
 
 _KINDS = (

@@ -38,7 +38,7 @@ _TABLE_PLACE = re.compile(r"(?:^|[\n;{}]|\bis[ \t])[ \t]*\Z")
 #: A bracket on one line, without others in it, with ";" where a vector has ",".
 _PARTED = re.compile(r"\([^()\[\]{}\n=#;]*;[^()\[\]{}\n=#]*\)")
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
-_CLOSE = 'close it with "}" where the block ends'
+_CLOSE = 'add "}" at the end of the block'
 
 
 class Layout(Struct, frozen=True, eq=False):
@@ -85,9 +85,11 @@ def lay_out(source: Source) -> Layout:
             problems that nothing else can be reported.
     """
     if len(source.text) > LONGEST:
-        message = f"the text is too long: more than {LONGEST // 1_000_000} million characters"
+        message = f"the text is longer than {LONGEST // 1_000_000} million characters"
         span = Span(source, 0, 1)
-        raise CompileError([Diagnostic("TIS116", message, span, "import bulk data from files")])
+        raise CompileError(
+            [Diagnostic("TIS116", message, span, "put bulk data into separate files")]
+        )
     return _Scanner(source).scan()
 
 
@@ -158,8 +160,8 @@ class _Scanner(Struct):
             if self.table:
                 return self._table_rows(text, start, end)
         if len(self.stack) >= DEEPEST:
-            message = f"brackets are nested more than {DEEPEST} deep"
-            hint = 'name a part of it with "let", or close a bracket before'
+            message = f"brackets are nested more than {DEEPEST} levels deep"
+            hint = 'name a part of it with "let", or close a bracket earlier'
             problem = Diagnostic("TIS116", message, Span(self.source, start, end), hint)
             raise CompileError(in_order([*self.problems, problem]))
         self.stack.append(_Opening(sign, start, self.indent, _PARTED.match(text, start)))
@@ -171,7 +173,7 @@ class _Scanner(Struct):
             self.table = False
             self._drop_unclosed()
         if not self.stack or (sign != "}" and not self._in_bracket()):
-            message, hint = f'this "{sign}" closes nothing', Hint("remove it", Edit(""))
+            message, hint = f'unmatched "{sign}"', Hint("remove it", Edit(""))
             self._report("TIS102", message, start, end, hint)
             self._blank(start, end, ";" if sign == "}" else " ")
             return
@@ -180,7 +182,7 @@ class _Scanner(Struct):
             message = f'this "{sign}" does not close "{opening.sign}"'
             line = Span(self.source, opening.place, start).line
             right = proposal(_CLOSING[opening.sign])
-            hint = Hint(f"{right}, which closes the one of line {line}", *right.edits)
+            hint = Hint(f"{right}, which closes the bracket in line {line}", *right.edits)
             self._report("TIS102", message, start, end, hint)
         if sign == "}":
             self._look_at_indentation(start, opening)
@@ -195,7 +197,9 @@ class _Scanner(Struct):
         if ";" not in text[vector.start() : start]:
             points = re.sub(r"(?<=[0-9]),(?=[0-9])", ".", vector[0])
             hint = proposal(points.replace(";", ","), Span(self.source, *vector.span()))
-            self._report("TIS312", 'a vector is written with ","', start, end, hint)
+            self._report(
+                "TIS312", 'use "," between the components of a vector', start, end, hint
+            )
         self._blank(start, end, ",")
 
     def _remark(self, text: str, start: int, end: int) -> None:
@@ -203,7 +207,7 @@ class _Scanner(Struct):
         remark = "\n".join(f"#{line}" for line in lines)
         line_end = "" if text[end : end + 1] in ("", "\n") else "\n"
         hint = Hint('write "#"', Edit(remark + line_end, Span(self.source, start, end)))
-        self._report("TIS312", 'a remark begins with "#"', start, start + 2, hint)
+        self._report("TIS312", 'a comment begins with "#"', start, start + 2, hint)
         self._blank(start, end)
 
     def _table(self, text: str, start: int, _end: int) -> None:
@@ -248,8 +252,8 @@ class _Scanner(Struct):
         """Report a table without a closing brace and return where its rows are taken to end."""
         at_end = place == len(text)
         what = "the file ends" if at_end else "another block begins"
-        message = f'a "}}" is missing: {what} among the rows of a table'
-        note = self._note("the table is opened", _Opening("{", start, 0))
+        message = f'a "}}" is missing: {what} within the rows of a table'
+        note = self._note("the table begins", _Opening("{", start, 0))
         mark = len(text.rstrip()) if at_end else place
         # The line of the other brace is taken for the head of a block.
         last = place if at_end else max(text.rfind("\n", end, place), end)
@@ -261,9 +265,9 @@ class _Scanner(Struct):
     # --- findings -----------------------------------------------------------------------------
 
     def _open_quote(self, start: int, end: int) -> None:
-        message = "this quote is not closed on its line"
+        message = "unterminated quote"
         end = len(self.source.text) if end < 0 else end
-        hint = 'close it with " where the quoted part ends'
+        hint = 'add " at the end of the quoted text'
         if "{" not in (line := self.source.text[start:end].rstrip()):
             hint = Hint(hint, Edit('"', Span(self.source, start + len(line), end)))
         self._report("TIS113", message, start, end, hint)
@@ -276,7 +280,7 @@ class _Scanner(Struct):
         if unclosed is None:
             return
         message = f'this "{unclosed.sign}" is not closed'
-        hint = f'close it with "{_CLOSING[unclosed.sign]}" where it ends'
+        hint = f'add "{_CLOSING[unclosed.sign]}" where the bracket ends'
         self._report("TIS102", message, unclosed.place, unclosed.place + 1, hint)
         # Lines count again, so that the statements below are looked at one by one.
         for index in self.bracketed:
@@ -296,7 +300,7 @@ class _Scanner(Struct):
         if not self.stack:
             return
         missing = [self.suspect] if self.suspect else self.stack[-1:]
-        notes = [self._note("the block is opened", opening) for opening in missing]
+        notes = [self._note("the block begins", opening) for opening in missing]
         place = len(self.source.text.rstrip())
         message = 'a "}" is missing: this block is still open at the end of the file'
         hint = _CLOSE if self.suspect else Hint(_CLOSE, Edit("\n}" * len(self.stack)))

@@ -213,8 +213,8 @@ def _bad_row(row: list[Span], columns: Sequence[Column]) -> Diagnostic:
     if "," in whole.text and len(parted) == len(columns):
         mended = " ".join(parted)
         hint = Hint(f"write {shown(mended)}", Edit(mended))
-        return Diagnostic("TIS120", "cells are parted by blanks, not by commas", whole, hint)
-    message = f"this row has {counted(len(row), 'cell')} where {len(columns)} are needed"
+        return Diagnostic("TIS120", "cells are separated by blanks, not by commas", whole, hint)
+    message = f"this row has {counted(len(row), 'cell')} instead of {len(columns)}"
     hint = f"the columns are {', '.join(column.name for column in columns)}"
     return Diagnostic("TIS120", message, whole, hint)
 
@@ -222,21 +222,21 @@ def _bad_row(row: list[Span], columns: Sequence[Column]) -> Diagnostic:
 def _bad_cell(place: Span, column: Column) -> Diagnostic:
     cell = place.text
     if cell == _MISSING:
-        message = f'"{column.name}" cannot be left out here'
+        message = f'"{column.name}" must not be empty here'
         return Diagnostic("TIS121", message, place, f"write {_KINDS[column.kind]}")
     if re.fullmatch(r"[+-]?(nan|inf|infinity|[0-9.]+e\+?[0-9]+)", cell, re.IGNORECASE):
-        hint = 'write "-" for a number that is not known' if column.optional else ""
+        hint = 'write "-" for an unknown number' if column.optional else ""
         return Diagnostic("TIS122", f"{shown(cell)} is not a finite number", place, hint)
-    hint: str = f'the column "{column.name}" holds {_KINDS[column.kind]} in each row'
+    hint: str = f'the column "{column.name}" contains {_KINDS[column.kind]} in each row'
     if "," in cell:
         pointed = cell.replace(",", ".")
         is_number = column.kind == "number" and re.fullmatch(r"-?[0-9]+\.[0-9]+", pointed)
         hint = Hint(
-            "decimals use a point, and blanks separate cells",
+            "write decimals with a point, and separate cells by blanks",
             *([Edit(pointed)] if is_number else []),
         )
     elif re.match(r"[+-]?[0-9.]+ *[^\W\d_]", cell):
         hint = (
-            'cells hold numbers alone; their unit stands behind the name of the table: "in mm"'
+            'cells contain numbers only; write their unit after the name of the table: "in mm"'
         )
     return Diagnostic("TIS121", f"{shown(cell)} is not {_KINDS[column.kind]}", place, hint)

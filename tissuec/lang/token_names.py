@@ -38,7 +38,7 @@ def shown(text: str) -> str:
 
 
 def expected(accepted: Set[str]) -> str:
-    """Return a hint about what could stand somewhere: ``here could stand: a name or "("``."""
+    """Return a hint about what could stand somewhere: ``expected a name or "("``."""
     parts: list[str] = []
     # The word "table" before a file name is too rare to be offered beside every name.
     rest = set(accepted - {"TABLE"} if "WORD" in accepted else accepted)
@@ -52,4 +52,4 @@ def expected(accepted: Set[str]) -> str:
         parts.append("the end of the statement")
     if not parts:
         return ""
-    return f"here could stand: {' or '.join(filter(None, (', '.join(parts[:-1]), parts[-1])))}"
+    return f"expected {' or '.join(filter(None, (', '.join(parts[:-1]), parts[-1])))}"

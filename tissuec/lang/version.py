@@ -29,8 +29,8 @@ def check_heading(source: Source, text: str) -> Diagnostic | None:
         return _no_heading(source, text, start)
     if heading[1] == str(VERSION):
         return None
-    message = f"the text is written in language {heading[1]}, which this compiler cannot read"
-    hint = f'it reads "language {VERSION}"'
+    message = f"language {heading[1]} is not supported"
+    hint = f'this release reads "language {VERSION}"'
     raise CompileError([Diagnostic("TIS118", message, Span(source, *heading.span(1)), hint)])
 
 
@@ -39,11 +39,11 @@ def _no_heading(source: Source, text: str, start: int) -> Diagnostic:
     assert first is not None  # it matches nothing at the end
     span = Span(source, min(start, len(source.text)), min(first.end(), len(source.text)))
     if first[0].lower() == "language" and first[0] != "language":
-        message = f'"{first[0]}" is a reserved word, and those are written in small letters'
+        message = f'"{first[0]}" is a reserved word; write it in lower case'
         return Diagnostic(
             "TIS103", message, span, Hint(f'write "language {VERSION}"', Edit("language"))
         )
-    message = "the text does not begin with the version of its language"
+    message = "the first line must give the version of the language"
     heading = f"language {VERSION}"
     is_meant = bool(did_you_mean(first[0], ["language"]))
     line = Span(source, 0, 0)
