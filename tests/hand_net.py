@@ -174,7 +174,7 @@ class Saying(Struct):
         if not isinstance(found, str):
             return found
         if not found:
-            self.reject("TIS304", "the profile of the motion is not written")
+            self.reject("TIS304", "the profile of the motion is missing")
         kind = {"constant speed": "ramp", "smooth profile": "smooth"}.get(found, found)
         stop = np.inf if self.duration is None else self.duration
         return (TimeProfile(kind, 0.0, stop),) * columns

@@ -38,7 +38,7 @@ FORM = re.compile(
     r"(?=$|, and then|, with tool|, or write)"
 )
 LISTED = re.compile(
-    r"(?:^|\?  )(choices|kinds|meshes|profiles, behind using|knots|spring laws): ([^;]+)"
+    r"(?:^|\?  )(choices|kinds|meshes|profiles after using|knots|spring laws): ([^;]+)"
 )
 
 

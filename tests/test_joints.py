@@ -148,7 +148,7 @@ def test_reach_leaves_out_what_is_drawn_further_apart():
     joined = compiled_scene(text).network
     assert len(joined.ends) - joined.body_springs == 4  # 4 mm apart, whatever the rounding
     text = text.replace("reach = 4 mm", "reach = 3.99 mm")
-    with pytest.raises(CompileError, match="joins nothing"):
+    with pytest.raises(CompileError, match="is empty"):
         compiled_scene(text)
 
 

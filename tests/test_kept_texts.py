@@ -21,7 +21,7 @@ def kept(text, **texts):
 def test_what_is_kept_counts_and_no_file_beside_it():
     words = kept(USING, tissues_gum=TISSUE)
     assert words.tissues["gum"].given["spring constant"].value == 40.0
-    with pytest.raises(CompileError, match=r'"tissues/muscle.tis" was not kept'):
+    with pytest.raises(CompileError, match=r'"tissues/muscle.tis" is not stored in the result'):
         kept('language 1\nuse "tissues/muscle"\n')
 
 

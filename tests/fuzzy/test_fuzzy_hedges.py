@@ -137,7 +137,7 @@ def test_squaring_a_symmetric_triangle_leaves_its_centre_where_a_shift_moves_it(
 
 @pytest.mark.parametrize("fraction", [0.0, 1.0, -0.5, 1.5, float("nan")])
 def test_a_shift_that_would_lose_the_order_of_words_is_refused(fraction):
-    with pytest.raises(ValueError, match="between 0 % and 100 %"):
+    with pytest.raises(ValueError, match="above 0 % and below 100 %"):
         Shift(fraction, "outward")
 
 

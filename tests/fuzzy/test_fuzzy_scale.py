@@ -96,9 +96,9 @@ def test_a_bell_on_a_log_scale_keeps_the_degrees_of_its_mean_and_of_one_sigma_ab
 
 def test_a_shape_that_does_not_fit_is_refused_by_name():
     axis = Axis("mass", 1.0, 100.0, log=True)
-    with pytest.raises(ValueError, match='mass, "high": the peak lies outside'):
+    with pytest.raises(ValueError, match='mass, "high": the peak is outside'):
         shaped(axis, {"low": triangle(1, 1, 10), "high": triangle(200, 300, 400)})
-    with pytest.raises(ValueError, match='mass, "low": 0 has no place on the log scale'):
+    with pytest.raises(ValueError, match='mass, "low": 0 is not on the log scale'):
         shaped(axis, {"low": triangle(0, 1, 10)})
 
 

@@ -52,7 +52,7 @@ def test_degrees_next_to_a_foot_keep_their_digits():
         ((1.0, 0.0), (0.0, 1.0), "ascending"),
         ((0.0, 1.0), (0.0, 1.5), "between 0 and 1"),
         ((0.0, 1.0), (math.nan, 1.0), "between 0 and 1"),
-        ((0.0, 1.0), (0.0, 0.0), "true somewhere"),
+        ((0.0, 1.0), (0.0, 0.0), "degree above 0 somewhere"),
         ((0.0, 1.0, 2.0), (1.0, 0.0, 1.0), "one peak"),
     ],
 )

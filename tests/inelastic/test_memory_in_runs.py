@@ -182,7 +182,7 @@ def test_methods_keep_their_order_with_branches(method):
 def test_implicit_methods_refuse(method):
     end = Bench(tangle(**BOTH), 1.0, method=method, tolerance=1e-4).advance(1.0)
     assert end.kind == "stuck"
-    assert end.message == f"{method} does not solve for how springs relax or yield"
+    assert end.message == f"{method} does not support springs that relax or yield"
 
 
 def test_the_symplectic_method_gives_way_to_one_that_can():
@@ -438,5 +438,5 @@ def test_changes_reach_what_springs_remember():
     order("change relaxation time", groups, of="first", by=0.5).apply(state, None)
     assert state.inelastic.time.tolist() == [[0.01, 0.02]]
     missing = order("change yield force", groups, of="first", to=4.0)
-    expected = "1 spring of first began without a yield force and a yield viscosity; "
+    expected = "1 spring of first has no yield force and yield viscosity at the start; "
     assert missing.flaw(net).startswith(expected)

@@ -165,7 +165,7 @@ def test_a_change_switches_a_branch_on_and_lets_it_relax_faster():
 def test_one_half_of_a_pair_is_refused_at_its_place():
     finding = refused(rod(memory="yield force = 0.2 N"))
     assert finding.code == "TIS304"
-    assert finding.message == "a yield force says nothing without a yield viscosity"
+    assert finding.message == "a yield force needs a yield viscosity"
     assert finding.span.text == "yield force = 0.2 N"
     assert finding.hint == "for example: yield viscosity = 1 N*s/m"
 
@@ -185,8 +185,8 @@ def test_numbers_that_cannot_be_are_refused():
 def test_a_change_of_what_springs_do_not_have_is_refused():
     finding = refused(rod(script="at 1 ms: change yield force of rod to 1 N"))
     assert finding.message == (
-        "1 spring of rod began without a yield force and a yield viscosity; "
-        'to have some later, let their tissue say "yield force is none" and a yield viscosity'
+        "1 spring of rod has no yield force and yield viscosity at the start; "
+        'to change them later, write "yield force is none" and a yield viscosity in the tissue'
     )
 
 
@@ -195,7 +195,7 @@ def test_methods_that_would_leave_it_out_are_refused(method):
     step = "; step = 1 ms" if method == "relaxation" else ""
     finding = refused(rod(method=f"integrator is {method}{step}"))
     assert finding.code == "TIS306"
-    assert finding.message.startswith(f"{method} is no method for springs that relax or yield")
+    assert finding.message.startswith(f"{method} does not support springs that relax or yield")
 
 
 def test_knots_neither_relax_nor_yield():

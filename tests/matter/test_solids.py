@@ -116,7 +116,7 @@ def test_braced_cubes_say_how_soft_faces_make_them_in_shear_and_what_ratio_is_th
     )
     assert [one.code for one in findings(TISSUE, body.format(10))] == ["W207"]
     found, *_ = findings(f"{TISSUE}; Poisson's ratio = 0.3", body.format(10))
-    assert "the least is 1/3" in found.message
+    assert "the minimum is 1/3" in found.message
 
 
 @pytest.mark.parametrize("cells", [11, 12])

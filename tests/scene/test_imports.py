@@ -47,7 +47,7 @@ def test_a_changed_copy_is_told_of_once_for_each_file_it_hides(scene: Path) -> N
     (warning,) = warnings_of(scene)
     assert warning.code == "W601"
     shipped = library() / "tissues" / "fallopian_tube.tis"
-    assert warning.message == f'"{mine}" is used; it hides {shipped}'
+    assert warning.message == f'"{mine}" hides {shipped}'
 
 
 def test_a_changed_vocabulary_beside_the_shipped_one_is_still_a_second_one(scene: Path) -> None:

@@ -75,7 +75,7 @@ def test_a_law_with_one_needs_it_from_tissue_or_table():
     found = finding(scene(("free", "fibre", "free"), gum=""))
     assert (found.code, found.message) == (
         "TIS206",
-        "nothing gives the spring constant of tissue gum: no rule and no number gives it",
+        "the spring constant of tissue gum is missing: neither a rule nor a number gives it",
     )
     typed = scene(
         ("free -", "fibre 30", "free -"), gum="", columns="law spring constant in N/m"

@@ -90,15 +90,15 @@ def _prior(
         there, other = (by, "around") if around is None else (around, "by")
         assert there is not None
         clauses.findings.reject(
-            "TIS304", f'"{there.word}" says nothing without "{other}"', there.span,
+            "TIS304", f'"{there.word}" needs "{other}"', there.span,
             hint="for example: around 20 N/m by 30 %",
         )  # fmt: skip
-    value = clauses.number("around", dimension, what=f"what was expected of {what}")
-    part = clauses.above_zero("by", NUMBER, what="by which part the truth may differ")
+    value = clauses.number("around", dimension, what=f"the expected value of {what}")
+    part = clauses.above_zero("by", NUMBER, what="the expected relative deviation")
     assert value is not None
     assert part is not None
     if value == 0.0:
-        message = "around 0 there is no part by which the truth could differ"
+        message = "a relative deviation from 0 is not possible"
         clauses.findings.reject("TIS308", message, around.value.span)
     if not limits[0] <= value <= limits[1]:
         _outside(clauses, around, what, dimension, limits)
@@ -114,7 +114,7 @@ def _outside(
 ) -> NoReturn:
     low, high = (show(limit, dimension) for limit in limits)
     message = f"{around.value.span.one_line} is not between the limits {low} and {high}"
-    clauses.findings.reject("TIS308", f"what was expected of {what}: {message}", around.span)
+    clauses.findings.reject("TIS308", f"the expected value of {what}: {message}", around.span)
 
 
 def _along(found: Found, clauses: Clauses) -> Floats | None:
@@ -123,12 +123,12 @@ def _along(found: Found, clauses: Clauses) -> Floats | None:
     is_vector = found.what in (START_POSITION, START_VELOCITY)
     if along is not None and not is_vector:
         clause = clauses.get("along")
-        message = f"{found.what} is one number and has no direction"
+        message = f"{found.what} is a single number and has no direction"
         clauses.findings.reject("TIS303", message, clause.span if clause else clauses.where)
     limiting = next((w for w in ("from", "to", "around") if clauses.get(w)), None)
     if is_vector and along is None and limiting is not None:
         clauses.findings.reject(
-            "TIS304", f"a {found.what} has a direction, and its limits need one",
+            "TIS304", f"limits of a {found.what} need a direction",
             clauses.where, hint=f"for example: adjust {found.what} of … along (1, 0, 0)",
         )  # fmt: skip
     return along

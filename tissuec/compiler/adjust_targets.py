@@ -45,7 +45,7 @@ class Targets:
         if tissue.name not in used and self._is_whole:
             self.findings.reject(
                 "TIS801",
-                f"no body is made of {tissue.name}, so that nothing tells what it is like",
+                f"no body is made of {tissue.name}, so the data cannot determine it",
                 name.span,
                 hint=alternatives(tissue.name, used, what="tissues in use"),
             )

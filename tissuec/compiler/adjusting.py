@@ -46,13 +46,13 @@ class AdjustReader:
             found: list[Adjust] = []
             for name in listed:
                 if not isinstance(name, s.Name):
-                    clauses.reject("TIS312", "what is adjusted is a name", name.span)
+                    clauses.reject("TIS312", "the adjusted quantity must be a name", name.span)
                 with self.findings.item():
                     found.append(limited(self._own(name), clauses, name.span))
             return found
         name = without(item.name, ADJUST)
         if name is None or item.phrase is not None:
-            self._clauses(item, (), ()).reject("TIS312", "what is adjusted is not said")
+            self._clauses(item, (), ()).reject("TIS312", "the adjusted quantity is missing")
         if name.key == WORDS:
             return [self._words(item)]
         clauses = self._clauses(item, ("of", "of", "per", *LIMITING))
@@ -83,7 +83,7 @@ class AdjustReader:
             known = [scale.name for scale in scales.values()]
             self.findings.reject(
                 "TIS202",
-                f'"{text}" is no quantity or property of the vocabulary that has words',
+                f'"{text}" is not a quantity or property with words in the vocabulary',
                 names[0].span if names else item.span,
                 hint=alternatives(text, known, what="scales") or "the scene has no vocabulary",
             )
@@ -98,11 +98,11 @@ class AdjustReader:
         tissue = None if name.key in PLACED else self.targets.tissue(self.fit_problem)
         if tissue is None:
             self.findings.pass_over_doubtful(self.fit_problem.key)
-            why = f"there is no tissue called {self.fit_problem.text}, as the block is"
+            why = f"no tissue has the name of the block, {self.fit_problem.text}"
             if name.key in PLACED:
-                why = f"a {name.key} is one of a set, body or region"
+                why = f"a {name.key} belongs to a set, body or region"
             self.findings.reject(
-                "TIS304", f"it is not said what has the {name.text}: {why}", name.span,
+                "TIS304", f"the owner of the {name.text} is missing: {why}", name.span,
                 hint=f"write: adjust {name.text} of …",
             )  # fmt: skip
         return self._of_tissue(name, tissue)
@@ -125,10 +125,9 @@ class AdjustReader:
         if name.key in BREAKING:
             self.findings.reject(
                 "TIS801",
-                f"the {name.key} cannot be learnt: "
-                "a rupture comes about or not, and no slope leads to it",
+                f"the {name.key} cannot be learned: a rupture is not differentiable",
                 name.span,
-                hint="compare runs with several values by hand",
+                hint="compare runs with different values instead",
             )
 
     def _refuse_tissue(self, name: s.Name, names: list[s.Name], per: list[s.Name]) -> None:
@@ -152,12 +151,12 @@ class AdjustReader:
                     "TIS801",
                     f"{tissue.name} has no {key} as a number" + (reason and f": {reason}"),
                     name.span,
-                    hint=f"write {key} = … in the tissue: there the learning begins",
+                    hint=f"write {key} = … in the tissue as the initial value",
                 )
             if (law := uses(tissue, key)) is not None:
                 self.findings.reject(
                     "TIS801",
-                    f"the {law} of {tissue.name} makes no use of its {key}",
+                    f"the {law} of {tissue.name} does not use its {key}",
                     name.span,
                 )
             return Found(key, tissue.name, "tissue", NONE, limits_of(QUANTITIES[key]))
@@ -168,13 +167,13 @@ class AdjustReader:
             self.findings.pass_over_doubtful(key)
             self.findings.reject(
                 "TIS301",
-                f'there is nothing called "{name.text}" that {tissue.name} could have adjusted',
+                f'{tissue.name} has no adjustable quantity called "{name.text}"',
                 name.span,
                 hint=alternatives(key, known, what="it has"),
             )
         found: LawConstant = constants[key]
         if found.kind is None:
-            message = f"{name.text} is no single number, and so cannot be adjusted"
+            message = f"{name.text} is not a single number and cannot be adjusted"
             self.findings.reject("TIS801", message, name.span)
         return Found(found.name, tissue.name, "tissue", NONE, found.kind)
 
@@ -184,9 +183,9 @@ class AdjustReader:
         if key not in PARTED:
             self.findings.reject(
                 "TIS801" if key in QUANTITIES else "TIS301",
-                f"{name.text} is adjusted of a tissue; {target.name} is none"
+                f"{name.text} can be adjusted only for a tissue; {target.name} is not a tissue"
                 if key in QUANTITIES
-                else f'there is nothing called "{name.text}" that could be adjusted here',
+                else f'"{name.text}" cannot be adjusted here',
                 name.span,
                 hint=alternatives(key, PARTED, what="of sets, bodies and regions"),
             )
@@ -196,7 +195,7 @@ class AdjustReader:
             if self.findings.errors:
                 self.findings.stop()  # such as a table of springs that was found wrong
             needed = "springs" if "spring" in PARTED[key] else "nodes"
-            message = f"{target.name} has no {needed}, and a {key} is one of {needed}"
+            message = f"{target.name} has no {needed}, to which a {key} belongs"
             self.findings.reject("TIS801", message, name.span)
         kind = Measure(DIMENSIONS[key])
         if key in QUANTITIES:
@@ -213,17 +212,17 @@ class AdjustReader:
             is_known = per.key in DIVIDED
             self.findings.reject(
                 "TIS801" if is_known else "TIS305",
-                f"a {key} is not adjusted per {per.text}",
+                f"a {key} cannot be adjusted per {per.text}",
                 per.span,
-                hint=alternatives(per.key, PARTED[key], what="choices, behind per"),
+                hint=alternatives(per.key, PARTED[key], what="choices after per"),
             )
         if per.key == "region" and (
             target.body is None or not target.body.drawing.body.regions
         ):
-            kind = "has no regions" if target.body is not None else "is no body with regions"
-            message = f"{target.name} {kind}, and so cannot be adjusted per region"
+            kind = "has no regions" if target.body is not None else "is not a body with regions"
+            message = f"{target.name} {kind} and cannot be adjusted per region"
             text = per.span.source.text[: per.span.start].rstrip()
             clause = Span(per.span.source, len(text.removesuffix("per").rstrip()), per.span.end)
-            hint = Hint("leave it out: then one factor holds for all", Edit("", clause))
+            hint = Hint("remove it: one factor then applies to all", Edit("", clause))
             self.findings.reject("TIS801", message, per.span, hint=hint)
         return cast(Per, per.key)

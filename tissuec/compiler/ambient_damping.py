@@ -19,7 +19,7 @@ def with_drag(network: Network, environment: Environment, findings: Findings) ->
         if not area.any():
             findings.add(
                 "TIS306",
-                "no body has a surface for surface damping to act on",
+                "surface damping needs a surface, which no body has",
                 environment.span,
                 hint="write mass damping, or damping (of each node)",
             )

@@ -99,7 +99,7 @@ def check_sizes(body: Body, arrays: dict[str, Floats], findings: Findings) -> No
         named[name] = arrays[name][np.isfinite(arrays[name])]
     refuse_sizes(body, named, findings)
     if "mass" in arrays and np.any(arrays["mass"] < 1.0 / LARGEST_NUMBER):
-        message = f"{body.name} has a mass that is too small to reckon with"
+        message = f"the mass of {body.name} is too small to compute with"
         findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)
 
 
@@ -118,8 +118,8 @@ def check_laws(
         if "rest" in used:
             to.reject(
                 "TIS309",
-                f"a spring of {body.name} has no rest length, which its law "
-                f"({laws[number].name}) is about",
+                f"a spring of {body.name} has no rest length, but its law "
+                f"({laws[number].name}) needs one",
                 body.span,
-                hint="draw it longer, or choose a law of the elongation alone",
+                hint="draw it longer, or use a law that depends on the elongation only",
             )

@@ -187,7 +187,8 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
             more = ", …" if len(zero) > MOST_SPRINGS_NAMED else ""
             yield Diagnostic(
                 "W304",
-                f"{body.name} has {counted(len(zero), 'spring')} between nodes at one place "
+                f"{body.name} has {counted(len(zero), 'spring')} between nodes at the same "
+                "position "
                 f"(id {ids}{more})",
                 body.span,
                 "a spring of length zero has no direction and no force until its ends separate",
@@ -204,7 +205,7 @@ def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
                     f"no rule gives the {name} of {tissue.name}, so otherwise applies",
                     tissue.span,
                     f"write {name} = … in the tissue if you know it",
-                    (Note("the otherwise", given.span),),
+                    (Note("fallback", given.span),),
                 )
 
 
@@ -266,11 +267,11 @@ def driving_dashpots(compiled: Compiled) -> Iterator[Diagnostic]:
             owner = network.owner(spring)
             yield Diagnostic(
                 "W308",
-                f"dashpots of {owner.name} drive instead of braking: spring "
+                f"dashpots of {owner.name} add energy: spring "
                 f"{network.spring_ids[spring]} with {show(float(brakes[spring]), FORCE)} at a "
                 f"strain of {strain:g} and {show(float(speed[spring]), VELOCITY)}",
                 owner.span,
-                "write max(…, 0) around what multiplies the speed: it must not be negative",
+                "write max(…, 0) around the factor of the speed, which must not be negative",
             )
             return
 
@@ -324,7 +325,7 @@ def _breaks_late(network: Network, body: BodyPart, spring: int, strain: float) -
         "W209",
         f"springs of {body.name} break at {1.0 + strain:.3g} times their length: one of "
         f"{show(rest, LENGTH)} has a spring constant of {show(constant, STIFFNESS)} and a "
-        f"fraction force of {show(force, FORCE)}",
+        f"breaking force of {show(force, FORCE)}",
         body.span,
         f"{show(better, FORCE)} would break it at {1.0 + PLAUSIBLE:g} times its length; "
         "a tissue with a Young's modulus can have a breaking strain instead",
@@ -343,7 +344,7 @@ def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:
         if tool.may_touch and tool.shapes:
             yield Diagnostic(
                 "W407",
-                f"{tool.name} has a shape, but contact is off: it touches nothing",
+                f"{tool.name} has a shape, but contact is off, so it touches nothing",
                 tool.span,
                 Hint(
                     "write: environment { contact is tools only; … }",
@@ -418,7 +419,7 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
                     "describe a tissue so that it fires, or remove the rule",
                     *(silent if len(silent) == 1 else ()),
                 ),
-                tuple(Note("another one", span) for span in silent[1:]),
+                tuple(Note("another rule", span) for span in silent[1:]),
             )
 
 

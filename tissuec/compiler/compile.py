@@ -143,10 +143,10 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
     timeless = name == RELAXATION
     if network.inelastic is None or not (timeless or _is_implicit(name)):
         return
-    reason = "leaves time out, by which they" if timeless else "does not solve for how they"
+    reason = "ignores time" if timeless else "does not compute their relaxation"
     findings.add(
         "TIS306",
-        f"{name} is no method for springs that relax or yield: it {reason} give way",
+        f"{name} does not support springs that relax or yield: it {reason}",
         scene.simulation.span,
         hint="write integrator is automatic, or an explicit one such as dop853",
     )
@@ -165,10 +165,11 @@ def _refuse_forces(network: Network, findings: Findings) -> None:
         owner, drawn = network.owner(spring), show(float(elongation[spring]), LENGTH)
         findings.add(
             "TIS504",
-            f"the force of spring {network.spring_ids[spring]} of {owner.name} is no number "
-            f"as it is drawn, {drawn} longer than at rest",
+            f"the force of spring {network.spring_ids[spring]} of {owner.name} is not a number "
+            f"as drawn, {drawn} longer than its rest length",
             owner.span,
-            hint="use a law that grows less, or draw the spring nearer to its rest length",
+            hint="use a law that grows less steeply, or draw the spring closer to its rest "
+            "length",
         )
 
 

@@ -31,8 +31,9 @@ LEDGER = "energy drift"
 NOT_MEASURED = {
     "track": "in a learn block write: fit = positions(A) using columns …, "
     "and then: expect error(held out) < 8 %",
-    "error": "it is known when a learning is over: expect error(held out) < 8 %",
-    "positions": "it stands in learn blocks: fit = positions(A); of one place, position(A)",
+    "error": "it is available after learning: expect error(held out) < 8 %",
+    "positions": "it is for learn blocks: fit = positions(A); for a single position, use "
+    "position(A)",
 }
 
 
@@ -56,14 +57,14 @@ class Conditions:
             if reading.measure is MEASURES[LEDGER]:
                 self.findings.reject(
                     "TIS702",
-                    "when cannot wait for the energy drift, which is known after a step only",
+                    "when cannot wait for the energy drift, which is known only after a step",
                     node.span,
-                    hint="expect it instead: expect energy drift < 1 % over run",
+                    hint="write instead: expect energy drift < 1 % over run",
                 )
             if reading.time is not None:
                 self.findings.reject(
                     "TIS702",
-                    "when looks at the present; it cannot ask for another time",
+                    "a when condition refers to the present and cannot name a time",
                     node.span,
                 )
         return self._judgement(node, readings)
@@ -80,7 +81,7 @@ class Conditions:
         if pinned and pinned[-1] > start:
             self.findings.reject(
                 "TIS703",
-                f"{show(pinned[-1], TIME)} has not come yet at {show(start, TIME)}",
+                f"{show(pinned[-1], TIME)} is later than {show(start, TIME)}",
                 item.condition.span,
             )
 
@@ -104,7 +105,7 @@ class Conditions:
         truth = MeasureScope(readings, self.scope, None).decide(node)
         if truth.ndim:
             self.findings.reject(
-                "TIS312", "a condition is one truth, not one per component", node.span
+                "TIS312", "a condition compares single numbers, not vectors", node.span
             )
         return CompiledCondition(node, readings, self.scope)
 
@@ -154,7 +155,7 @@ class Conditions:
             else:
                 self._no_subject(argument.value.span.text, argument.span)
         if len(subjects) != measure.subjects:
-            self.findings.reject("TIS702", f"{key} is written {measure.form}", node.span)
+            self.findings.reject("TIS702", f"the form of {key} is {measure.form}", node.span)
         return ObservedMeasure(measure, tuple(subjects), time, along)
 
     def _refuse_mistaken(self, name: s.Name) -> None:
@@ -172,7 +173,8 @@ class Conditions:
         if first is None or what not in COUNTED or [c.word for c in first.clauses] != ["of"]:
             self.findings.reject(
                 "TIS702",
-                "count is written count(nodes of A), count(springs of A) or count(pieces of A)",
+                "the forms of count are count(nodes of A), count(springs of A) and "
+                "count(pieces of A)",
                 node.span,
             )
         return what, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
@@ -206,12 +208,12 @@ class Conditions:
             tool = self.tools[name.key]
             if measure.takes == "springs":
                 self.findings.reject(
-                    "TIS702", f"{measure.form} is taken of springs, not of a tool", name.span
+                    "TIS702", f"{measure.form} needs springs, not a tool", name.span
                 )
             if not tool.holds_nodes:
                 self.findings.reject(
                     "TIS405",
-                    f"{tool.name} is {tool.kind} and holds no nodes that could be measured",
+                    f"{tool.name} is {tool.kind} and holds no nodes to measure",
                     name.span,
                     hint="measure a set or a body",
                 )
@@ -221,7 +223,7 @@ class Conditions:
         if self.groups.is_springs(name):
             if measure.takes == "nodes":
                 self.findings.reject(
-                    "TIS702", f"{measure.form} is taken of nodes, not of springs", name.span
+                    "TIS702", f"{measure.form} needs nodes, not springs", name.span
                 )
             springs = self.groups.springs(name)
             return Subject(springs.name, none, springs.indices, is_springs=True)
@@ -240,13 +242,13 @@ class Conditions:
         ):
             self.findings.reject(
                 "TIS702",
-                f"behind {argument.value.span.text} only a direction can stand: "
+                f"only a direction is allowed after {argument.value.span.text}: "
                 "along (0, 0, 1)",
                 clause.span,
             )
         if key not in ("force", "position"):
             self.findings.reject(
-                "TIS702", f"{key} is one number and has no direction", clause.span
+                "TIS702", f"{key} is a single number and has no direction", clause.span
             )
         return direction
 
@@ -280,13 +282,13 @@ class Conditions:
                 return 0.0, self.duration
             case _:
                 self.findings.reject(
-                    "TIS304", "when this is expected is not written", item.span,
+                    "TIS304", "the time of the expectation is missing", item.span,
                     hint="end with: at T, from T to T, until T or over run",
                 )  # fmt: skip
 
     def _time(self, node: s.Expression) -> float:
         value = self.scope.number(node)
-        self.scope.expect(value, TIME, node.span, what="the moment")
+        self.scope.expect(value, TIME, node.span, what="the time")
         time = float(value.amount)
         if not 0.0 <= time <= self.duration * (1 + 1e-12):
             self.findings.reject(

@@ -255,8 +255,9 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
         deepest = show(float(depth.max()), LENGTH)
         findings.add(
             "W406",
-            f"what is drawn touches already at {counted(len(np.unique(pairs.node)), 'node')}, "
-            f"by up to {deepest}, and is pushed apart at once",
+            "bodies or tools overlap at the start at "
+            f"{counted(len(np.unique(pairs.node)), 'node')} "
+            f"by up to {deepest} and are pushed apart at once",
             contact.span,
             hint="draw bodies and tools further apart, or write a smaller contact thickness",
         )
@@ -277,7 +278,7 @@ def _mean_length(network: Network) -> float:
 
 def _warn_of_nothing_to_touch(environment: Environment, findings: Findings) -> None:
     if not findings.errors:  # else a tool may be what is wrong
-        text = "nothing has a shape that could touch"
+        text = "contact has no effect: no tool has a shape"
         example = "tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
         findings.add("W407", text, environment.span, hint=f"for example: {example}")
 
@@ -303,7 +304,7 @@ def _faced_areas(network: Network, environment: Environment, findings: Findings)
         if not own.any():
             findings.reject(
                 "TIS306",
-                f"{body.name} has no surface for contact surface stiffness to act on",
+                f"contact surface stiffness needs a surface, which {body.name} does not have",
                 environment.span,
                 hint="write a contact stiffness, of each node",
                 notes=(Note("the body", body.span),),
@@ -340,7 +341,7 @@ def _unknown(name: str, example: str, environment: Environment, findings: Findin
     findings.raise_errors()  # a mesh that is wrong has no springs either
     findings.reject(
         "TIS304",
-        f'environment needs "{name}", because no spring tells it',
+        f'environment needs "{name}", because no spring determines it',
         environment.span,
         hint=missing(f"{name} = {example}", environment.span),
     )

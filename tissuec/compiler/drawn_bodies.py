@@ -97,7 +97,7 @@ def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) ->
     """
     for name, values in named.items():
         if not np.all(np.abs(values) < LARGEST_NUMBER):
-            message = f"{body.name} has a {name} that is too large to reckon with"
+            message = f"{body.name} has a {name} that is too large to compute with"
             findings.reject("TIS504", message, body.span, hint=CHECK_UNITS)
 
 
@@ -111,7 +111,7 @@ def _generate(body: Body, findings: Findings) -> Mesh:
                 f"body {body.name} would have about {nodes:.3g} nodes "
                 f"and {springs:.3g} springs",
                 body.span,
-                hint=f"at most {LARGEST:,} of each can be held".replace(",", " "),
+                hint=f"at most {LARGEST:,} of each are possible".replace(",", " "),
             )
         if findings.errors and max(nodes, springs) > LARGEST_IN_VAIN:
             findings.stop()
@@ -124,7 +124,7 @@ def _generate(body: Body, findings: Findings) -> Mesh:
     if mesh.origin is not None and mesh.remarks:
         findings.add(
             "W602",
-            f'"{mesh.origin.file.name}" is not as it should be',
+            f'"{mesh.origin.file.name}" was repaired or has defects',
             mesh.origin.file.span,
             notes=tuple(map(Note, mesh.remarks)),
         )
@@ -213,7 +213,7 @@ def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
         if not inside.any():
             scope.findings.reject(
                 "TIS302",
-                f'the region "{region.name}" holds no node',
+                f'the region "{region.name}" contains no node',
                 region.span,
                 hint=extents(mesh.position),
             )
@@ -223,8 +223,8 @@ def _select_regions(body: Body, mesh: Mesh, scope: Scope) -> dict[str, Mask]:
                     "TIS311",
                     f"regions {other.name} and {region.name} share {counted(common, 'node')}",
                     region.span,
-                    hint=f"end one of them with: and not region is {other.name}, "
-                    "or change its limits",
+                    hint=f"append to one of them: and not region is {other.name}, "
+                    "or change the limits",
                     notes=(Note("the other region", other.span),),
                 )
         chosen[key_of(region.name)] = inside
@@ -251,7 +251,7 @@ def _select_springs(drawing: Drawing, scope: Scope) -> NDArray[np.int64]:
             if before and other.sides is None:
                 common = counted(int((found[chosen] == before).sum()), "spring")
                 scope.findings.reject(
-                    "TIS311", f"{common} of {drawing.body.name} would be chosen twice",
+                    "TIS311", f"two conditions select {common} of {drawing.body.name}",
                     part.span, hint="change one of the conditions",
                     notes=(Note("the other one", other.span),),
                 )  # fmt: skip

@@ -129,7 +129,7 @@ class _FitProblemBuilder:
             if common and self._overlap(one, other):
                 self._twice("TIS804", "is adjusted here and by another line", one.span, other)
         for words, other in _concluded(found, self.targets.scene):
-            self._twice("TIS804", "follows from words that are adjusted too", words, other)
+            self._twice("TIS804", "follows from words that are also adjusted", words, other)
         return found
 
     def _twice(self, code: str, problem: str, first: Span, second: Adjust) -> None:
@@ -139,7 +139,7 @@ class _FitProblemBuilder:
             second.span,
             hint=""
             if code == "TIS307"
-            else leaving_out("leave one of them out", second.span, first),
+            else leaving_out("remove one of them", second.span, first),
             notes=(Note("first here" if code == "TIS307" else "the other line", first),),
         )
 
@@ -152,7 +152,8 @@ class _FitProblemBuilder:
         of_matter = dict.fromkeys(QUANTITIES[OF_MATTER[one.what][0]].name for one in found)
         self.findings.add(
             "W801",
-            "the preset holds on this mesh only, as it has numbers of single springs and "
+            "the preset is valid on this mesh only, because it contains values of single "
+            "springs and "
             f"nodes: {names}",
             found[0].span,
             hint=f"write and adjust {', '.join(of_matter)} instead; "

@@ -46,16 +46,16 @@ class FitReader:
         clauses = Clauses(entry, item.clauses, self.scope, allowed=allowed, where=item.span)
         names, dimension = clauses.names("using"), LENGTH if self.is_timeless else TIME
         if not names:
-            clauses.reject("TIS304", f"the column of the {entry} is not written")
+            clauses.reject("TIS304", f"the column of the {entry} is missing")
         (column, *more) = clauses.columns(names, dimension, what="the column")
         if more:
-            clauses.reject("TIS802", f"a {entry} is in one column", names[0].span)
+            clauses.reject("TIS802", f"a {entry} needs exactly one column", names[0].span)
         if not self.is_timeless:
             return DataAxis(None, column, item.span)
         moved = clauses.names("of")
         if not moved:
-            clauses.reject("TIS304", "it is not written what is displaced")
-        self._refuse_tool(moved[0], "a displacement is one of nodes of bodies")
+            clauses.reject("TIS304", "the displaced set is missing")
+        self._refuse_tool(moved[0], "a displacement belongs to nodes of bodies")
         return DataAxis(self.groups.nodes(moved[0]).indices, column, item.span)
 
     def fit(self, item: s.Assign, against: s.Sentence | None) -> Fit:
@@ -74,9 +74,7 @@ class FitReader:
         self._check_columns(columns, measure, subjects, along, item.value, behind)
         every = behind.above_zero("every", TIME, what="the time between values")
         if every is not None and self.is_timeless and (clause := behind.get("every")):
-            self.findings.reject(
-                "TIS306", "rows that are sorted by a displacement have no time", clause.span
-            )
+            self.findings.reject("TIS306", "rows over a displacement have no time", clause.span)
         noise = behind.above_zero("to", dimension, what="the standard deviation")
         weight = behind.above_zero("weighing", NUMBER, what="the weight of a fit")
         text = item.value.span.one_line
@@ -98,7 +96,7 @@ class FitReader:
         names = clauses.names("with")
         if names and names[0].key != FREE_ZERO:
             self.findings.reject(
-                "TIS305", f'a fit cannot be with "{names[0].text}"', names[0].span,
+                "TIS305", f'unexpected "{names[0].text}" after with', names[0].span,
                 hint=Hint(f"write: with {FREE_ZERO}", Edit(FREE_ZERO)),
             )  # fmt: skip
         return bool(names)
@@ -110,12 +108,12 @@ class FitReader:
     ) -> tuple[type[Measure] | None, tuple[Subject, ...], Floats | None]:
         """Return a measure, None for positions; of what it is taken; and along what."""
         if not isinstance(node, s.Call | s.Name):
-            clauses.reject("TIS312", "what is fitted is one measure", node.span)
+            clauses.reject("TIS312", "the fitted quantity must be a single measure", node.span)
         key = node.function.key if isinstance(node, s.Call) else node.key
         if key in JUMPING:
             self.findings.reject(
-                "TIS802", f"{node.span.one_line} cannot be fitted: it changes by jumps, "
-                "or is none of the motion", node.span,
+                "TIS802", f"{node.span.one_line} cannot be fitted: it changes in jumps "
+                "or does not depend on the motion", node.span,
                 hint="fit what changes smoothly, such as force(SET) or position(SET)",
             )  # fmt: skip
         if key == POSITIONS and isinstance(node, s.Call):
@@ -125,7 +123,7 @@ class FitReader:
         reading = self.conditions.reading(node)
         if reading.time is not None:
             self.findings.reject(
-                "TIS702", "a fit is about all times of its data; it cannot name one", node.span
+                "TIS702", "a fit uses all times of its data and cannot name one", node.span
             )
         return reading.measure, reading.subjects, reading.along
 
@@ -134,10 +132,10 @@ class FitReader:
         first = call.arguments[0] if len(call.arguments) == 1 else None
         if first is None or not isinstance(first.value, s.Name) or first.clauses:
             self.findings.reject(
-                "TIS702", "positions is written positions(A): x, y and z of each node of A",
-                call.span, hint="along a direction, fit position(A) along (1, 0, 0)",
+                "TIS702", "the form of positions is positions(A): x, y and z of each node of A",
+                call.span, hint="for a direction, fit position(A) along (1, 0, 0)",
             )  # fmt: skip
-        self._refuse_tool(first.value, "positions are those of nodes of bodies")
+        self._refuse_tool(first.value, "positions belong to nodes of bodies")
         nodes = self.groups.nodes(first.value)
         return Subject(nodes.name, nodes.indices, self.groups.springs(first.value).indices)
 
@@ -153,12 +151,12 @@ class FitReader:
         clause = clauses.get("along")
         span = clause.span if clause else clauses.where
         if inner is not None:
-            self.findings.reject("TIS307", '"along" is written twice', span)
+            self.findings.reject("TIS307", '"along" is given twice', span)
         if measure not in (MEASURES["force"], MEASURES["position"]):
             name = "positions" if measure is None else measure.form
             self.findings.reject(
                 "TIS702", f"{name} has no direction", span,
-                hint="force and position have one",
+                hint="force and position have a direction",
             )  # fmt: skip
 
     # --- columns ------------------------------------------------------------------------------
@@ -172,12 +170,12 @@ class FitReader:
             return clauses, names
         if names or any(clauses.get(word) for word in _BEHIND):
             self.findings.reject(
-                "TIS307", "columns and what belongs to them are written twice", against.span,
-                hint="write them behind using, or on the line below, not in both places",
+                "TIS307", "columns and their options are given twice", against.span,
+                hint="write them after using or on the line below, not in both places",
             )  # fmt: skip
         words = s.key_of(against.name.words)
         if words != AGAINST or not against.name.quoted or against.phrase is not None:
-            clauses.reject("TIS312", f'"{AGAINST}" is written in another form', against.span)
+            clauses.reject("TIS312", f'wrong form of "{AGAINST}"', against.span)
         behind = Clauses(
             AGAINST, against.clauses, self.scope, allowed=_BEHIND, where=against.span
         )
@@ -198,7 +196,7 @@ class FitReader:
             table = next((d for d in self.data if d.path.suffix.lower() not in RESULTS), None)
             if table is not None:
                 clauses.reject(
-                    "TIS802", f"{table.path.name} is a table: which column is {text}?"
+                    "TIS802", f"the column of {text} in {table.path.name} is missing"
                 )
             return
         allowed = _counts(measure, along, _count(subjects) if measure is None else 0)
@@ -207,12 +205,12 @@ class FitReader:
         needed = " or ".join(counted(count, "column") for count in allowed)
         hint = 'name them: using columns "x y z"'
         if measure is None:
-            hint = 'name them: using columns "node x y z"; of a single node, "x y z"'
+            hint = 'name them: using columns "node x y z"; for a single node, "x y z"'
         elif allowed == (1,):
             hint = 'name it: using column "…"'
         elif measure is MEASURES["position"]:
-            hint += ", or write along (1, 0, 0) behind the place"
-        message = f"{text} is in {needed}, not in {len(columns)}"
+            hint += ", or write along (1, 0, 0) after the position"
+        message = f"{text} needs {needed}, not {len(columns)}"
         self.findings.reject("TIS802", message, columns[0].span, hint=hint)
 
 

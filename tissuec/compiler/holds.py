@@ -137,10 +137,11 @@ class _HoldHistory:
             if common := len(np.intersect1d(nodes, new.nodes)):
                 yield Diagnostic(
                     "W409",
-                    f"{new.mover} moves {counted(common, 'node')} from {show(new.start, TIME)} "
-                    f"on that {'is' if common == 1 else 'are'} fixed: the later order wins",
+                    f"{new.mover} moves {counted(common, 'fixed node')} from "
+                    f"{show(new.start, TIME)} "
+                    f"on: the motion overrides fix",
                     new.span,
-                    "free them before, or leave them out of what is fixed or moved",
+                    "free them first, or exclude them from what is fixed or moved",
                     (Note("fixed here", span),),
                 )
 
@@ -154,7 +155,9 @@ class _HoldHistory:
 
 def _idle(mover: Mover, time: float, span: Span) -> Diagnostic:
     message = f"{mover.name} holds nothing when it starts to move, at {show(time, TIME)}"
-    return Diagnostic("W401", message, span, f"write before it: grasp … with {mover.name}")
+    return Diagnostic(
+        "W401", message, span, f"write before the motion: grasp … with {mover.name}"
+    )
 
 
 def _conflicts(new: DrivenNodes, driven: Sequence[DrivenNodes]) -> Iterator[Diagnostic]:
@@ -181,9 +184,9 @@ def _unheld(release: Release, time: float, taken: Sequence[HeldNodes]) -> Iterat
         return
     what = release.group.name if release.group is not None else "anything"
     subject = f"{who} cannot release {what}" if who else f"{what} cannot be released"
-    reason = "it grasped nothing before" if who else "nothing held it before"
+    reason = "it has not grasped anything" if who else "nothing holds it"
     places = ", ".join(f"by {t.holder} since {show(t.time, TIME)}" for t in taken)
     yield Diagnostic(
         "TIS401", f"{subject} at {show(time, TIME)}: {reason}", release.span,
-        f"held are others: {places}" if places else "grasp or hold it first",
+        f"other holds: {places}" if places else "grasp or hold it first",
     )  # fmt: skip

@@ -116,7 +116,7 @@ def _pairs(joint: Joint, groups: Groups, findings: Findings) -> NDArray[np.int32
     if common := len(np.intersect1d(first.indices, second.indices)):
         findings.reject(
             "TIS309",
-            f"{first.name} and {second.name} share {counted(common, 'node')}, and no node can "
+            f"{first.name} and {second.name} share {counted(common, 'node')}, but no node can "
             "be joined to itself",
             where,
             hint="choose sets without common nodes, such as two edges",
@@ -128,10 +128,10 @@ def _pairs(joint: Joint, groups: Groups, findings: Findings) -> NDArray[np.int32
         least = show(float(distance.min()), LENGTH)
         findings.reject(
             "TIS302",
-            f"joint {joint.name} joins nothing: the nearest nodes of {first.name} and "
+            f"joint {joint.name} is empty: the nearest nodes of {first.name} and "
             f"{second.name} are {least} apart",
             where,
-            hint="write a longer reach, or draw them closer together",
+            hint="increase reach, or draw them closer together",
         )
     pairs = pairs[near]
     if joint.joins_all:
@@ -140,9 +140,9 @@ def _pairs(joint: Joint, groups: Groups, findings: Findings) -> NDArray[np.int32
         findings.reject(
             "TIS309",
             f"{counted(again, 'pair')} of nodes of {first.name} and {second.name} "
-            f"{'has' if again == 1 else 'have'} a spring of their body between them already",
+            f"{'has' if again == 1 else 'have'} a spring of their body between them",
             where,
-            hint="choose sets that lie further apart",
+            hint="choose sets that are further apart",
         )
     return pairs
 

@@ -79,8 +79,8 @@ class ErrorScope(Scope):
 
     def _mixed(self, node: s.Call | s.Name) -> None:
         self.findings.reject(
-            "TIS803", "errors are known when the learning is over, and measures in the run",
-            node.span, hint="expect both on lines of their own",
+            "TIS803", "an error of learning cannot be combined with a measure of the run",
+            node.span, hint="write them on separate lines",
         )  # fmt: skip
 
 
@@ -89,7 +89,8 @@ def argument_of(call: s.Call, scope: Scope) -> s.Name:
     first = call.arguments[0] if len(call.arguments) == 1 else None
     if first is None or first.clauses or not isinstance(first.value, s.Name):
         scope.findings.reject(
-            "TIS803", 'error is written error(held out), error(data) or error("file.csv")',
+            "TIS803", 'the forms of error are error(held out), error(data) and '
+            'error("file.csv")',
             call.span,
         )  # fmt: skip
     return first.value
@@ -127,7 +128,7 @@ class DemandReader:
             if self.findings.may_be_misspelt("learn"):
                 self.findings.stop()
             self.findings.reject(
-                "TIS803", "there is no learn block whose error could be told",
+                "TIS803", "there is no learn block whose error could be tested",
                 item.condition.span, hint="for example: learn fat { data = …; fit = …; … }",
             )  # fmt: skip
         words = [(clause.word, clause.value.span.text.lower()) for clause in item.clauses]
@@ -135,7 +136,7 @@ class DemandReader:
             timed = Span(item.span.source, item.condition.span.end, item.clauses[-1].span.end)
             self.findings.reject(
                 "TIS803", "the error of a learning has no time", item.clauses[0].span,
-                hint=Hint(f"write: expect {FORM}, and no more", Edit("", timed)),
+                hint=Hint(f"write only: expect {FORM}", Edit("", timed)),
             )  # fmt: skip
         names = [argument_of(call, self.scope) for call in errors_in(item.condition)]
         found = {

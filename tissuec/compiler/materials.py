@@ -125,10 +125,10 @@ class MaterialReader:
         first, second = (self.materials[k].name for k in self.end_parts[np.argmax(is_open)])
         self.findings.reject(
             "TIS304",
-            f"nothing says what springs from {first} to {second} are made of",
+            f"the material of springs from {first} to {second} is missing",
             self.body.span,
             hint=f"write interface is softer from {first} to {second}, "
-            "or interface is softer, which holds for all others",
+            "or interface is softer, for all other pairs",
         )
 
     def read(self) -> dict[str, Explained]:
@@ -186,9 +186,9 @@ class MaterialReader:
         if spring is not None and stress_in(spring.force) is not None:
             self.findings.reject(
                 "TIS306",
-                f"law {name} is a stress, and springs of a table are no matter",
+                f"law {name} gives a stress, but springs of a table have no section",
                 spring.span,
-                hint="write the spring force, or the stress in the tissue of a body",
+                hint="write a spring force, or the stress in the tissue of a body",
                 notes=(Note(f"used by {self.body.name}", self.body.span),),
             )
         return _as_law(laws, name)
@@ -276,7 +276,7 @@ class MaterialReader:
             said_name = given[0].quantity.name if given else name
             self.findings.reject(
                 "TIS304",
-                f"a {said_name} says nothing without a {lacking.name}",
+                f"a {said_name} needs a {lacking.name}",
                 given[0].span if given else where,
                 hint=Hint(
                     f"for example: {example}",
@@ -503,7 +503,7 @@ class MaterialReader:
                 "TIS309",
                 f"the shares that relax make up {100.0 * total:.0f} % of the modulus",
                 share.span,
-                hint="what does not relax must be left: write smaller shares",
+                hint="the shares must be less than 100 %: write smaller ones",
                 notes=(Note(f"used by {self.body.name}", self.body.span),),
             )
         return total
@@ -517,9 +517,9 @@ class MaterialReader:
         what = stress.quantity
         self.findings.reject(
             "TIS304",
-            f"a {what.name} says nothing without a Young's modulus",
+            f"a {what.name} needs a Young's modulus",
             stress.span,
-            hint=f"write {_instead_of(what)} of a spring",
+            hint=f"for single springs, write {_instead_of(what)} instead",
             notes=(Note(f"used by {self.body.name}", self.body.span),),
         )
 
@@ -537,15 +537,15 @@ class MaterialReader:
                 "TIS306",
                 f"fibres of {self.body.name} have no effect: its tissue has no fibre modulus",
                 self.body.fibres_span or self.body.span,
-                hint="write a fibre modulus in the tissue, or leave this out",
+                hint="write a fibre modulus in the tissue, or remove fibres",
             )
         for one in given:
             if FIBRE_MODULUS in one and YOUNGS_MODULUS not in one:
                 self.findings.reject(
                     "TIS304",
-                    "a fibre modulus says nothing without a Young's modulus",
+                    "a fibre modulus needs a Young's modulus",
                     one[FIBRE_MODULUS].span,
-                    hint="write a Young's modulus: that across the fibres",
+                    hint="write a Young's modulus, which applies across the fibres",
                     notes=(Note(f"used by {self.body.name}", self.body.span),),
                 )
 
@@ -558,10 +558,11 @@ class MaterialReader:
         if fibres.value < modulus.value:
             self.findings.reject(
                 "TIS309",
-                "the fibre modulus is less than Young's modulus: no tissue is softer along its "
-                "fibres than across",
+                "the fibre modulus is less than Young's modulus: tissue is not softer along "
+                "its "
+                "fibres than across them",
                 fibres.span,
-                hint="write a larger fibre modulus, or leave it out",
+                hint="write a larger fibre modulus, or remove it",
                 notes=(Note(f"used by {self.body.name}", self.body.span),),
             )
         return fibres.value / modulus.value - 1.0
@@ -640,15 +641,15 @@ class MaterialReader:
         if material.tissue is None:
             self.findings.reject(
                 "TIS304",
-                f"{material.name} needs a tissue: nothing gives its {name}",
+                f"{material.name} needs a tissue, because its {name} is missing",
                 material.span,
                 hint="write tissue is …",
             )
         self.findings.pass_over_doubtful(name)
-        reason = material.tissue.missing.get(name, "no rule and no number gives it")
+        reason = material.tissue.missing.get(name, "neither a rule nor a number gives it")
         self.findings.reject(
             "TIS206",
-            f"nothing gives the {name} of tissue {material.tissue.name}: {reason}",
+            f"the {name} of tissue {material.tissue.name} is missing: {reason}",
             material.tissue.span,
             hint=f"write {' or '.join(_names(name))} = … in the tissue, a rule for it, "
             "or otherwise is … in the vocabulary",
@@ -659,7 +660,7 @@ class MaterialReader:
 def _instead_of(quantity: Quantity) -> str:
     """Return what of springs, or in words of strain, stands for a stress."""
     if quantity.instead == "fraction force":
-        return "a breaking strain, or the fraction force"
+        return "a breaking strain or the breaking force"
     return f"the {quantity.instead}"
 
 

@@ -262,10 +262,10 @@ class MatterReader:
         except Floppy as error:
             self._impossible(
                 f"{error} in its mesh",
-                "use springs that reach further, such as: reach is second neighbours",
+                "connect more distant nodes, for example: reach is second neighbours",
             )
         limits = found.least, found.largest
-        self._warn_if_uneven(limits, "use springs that reach further, or smaller cells")
+        self._warn_if_uneven(limits, "connect more distant nodes, or use smaller cells")
         return stiffness
 
     # --- fibres -------------------------------------------------------------------------------
@@ -344,8 +344,8 @@ class MatterReader:
         for entry in entries:
             if getattr(self.body, entry) is not None:
                 self.findings.reject(
-                    "TIS306", f'body {self.body.name} can have no "{entry}"', self.body.span,
-                    hint=f"leave out {entry}: its mesh already defines its dimensions",
+                    "TIS306", f'body {self.body.name} cannot have "{entry}"', self.body.span,
+                    hint=f"remove {entry}: the mesh already defines its dimensions",
                 )  # fmt: skip
 
     def _impossible(self, why: str, hint: str) -> NoReturn:
@@ -362,6 +362,6 @@ class MatterReader:
             self.findings.add(
                 "W207",
                 f"the mesh of {self.body.name} is not isotropic: depending on the direction, "
-                f"its stiffness is {limits[0]:.2f} to {limits[1]:.2f} times the one given",
+                f"its stiffness is {limits[0]:.2f} to {limits[1]:.2f} times the given one",
                 self.body.span, hint=hint, notes=self._notes(),
             )  # fmt: skip

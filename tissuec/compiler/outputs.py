@@ -70,7 +70,7 @@ class OutputReader:
             return
         if not isinstance(item, s.Sentence):
             self.findings.reject(
-                "TIS312", "an output is a sentence: force of forceps A every 1 ms", item.span
+                "TIS312", "an output has the form: force of forceps A every 1 ms", item.span
             )
         key = item.name.key
         clauses = self._clauses(item)
@@ -117,7 +117,7 @@ class OutputReader:
         ]
         self.findings.reject(
             "TIS704",
-            f"{group.name} is a set; surfaces are those of bodies",
+            f"{group.name} is a set; only bodies have surfaces",
             name.span,
             hint=Hint(f"write surface of {' or of '.join(bodies)}", *map(Edit, bodies)),
         )
@@ -127,7 +127,7 @@ class OutputReader:
         for clause in item.clauses:
             if clause.word not in ("of", "to", "every") or clause.word in clauses:
                 self.findings.reject(
-                    "TIS303", f'"{clause.word}" cannot stand in an output', clause.span
+                    "TIS303", f'"{clause.word}" is not allowed in an output', clause.span
                 )
             clauses[clause.word] = clause
         return clauses
@@ -141,7 +141,7 @@ class OutputReader:
                 else ""
             )
             self.findings.reject(
-                "TIS307", f'"{key}" is written twice', item.span, hint=hint, notes=notes
+                "TIS307", f'"{key}" is given twice', item.span, hint=hint, notes=notes
             )
         self.places[key] = item.span
 
@@ -172,7 +172,7 @@ class OutputReader:
         if len(names) != measure.subjects:
             self.findings.reject(
                 "TIS702",
-                f"{item.name.text} is written: {_written(item.name.key, measure.subjects)}",
+                f"the form of {item.name.text} is: {_written(item.name.key, measure.subjects)}",
                 item.span,
             )
         every = self._rate(item, clauses)
@@ -219,17 +219,19 @@ class OutputReader:
         if math.isfinite(self.duration) and self.duration / every > MOST_SAMPLES:
             self.findings.reject(
                 "TIS308",
-                f"a sample every {node.span.text} for {show(self.duration, TIME)} is too much",
+                f"a sample every {node.span.text} for {show(self.duration, TIME)} gives too "
+                "many samples",
                 node.span,
-                hint=f"the shortest time is {show(self.duration / MOST_SAMPLES, TIME)}",
+                hint="the shortest possible time is "
+                f"{show(self.duration / MOST_SAMPLES, TIME)}",
             )
         if every > self.duration * (1 + 1e-12):
             self.findings.add(
                 "W405",
                 f"a sample every {node.span.text}, but the run ends at "
-                f"{show(self.duration, TIME)}: only its start is recorded",
+                f"{show(self.duration, TIME)}: only the start is recorded",
                 node.span,
-                hint="write a shorter time behind every, or a longer duration in simulate",
+                hint="write a shorter time after every, or a longer duration in simulate",
             )
         return every
 

@@ -20,7 +20,7 @@ from tissuec.core.source import Span
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, Body
 
-_LEAVE_OUT = "leave it out"
+_LEAVE_OUT = "remove it"
 _NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
 
 
@@ -89,13 +89,13 @@ def _flaw(
     if any(one is None or not one.quantity.is_of_matter for one in moduli):
         return "its springs are specified one by one", "write a Young's modulus as well"
     if matter.poisson is None:
-        return "it consists of bars, which have none", _LEAVE_OUT
+        return "it consists of bars, which have no Poisson's ratio", _LEAVE_OUT
     if not matter.is_solid:
         if abs(ratio - matter.poisson) <= _NEAR:
             return None
         return "in a surface, springs always give 1/3", _LEAVE_OUT
     if ratio < matter.poisson:
-        return f"with springs, the least is {_shown(matter.poisson)}", _LEAVE_OUT
+        return f"with springs, the minimum is {_shown(matter.poisson)}", _LEAVE_OUT
     if ratio == matter.poisson:
         return None
     if (

@@ -105,32 +105,32 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     """Yield the parts of a run that this scene does not need."""
     network, plan = compiled.network, compiled.plan
     if not compiled.network.behaviour().is_viscous:
-        yield "viscosity: no spring has any, so velocities are not compared"
+        yield "viscosity: no spring has any"
     if network.inelastic is None:
-        yield "memory: no spring relaxes or yields, so nothing of the past is kept"
+        yield "relaxation and yielding: no spring relaxes or yields"
     if not np.any(plan.gravity):
         yield "gravity: it is zero"
     if not plan.drag and network.drag is None:
-        yield "ambient damping: none is written"
+        yield "ambient damping: none"
     if not plan.breakable:
-        yield "rupture: no body may rupture, so tensions are not watched"
+        yield "rupture: not allowed in any body"
     elif not np.isfinite(network.crush).any():
-        yield "crushing: pressure breaks no spring, so only tensions are watched"
+        yield "crushing: compression breaks no spring"
     if not plan.needs_ledger:
-        yield "energies: not asked for, so work and dissipation are not integrated"
+        yield "energies: not in the output"
     if not plan.triggers:
-        yield "conditions: no when, so steps are not looked at one by one"
+        yield "conditions: no when"
     if not np.isfinite(plan.output.every):
-        yield "trajectory: none is asked for"
+        yield "trajectory: not in the output"
     if not plan.output.logs:
-        yield "logs: none are asked for"
+        yield "logs: none in the output"
     held = state_at_start(compiled).held
     inner = int(held[network.ends].all(axis=1).sum())
     if inner:
-        yield f"{counted(inner, 'spring')} between held nodes, left out of the sums"
+        yield f"{counted(inner, 'spring')} between held nodes"
     if plan.contact is None:
-        yield "contact: nothing can touch"
+        yield "contact: nothing can be in contact"
     elif not plan.contact.friction:
-        yield "friction: none is written, so contact remembers nothing"
+        yield "friction: none"
     if not any(tool.kind == "nozzle" for tool in network.tools):
-        yield "jets: there is no nozzle"
+        yield "jets: no nozzle"

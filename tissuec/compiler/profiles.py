@@ -53,14 +53,14 @@ def read_profiles(
     if name not in PROFILES:
         hint = _profiles(name, is_motion=not default)
         if clause is None or not name:
-            problem = "the profile of the motion is not written"
+            problem = "the profile of the motion is missing"
             order.reject("TIS304", problem, hint=hint, word=word)
         problem = f'there is no profile "{clause.value.span.text}"'
         order.reject("TIS305", problem, hint=hint, word=word)
     kind = PROFILES[name]
     stop = np.inf if order.duration is None else order.duration
     if kind in _NEED_AN_END and order.duration is None:
-        hint = "write from … to …: instead of at …:"
+        hint = "use from … to …: instead of at …:"
         order.reject("TIS304", f"{name} needs an interval", hint=hint, word=word)
     if kind == "sine":
         if not order.has("of"):
@@ -79,12 +79,12 @@ def _profiles(name: str, *, is_motion: bool) -> Hint:
     known = [one for one, kind in PROFILES.items() if not (is_motion and kind == "constant")]
     if meant := _SPOKEN.get(name):
         return Hint(f'did you mean "{meant}"?', Edit(meant, old=name))
-    return alternatives(name, known, what="profiles, behind using")
+    return alternatives(name, known, what="profiles after using")
 
 
 def _profile_name(clause: s.Clause, order: "SentenceOrder") -> str:
     if not isinstance(clause.value, s.Name):
-        order.reject("TIS312", "a profile is a name", word=clause.word)
+        order.reject("TIS312", "a profile must be a name", word=clause.word)
     if clause.value.quoted is not None:
         return clause.value.words.lower()
     return clause.value.key
@@ -111,7 +111,7 @@ def _table_profiles(
         values = values * factor
         slopes = [monotone_slopes(times, column) for column in values.T.copy()]
     if not np.all(np.isfinite(slopes)):
-        message = f"the numbers in {clause.value.quoted} change too steeply"
+        message = f"the numbers in {clause.value.quoted} change too rapidly"
         order.reject("TIS313", message, hint="check the times and the units", word=clause.word)
     return tuple(
         TimeProfile("table", 0.0, end, 0.0, times, column, slope)
@@ -142,21 +142,21 @@ def _length_unit(order: "SentenceOrder") -> float:
     if not order.has("in"):
         along = order.clauses["along"].span
         hint = Hint(f"for example: {along.text} in mm", insertion(" in mm", along))
-        order.reject("TIS304", "the unit of the path is not written", hint=hint)
+        order.reject("TIS304", "the unit of the path is missing", hint=hint)
     text = order.text("in")
     try:
         unit = parse_unit(text)
     except UnitError as error:
         order.reject("TIS104", str(error), word="in")
     if unit.dimension != LENGTH:
-        order.reject("TIS502", f"a path is in lengths; {text} is none", word="in")
+        order.reject("TIS502", f"a path needs a unit of length; {text} is not one", word="in")
     return unit.factor
 
 
 def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrder") -> Floats:
     """Return the numbers of a file beside the scene, shape (row, column), at least two rows."""
     path = PurePosixPath(name.quoted or "")
-    form = "a row is a time in s and " + ("one number" if columns == 2 else "x, y and z")
+    form = "each row has a time in s and " + ("one number" if columns == 2 else "x, y and z")
     rows: list[list[float]] = []
     lines = [
         (number, line)
@@ -170,11 +170,11 @@ def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrde
         if row is None and place == 0:
             continue  # the names of the columns
         if row is None or len(row) < columns or not np.all(np.isfinite(row)):
-            message = f"line {number} of {path} is no row of {columns} numbers"
+            message = f"line {number} of {path} is not a row of {columns} numbers"
             order.reject("TIS313", message, hint=form, word=clause.word)
         rows.append(row)
     if len(rows) < 2:
-        message = f"{path} holds fewer than two rows of numbers"
+        message = f"{path} contains fewer than two rows of numbers"
         order.reject("TIS313", message, hint=form, word=clause.word)
     return np.array(rows)
 
@@ -184,7 +184,7 @@ def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word
     if path.is_absolute() or ".." in path.parts or set("\\:") & set(str(path)):
         order.reject(
             "TIS603",
-            f'"{path}" leads outside of the folder of the scene',
+            f'"{path}" is outside the folder of the scene',
             hint="put the file beside the scene",
             word=word,
         )
@@ -195,7 +195,7 @@ def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word
     if scene is None:
         order.reject(
             "TIS604",
-            f'"{path}": a scene that is no file has no tables beside it',
+            f'"{path}": a scene that is not saved in a file cannot read tables',
             hint="save the scene to a file",
             word=word,
         )
@@ -205,7 +205,7 @@ def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word
     try:
         return read_source(place, str(path)).text
     except CompileError as error:
-        hint = "the file is looked for beside the scene"
+        hint = "the path is relative to the scene"
         order.reject("TIS604", error.diagnostics[0].message, hint=hint, word=word)
 
 

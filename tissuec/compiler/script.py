@@ -94,9 +94,9 @@ class ScriptReader:
             case s.Timed():
                 self.findings.reject(
                     "TIS303",
-                    "when stands outside of timed blocks",
+                    "when is not allowed inside a timed block",
                     item.head,
-                    hint="write it beside the other times of the script",
+                    hint="write it at the top level of the script",
                 )
             case s.Sentence() if not slot.is_outermost:
                 # One action serves all repetitions: it knows how long it lasts, not when.
@@ -117,9 +117,9 @@ class ScriptReader:
             case _:
                 self.findings.reject(
                     "TIS303",
-                    "this cannot stand in a script",
+                    "this is not allowed in a script",
                     item.span,
-                    hint="a script holds times with orders, such as at 0 s: fix …",
+                    hint="a script contains times with actions, for example: at 0 s: fix …",
                 )
 
     def _body(
@@ -145,7 +145,7 @@ class ScriptReader:
                 what, hint = "ends before it begins", proposal(f"from {last} to {first}")
                 if stop == start:
                     what = "has no length"
-                    text = f'write "at {first}" for what happens at once'
+                    text = f'write "at {first}" for an instantaneous action'
                     hint = Hint(text, Edit(f"at {first}"))
                 self.findings.reject(
                     "TIS403",
@@ -164,9 +164,9 @@ class ScriptReader:
         )
         self.findings.reject(
             "TIS403",
-            "these times do not fit here",
+            "this form of time is not allowed here",
             item.head,
-            hint=f'times are written {allowed} or "from T to T every T:"',
+            hint=f'allowed: {allowed} or "from T to T every T:"',
         )
 
     def _repetitions(
@@ -183,7 +183,7 @@ class ScriptReader:
                 "TIS403",
                 f"this makes more than {limit} repetitions in the script",
                 item.head,
-                hint="write a longer time behind every; a steady force is: push … with …",
+                hint="write a longer time after every; for a steady force: push … with …",
             )
         count = int(np.ceil((stop - start) / every * (1 - 1e-12)))
         return [_Slot(start + k * every, None) for k in range(count)]
@@ -198,7 +198,7 @@ class ScriptReader:
         value = self.scope.number(node)
         self.scope.expect(value, TIME, node.span, what="the moment")
         if value.amount < 0.0:
-            self.findings.reject("TIS403", "nothing can happen before 0 s", node.span)
+            self.findings.reject("TIS403", "times must not be before 0 s", node.span)
         return float(value.amount)
 
     def _checked(self, item: s.Timed, slot: _Slot) -> _Slot:
@@ -230,7 +230,7 @@ class ScriptReader:
             )
         if sentence.phrase is not None:
             self.findings.reject(
-                "TIS303", '"is" does not belong into an order', sentence.phrase.span
+                "TIS303", '"is" is not allowed in an action', sentence.phrase.span
             )
         member = VERBS[verb]
         order = SentenceOrder(

@@ -84,7 +84,7 @@ class PointScope(Scope):
                         "TIS302",
                         "this mesh has no surface",
                         node.span,
-                        hint="choose its nodes by their places or their ids",
+                        hint="select nodes by position or id",
                     )
                 return self.surface
             case s.Name() if node.key == "bending" and self.bends is not None:
@@ -105,7 +105,7 @@ class PointScope(Scope):
             what: "node" or "spring".
         """
         if not isinstance(node, s.Listing):
-            self.findings.reject("TIS312", "ids are listed: in [1, 2, 3]", node.span)
+            self.findings.reject("TIS312", "write ids as a list: in [1, 2, 3]", node.span)
         ids = self.columns["id"].amount
         chosen = np.zeros(len(ids), dtype=bool)
         for item in node.items:
@@ -129,7 +129,7 @@ class PointScope(Scope):
         self.expect(radius, LENGTH, node.radius.span, what="the radius")
         if not centre.is_vector:
             self.findings.reject(
-                "TIS312", "the centre is a point: (x, y, z) mm", node.centre.span
+                "TIS312", "the centre must be a point: (x, y, z) mm", node.centre.span
             )
         if np.any(centre.amount):
             self.expect(centre, LENGTH, node.centre.span, what="the centre")
@@ -140,7 +140,7 @@ class PointScope(Scope):
     def _in_region(self, node: s.Is) -> Truth:
         result = np.zeros(len(self.position), dtype=bool)
         if node.phrase.kind == "between":
-            self.findings.reject("TIS312", "a region has one name", node.phrase.span)
+            self.findings.reject("TIS312", "write one name of a region", node.phrase.span)
         for name in node.phrase.words:
             if name.key not in self.regions:
                 self.findings.pass_over_doubtful(name.key)
@@ -156,7 +156,7 @@ class PointScope(Scope):
 
     def _in_group(self, node: s.Is) -> Truth:
         if node.phrase.kind == "between":
-            self.findings.reject("TIS312", "a group has one name", node.phrase.span)
+            self.findings.reject("TIS312", "write one name of a group", node.phrase.span)
         name = node.phrase.words[0]
         alike = [group for group in self.groups if s.key_of(group) == name.key]
         if name.text in self.groups:
@@ -167,7 +167,7 @@ class PointScope(Scope):
                 f'there is no group called "{name.text}"',
                 name.span,
                 hint=alternatives(name.text, self.groups, what="groups of the mesh file")
-                or "groups are those of a mesh file, and this mesh has none",
+                or "groups come from a mesh file; this mesh has none",
             )
         inside = self.groups[alike[0]]
         return ~inside if node.phrase.kind == "not" else inside

@@ -41,9 +41,7 @@ class SentenceOrder:
         self.asked: set[str] = set()
         for clause in sentence.clauses:
             if clause.word in self.clauses:
-                scope.findings.reject(
-                    "TIS307", f'"{clause.word}" is written twice', clause.span
-                )
+                scope.findings.reject("TIS307", f'"{clause.word}" is given twice', clause.span)
             self.clauses[clause.word] = clause
 
     def finish(self) -> None:
@@ -51,7 +49,7 @@ class SentenceOrder:
         for word, clause in self.clauses.items():
             if word not in self.asked:
                 form = Hint(f"write: {self._nearest_form()}", Edit(""))
-                message = f'"{word}" does not go with {self.verb}'
+                message = f'{self.verb} does not take "{word}"'
                 self.reject("TIS303", message, hint=form, word=clause.word)
 
     def reject(
@@ -81,7 +79,7 @@ class SentenceOrder:
                 "TIS301",
                 f'"{name.text}" is a tool, and {self.verb} takes a set or a body',
                 name.span,
-                hint="a tool rests where it is until it is moved or turned",
+                hint="a tool stays where it is until it is moved or turned",
             )
         return self.groups.nodes(name)
 
@@ -104,10 +102,11 @@ class SentenceOrder:
             if not tool.holds_nodes:
                 self.scope.findings.reject(
                     "TIS405",
-                    f'"{tool.name}" is of the kind {tool.kind}, which has no shape and holds '
-                    f"nothing, so that there is nothing to {self.verb}",
+                    f'"{tool.name}" ({tool.kind}) has no shape and holds '
+                    f"nothing, so there is nothing to {self.verb}",
                     name.span,
-                    hint="name a tool with a shape, forceps that grasped something, or a set",
+                    hint="name a tool with a shape, forceps that have grasped something, or "
+                    "a set",
                 )
             return Mover(tool.name, None)
         names = [tool.name for tool in self.tools.values()]
@@ -159,7 +158,7 @@ class SentenceOrder:
         written = " or ".join(f'"{name}"' for name in fitting)
         self.scope.findings.reject(
             "TIS405",
-            f'{self.verb} needs {kind}, and "{tool.name}" is of the kind {tool.kind}',
+            f'{self.verb} needs a tool of kind {kind}; "{tool.name}" has kind {tool.kind}',
             span,
             hint=Hint(f"write {written}", *map(Edit, fitting))
             if fitting
@@ -169,24 +168,22 @@ class SentenceOrder:
     def vector(self, word: str, dimension: Dimension) -> Floats:
         value = self._value(word)
         if not value.is_vector:
-            self.reject("TIS312", f"a vector (x, y, z) is needed behind {word}", word=word)
+            self.reject("TIS312", f"{word} needs a vector (x, y, z)", word=word)
         if np.any(value.amount) or not value.is_literal:
             self.scope.expect(
                 value,
                 dimension,
                 self.clauses[word].value.span,
-                what=f"what stands behind {word}",
+                what=f"the value after {word}",
             )
         return value.amount
 
     def number(self, word: str, dimension: Dimension) -> float:
         value = self._value(word)
         if value.is_vector:
-            self.reject(
-                "TIS312", f"one number is needed behind {word}, not a vector", word=word
-            )
+            self.reject("TIS312", f"{word} needs a number, not a vector", word=word)
         self.scope.expect(
-            value, dimension, self.clauses[word].value.span, what=f"what stands behind {word}"
+            value, dimension, self.clauses[word].value.span, what=f"the value after {word}"
         )
         return float(value.amount)
 
@@ -195,7 +192,7 @@ class SentenceOrder:
         if not value.is_vector or value.dimension != NUMBER:
             self.reject(
                 "TIS312",
-                f"a direction without a unit, such as (0, 0, 1), is needed behind {word}",
+                f"{word} needs a direction without a unit, such as (0, 0, 1)",
                 word=word,
             )
         direction = unit_vector(value.amount)
@@ -227,7 +224,7 @@ class SentenceOrder:
     def _object(self, after: str) -> s.Name:
         name = _behind(self.object, after) if after else self.object
         if not name.text:
-            self.reject("TIS304", f"{self.verb} needs to know what")
+            self.reject("TIS304", f"the object of {self.verb} is missing")
         return name
 
     def _clause(self, word: str) -> s.Clause:
@@ -238,7 +235,7 @@ class SentenceOrder:
     def _name(self, word: str) -> s.Name:
         value = self._clause(word).value
         if not isinstance(value, s.Name):
-            self.reject("TIS312", f"a name is needed behind {word}", word=word)
+            self.reject("TIS312", f"{word} needs a name", word=word)
         return value
 
     def _value(self, word: str) -> Value:

@@ -147,13 +147,13 @@ class Groups:
         if name.key in self.bodies:
             return Group(self._body(name), self.bodies[name.key].nodes)
         if name.key in self.named_joints:
-            self._refuse_joint(name, "name a set or a body that it joins")
+            self._refuse_joint(name, "name one of the sets or bodies that it joins")
         if self._says_springs(name) or self._find(name).of_springs:
             self.findings.reject(
                 "TIS314",
-                f'"{name.text}" is a set of springs; nodes are needed here',
+                f'"{name.text}" is a set of springs, but nodes are needed here',
                 name.span,
-                hint=f"write set {name.text} = nodes of …, or make a set of nodes beside it",
+                hint=f"write set {name.text} = nodes of …, or define another set of nodes",
             )
         return self._find(name).group
 
@@ -236,7 +236,7 @@ class Groups:
         ):
             self.findings.reject(
                 "TIS312",
-                "a set is written: nodes of BODY where …, springs of BODY where …, "
+                "the forms of a set are: nodes of BODY where …, springs of BODY where …, "
                 "nodes of BODY in [1, 2], or [A, B]",
                 item.value.span,
             )
@@ -272,7 +272,7 @@ class Groups:
         self.findings.pass_over_doubtful(s.key_of(node.span.text))
         if isinstance(node, s.Name) and node.key in self.named_joints:
             # Springs are known once all joints are: a joint asks too early.
-            hint = "a joint leads from nodes to nodes"
+            hint = "a joint joins nodes to nodes"
             if not of_springs:
                 hint = f"write springs of {node.text}, or nodes of a body"
             self._refuse_joint(node, hint)
@@ -286,27 +286,25 @@ class Groups:
         )
 
     def _refuse_joint(self, name: s.Name, hint: str) -> NoReturn:
-        message = f'"{name.text}" is a joint, which has springs alone; nodes are needed here'
+        message = f'"{name.text}" is a joint, which has springs only; nodes are needed here'
         self.findings.reject("TIS314", message, name.span, hint=hint)
 
     def _union(self, item: s.Assign, listing: s.Listing) -> NamedSet:
         if item.clauses:
             self.findings.reject(
-                "TIS303", "a union of sets takes no further words", item.clauses[0].span
+                "TIS303", "nothing is allowed after a union of sets", item.clauses[0].span
             )
         parts: list[Group] = []
         kinds: set[bool] = set()
         for part in listing.items:
             if not isinstance(part, s.Name):
                 self.findings.reject(
-                    "TIS312", "a union lists names of sets or bodies", part.span
+                    "TIS312", "a union contains names of sets or bodies", part.span
                 )
             kinds.add(self.is_springs(part))
             parts.append(self.springs(part) if self.is_springs(part) else self.nodes(part))
         if len(kinds) != 1:
-            self.findings.reject(
-                "TIS314", "a union is of nodes or of springs, not of both", listing.span
-            )
+            self.findings.reject("TIS314", "a union cannot mix nodes and springs", listing.span)
         return NamedSet(
             Group(item.name.text, np.unique(np.concatenate([part.indices for part in parts]))),
             kinds.pop(),
@@ -327,7 +325,7 @@ def unnamed(kind: str, span: Span, findings: Findings) -> NoReturn:
     """
     findings.reject(
         "TIS301",
-        f'"{kind} of …" stands where the name of a set belongs',
+        f'the name of a set is needed, not "{kind} of …"',
         span,
-        hint=f"declare a set first: set NAME = {kind} of …",
+        hint=f"define a set first: set NAME = {kind} of …",
     )

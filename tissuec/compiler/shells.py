@@ -53,9 +53,9 @@ def hinges_of(
     if matter.hinges is None:
         findings.reject(
             "TIS306",
-            f"body {body.name} cannot have elastic bending: it is not a wall",
+            f"body {body.name} cannot have elastic bending because it is not a wall",
             body.shell,
-            hint=leaving_out("leave it out: a solid resists bending anyway", body.shell)
+            hint=leaving_out("remove it: a solid resists bending anyway", body.shell)
             if matter.is_solid
             else "use a sheet, a tube, a sphere or an imported surface",
         )

@@ -32,28 +32,28 @@ def read_surface(
         sentence = f"surface of {body} {every} {{ kind is {item.phrase.span.text} }}"
         hint = Hint(f"write: {sentence}", Edit(sentence, item.span))
         scope.findings.reject(
-            "TIS312", "how a surface is drawn stands in braces", item.phrase.span, hint=hint
+            "TIS312", "the options of a surface must be in braces", item.phrase.span, hint=hint
         )
     if not len(mesh.skin):
         scope.findings.reject(
             "TIS704",
             f"{body} has no surface",
             name.span,
-            hint="tubes, sheets, spheres and lattices have one",
+            hint="tubes, sheets, spheres and lattices have a surface",
         )
     items = item.items if isinstance(item, s.Block) else ()
     kind = _written_kind(items) or (ELSEWHERE if mesh.grid is None else ON_GRIDS)
-    choice = schema.Entry(KIND, KIND, OneOf(tuple(SURFACES)), "", "how it is drawn")
+    choice = schema.Entry(KIND, KIND, OneOf(tuple(SURFACES)), "", "kind of surface")
     entries = {KIND: choice, **schema.entries_of(SURFACES[kind])}
     with scope.findings.together():
         values, places = schema.read(entries, items, scope, what=f"surface of {body}")
     if SURFACES[kind].needs_grid and mesh.grid is None:
         scope.findings.reject(
             "TIS704",
-            f"{body} has no rows and columns of nodes, along which an {kind} runs",
+            f"an {kind} needs rows and columns of nodes, which {body} does not have",
             places[KIND],
             hint=Hint(
-                f"leave this entry out, or write {KIND} is {ELSEWHERE}",
+                f"remove this entry, or write {KIND} is {ELSEWHERE}",
                 Edit(f"{KIND} is {ELSEWHERE}"),
             ),
         )
@@ -78,7 +78,7 @@ def _refuse_size(smoothing: Smoothing, mesh: Mesh, span: Span, scope: Scope) -> 
     if most <= MOST_POINTS:
         return
     fitting = int(np.floor(np.log(2.0 * MOST_POINTS / len(mesh.skin)) / np.log(4.0)))
-    hint = f"at most {MOST_POINTS:,} can be held".replace(",", " ")
+    hint = f"at most {MOST_POINTS:,} are possible".replace(",", " ")
     if fitting > 0:
         entry = f"subdivisions = {fitting}"
         hint = Hint(f"write {entry}; {hint}", Edit(entry))

@@ -107,7 +107,7 @@ def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
     nodes = _Reader(tables.nodes, NODE_COLUMNS, ("x",), scope).read()
     node_ids = nodes.ids()
     if not len(node_ids):
-        message = f"the table holds no node of {body.name}"
+        message = f"the table contains no node of {body.name}"
         scope.findings.reject(
             "TIS302", message, tables.nodes.name.span, hint="write at least one row"
         )
@@ -190,7 +190,7 @@ class _Reader:
         if len(again):
             row = int(order[again + 1].min())
             self.findings.reject(
-                "TIS313", f"id {ids[row]} stands twice in the table", self._cell(row, ID)
+                "TIS313", f"duplicate id {ids[row]} in the table", self._cell(row, ID)
             )
         return ids
 
@@ -249,13 +249,13 @@ class _Reader:
         if not len(far):
             return
         row = int(far[0])
-        more = f" (so in {len(far)} rows)" if len(far) > 1 else ""
+        more = f" (in {len(far)} rows)" if len(far) > 1 else ""
         self.findings.add(
             "W306",
             f"the rest length in row {row + 1} is {show(float(rest[row]), LENGTH)}, "
-            f"but the spring is drawn {show(float(drawn[row]), LENGTH)} long{more}",
+            f"but the drawn length is {show(float(drawn[row]), LENGTH)}{more}",
             self._cell(row, REST),
-            hint="mind the units of rest lengths and of places",
+            hint="check the units of rest lengths and positions",
         )
 
     def _header(self) -> dict[str, float | None]:
@@ -270,13 +270,15 @@ class _Reader:
         ):
             self.findings.reject(
                 "TIS304",
-                "a table needs its columns",
+                "the columns of the table are missing",
                 self.table.name.span,
                 hint='for example: with columns "id x y z"',
             )
         for word, clause in clauses.items():
             if word not in ("of", "in", "with"):
-                self.findings.reject("TIS303", f'"{word}" cannot stand in a table', clause.span)
+                self.findings.reject(
+                    "TIS303", f'"{word}" is not allowed in a table', clause.span
+                )
         length = None
         if "in" in clauses:
             unit = clauses["in"].value.span
@@ -312,7 +314,7 @@ class _Reader:
                     hint=alternatives(name, listed, what="columns"),
                 )
             if name in factors:
-                self.findings.reject("TIS307", f'column "{name}" stands twice', where)
+                self.findings.reject("TIS307", f'duplicate column "{name}"', where)
             dimension = self.known[name]
             factors[name] = None
             if len(words) > 1 and words[0].text == "in":
@@ -332,7 +334,7 @@ class _Reader:
         example = f'"… {name} in {units.suggested_unit(dimension)}"'
         self.findings.reject(
             "TIS501",
-            f"the column {name} is {describe(dimension)}; it has no unit",
+            f"the column {name} is {describe(dimension)}, but its unit is missing",
             where,
             hint=Hint(
                 f"write {example}",

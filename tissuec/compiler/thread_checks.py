@@ -81,12 +81,12 @@ def _gap(compiled: "Compiled", body: BodyPart, other: BodyPart) -> tuple[str, st
         return None
     if not len(corners):
         gap = f"it has no surface, and springs of {show(edge, LENGTH)}"
-        return gap, "give the body a surface, or write a thickness above that"
+        return gap, "use a body with a surface, or a thickness above that"
     pieces = _lengths(network, network.ends[thread.pieces])
     longest = float(pieces.max())
     if longest <= edge:
         return None
-    gap = f"pieces of {show(longest, LENGTH)} lie on edges of {show(edge, LENGTH)}"
+    gap = f"pieces of {show(longest, LENGTH)} meet edges of {show(edge, LENGTH)}"
     return gap, _more_pieces(compiled, body, ceil(len(pieces) * longest / edge))
 
 

@@ -124,7 +124,7 @@ class Axis(Struct, frozen=True, dict=True):
 
     def _coordinate(self, value: float) -> float:
         if self.log and value <= 0.0:
-            raise ValueError(f"{value:g} has no place on the log scale of {self.name}")
+            raise ValueError(f"{value:g} is not on the log scale of {self.name}")
         return log(value) if self.log else real(value)
 
     def _snapped(self, place: float) -> float:

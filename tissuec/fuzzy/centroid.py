@@ -70,11 +70,11 @@ def _firing(terms: Sequence[Term]) -> list[tuple[Shape, float]]:
     firing: list[tuple[Shape, float]] = []
     for shape, degree in terms:
         if isinstance(shape, Powered):
-            raise ValueError("a power hedge cannot stand in a conclusion; use a shift")
+            raise ValueError("a power hedge is not allowed in a conclusion; use a shift")
         if degree >= FAINTEST:
             firing.append((shape, degree))
     if not firing:
-        raise ValueError("no word fires, so there is no set to take the centre of")
+        raise ValueError("no word fires, so the result is undefined")
     return firing
 
 

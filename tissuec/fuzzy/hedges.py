@@ -41,7 +41,7 @@ class Shift(Struct, frozen=True):
 
     def __post_init__(self) -> None:
         if not 0.0 < self.fraction < 1.0:
-            raise ValueError("a shift must lie between 0 % and 100 %, both excluded")
+            raise ValueError("a shift must be above 0 % and below 100 %")
         if self.direction not in ("outward", "inward"):
             raise ValueError("a shift is either outward or inward")
 

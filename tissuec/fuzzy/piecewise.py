@@ -37,11 +37,11 @@ class Piecewise(Struct, frozen=True):
         if any(a > b for a, b in pairwise(self.xs)):
             raise ValueError("the points of a set must be in ascending order")
         if not all(0.0 <= y <= 1.0 for y in self.ys):
-            raise ValueError("the degrees of a set must lie between 0 and 1")
+            raise ValueError("the degrees of a set must be between 0 and 1")
         top = max(self.ys)
         first = self.ys.index(top)
         if top == 0.0:
-            raise ValueError("a set must be true somewhere")
+            raise ValueError("a set must have a degree above 0 somewhere")
         if any(y != top for y in self.ys[first : first + self.ys.count(top)]):
             raise ValueError("a set must have one peak or one plateau, not several")
 
@@ -91,7 +91,7 @@ class Piecewise(Struct, frozen=True):
             ValueError: The core lies outside, or nothing but single points are true inside.
         """
         if self.core[1] < low or self.core[0] > high:
-            raise ValueError("the peak lies outside the range")
+            raise ValueError("the peak is outside the range")
         inside = [(x, y) for x, y in zip(self.xs, self.ys, strict=True) if low <= x <= high]
         if not inside or inside[0][0] > low:
             inside.insert(0, (low, self.degree(low)))
@@ -100,7 +100,9 @@ class Piecewise(Struct, frozen=True):
         part = points(_without_flat_points(list(_tidy_edges(inside, low, high))))
         corners = zip(part.xs, part.ys, strict=True)
         if not any(x < x1 and max(y, y1) > 0.0 for (x, y), (x1, y1) in pairwise(corners)):
-            raise ValueError("the set is true at a single point only; give it a width")
+            raise ValueError(
+                "the set has a degree above 0 at a single point only; make it wider"
+            )
         return part
 
 

@@ -213,7 +213,9 @@ def _bearings(
             if name not in quantities:
                 raise ValueError(f'"{name}" is not a quantity of these rules')
             if isinstance(word.shape, Powered):
-                raise ValueError(f'"{name} is {word.text}": a power hedge cannot be concluded')
+                raise ValueError(
+                    f'"{name} is {word.text}": a power hedge is not allowed in a conclusion'
+                )
             shape = word.shape.within(*quantities[name].axis.bounds)
             bearings[name].append(_Bearing(number, word.text, shape))
     return bearings

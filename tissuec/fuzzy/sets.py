@@ -61,7 +61,7 @@ class Gaussian(Struct, frozen=True):
                 no word, being true everywhere, and its integrals would lose digits.)
         """
         if not low <= self.mean <= high:
-            raise ValueError("the peak lies outside the range")
+            raise ValueError("the peak is outside the range")
         if self.sigma > high - low:
             raise ValueError("the bell is wider than the range")
         return self

@@ -143,4 +143,4 @@ def _tree(node: ast.expr) -> Formula:
         case ast.Call(func=ast.Name(id=function), args=[argument]):
             return Applied(function, _tree(argument))
         case _:
-            raise ValueError(f"{ast.unparse(node)} is no formula of a law")
+            raise ValueError(f"{ast.unparse(node)} is not a formula of a law")

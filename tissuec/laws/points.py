@@ -25,7 +25,7 @@ def check_points(
     if len(places) != len(values):
         raise ValueError(
             f'"{of_values}" has {len(values)} numbers, "{of_places}" {len(places)}: '
-            "each point needs both"
+            "each point needs one of both"
         )
     if np.any(np.diff(places) <= 0.0):
         raise ValueError(f'"{of_places}" must ascend')

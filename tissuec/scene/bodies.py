@@ -39,7 +39,7 @@ SECTION = schema.Entry(
     "section",
     Measure(units.AREA, above=0.0),
     None,
-    "area of the section of each spring, where they are made of matter",
+    "cross-section of each spring, if the body is made of matter",
 )
 #: Entries of a body beside mesh, tissue and regions.
 BODY_ENTRIES: dict[str, schema.Entry] = {
@@ -57,7 +57,7 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
             "thickness",
             Measure(units.LENGTH, above=0.0),
             None,
-            "of a sheet or a wall that is made of matter",
+            "thickness of a sheet or a wall that is made of matter",
         ),
         SECTION,
         schema.Entry(
@@ -65,7 +65,7 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
             "interface",
             OneOf(INTERFACES),
             "",
-            "what a spring between two regions is made of",
+            "the material of springs between two regions",
         ),
         schema.Entry("velocity", "velocity", Point(units.VELOCITY), None, "initial velocity"),
         schema.Entry(
@@ -208,11 +208,11 @@ class _BodyReader:
             is_whole = False
             self.findings.add(
                 "TIS304",
-                f'body {self.name.text} has regions and needs "interface"',
+                f'body {self.name.text} has regions, so it needs "interface"',
                 self.block.head,
                 hint=Hint(
-                    "write interface is mean, softer or stiffer: "
-                    "what springs between two regions are made of",
+                    "write interface is mean, softer or stiffer, which sets "
+                    "the material of springs between two regions",
                     *(
                         edit
                         for word in ("mean", "softer", "stiffer")
@@ -253,7 +253,7 @@ class _BodyReader:
 
     def _item(self, item: s.Item) -> None:
         if not isinstance(item, s.Assign | s.Sentence | s.Block):
-            self.findings.reject("TIS303", "this cannot stand in a body", item.span)
+            self.findings.reject("TIS303", "this is not allowed in a body", item.span)
         if isinstance(item, s.Block) and (region := without(item.name, "region")) is not None:
             self.regions.append(self._region(region, item))
             return
@@ -266,7 +266,7 @@ class _BodyReader:
             return
         if key in self.once:
             notes = (Note("first here", self.once[key]),)
-            self.findings.reject("TIS307", f'"{key}" is written twice', item.span, notes=notes)
+            self.findings.reject("TIS307", f'"{key}" is given twice', item.span, notes=notes)
         self.once[key] = item.span
         if key == "mesh":
             self._mesh(item)
@@ -303,7 +303,7 @@ class _BodyReader:
             if isinstance(item, s.Block) and item.items:
                 self.findings.reject(
                     "TIS303",
-                    "an explicit mesh stands in tables, not in entries",
+                    "an explicit mesh is given by tables, not by entries",
                     item.items[0].span,
                     hint=f"table nodes of {self.name.text} in mm "
                     'with columns "id x y z" { … }',
@@ -423,7 +423,7 @@ class _BodyReader:
             if sides == {first.key, second.key}:
                 self.findings.reject(
                     "TIS307",
-                    f"the interface from {first.text} to {second.text} is written twice",
+                    f"the interface from {first.text} to {second.text} is given twice",
                     span,
                     notes=(Note("first here", other.span),),
                 )
@@ -445,7 +445,7 @@ class _BodyReader:
     def _wrong_interface(self, span: Span) -> NoReturn:
         self.findings.reject(
             "TIS312",
-            "an interface of its own leads from one region to another",
+            "a separate interface needs two regions",
             span,
             hint="write interface is softer from REGION to REGION, "
             "or interface from REGION to REGION { tissue is … }",
@@ -457,7 +457,7 @@ class _BodyReader:
         if not is_block or [clause.word for clause in item.clauses] != ["where"]:
             self.findings.reject(
                 "TIS312",
-                "springs with a tissue of their own need one condition",
+                "springs with a separate tissue need one condition",
                 item.span,
                 hint="write springs where length > 3 mm { tissue is … }",
             )
@@ -478,7 +478,7 @@ class _BodyReader:
             )
             self.findings.reject(
                 "TIS306",
-                f"body {self.name.text} has a mesh and a table",
+                f"body {self.name.text} has both a mesh and a table",
                 next(iter(tables.values())).name.span,
                 hint=Hint("write mesh is explicit", *edits),
             )

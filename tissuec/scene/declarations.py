@@ -177,13 +177,13 @@ def _enter_single(item: s.Block, to: Declarations, findings: Findings) -> None:
     if item.clauses:
         findings.reject(
             "TIS303",
-            f'"{item.clauses[0].word}" cannot stand behind {kind}',
+            f'"{item.clauses[0].word}" is not allowed after {kind}',
             item.clauses[0].span,
         )
     if kind in to.single:
         first = to.single[kind].head
         findings.reject(
-            "TIS503", f"{kind} is written twice", item.head, notes=(Note("first here", first),)
+            "TIS503", f"{kind} is given twice", item.head, notes=(Note("first here", first),)
         )
     to.single[kind] = item
 
@@ -219,7 +219,7 @@ def _declare(
             quoted = f"{name.text} {clause.span.text.partition('{')[0].strip()}"
             findings.reject(
                 "TIS115",
-                f'"{clause.word}" cannot stand inside a name',
+                f'a name cannot contain the reserved word "{clause.word}"',
                 clause.span,
                 hint=Hint(
                     f'write {kind} "{quoted}"', Edit(f'"{quoted}"', name.span.to(clause.span))
@@ -251,8 +251,7 @@ def _reject_vocabulary(declarations: Declarations, findings: Findings) -> None:
         "TIS503",
         f'"{name.text}" is defined twice',
         name.span,
-        hint="a scene has one vocabulary; the tissues of the library bring "
-        '"fuzzy/soft_tissue" with them',
+        hint='a scene has one vocabulary; the tissues of the library use "fuzzy/soft_tissue"',
         notes=(Note("first here", first.name.span),),
     )
     findings.raise_errors()
@@ -263,14 +262,14 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
         case s.Rule():
             findings.reject(
                 "TIS303",
-                "a rule stands inside a rules block",
+                "a rule belongs in a rules block",
                 item.span,
                 hint="rules soft tissue { if … then … }",
             )
         case s.Timed():
             findings.reject(
                 "TIS303",
-                "times stand inside the script block",
+                "times belong in the script block",
                 item.head,
                 hint="script { at 0 s: … }",
             )
@@ -282,7 +281,7 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 span,
                 hint=Hint(
                     f'write "param {text} = …" or "let {text} = …", '
-                    "or put it into the block it belongs to",
+                    "or move it into the block where it belongs",
                     Edit(f"param {text}"),
                     Edit(f"let {text}"),
                 ),
@@ -299,13 +298,13 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                     edits = (Edit(example),)
                 findings.reject(
                     "TIS312",
-                    f"{first} is written in another form",
+                    f"wrong form of {first}",
                     item.span,
                     hint=Hint(f"write: {example}", *edits),
                 )
             findings.reject(
                 "TIS303",
-                f'"{first}" begins no part of a scene',
+                f'"{first}" does not begin any part of a scene',
                 item.name.span,
                 hint=alternatives(first.lower(), TOP_LEVEL, what="parts"),
             )
@@ -325,11 +324,11 @@ def reject_function(item: s.Function, findings: Findings) -> NoReturn:
     whole = item.name.span.to(argument)
     findings.reject(
         "TIS115",
-        f'"{item.arguments[0].word}" cannot stand inside a name',
+        f'a name cannot contain the reserved word "{item.arguments[0].word}"',
         argument,
         hint=Hint(
             f'write the name in quotes: "{whole.text}"; formulas of springs '
-            "and dashpots stand inside a tissue",
+            "and dashpots belong in a tissue",
             Edit(f'"{whole.text}"', whole),
         ),
     )

@@ -83,7 +83,7 @@ class Definitions(Generic[T]):
             order = needed_first(wanted, self._open_needs)
         except Circle as circle:
             self.values.update(dict.fromkeys(circle.keys))
-            message = f"these {self.what} need one another: {circle}"
+            message = f"circular definition of {self.what}: {circle}"
             self.findings.reject("TIS506", message, circle.name.span)
         for key in order:
             self.values[key] = None

@@ -22,7 +22,7 @@ from tissuec.scene.written_numbers import limits_of
 
 KNOWN, UNVERIFIED = "known", "unverified"
 _SOURCE = 'by "AUTHOR YEAR"'
-_CITE = f'cite it as {_SOURCE}, or as by {UNVERIFIED} "AUTHOR YEAR" if it was not looked up'
+_CITE = f'cite it as {_SOURCE}, or by {UNVERIFIED} "AUTHOR YEAR" if you have not checked it'
 
 
 def is_evidence(name: s.Name) -> bool:
@@ -36,11 +36,11 @@ def read_known(item: s.Sentence | s.Assign, scope: Scope) -> KnownQuantity:
     forms = ["from", "to"] if isinstance(item, s.Sentence) else []
     words = [clause.word for clause in item.clauses]
     if words == forms:
-        message = f"the source of what is known of {quantity.name} is missing"
+        message = f"the source of the evidence on {quantity.name} is missing"
         scope.findings.reject("TIS304", message, item.span, hint=_CITE)
     if words != [*forms, "by"] or not _is_plain(item):
         scope.findings.reject(
-            "TIS312", "evidence is a range or a number, and its source", item.span,
+            "TIS312", "evidence needs a range or a number, and a source", item.span,
             hint=f"for example: {_example(quantity)}",
         )  # fmt: skip
     source, is_verified = _source(item.clauses[-1], scope)
@@ -79,11 +79,13 @@ def _quantity(name: s.Name, scope: Scope) -> Quantity:
         message = (
             f'"{key}" is not a quantity of matter'
             if key
-            else "the quantity that is known is missing"
+            else "the quantity of the evidence is missing"
         )
         hint = alternatives(key, names, what="quantities")
     else:
-        message = f'evidence is about matter, and "{key}" belongs to single springs or nodes'
+        message = (
+            f'evidence is for quantities of matter; "{key}" belongs to single springs or nodes'
+        )
         instead = [KNOWABLE[one].name for one in OF_MATTER[key]]
         hint = f"quantities: {', '.join(instead or names)}"
     scope.findings.reject("TIS303", message, name.span, hint=hint)
@@ -109,7 +111,7 @@ def _source(clause: s.Clause, scope: Scope) -> tuple[str, bool]:
         rest = f'{UNVERIFIED} "{source}"' if is_unverified else f'"{source}"'
         quoted.append(Edit(rest, name.span))
     hint = Hint(_CITE, *quoted)
-    scope.findings.reject("TIS312", "a source stands in quotes", clause.span, hint=hint)
+    scope.findings.reject("TIS312", "a source must be in quotes", clause.span, hint=hint)
 
 
 def _example(quantity: Quantity) -> str:
@@ -135,10 +137,10 @@ def refuse_contradiction(
 def _contradiction(known: KnownQuantity, other: KnownQuantity, findings: Findings) -> NoReturn:
     findings.reject(
         "TIS207",
-        f"the evidence on {known.quantity.name} contradicts itself: {known.shown}, and "
+        f"the evidence on {known.quantity.name} contradicts itself: {known.shown} and "
         f"{other.shown}",
         known.span,
-        hint="write one range that includes both, or leave one of them out",
+        hint="write one range that includes both, or remove one of them",
         notes=(Note("the other one", other.span),),
     )
 
@@ -167,9 +169,9 @@ def warn_of_contradictions(
         value = show(number.value, one.quantity.dimension, digits=4)
         findings.add(
             "W208",
-            f"{one.quantity.name} {'is none' if is_none else f'= {value}'} contradicts what is "
-            f"known: {one.shown}",
+            f"{one.quantity.name} {'is none' if is_none else f'= {value}'} contradicts the "
+            f"evidence: {one.shown}",
             number.span if number.how == "written" else head,
-            hint="change the number or the words, or write evidence on this tissue of its own",
+            hint="change the number or the words, or give this tissue evidence of its own",
             notes=tuple(places),
         )

@@ -76,7 +76,7 @@ class Scope:
             f'there is no number called "{name.text}"',
             name.span,
             hint=Hint(
-                "text in quotes is a name; numbers stand without quotes", *_unquoted(name)
+                "text in quotes is a name; write numbers without quotes", *_unquoted(name)
             )
             if not name.words
             else alternatives(name.text, self.names(), what="numbers")
@@ -97,9 +97,9 @@ class Scope:
         """Return the truth of a test, shape (item,) or a scalar; most scopes reject it."""
         self.findings.reject(
             "TIS312",
-            f'"{node.span.text}" is not a test that can stand here',
+            f'"{node.span.text}" is not a condition',
             node.span,
-            hint='a test compares numbers: "a < b" or "a between b and c"',
+            hint='a condition compares numbers: "a < b" or "a between b and c"',
         )
 
     # --- values -------------------------------------------------------------------------------
@@ -132,7 +132,7 @@ class Scope:
                 return self._call(node)
             case _:
                 self.findings.reject(
-                    "TIS312", "a number is needed here, not a test or a list", node.span
+                    "TIS312", "a number is needed here, not a condition or a list", node.span
                 )
 
     def _unit(self, text: str) -> Unit:
@@ -155,9 +155,11 @@ class Scope:
                 "TIS312",
                 f"a vector has three components, not {len(items)}",
                 node.span,
-                hint=Hint("decimals use a point", *_pointed(node.span.text, len(items) - 3))
+                hint=Hint(
+                    "write decimals with a point", *_pointed(node.span.text, len(items) - 3)
+                )
                 if is_long
-                else "write 0 for a component that is not needed",
+                else "write 0 for an unused component",
             )
         if node.unit is not None:
             unit = self._unit(node.unit)
@@ -228,7 +230,9 @@ class Scope:
     def _power(self, node: s.Power) -> Value:
         base, exponent = self.number(node.base), self.number(node.exponent)
         if exponent.dimension != NUMBER or exponent.amount.ndim:
-            self.findings.reject("TIS502", "an exponent is a plain number", node.exponent.span)
+            self.findings.reject(
+                "TIS502", "an exponent must be a plain number", node.exponent.span
+            )
         amount = np.power(base.amount, exponent.amount)
         return self._finite(
             Value(amount, base.dimension ** float(exponent.amount), False, base.is_literal),
@@ -275,9 +279,9 @@ class Scope:
         if not self.is_known or np.all(np.abs(value.amount) < LARGEST_NUMBER):
             return value
         if np.any(np.isnan(value.amount)):
-            message, hint = "has no value", "it is the root of a negative number, or the like"
+            message, hint = "has no value", "check for roots and logarithms of negative numbers"
         else:
-            message, hint = "is too large to reckon with", "check the units and the exponents"
+            message, hint = "is too large to compute with", "check the units and the exponents"
         self.findings.reject("TIS504", f'"{span.text}" {message}', span, hint=hint)
 
     # --- conditions ---------------------------------------------------------------------------
@@ -306,7 +310,7 @@ class Scope:
                     limits = f"{last.text} and {first.text}"
                     self.findings.reject(
                         "TIS308",
-                        "the lower limit is above the upper one",
+                        "the lower limit is above the upper limit",
                         node.low.span,
                         hint=Hint(f'write "between {limits}"', Edit(limits, first.to(last))),
                     )
@@ -328,7 +332,7 @@ class Scope:
         if value.is_literal:
             self.findings.reject(
                 "TIS501",
-                f"{what} is {wanted}; {span.text} has no unit",
+                f"{what} must be {wanted}, but {span.text} has no unit",
                 span,
                 hint=proposal(f"{span.text} {suggested_unit(dimension)}"),
             )
@@ -338,7 +342,7 @@ class Scope:
             hint = Hint(hint, Edit(f"{amount[0]} {unit}".rstrip(), span))
         self.findings.reject(
             "TIS502",
-            f"{what} is {wanted}; {span.text} is {describe(value.dimension)}",
+            f"{what} must be {wanted}, but {span.text} is {describe(value.dimension)}",
             span,
             hint=hint,
         )

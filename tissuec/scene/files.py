@@ -29,11 +29,11 @@ def _factor(kind: FileIn, item: s.Sentence, scope: Scope, example: str) -> float
     findings = scope.findings
     for clause in item.clauses[1:] or item.clauses:
         if clause.word != "in" or len(item.clauses) > 1:
-            findings.reject("TIS303", f'"{clause.word}" cannot stand here', clause.span)
+            findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
     if not item.clauses:
         findings.reject(
             "TIS304",
-            "the unit of the file is not written, and the file has none",
+            "the unit of the file is missing",
             item.span,
             hint=Hint(f"for example: {item.span.text} in mm", insertion(" in mm", item.span)),
         )
@@ -56,7 +56,7 @@ def _find(wanted: str, span: Span, scope: Scope) -> Path:
     if path.is_absolute() or ".." in path.parts or set("\\:\0") & set(wanted):
         scope.findings.reject(
             "TIS603",
-            f'"{wanted}" leads outside of the folder of the scene',
+            f'"{wanted}" is outside the folder of the scene',
             span,
             hint="put the file beside the scene",
         )

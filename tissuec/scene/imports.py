@@ -65,7 +65,7 @@ def read_source(path: Path, name: str | None = None) -> Source:
     try:
         data = read_bytes(path, LARGEST_FILE, regular=is_named)
         if hint := _of_another_kind(data, name):
-            raise CompileError([Diagnostic("TIS604", f'"{name}" is no scene', None, hint)])
+            raise CompileError([Diagnostic("TIS604", f'"{name}" is not a scene', None, hint)])
         return normalise(data, name, path)
     except OSError as error:
         reason = error.strerror or type(error).__name__
@@ -77,9 +77,9 @@ def read_source(path: Path, name: str | None = None) -> Source:
 def _of_another_kind(data: bytes, name: str) -> str:
     """Return what to do with a result or a mesh that is given as a scene; empty for others."""
     if data.startswith(HDF5):
-        return f"it is a result; to look at it: tissuec view {name}"
+        return f"it is a result file; to view it: tissuec view {name}"
     if Path(name).suffix.lower() in MESHES:
-        return f"it is a mesh; for a scene to start from: tissuec import {name}"
+        return f"it is a mesh file; to create a scene from it: tissuec import {name}"
     return ""
 
 
@@ -199,9 +199,9 @@ class _Loader:
         ):
             self.findings.reject(
                 "TIS603",
-                f'"{wanted}" leads outside of the folders that may be searched',
+                f'"{wanted}" is outside the permitted folders',
                 item.span,
-                hint='use "./name" beside this file, or give a folder with --library DIR',
+                hint='use "./name" beside this file, or permit its folder with --library DIR',
             )
         path, name = self._find(wanted, item, source)
         if path.resolve() in chain:
@@ -231,7 +231,9 @@ class _Loader:
         name = str(PurePosixPath(file))
         if self.files.kept is not None:
             if name not in self.files.kept:
-                self.findings.reject("TIS601", f'"{name}" was not kept', item.span)
+                self.findings.reject(
+                    "TIS601", f'"{name}" is not stored in the result', item.span
+                )
             return Path(name), name
         library = Library.of(source, self.libraries)
         places = library.places(wanted)
@@ -240,7 +242,7 @@ class _Loader:
             searched = tuple(Note(f"searched {place / file}") for place in places)
             self.findings.reject(
                 "TIS601",
-                f'there is no file "{file}" to use',
+                f'cannot find the file "{file}"',
                 item.span,
                 hint=library.near(wanted),
                 notes=searched,
@@ -250,7 +252,7 @@ class _Loader:
         others = {hit.resolve() for hit in hits[1:] if _differ(hit, hits[0])}
         if others:
             names = ", ".join(str(other) for other in sorted(others))
-            self.findings.add("W601", f'"{hits[0]}" is used; it hides {names}', item.span)
+            self.findings.add("W601", f'"{hits[0]}" hides {names}', item.span)
         return hits[0], name
 
 

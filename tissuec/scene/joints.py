@@ -23,14 +23,14 @@ JOINT_ENTRIES: dict[str, schema.Entry] = {
         "reach",
         Measure(units.LENGTH, above=0.0),
         None,
-        "nodes that are drawn further apart are not joined",
+        "maximum distance of joined nodes as drawn",
     ),
     "pairs": schema.Entry(
         "pairs",
         "pairs",
         OneOf(PAIRS),
         PAIRS[0],
-        "which nodes are joined: each to the nearest one, or all that lie within reach",
+        "which nodes are joined: each to the nearest one, or all within reach",
     ),
     "section": SECTION,
 }
@@ -92,9 +92,9 @@ class _JointReader:
         if joins_all and "reach" not in self.found:
             self.findings.reject(
                 "TIS304",
-                "all pairs of nodes would be joined, however far apart they are",
+                "all pairs of nodes would be joined at any distance",
                 self.places["pairs"],
-                hint="write how far, for example: reach = 8 mm",
+                hint="limit the distance, for example: reach = 8 mm",
             )
         return Joint(
             name=self.name.text,
@@ -109,7 +109,7 @@ class _JointReader:
 
     def _item(self, item: s.Item) -> None:
         if not isinstance(item, s.Assign | s.Sentence | s.Block):
-            self.findings.reject("TIS303", "this cannot stand in a joint", item.span)
+            self.findings.reject("TIS303", "this is not allowed in a joint", item.span)
         key = item.name.key
         if key not in ENTRIES:
             self.findings.reject(
@@ -120,7 +120,7 @@ class _JointReader:
             )
         if key in self.places:
             notes = (Note("first here", self.places[key]),)
-            self.findings.reject("TIS307", f'"{key}" is written twice', item.span, notes=notes)
+            self.findings.reject("TIS307", f'"{key}" is given twice', item.span, notes=notes)
         self.places[key] = item.span
         match key:
             case "springs":
@@ -146,7 +146,7 @@ class _JointReader:
     def _wrong_ends(self, item: s.Item) -> NoReturn:
         self.findings.reject(
             "TIS312",
-            "the springs of a joint lead from one set or body to another",
+            "the springs of a joint connect two sets or bodies",
             item.span,
             hint=f"write {_FORM}",
         )

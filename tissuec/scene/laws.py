@@ -138,7 +138,7 @@ def _read_block(declared: Declared, scope: Scope) -> WrittenLaws:
     if not block.items:
         findings.reject(
             "TIS304",
-            f"law {declared.name.text} says nothing",
+            f"law {declared.name.text} is empty",
             block.head,
             hint=schema.missing("spring law is toe { strain = 3 % }", block.head),
         )
@@ -150,7 +150,7 @@ def _read_entry(item: s.Item, found: dict[str, WrittenLaw], scope: Scope) -> Non
     if not isinstance(item, Entry) or item.name.key not in BY_ENTRY:
         scope.findings.reject(
             "TIS303",
-            "this cannot stand in a law",
+            "this is not allowed in a law",
             item.span,
             hint=f"entries: {', '.join(BY_ENTRY)}",
         )
@@ -158,7 +158,7 @@ def _read_entry(item: s.Item, found: dict[str, WrittenLaw], scope: Scope) -> Non
     if kind.word in found:
         scope.findings.reject(
             "TIS307",
-            f'"{kind.word}" is written twice',
+            f'"{kind.word}" is given twice',
             item.span,
             notes=(Note("first here", found[kind.word].span),),
         )
@@ -177,7 +177,7 @@ def read_law(kind: LawKind, item: Entry, scope: Scope) -> WrittenLaw:
         return _named(kind, item, scope)
     scope.findings.reject(
         "TIS312",
-        f"a {kind.word} is written in another form",
+        f"wrong form of {kind.word}",
         item.span,
         hint=f'write "{kind.word} is …", or "{_form_of(kind, item).heads[0]} = …"',
     )
@@ -221,11 +221,13 @@ def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:
     hint = Hint(f"write {' or '.join(f'{head} = …' for head in form.heads)}")
     first, last = item.arguments[0], item.arguments[-1]
     if first.word != "of":
-        scope.findings.reject("TIS312", "a formula names what it is of", first.span, hint=hint)
+        scope.findings.reject(
+            "TIS312", "a formula must name its variables after of", first.span, hint=hint
+        )
     if len(item.arguments) > len(form.arguments):
         scope.findings.reject(
             "TIS312",
-            f"a {form.name} is of one variable",
+            f"a {form.name} has one variable",
             first.span.to(last.span),
             hint=Hint(hint, *_used_alone(item)),
         )
@@ -240,7 +242,7 @@ def _check_arguments(form: Form, item: s.Function, scope: Scope) -> None:
         if name.key in others:
             scope.findings.reject(
                 "TIS503",
-                f'"{name.text}" already stands for {others[name.key]}',
+                f'"{name.text}" already denotes {others[name.key]}',
                 name.span,
                 hint=Hint(
                     f"call it {own}: {form.heads[len(names) - 1]}",
@@ -272,7 +274,7 @@ def _exchanged(names: Sequence[s.Expression], meant: Sequence[str]) -> list[Edit
 
 def _limit(form: Form, formula: Formula, span: Span, scope: Scope) -> None:
     """Reject a formula that is too long to be compiled, or whose derivative is."""
-    (parts, depth), hint = extent(formula), "name a measured curve: spring law is curve { … }"
+    (parts, depth), hint = extent(formula), "use a measured curve: spring law is curve { … }"
     if parts <= MOST_PARTS and depth <= DEEPEST:
         slopes = [extent(formula.slope(name)) for name, _ in form.arguments]
         if all(parts <= MOST_OF_SLOPE and depth <= DEEPEST for parts, depth in slopes):
@@ -303,7 +305,7 @@ def _try(form: Form, formula: Formula, span: Span, scope: Scope) -> None:
             "TIS504",
             f'"{span.one_line}" has no value{shown(np.argmax(bad), variables(formula))}',
             span,
-            hint="springs are pressed as well as drawn: use max(…, 0) or abs(…)",
+            hint="springs are compressed as well as stretched: use max(…, 0) or abs(…)",
         )
     if "w" not in known:
         return
@@ -313,9 +315,9 @@ def _try(form: Form, formula: Formula, span: Span, scope: Scope) -> None:
         at = shown(np.argmax(left), variables(formula) - {"w"})
         scope.findings.reject(
             "TIS309",
-            f"the viscous force is {force}{at} where nothing moves",
+            f"the viscous force at zero speed is {force}{at}",
             span,
-            hint="a force without motion belongs into the spring force",
+            hint="a force at zero speed belongs in the spring force",
         )
 
 
@@ -376,9 +378,9 @@ class FormulaScope(Scope):
                 if not variables(exponent) <= self.exponents:
                     self.findings.reject(
                         "TIS502",
-                        "an exponent is a plain number",
+                        "an exponent must be a plain number",
                         node.exponent.span,
-                        hint="powers with a variable exponent are written with exp and log",
+                        hint="for a power with a variable exponent, use exp and log",
                     )
                 return self.formula(node.base) ** exponent
             case s.Call():

@@ -52,11 +52,11 @@ class Clauses:
         for place, clause in enumerate(clauses):
             earlier = [one for one in clauses[:place] if one.word == clause.word]
             if clause.word not in allowed:
-                self.reject("TIS303", f'"{clause.word}" cannot stand here', clause.span)
+                self.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
             if len(earlier) >= allowed.count(clause.word):
                 self.findings.reject(
                     "TIS307",
-                    f'"{clause.word}" is written twice',
+                    f'"{clause.word}" is given twice',
                     clause.span,
                     notes=(Note("first here", earlier[0].span),),
                 )
@@ -78,7 +78,7 @@ class Clauses:
         found: list[s.Name] = []
         for clause in self.named(word):
             if not isinstance(clause.value, s.Name):
-                self.reject("TIS312", f'behind "{word}" stands a name', clause.value.span)
+                self.reject("TIS312", f'"{word}" needs a name', clause.value.span)
             found.append(clause.value)
         return found
 
@@ -112,7 +112,7 @@ class Clauses:
             found = unit_vector(value.amount)
         if found is None:
             self.findings.reject(
-                "TIS312", f'behind "{word}" stands a direction', clause.value.span,
+                "TIS312", f'"{word}" needs a direction', clause.value.span,
                 hint=Hint(f"for example: {word} (0, 0, 1)", Edit("(0, 0, 1)")),
             )  # fmt: skip
         return found
@@ -131,18 +131,18 @@ class Clauses:
         """
         if not names:
             if (unit := self.get("in")) is not None:
-                self.reject("TIS304", "a unit, and no column that it is of", unit.span)
+                self.reject("TIS304", "a unit without a column", unit.span)
             return ()
         name = names[0]
         kind = s.key_of(name.words)
         if kind not in (COLUMN, COLUMNS) or not (name.quoted or "").strip():
-            self.reject("TIS312", "a column is written in another form", name.span)
+            self.reject("TIS312", "wrong form of a column", name.span)
         unit, texts = self._unit(dimension, what), [name.quoted or ""]
         if kind == COLUMNS:
             texts = texts[0].split()
         for text in texts:
             if texts.count(text) > 1:
-                self.findings.reject("TIS307", f'column "{text}" is named twice', name.span)
+                self.findings.reject("TIS307", f'duplicate column "{text}"', name.span)
         # What comes before x, y and z is the number of a node.
         units = [1.0 if len(texts) == 4 and place == 0 else unit for place in range(len(texts))]
         return tuple(DataColumn(*one, name.span) for one in zip(texts, units, strict=True))
@@ -153,7 +153,7 @@ class Clauses:
         if clause is None:
             if dimension == NUMBER:
                 return 1.0
-            self.reject("TIS304", "the unit of the column is not written")
+            self.reject("TIS304", "the unit of the column is missing")
         span = clause.value.span
         if isinstance(clause.value, s.Quantity):  # in 1 %, for no unit stands alone there
             value = self.scope.number(clause.value)

@@ -74,18 +74,19 @@ class DataReader:
     def _enter(self, node: s.Expression, overrides: tuple[str, ...]) -> None:
         if not isinstance(node, s.Name) or not node.quoted or node.words:
             self.findings.reject(
-                "TIS312", "the name of a file stands in quotes", node.span,
+                "TIS312", "the name of a file must be in quotes", node.span,
                 hint=f"for example: {SENTENCES[DATA].forms[0]}",
             )  # fmt: skip
         for name, data in self.files.items():
             if name == node.quoted:
                 notes = (Note("first here", data.span),)
-                message = f'"{name}" is written twice'
+                message = f'"{name}" is given twice'
                 self.findings.reject("TIS307", message, node.span, notes=notes)
             if data.path.name == PurePosixPath(node.quoted).name:
                 self.findings.reject(
-                    "TIS307", f'"{name}" and "{node.quoted}" have one name', node.span,
-                    hint="what is told of data is told by the names of files; rename one",
+                    "TIS307", f'"{name}" and "{node.quoted}" have the same file '
+                    'name', node.span,
+                    hint="the report names data by file; rename one of the files",
                 )  # fmt: skip
         self.files[node.quoted] = Data(self._find(node), overrides, False, node.span)
 
@@ -94,16 +95,17 @@ class DataReader:
         path = PurePosixPath(name)
         if path.is_absolute() or ".." in path.parts or set("\\:\0") & set(name):
             self.findings.reject(
-                "TIS603", f'"{name}" leads outside of the folder of the text', span,
-                hint="name a place beside the text, or in a folder there",
+                "TIS603", f'"{name}" is outside the folder of the scene', span,
+                hint="use a file in the folder of the scene, or in a folder below it",
             )  # fmt: skip
         library, source = self.scope.library, span.source
         if library is not None and library.kept is not None:
             return Path(path)  # the text of a result, which is not learnt from again
         if source.path is None:
             self.findings.reject(
-                "TIS604", f'"{name}": a text that is no file has no data beside it', span,
-                hint="save the text to a file",
+                "TIS604", f'"{name}": a scene that is not saved in a file cannot read '
+                'data', span,
+                hint="save the scene to a file",
             )  # fmt: skip
         return source.path.parent / path
 
@@ -131,12 +133,12 @@ class DataReader:
                 with self.findings.item():
                     if not _is_plain(inner):
                         self.findings.reject(
-                            "TIS303", "only params of the scene can stand here", inner.span,
+                            "TIS303", "only params of the scene are allowed here", inner.span,
                             hint=f"for example: {SENTENCES[DATA].forms[1]}",
                         )  # fmt: skip
                     assert isinstance(inner, s.Assign)
                     if inner.name.key in found:
-                        message = f'"{inner.name.text}" is written twice'
+                        message = f'"{inner.name.text}" is given twice'
                         self.findings.reject("TIS307", message, inner.name.span)
                     self.scope.try_override(inner)
                     name, value = inner.name.span.one_line, inner.value.span.one_line
@@ -150,7 +152,7 @@ class DataReader:
         for name in names:
             if not isinstance(name, s.Name) or not name.quoted or name.words:
                 self.findings.reject(
-                    "TIS312", "the name of a file stands in quotes", name.span,
+                    "TIS312", "the name of a file must be in quotes", name.span,
                     hint=f"write: {' or '.join(SENTENCES['hold out'].forms)}",
                 )  # fmt: skip
             self.held.append(Held(name.quoted, name.span))
@@ -163,7 +165,7 @@ class DataReader:
         data = tuple(self.files.values())
         if data and self.is_complete and all(one.held_out for one in data):
             self.findings.add(
-                "TIS306", "all data is held out, so that nothing is left to learn from",
+                "TIS306", "all data is held out, so no data is left for learning",
                 self.held[-1].span, hint="add data, or write: hold out = 20 %",
             )  # fmt: skip
         return data
@@ -173,7 +175,7 @@ class DataReader:
             if not self.is_complete:
                 self.findings.stop()
             self.findings.reject(
-                "TIS301", f'"{held.name}" is none of the data', held.span,
+                "TIS301", f'"{held.name}" is not in the data of the block', held.span,
                 hint=alternatives(held.name, self.files, what="data"),
             )  # fmt: skip
         if self.files[held.name].held_out:
@@ -188,14 +190,15 @@ class DataReader:
         if not name.endswith(SUFFIX):
             preset = f'write "{name.partition(".")[0]}{SUFFIX}"'
             self.findings.reject(
-                "TIS312", "what is written is a preset, whose name ends in .tis", item.span,
+                "TIS312", "the name of a preset must end in .tis", item.span,
                 hint=Hint(preset, Edit(preset)),
             )  # fmt: skip
         place = self._inside(name, item.name.span)
         same = os.path.abspath(place)
         if any(one.path is not None and os.path.abspath(one.path) == same for one in sources):
             self.findings.reject(
-                "TIS306", f'"{name}" is a text of this scene, which would be lost', item.span,
+                "TIS306", f'"{name}" is a file of this scene and would be '
+                'overwritten', item.span,
                 hint="write to another file",
             )  # fmt: skip
         return place

@@ -35,19 +35,19 @@ class Sentences(Struct, frozen=True):
 SENTENCES: dict[str, Sentences] = {
     "data": Sentences(
         ('data = ["one.csv", "two.csv"]', 'data "three.csv" { NAME = 2 mm }'),
-        "Files of measurements beside the text: tables, results of runs (HDF5), or H5MD. A"
-        " block behind the name holds the params of the scene that were different then.",
+        "Files of measurements beside the scene: tables, results of runs (HDF5), or H5MD. A"
+        " block after the name gives the params of the scene that differ in this experiment.",
         is_needed=True,
     ),
     "time": Sentences(
         ('time using column "t_ms" in ms',),
-        "The column of tables that holds times. Without it, the first one is taken, in seconds"
+        "The column of times. By default the first column, in seconds"
         " or in the unit that its name ends with.",
         is_single=True,
     ),
     "displacement": Sentences(
         ('displacement of SET using column "u_mm" in mm',),
-        "Instead of a time: how far the set was moved in each row, in which the net is in"
+        "Instead of a time: the displacement of the set in each row, where the net is in"
         " equilibrium.",
         is_single=True,
     ),
@@ -57,16 +57,15 @@ SENTENCES: dict[str, Sentences] = {
             'fit = position(SET) along (1, 0, 0) using column "x_mm" in mm with free zero',
             'fit = positions(SET) using columns "node x y z" in mm',
         ),
-        "What was measured: a measure, or the places of all nodes of a set, and the columns"
-        " that hold it; of results of runs none are named. ``every`` leaves out what is closer"
-        " in time, ``to`` gives the standard deviation of the measured values, ``weighing``"
-        " counts them for more or less, and ``with free zero`` lets an unknown constant be in"
-        " them.",
+        "The measured quantity: a measure, or the positions of all nodes of a set, and its"
+        " columns. Results of runs need no columns. ``every`` sets the least interval in time,"
+        " ``to`` gives the standard deviation of the measured values, ``weighing`` gives their"
+        " weight, and ``with free zero`` allows for an unknown constant offset.",
         is_needed=True,
     ),
     "against column": Sentences(
         ('against column "force_N" in N every 10 ms',),
-        "The column of the fit on the line above, where that names none.",
+        "The column of the fit on the line above, if that names none.",
     ),
     "adjust": Sentences(
         (
@@ -76,44 +75,44 @@ SENTENCES: dict[str, Sentences] = {
             "adjust start position of SET along (1, 0, 0)",
             "adjust words of QUANTITY",
         ),
-        "What may change: a quantity of a tissue (of the one that the block has the name of, if"
-        " none is named), a constant of its laws, or a param in their formulas; a spring"
+        "The adjusted parameters: a quantity of a tissue (by default the tissue with the name"
+        " of the block), a constant of its laws, or a param in their formulas; a spring"
         " constant, viscosity, mass or rest length of a set, body or region by one factor, or"
         " ``per spring``, ``per node`` or ``per region``; where a set starts, and how fast; or"
         " the words of a quantity or property, whose order is kept. ``from … to …`` are limits,"
-        " ``around … by …`` is what was expected before, and by which part the truth may differ"
+        " ``around … by …`` is the expected value and its relative deviation"
         " (one standard deviation).",
         is_needed=True,
     ),
     "revise rules": Sentences(
         ("revise rules of RULES",),
-        "Rules of which some may be changed, added or dropped, where rows that were not fitted"
-        " are met better. Words and numbers are fitted anew with each candidate.",
+        "Rules that may be changed, added or dropped if this reduces the error of rows that"
+        " were not fitted. Words and numbers are fitted again with each candidate.",
     ),
     "hold out": Sentences(
         ('hold out "three.csv"', "hold out = 20 %"),
-        "What is not learnt from, but judged by: some of the data, or the last part of each"
+        "Data for testing, not for learning: some of the files, or the last part of each"
         " experiment.",
     ),
     "write": Sentences(
         ('write "learned/fat.tis"',),
-        "The file that the preset goes to, beside the text.",
+        "The file of the preset, relative to the scene.",
         is_single=True,
     ),
 }  # fmt: skip
 
 
 class LearnSettings(Struct, frozen=True):
-    """How is learnt.
+    """Settings of learning.
 
     Attributes:
-        passes: how often the optimiser may begin again from where it came to
-        seed: of what is left to chance
-        tolerance: relative change of the error at which the learning is over
-        step: fixed time step of the motion that is learnt through; chosen if not written
-        integrator: method whose steps are learnt through
-        method: how the error is made small; a name with dashes stands in quotes
-        error: scaled by the noise of what was measured, or absolute, as in the paper
+        passes: maximum number of passes of the optimiser
+        seed: seed of random numbers
+        tolerance: relative change of the error at which learning ends
+        step: fixed time step of the motion during learning; by default chosen automatically
+        integrator: method of time integration during learning
+        method: optimisation method; put a name with dashes in quotes
+        error: error relative to the noise of the data, or absolute, as in the paper
     """
 
     passes: Annotated[int, Whole(at_least=1, at_most=1_000_000)] = 100

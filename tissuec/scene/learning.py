@@ -44,9 +44,9 @@ def refuse_without_scene(declarations: Declarations, findings: Findings) -> None
     for declared in declarations.of("learn").values():
         findings.add(
             "TIS304",
-            f"the learn block {declared.name.text} has no scene in which it could learn",
+            f"the learn block {declared.name.text} has no scene",
             declared.name.span,
-            hint='put it into the file of a scene, or use that file: use "./scene"',
+            hint='move it into the file of a scene, or use that file: use "./scene"',
         )
 
 
@@ -128,7 +128,7 @@ class LearnBlockReader:
     def _entry(self, item: s.Item) -> str | None:
         """Return which of the sentences an item is; None if a setting, or reject it."""
         if not isinstance(item, s.Assign | s.Sentence | s.Block):
-            self.findings.reject("TIS303", f"this cannot stand in {self.what}", item.span)
+            self.findings.reject("TIS303", f"this is not allowed in {self.what}", item.span)
         words = s.key_of(item.name.words)
         known = (*SENTENCES, *learn_schema())
         for entry in known:
@@ -145,20 +145,20 @@ class LearnBlockReader:
 
     def _refuse_binding(self, item: s.Assign | s.Sentence | s.Block) -> None:
         if isinstance(item, s.Assign) and (item.keyword or item.bounds):
-            message = "a param or let stands outside of blocks"
+            message = "param and let are not allowed inside a block"
             self.findings.reject("TIS303", message, item.span)
 
     def _once(self, entry: str, item: s.Item) -> None:
         if entry in self.places:
             notes = (Note("first here", self.places[entry]),)
-            message = f'"{entry}" is written twice'
+            message = f'"{entry}" is given twice'
             self.findings.reject("TIS307", message, item.span, notes=notes)
         self.places[entry] = item.span
 
     def _wrong_form(self, entry: str, item: s.Item) -> None:
         forms = SENTENCES[entry].forms
         shown = " or ".join(forms) if len(forms) <= MOST_FORMS else forms[0]
-        message = f'"{entry}" is written in another form'
+        message = f'wrong form of "{entry}"'
         self.findings.reject("TIS312", message, item.span, hint=f"write: {shown}")
 
     # --- entries ------------------------------------------------------------------------------
@@ -170,7 +170,7 @@ class LearnBlockReader:
             if other != entry and other in self.places:
                 self.findings.reject(
                     "TIS306",
-                    "rows are sorted by a time or by a displacement, not by both",
+                    "time and displacement exclude each other",
                     item.span,
                     hint="without a time, the net is in equilibrium in each row",
                     notes=(Note(f"the {other}", self.places[other]),),
@@ -182,8 +182,8 @@ class LearnBlockReader:
             if isinstance(previous, s.Assign) and previous.name.key == FIT:
                 self.findings.stop()  # the fit was found wrong itself
             self.findings.reject(
-                "TIS306", "a column stands against no fit: the line above is none", item.span,
-                hint="put it on the line behind its fit, or write: fit = … using column …",
+                "TIS306", "the line above this column is not a fit", item.span,
+                hint="put it on the line after its fit, or write: fit = … using column …",
             )  # fmt: skip
         self.fits[-1] = (self.fits[-1][0], item)
 
@@ -196,7 +196,7 @@ class LearnBlockReader:
             self._wrong_form("revise rules", item)
         found = self.declarations.find("rules", names[0], self.findings)
         if found.name.text in self.revise:
-            self.findings.reject("TIS307", f"{found.name.text} is named twice", item.span)
+            self.findings.reject("TIS307", f"{found.name.text} is given twice", item.span)
         if found.name.key not in self.vocabulary.rules:
             self.findings.stop()  # the rules themselves were found wrong
         self.revise.append(found.name.text)

@@ -21,8 +21,8 @@ MATTER = "matter/"  # where presets of matter are
 SCENES = "scenes/"  # where whole scenes are, which no other text can use
 SUFFIX = ".tis"
 LARGEST_FILE = 256 << 20  # bytes; beyond, a text is a mistake rather than a scene
-LINK = '"{}" is a link that leads outside of the folders that may be searched'
-LINKED = "copy what it leads to, or give the folder where that lies with --library DIR"
+LINK = '"{}" is a link to a file outside the permitted folders'
+LINKED = "copy the file, or permit its folder with --library DIR"
 SCENE_BLOCKS = ("body", "joint", "environment", "script", "simulate", "output")
 
 

@@ -113,5 +113,5 @@ def _single(
         )  # fmt: skip
     for again in written[1:]:
         notes = (Note("first here", written[0].span),)
-        scope.findings.reject("TIS307", f'"{key}" is written twice', again.span, notes=notes)
+        scope.findings.reject("TIS307", f'"{key}" is given twice', again.span, notes=notes)
     return written[0], [i for i in items if i is not written[0]]

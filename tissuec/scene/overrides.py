@@ -55,10 +55,12 @@ def _text(value: Given, name: str, dimension: Dimension) -> str:
     else:
         numbers, form = _vector(value, name), "({}, {}, {})"
     if not all(map(isfinite, numbers)):
-        raise ValueError(f"{name} = {value} is no number to reckon with")
+        raise ValueError(f"{name} = {value} is not a usable number")
     unit = "Hz" if dimension == FREQUENCY else si_unit(dimension)
     if any(exponent != int(exponent) for exponent in dimension):
-        raise ValueError(f"the unit of {name} is no whole power of others; write it as text")
+        raise ValueError(
+            f"the unit of {name} cannot be written as a product of powers; write it as text"
+        )
     written = [repr(number).removesuffix(".0") for number in numbers]
     return f"{form.format(*written)} {unit}".rstrip()
 
@@ -69,5 +71,7 @@ def _vector(value: object, name: str) -> list[float]:
     except (TypeError, ValueError):
         numbers = np.zeros(0)
     if numbers.shape != (3,) or isinstance(value, bool):
-        raise ValueError(f'{name} = {value!r} is no text such as "0.9 s", number or vector')
+        raise ValueError(
+            f'{name} = {value!r} is not a text such as "0.9 s", a number or a vector'
+        )
     return numbers.tolist()

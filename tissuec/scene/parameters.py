@@ -104,11 +104,11 @@ class Constants(Scope):
         item = self.declared[key]
         if item.clauses:
             self.findings.reject(
-                "TIS303", "a number takes no further words", item.clauses[0].span
+                "TIS303", "nothing is allowed after a number", item.clauses[0].span
             )
         if item.bounds is not None and item.keyword == "let":
             self.findings.reject(
-                "TIS303", "limits belong to a param; a let is computed", item.bounds.span
+                "TIS303", "only a param can have limits; a let is computed", item.bounds.span
             )
         value = self.evaluate(item.value)
         override = self.overrides.get(key)
@@ -123,7 +123,7 @@ class Constants(Scope):
         given = self.evaluate(node)
         if given.is_vector != value.is_vector:
             kind = "a vector" if value.is_vector else "one number"
-            self.findings.reject("TIS312", f"{name} is {kind}", node.span)
+            self.findings.reject("TIS312", f"{name} must be {kind}", node.span)
         self.expect(given, value.dimension, node.span, what=name)
         return given
 

@@ -103,7 +103,7 @@ class ScaleReader:
                 "TIS305",
                 f"{self.name.text} belongs to matter, not to springs or nodes",
                 applies.span,
-                hint=leaving_out('leave out "applies to"', applies.span),
+                hint=leaving_out('remove "applies to"', applies.span),
             )
         return "matter", None
 
@@ -120,7 +120,9 @@ class ScaleReader:
                 ["each spring of 1 mm"] if quantity.scales else []
             )
             self.findings.reject(
-                "TIS305", f"{self.name.text} applies to: {', '.join(choices)}", item.span
+                "TIS305",
+                f"{self.name.text} must apply to one of: {', '.join(choices)}",
+                item.span,
             )
         length = None
         if "of" in words:
@@ -150,10 +152,10 @@ class ScaleReader:
         for low, high in gaps(scale):
             self.findings.add(
                 "W201",
-                f"the part of {self.name.text} from {show(low, dimension)} "
-                f"to {show(high, dimension)} belongs to no word",
+                f"no word covers the part of {self.name.text} from {show(low, dimension)} "
+                f"to {show(high, dimension)}",
                 self._range(),
-                hint="let the words beside it reach further, or add a word",
+                hint="make the neighbouring words wider, or add a word",
             )
         return NamedScale(self.name.text, scale, dimension, self.block.head)
 
@@ -166,7 +168,7 @@ class ScaleReader:
         ):
             self.findings.reject(
                 "TIS312",
-                "a range is written: from 0 to 1, or from 1 N to 9 N on log scale",
+                "write a range as: from 0 to 1, or from 1 N to 9 N on log scale",
                 self.block.head,
             )
         low, high = (self.scope.number(words[word].value) for word in ("from", "to"))
@@ -176,7 +178,7 @@ class ScaleReader:
         log = "on" in words
         if log and words["on"].value.span.text.lower() != "log scale":
             self.findings.reject(
-                "TIS305", 'only "on log scale" can stand here', words["on"].span
+                "TIS305", 'only "on log scale" is allowed here', words["on"].span
             )
         try:
             return Axis(
@@ -196,7 +198,9 @@ class ScaleReader:
                 words = [name for name in names if isinstance(name, s.Name)]
                 if len(words) < len(names):
                     self.findings.reject(
-                        "TIS312", "evenly lists words: [soft, medium, hard]", items[0].span
+                        "TIS312",
+                        "evenly needs a list of words: [soft, medium, hard]",
+                        items[0].span,
                     )
                 self._once([(word.text, word.span) for word in words])
                 return evenly(axis, [word.key for word in words])
@@ -252,7 +256,7 @@ class ScaleReader:
             case _:
                 self.findings.reject(
                     "TIS312",
-                    "plateaus are written: "
+                    "write plateaus as: "
                     "soft until 0.15; medium from 0.4 to 0.6; hard from 0.85",
                     item.span,
                 )
@@ -263,7 +267,9 @@ class ScaleReader:
             or not isinstance(item.value, s.Call)
             or item.value.function.key not in SHAPES
         ):
-            self.findings.reject("TIS312", f"a word is a shape: {', '.join(SHAPES)}", item.span)
+            self.findings.reject(
+                "TIS312", f"a word must be a shape: {', '.join(SHAPES)}", item.span
+            )
         kind, span = item.value.function.key, item.value.span
         nodes = [argument.value for argument in item.value.arguments]
         form = SHAPES[kind]
@@ -271,7 +277,7 @@ class ScaleReader:
             len(nodes) % 2 == 0 if kind == "points" else len(nodes) == form.count(",") + 1
         )
         if not is_whole:
-            self.findings.reject("TIS312", f"a {kind} is written {kind}{form}", span)
+            self.findings.reject("TIS312", f"write a {kind} as {kind}{form}", span)
         try:
             return item.name.key, self._build(kind, nodes, dimension)
         except ValueError as error:

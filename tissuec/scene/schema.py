@@ -134,7 +134,7 @@ def build(
         with np.errstate(all="ignore"):
             return cls(**values), places
     except ArithmeticError:
-        message = f"{what} cannot be built of numbers as large or as small as these"
+        message = f"{what} cannot be built from numbers that large or that small"
         scope.findings.reject("TIS309", message, where, hint="check the units")
     except ValueError as error:  # entries that are right one by one and impossible together
         reason = str(error)
@@ -179,7 +179,7 @@ def read(
             if entry.name in places:
                 scope.findings.reject(
                     "TIS307",
-                    f'"{entry.name}" is written twice',
+                    f'"{entry.name}" is given twice',
                     item.span,
                     notes=(Note("first here", places[entry.name]),),
                 )
@@ -195,7 +195,7 @@ def find_entry(schema: Mapping[str, Entry], item: s.Item, scope: Scope, *, what:
         schema: Entries by name.
     """
     if not isinstance(item, s.Assign | s.Sentence | s.Block):
-        scope.findings.reject("TIS303", f"this cannot stand in {what}", item.span)
+        scope.findings.reject("TIS303", f"this is not allowed in {what}", item.span)
     if item.name.quoted is not None and isinstance(item, s.Sentence):
         named = schema.get(s.key_of(item.name.words))
         if named is not None and isinstance(named.kind, FileIn):
@@ -254,7 +254,7 @@ def read_value(
         case Several(dimension=dimension, at_least=low):
             if not isinstance(node, s.Listing) or len(node.items) < low:
                 scope.findings.reject(
-                    "TIS312", f"{what} is a list of at least {low} numbers", node.span,
+                    "TIS312", f"{what} must be a list of at least {low} numbers", node.span,
                     hint=f"for example: {Entry(what, what, kind, None, '').example}",
                 )  # fmt: skip
             one = Measure(dimension)
@@ -268,7 +268,7 @@ def read_value(
                 hint = Hint(
                     f"for example: {what} = {vector}", *([Edit(vector)] if amount else [])
                 )
-                message = f"{what} is a vector: (x, y, z)"
+                message = f"{what} must be a vector: (x, y, z)"
                 scope.findings.reject("TIS312", message, node.span, hint=hint)
             if np.any(value.amount) or not value.is_literal:
                 scope.expect(value, dimension, node.span, what=what)
@@ -280,7 +280,7 @@ def read_value(
             if number != int(number):
                 scope.findings.reject(
                     "TIS308",
-                    f"{what} is a whole number, not {number:g}",
+                    f"{what} must be a whole number, not {number:g}",
                     node.span,
                     hint=Hint(
                         f"write {math.floor(number)} or {math.ceil(number)}",
@@ -342,7 +342,7 @@ def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:
     if isinstance(item, s.Block) and not kind.opens:
         scope.findings.reject(
             "TIS303",
-            f"{entry.name} has no entries of its own",
+            f"{entry.name} does not have entries",
             item.span,
             hint=Hint(f"write: {item.head.text}", Edit(item.head.text)),
         )
@@ -367,7 +367,7 @@ def word_of(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str
     ):
         scope.findings.reject(
             "TIS312",
-            f'"{item.name.text}" is chosen with a word',
+            f'"{item.name.text}" needs a word',
             item.span,
             hint=f"for example: {example}",
         )
@@ -387,9 +387,11 @@ def _read_from_to(entry: Entry, kind: FromTo, item: s.Item, scope: Scope) -> tup
 def _no_clauses(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> None:
     if item.clauses:
         clause = item.clauses[0]
-        scope.findings.reject("TIS303", f'"{clause.word}" cannot stand here', clause.span)
+        scope.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
     if isinstance(item, s.Assign) and (item.keyword or item.bounds):
-        scope.findings.reject("TIS303", "a param or let stands outside of blocks", item.span)
+        scope.findings.reject(
+            "TIS303", "param and let are not allowed inside a block", item.span
+        )
 
 
 def _grouped(number: float) -> str:
@@ -406,7 +408,7 @@ def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> NoReturn:
             else Hint(f"for example: {entry.example}", Edit(entry.example))
         )
         scope.findings.reject(
-            "TIS312", 'a word is chosen with "is"; "=" sets a number', item.span, hint=hint
+            "TIS312", 'use "is" to choose a word; "=" assigns a number', item.span, hint=hint
         )
     example = entry.example
     if isinstance(entry.kind, FileIn) and (file := _QUOTED.search(item.span.text)):
@@ -414,7 +416,7 @@ def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> NoReturn:
     kind = describe(entry.kind.dimension) if isinstance(entry.kind, Measure) else ""
     scope.findings.reject(
         "TIS312",
-        f'"{entry.name}" is written in another form' + (f": it is {kind}" if kind else ""),
+        f'wrong form of "{entry.name}"' + (f": it is {kind}" if kind else ""),
         item.span,
         hint=Hint(f"for example: {example}", Edit(example)),
     )

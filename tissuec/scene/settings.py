@@ -34,23 +34,23 @@ class EnvironmentEntries(Struct, frozen=True, eq=False):
 
     Attributes:
         gravity: acceleration of free fall; write (0, 0, 0) m/s^2 for none
-        contact: what can touch: nothing, tools that have a shape and threads, bodies one
-            another as well, or even themselves
-        friction: coefficient of friction between what touches
-        contact_stiffness: force by depth of what is pressed into a shape; as stiff as the
-            springs of a node if not written
-        contact_surface_stiffness: pressure divided by depth, the same on every mesh, instead of
-            a contact stiffness of each node
-        contact_thickness: how far from a surface of a body others begin to touch it; a quarter
-            of a spring's length if not written
-        contact_layer: depth over which this stiffness sets in; a tenth of a spring's length if
-            not written
-        contact_damping: how much contact loses of its force for each speed of leaving
-        damping: ambient damping: each node is braked by this times its velocity
-        mass_damping: ambient damping by mass: each node is braked by this times its mass
+        contact: what takes part in contact: nothing, threads and tools with a shape, also
+            bodies with one another, or also bodies with themselves
+        friction: coefficient of friction in contact
+        contact_stiffness: contact force per depth of penetration; by default the stiffness of
+            the springs of a node
+        contact_surface_stiffness: contact pressure per depth of penetration, the same on every
+            mesh, instead of a contact stiffness of each node
+        contact_thickness: distance from the surface of a body at which contact begins; by
+            default a quarter of a spring's length
+        contact_layer: depth over which the contact stiffness increases to its full value; by
+            default a tenth of a spring's length
+        contact_damping: relative decrease of the contact force per speed of separation
+        damping: ambient damping: a force on each node of minus this times its velocity
+        mass_damping: ambient damping by mass: a force on each node of minus this times its mass
             and velocity
-        surface_damping: ambient damping by area: each node is braked by this times its share of
-            the surface and its velocity
+        surface_damping: ambient damping by area: a force on each node of minus this times its
+            share of the surface and its velocity
     """
 
     gravity: Annotated[Floats, Point(units.ACCELERATION)]
@@ -121,14 +121,14 @@ def _contact_law(
         if "contact stiffness" in places and "contact surface stiffness" in places:
             scope.findings.reject(
                 "TIS306",
-                "contact stiffness and contact surface stiffness say the same",
+                "contact stiffness and contact surface stiffness exclude each other",
                 places["contact surface stiffness"],
                 hint=leaving_out(
-                    "write one of them",
+                    "remove one of them",
                     places["contact surface stiffness"],
                     places["contact stiffness"],
                 ),
-                notes=(Note("the other one", places["contact stiffness"]),),
+                notes=(Note("the other entry", places["contact stiffness"]),),
             )
         return ContactLaw(
             between_bodies=entries.contact != "tools only",
@@ -146,7 +146,7 @@ def _contact_law(
         if name in places:
             scope.findings.reject(
                 "TIS306",
-                f"{name} says nothing while contact is off",
+                f"{name} has no effect while contact is off",
                 places[name],
                 hint=Hint(
                     "write: contact is tools only",
@@ -199,9 +199,9 @@ def _choices(name: str, block: s.Block, scope: Scope) -> Choices | None:
     if written:
         scope.findings.reject(
             "TIS303",
-            f"{name} has no entries of its own",
+            f"{name} does not have entries",
             written[0].span,
-            hint=f"only {' and '.join(PROCEDURES)} can be told how to proceed",
+            hint=f"only {' and '.join(PROCEDURES)} can have entries",
         )
     return None
 
@@ -213,11 +213,9 @@ def _refuse_contradictions(
     if read.step is not None and "tolerance" in places:
         scope.findings.reject(
             "TIS306",
-            "a fixed step cannot promise a tolerance",
+            "a fixed step cannot guarantee a tolerance",
             places["tolerance"],
-            hint=leaving_out(
-                "write step or tolerance, not both", places["tolerance"], places["step"]
-            ),
+            hint=leaving_out("remove step or tolerance", places["tolerance"], places["step"]),
         )
     if not is_whole:
         return
@@ -240,9 +238,9 @@ def _refuse_tolerance(name: str, place: Span, scope: Scope) -> None:
     if name == RELAXATION or not INTEGRATORS[name].promises:
         scope.findings.reject(
             "TIS306",
-            f"{name} estimates no error, so that it cannot keep a tolerance",
+            f"{name} does not estimate the error, so it cannot guarantee a tolerance",
             place,
-            hint="write instead how far apart its states are, such as step = 10 ms",
+            hint="write the time between its states instead, such as step = 10 ms",
         )
 
 

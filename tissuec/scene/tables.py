@@ -29,7 +29,7 @@ def check_table(table: s.Table, declarations: Declarations, findings: Findings) 
     if owner is None:
         findings.reject(
             "TIS304",
-            "a table needs to name its body",
+            "the body of the table is missing",
             table.name.span,
             hint=f"for example: table {table.name.text} of net …",
         )

@@ -132,19 +132,19 @@ class TissueReader:
         if "spring constant" in given:
             self.findings.reject(
                 "TIS306",
-                f'"{law.name}" and "spring constant" say the same of a tissue',
+                f'"{law.name}" and "spring constant" exclude each other in a tissue',
                 law.span,
-                hint=leaving_out("write one of them", law.span, given["spring constant"].span),
-                notes=(Note("the other one", given["spring constant"].span),),
+                hint=leaving_out("remove one of them", law.span, given["spring constant"].span),
+                notes=(Note("the other entry", given["spring constant"].span),),
             )
         at_rest = {E.name: 0.0, REST.name: 1.0, MODULUS.name: np.nan}
         slope = float(stress.slope(E.name).at(at_rest))
         if not 0.0 < slope < np.inf:
             self.findings.reject(
                 "TIS304",
-                "this stress does not say how stiff the tissue is at rest",
+                "the stiffness of the tissue at rest is missing",
                 law.span,
-                hint="write a Young's modulus: damping and Poisson's ratio refer to it",
+                hint="write a Young's modulus, on which damping and Poisson's ratio depend",
             )
         quantity = QUANTITIES[YOUNGS_MODULUS]
         given[YOUNGS_MODULUS] = AssignedQuantity(
@@ -169,7 +169,7 @@ class TissueReader:
                 self.findings.stop()  # reported at another tissue of the circle
             self.circles |= set(chain)
             self.findings.reject(
-                "TIS506", f"these tissues are like one another: {circle}", block.head
+                "TIS506", f"circular inheritance of tissues: {circle}", block.head
             )
         written = _Written()
         for clause in block.clauses:
@@ -195,7 +195,7 @@ class TissueReader:
         if not isinstance(item, s.Sentence | s.Assign) and law is None:
             hint = f"write {item.name.text} = …" if isinstance(item, s.Function) else ""
             self.findings.reject(
-                "TIS303", "this cannot stand in a tissue", item.span, hint=hint
+                "TIS303", "this is not allowed in a tissue", item.span, hint=hint
             )
         assert isinstance(item, _NAMED)
         if is_evidence(item.name) and isinstance(item, s.Sentence | s.Assign):
@@ -206,7 +206,7 @@ class TissueReader:
         if key in entries:
             self.findings.reject(
                 "TIS307",
-                f'"{key}" is written twice',
+                f'"{key}" is given twice',
                 item.span,
                 notes=(Note("first here", entries[key]),),
             )
@@ -250,11 +250,12 @@ class TissueReader:
             if rival in entries:
                 self.findings.reject(
                     "TIS306",
-                    f'"{QUANTITIES[key].name}" and "{QUANTITIES[rival].name}" say the same of '
+                    f'"{QUANTITIES[key].name}" and "{QUANTITIES[rival].name}" exclude each '
+                    "other in "
                     "a tissue",
                     item.span,
-                    hint=leaving_out("write one of them", item.span, entries[rival]),
-                    notes=(Note("the other one", entries[rival]),),
+                    hint=leaving_out("remove one of them", item.span, entries[rival]),
+                    notes=(Note("the other entry", entries[rival]),),
                 )
             written.numbers.pop(rival, None)
 
@@ -268,7 +269,7 @@ class TissueReader:
             self.findings.reject("TIS202", f"{message}nor a quantity", name.span, hint=hint)
         if name.key in self.vocabulary.properties:
             names = " or ".join(one.name for one in self.vocabulary.rules.values()) or "…"
-            hint = f"it is a property of a vocabulary; put before it: described in {names}"
+            hint = f"it is a property of a vocabulary; insert before it: described in {names}"
         message = f'"{name.text}" is not an entry of tissue {declared.name.text}'
         self.findings.reject("TIS303", message, name.span, hint=hint)
 
@@ -299,7 +300,7 @@ class TissueReader:
                 "TIS312",
                 f"{key} is a number, not a word",
                 item.span,
-                hint=Hint(f"{hint} and let rules decide", *map(Edit, forms)),
+                hint=Hint(f"{hint} and use rules", *map(Edit, forms)),
             )
         written.numbers[key] = read_given(key, item, self.scope)
 
@@ -316,7 +317,7 @@ class TissueReader:
     def _slider(self, item: s.Assign, scale: NamedScale) -> float:
         if isinstance(item.value, s.Name) and item.value.key in scale.scale.words:
             self.findings.reject(
-                "TIS312", 'a word is chosen with "is"; "=" sets a number', item.span,
+                "TIS312", 'use "is" to choose a word; "=" assigns a number', item.span,
                 hint=proposal(f"{item.name.text} is {item.value.text}"),
             )  # fmt: skip
         value = self.scope.number(item.value)
@@ -331,12 +332,13 @@ class TissueReader:
         if item.phrase is None or item.clauses:
             self.findings.reject(
                 "TIS312",
-                f"{item.name.text} is described with a word: {item.name.text} is …",
+                f"{item.name.text} needs a word: {item.name.text} is …",
                 item.span,
             )
         if item.phrase.kind == "not":
             self.findings.reject(
-                "TIS312", "a tissue says what it is, not what it is not", item.phrase.span,
+                "TIS312", "\"not\" is not allowed in the description of a "
+                "tissue", item.phrase.span,
                 hint=f"write {item.name.text} is …, or {item.name.text} is between … and …",
             )  # fmt: skip
         shapes = [
@@ -378,9 +380,9 @@ class TissueReader:
                 self.findings.reject(
                     "TIS306",
                     f'the rules conclude "{QUANTITIES[rival].name}" and '
-                    f'"{QUANTITIES[key].name}", which say the same thing',
+                    f'"{QUANTITIES[key].name}", which exclude each other',
                     given[key].span,
-                    notes=(Note("the other one", given[rival].span),),
+                    notes=(Note("the other entry", given[rival].span),),
                 )
 
     def _concluded(self, rules: RulesBlock, key: str, answer: Inference) -> AssignedQuantity:
@@ -430,11 +432,9 @@ class TissueReader:
                 self.findings.add(
                     "W205",
                     f'"{fact.written}" gives the same numbers as "{read[1]}": the rules do not '
-                    "tell them apart",
+                    "distinguish them",
                     item.phrase.span,
-                    hint=Hint(
-                        f'write "{read[1]}", or the numbers that you know', Edit(read[1])
-                    ),
+                    hint=Hint(f'write "{read[1]}", or write numbers', Edit(read[1])),
                 )
 
     def _warn_of_words_without_effect(
@@ -460,7 +460,7 @@ class TissueReader:
                     f"{', '.join(asked)} {are} written here, but the {name} "
                     f"is inherited as a number from {given.span.place}",
                     written.facts[asked[0]].span,
-                    hint=f"write {name} = … here too, or be like a tissue "
+                    hint=f"write {name} = … here too, or base it on a tissue "
                     f"that leaves its {name} to the rules",
                 )
 

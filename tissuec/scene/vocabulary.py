@@ -119,7 +119,7 @@ class RulesReader:
                 f"conclude different words for {clash.quantity}",
                 spans[clash.second],
                 hint=leaving_out(
-                    "leave one of them out, or let their conditions differ",
+                    "remove one of them, or change its condition",
                     spans[clash.second],
                     spans[clash.first],
                 ),
@@ -138,7 +138,7 @@ class RulesReader:
         if scale.otherwise is not None and scale.otherwise.phrase is not None:
             phrase = scale.otherwise.phrase
             if phrase.kind != "word":
-                self.findings.reject("TIS312", "otherwise names one word", phrase.span)
+                self.findings.reject("TIS312", "otherwise needs one word", phrase.span)
             otherwise = read_word(
                 phrase.words[0],
                 scale.named,
@@ -186,7 +186,7 @@ class RulesReader:
         for clause in item.clauses:
             if clause.word != "weighing":
                 self.findings.reject(
-                    "TIS303", f'"{clause.word}" cannot stand in a rule', clause.span
+                    "TIS303", f'"{clause.word}" is not allowed in a rule', clause.span
                 )
             value = self.scope.number(clause.value)
             self.scope.expect(value, NUMBER, clause.value.span, what="the weight of a rule")
@@ -194,7 +194,7 @@ class RulesReader:
             if not 0.0 < weight <= 1.0:
                 self.findings.reject(
                     "TIS308",
-                    f"the weight of a rule lies above 0 and up to 1, not {weight:g}",
+                    f"the weight of a rule must be above 0 and at most 1, not {weight:g}",
                     clause.value.span,
                 )
         return Rule(condition, conclusions, weight)
@@ -211,7 +211,7 @@ class RulesReader:
                 return self._is(node)
             case _:
                 self.findings.reject(
-                    "TIS312", "a rule tests words: hardness is soft", node.span
+                    "TIS312", "a condition of a rule has the form: hardness is soft", node.span
                 )
 
     def _is(self, node: s.Is) -> c.Condition:
@@ -225,9 +225,9 @@ class RulesReader:
             case "between":
                 self.findings.reject(
                     "TIS312",
-                    '"between" belongs to a tissue, not to a rule',
+                    '"between" is allowed in a tissue, not in a rule',
                     node.phrase.span,
-                    hint=Hint("join two tests with or", Edit(_either(node), node.span)),
+                    hint=Hint("join two conditions with or", Edit(_either(node), node.span)),
                 )
             case _:
                 return c.Is(key, words[0])
@@ -243,7 +243,7 @@ class RulesReader:
                 "TIS203",
                 f"{part.quantity.text} describes a tissue; a rule can only conclude a quantity",
                 part.quantity.span,
-                hint=f"quantities are: {known}",
+                hint=f"quantities: {known}",
             )
         if key not in self.vocabulary.quantities:
             self.findings.pass_over_doubtful(key)
@@ -255,7 +255,7 @@ class RulesReader:
                 hint=alternatives(part.quantity.text, names, what="quantities"),
             )
         if part.phrase.kind != "word":
-            self.findings.reject("TIS312", "a rule concludes one word", part.phrase.span)
+            self.findings.reject("TIS312", "a rule must conclude one word", part.phrase.span)
         scale = self.vocabulary.quantities[key].named
         word = read_word(
             part.phrase.words[0], scale, self.vocabulary.hedges, self.scope, in_conclusion=True

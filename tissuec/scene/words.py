@@ -48,7 +48,7 @@ def read_hedge(item: s.Item, scope: Scope) -> Hedge:
         scope.findings.reject("TIS308", str(error), item.value.span)
     scope.findings.reject(
         "TIS312",
-        "a hedge is shift(50 %, outward), shift(50 %, inward) or power(2)",
+        "a hedge must be shift(50 %, outward), shift(50 %, inward) or power(2)",
         item.value.span,
     )
 
@@ -81,15 +81,15 @@ def read_word(
     if in_conclusion and any(isinstance(hedge, Power) for hedge in chosen):
         scope.findings.reject(
             "TIS204",
-            f'"{name.text}": a power hedge cannot be concluded',
+            f'"{name.text}": a power hedge is not allowed in a conclusion',
             name.span,
-            hint="it would leave the centre where it is; use a hedge that shifts",
+            hint="it does not move the centre; use a hedge that shifts",
         )
     for part, hedge in zip(front, chosen, strict=True):
         if not has_effect(hedge, shape, scale.scale.axis):
             scope.findings.add(
                 "W205",
-                f'"{part}" has no effect on "{rest}": it stands where it would be moved to',
+                f'"{part}" has no effect on "{rest}": the word is already there',
                 name.span,
                 hint=Hint(f'write "{rest}" alone, or another word', Edit(rest)),
             )

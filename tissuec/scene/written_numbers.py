@@ -42,7 +42,7 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
     for clause in item.clauses:
         if clause.word != "per" or not quantity.scales:
             scope.findings.reject(
-                "TIS303", f'"{clause.word}" cannot stand behind {name}', clause.span
+                "TIS303", f'"{clause.word}" is not allowed after {name}', clause.span
             )
         length = schema.read_value(
             Measure(units.LENGTH, above=0.0), clause.value, scope, what="the length"

@@ -26,7 +26,7 @@ class Exponential(Struct, frozen=True):
 
     def __post_init__(self) -> None:
         if self.stiffening == 0.0:
-            raise ValueError('"stiffening" must not be 0; a linear law does not stiffen')
+            raise ValueError('"stiffening" must not be 0; use a linear law instead')
 
     def force(self) -> Formula:
         """Return c L0/k (exp(k e/L0) - 1)."""
