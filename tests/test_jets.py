@@ -596,8 +596,8 @@ tool outer { kind is nozzle; diameter = 2 mm; tip = (0, 0, 60) mm; direction = (
     played = play(rinsed(tool=ball, script=script, duration="3 ms"))
     notes = [found.cause for _, found in played.outcome.logged_events if found.kind == "note"]
     assert any("the nozzle is inside ball" in note for note in notes)
-    assert any("the jet meets nothing now" in note for note in notes)
-    assert any("it takes the place of: " in note for note in notes)
+    assert any("the jet does not hit any surface at this time" in note for note in notes)
+    assert any("replaced: " in note for note in notes)
 
 
 def test_a_scene_without_a_nozzle_pays_nothing():
@@ -605,5 +605,5 @@ def test_a_scene_without_a_nozzle_pays_nothing():
     layout = KernelInputs(compiled.network, watched=False, ledger=False)
     layout.update(State.start(compiled.network, gravity=np.zeros(3), drag=0.0))
     assert layout.fields().address.size == 0
-    assert "jets: there is no nozzle" in list(skipped(compiled))
+    assert "jets: no nozzle" in list(skipped(compiled))
     assert compiled_scene(rinsed()).plan.contact is None

@@ -469,8 +469,8 @@ def test_ends_that_are_far_apart_are_tied_with_a_note():
 
 
 @pytest.mark.parametrize(("script", "note"), [
-    ("at 0.1 s: tighten cord to 50 mm", "its length is 40 mm already"),
-    ("at 0.1 s: loosen cord to 30 mm", "its length is 40 mm already"),
+    ("at 0.1 s: tighten cord to 50 mm", "its length is already 40 mm"),
+    ("at 0.1 s: loosen cord to 30 mm", "its length is already 40 mm"),
 ])  # fmt: skip
 def test_the_wrong_direction_is_noted_and_changes_nothing(script, note):
     _, _, outcome = ran(OPEN.replace("SCRIPT", script))
@@ -501,8 +501,8 @@ def test_only_threads_are_tightened_and_tied():
         compiled_scene(text.replace("DURATION", "1 s"))
     messages = [d.message for d in caught.value.diagnostics]
     assert messages == [
-        "vessel is no body of mesh thread and no joint",
-        "ends is no body of mesh thread and no joint",
+        "vessel is neither a body with mesh thread nor a joint",
+        "ends is neither a body with mesh thread nor a joint",
     ]
 
 

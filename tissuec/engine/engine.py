@@ -158,7 +158,7 @@ class Engine:
             self._begin(state)
         if self._integrator.conservative and (refusal := state.loss):
             self._install(
-                Choice("dop853", f"{refusal}, for which {self.choice.name} is not made", {})
+                Choice("dop853", f"{refusal}, which {self.choice.name} does not support", {})
             )
         self._load(state)
         if self.method.ledger:
@@ -445,7 +445,7 @@ class Engine:
     def _refusal(self) -> Interruption | None:
         """Return why the tolerance cannot be kept at all, or the net not be stepped, if so."""
         if self._integrator.implicit and self._inputs.springs.inelastic is not None:
-            reason = f"{self.choice.name} does not solve for how springs relax or yield"
+            reason = f"{self.choice.name} does not support springs that relax or yield"
             return Interruption("stuck", self._progress.time, message=reason)
         tolerance = self.method.tolerance
         if self.method.step is None and tolerance is not None and tolerance < FINEST_TOLERANCE:

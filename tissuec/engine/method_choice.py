@@ -61,7 +61,7 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Choic
         is_banded: Returns whether the matrix of implicit steps has a narrow band.
     """
     if method.name != AUTOMATIC:
-        return Choice(method.name, f'"{method.name}" was asked for', {})
+        return Choice(method.name, f'"{method.name}" was requested', {})
     if method.step is not None:
         return _by_step(state, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
@@ -86,7 +86,7 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Choic
     if facts["zeta"] > 1.0:
         reason = (
             f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), "
-            "which would force very small steps on velocity Verlet"
+            "so velocity Verlet would need very small steps"
         )
         return Choice("dop853", reason, facts)
     reason = f"for a tolerance of {tolerance:g}, order 2 with one force per step is cheapest"
@@ -108,7 +108,7 @@ def _creeping(state: State, method: Method, is_banded: Callable[[], bool]) -> Ch
         return None
     reason = (
         f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), and explicit steps of "
-        f"at most {limit:.2g} s would be needed for motions that creep"
+        f"at most {limit:.2g} s would be needed for slow motions"
     )
     return Choice("esdirk43", reason, facts)
 

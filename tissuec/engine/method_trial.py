@@ -113,7 +113,10 @@ class MethodTrial(Struct):
         change, window, allowance = None, self.length, 0.0
         if self.rival and behind:
             gain = self.rival_pace / pace if pace else np.inf
-            reason = f"it advances {gain:.2g} times as fast as {name}, by counts of operations"
+            reason = (
+                f"it advances {gain:.2g} times as fast as {name}, estimated from "
+                "operation counts"
+            )
             change, self.rival, self.rival_pace = Choice(self.rival, reason, {}), name, pace
             self.length *= 4
             window = self.length
@@ -232,5 +235,5 @@ def trial_cost(name: str, evaluation: float, springs: int, solver: Solver) -> fl
 def _why_tried(name: str) -> str:
     """Return why another method is tried instead of the present one."""
     if INTEGRATORS[name].implicit:
-        return f"explicit steps at the limit of stability may come further than {name}"
-    return f"stability and not accuracy limits the steps of {name}: tried instead"
+        return f"explicit steps at the stability limit may advance faster than {name}"
+    return f"stability, not accuracy, limits the steps of {name}"

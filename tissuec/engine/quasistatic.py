@@ -58,7 +58,7 @@ class QuasiStatic:
         self._choices = RelaxationChoices()
         if isinstance(method.choices, RelaxationChoices):
             self._choices = method.choices
-        self._reason = f'"{RELAXATION}" was asked for'
+        self._reason = f'"{RELAXATION}" was requested'
         self._stale = True
         self._smallest, self._largest = np.inf, 0.0
 

@@ -67,7 +67,7 @@ def surface(mesh: Mesh, fibres: Fibres | None = None) -> Surface:
         raise ValueError("fibres need springs in rows, as those of a sheet or a tube")
     constant = area_shares(mesh.position, mesh.skin, mesh.ends, elsewhere=0.0) * _SHARE
     if not constant.all():
-        raise ValueError("some of its springs lie in no triangle of its surface")
+        raise ValueError("some of its springs are not in a triangle of its surface")
     found = range_of_wall(mesh.position, mesh.ends, constant, mesh.skin)
     return Surface(node_areas(mesh.position, mesh.skin), constant, found)
 

@@ -70,7 +70,7 @@ def test_what_has_moved_is_cut_at_the_end_at_the_latest():
 
 
 def test_blades_need_something_to_close_along():
-    with pytest.raises(CompileError, match="need a line or a stroke"):
+    with pytest.raises(CompileError, match="needs a line or a stroke"):
         compiled(
             "from 0 s to 1 s: cut sheet along plane through (5, 15, 0) mm facing (0, 1, 0)"
         )

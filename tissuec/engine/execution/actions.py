@@ -22,7 +22,7 @@ from tissuec.script.verbs.tie import seized, slipped
 
 #: How springs break by themselves: the array of the limit, and the cause in words.
 _BROKEN = {
-    "rupture": ("strength", "the tension exceeded the fraction force"),
+    "rupture": ("strength", "the tension exceeded the breaking force"),
     "crush": ("crush", "the compression exceeded the crushing force"),
 }
 

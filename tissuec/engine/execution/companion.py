@@ -215,7 +215,7 @@ class Companion:
         # Errors within the tolerance may make no more of a difference than this.
         beyond = np.flatnonzero(relative > (1.0 - 1.0 / FINER) * self.allowed)
         if np.isinf(self.allowed):
-            state, reason = "not checked", "a fixed step without a tolerance promises nothing"
+            state, reason = "not checked", "a fixed step has no tolerance"
         elif not asked.any():
             state, reason = "not checked", "the run was resumed after the last recorded time"
         elif len(beyond):

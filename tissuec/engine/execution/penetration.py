@@ -26,8 +26,9 @@ def crossed_surfaces(run_state: RunState) -> Iterator[LoggedEvent]:
         surface = _surface(state, body)
         for thread in threads:
             text = (
-                f"{thread.name} passes through the surface of {body.name}: contact does not "
-                "hold it off there; use more pieces, or a larger thickness or contact stiffness"
+                f"{thread.name} passes through the surface of {body.name}: contact cannot "
+                "hold it back there; use more pieces, or a larger thickness or contact "
+                "stiffness"
             )
             if text in told or network.are_joined(thread, body):
                 continue

@@ -14,7 +14,7 @@ from tissuec.script.measures.scalar import Scalar, one_column
 
 @MEASURES.member("distance")
 class Distance(Scalar):
-    """The distance between the mean positions of A and of B; no number for an empty grip."""
+    """The distance between the mean positions of A and of B; NaN if a tool holds nothing."""
 
     form = "distance(A, B)"
     dimension = units.LENGTH

@@ -32,7 +32,7 @@ class EnergyDrift(Scalar):
             ValueError: The run keeps no energy ledger.
         """
         if moment.ledger is None:
-            raise ValueError("no energy ledger was kept")
+            raise ValueError("the energies were not integrated")
         balance = np.abs(moment.ledger.balance(moment.energies))
         scale = np.asarray(moment.ledger.scale, dtype=float)
         return one_column(

@@ -12,7 +12,7 @@ from tissuec.script.measures.scalar import Scalar, one_column
 
 @MEASURES.member("kinetic energy")
 class KineticEnergy(Scalar):
-    """Σ ½ m v² over the nodes of A that nobody holds."""
+    """Σ ½ m v² over the nodes of A that are not held."""
 
     form = "kinetic energy(A)"
     dimension = units.ENERGY

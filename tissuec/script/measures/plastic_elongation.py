@@ -14,7 +14,7 @@ from tissuec.script.measures.tension import Tension
 
 @MEASURES.member("plastic elongation")
 class PlasticElongation:
-    """By how much the rest length of every spring of A has flowed; the largest counts.
+    """The largest plastic change of the rest length of the springs of A.
 
     It is negative where pressure made a spring shorter, and stays when a spring is cut.
     """

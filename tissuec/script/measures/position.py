@@ -13,7 +13,7 @@ from tissuec.script.measures.vector import Vector
 
 @MEASURES.member("position")
 class Position(Vector):
-    """The mean position of the nodes of A; no number for an empty grip."""
+    """The mean position of the nodes of A; NaN if a tool holds nothing."""
 
     form = "position(A)"
     dimension = units.LENGTH

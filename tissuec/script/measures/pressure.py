@@ -11,7 +11,7 @@ from tissuec.script.measures.scalar import Scalar, one_column
 
 @MEASURES.member("pressure")
 class Pressure(Scalar):
-    """The pressure that preserves the volume of the body A; 0 where none does."""
+    """The pressure that preserves the volume of the body A; 0 without such a pressure."""
 
     form = "pressure(A)"
     dimension = units.PRESSURE

@@ -15,7 +15,7 @@ from tissuec.script.measures.scalar import Scalar, one_column
 class Ruptured(Scalar):
     """The number of springs of A that broke by themselves until then; true where it is not 0.
 
-    Torn by tension or crushed by pressure; the event log tells them apart.
+    Torn by tension or crushed by pressure; the event log distinguishes both.
     """
 
     form = "ruptured(A)"

@@ -12,7 +12,7 @@ from tissuec.script.measures.scalar import Scalar, one_column
 
 @MEASURES.member("volume")
 class Volume(Scalar):
-    """What the closed surface of the body A encloses now; 0 where it is open.
+    """The present volume inside the closed surface of the body A; 0 if it is open.
 
     Of a lattice it is the sum over all cells, whether they keep their volume or not.
     """

@@ -32,10 +32,10 @@ class Forceps(Struct, frozen=True, eq=False):
         if self.radius is None and self.upper is None and self.lower is None:
             return ()
         if self.radius is None or self.upper is None or self.lower is None:
-            raise ValueError('jaws need all of "radius", "upper" and "lower"')
+            raise ValueError('jaws need "radius", "upper" and "lower"')
         jaws = np.array([self.upper, self.lower])
         if float(np.linalg.norm(np.subtract(*jaws.mean(axis=1)))) <= 2.0 * self.radius:
-            raise ValueError('"upper" and "lower" jaw are drawn inside each other')
+            raise ValueError('the "upper" and the "lower" jaw overlap as drawn')
         return (
             capsule(*self.upper, self.radius, "upper jaw"),
             capsule(*self.lower, self.radius, "lower jaw"),

@@ -31,7 +31,7 @@ class Plane(Struct, frozen=True, eq=False):
         """
         length = float(np.linalg.norm(self.normal))
         if not length > 0.0:
-            raise ValueError('"normal" is a direction and cannot be (0, 0, 0)')
+            raise ValueError('"normal" cannot be (0, 0, 0)')
         # A step of one metre would lose digits in small scenes; its length does not matter.
         ahead = self.normal / length * max(float(np.abs(self.point).max()), 1e-3)
         return (Shape("plane", np.array([self.point, self.point + ahead])),)

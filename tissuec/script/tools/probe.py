@@ -29,10 +29,10 @@ class Probe(Struct, frozen=True, eq=False):
                 length.
         """
         if (self.centre is None) == (self.axis is None):
-            raise ValueError('it has either a "centre", as a sphere, or an "axis", as a rod')
+            raise ValueError('it needs either a "centre" (a sphere) or an "axis" (a rod)')
         if self.axis is not None:
             if not np.any(np.subtract(*self.axis)):
-                raise ValueError('"axis" has no length; for a sphere, write its "centre"')
+                raise ValueError('"axis" has no length; for a sphere, use "centre"')
             return (capsule(*self.axis, self.radius),)
         assert self.centre is not None
         return (capsule(self.centre, self.centre, self.radius),)

@@ -83,8 +83,8 @@ class ChangeMemory(Struct, frozen=True):
         first, second = next(pair for pair in PAIRS if self.name in pair)
         without = counted(len(springs) - having, "spring")
         return (
-            f"{without} of {self.group.name} began without a {first} and a {second}; "
-            f'to have some later, let their tissue say "{first} is none" and a {second}'
+            f"{without} of {self.group.name} has no {first} and {second} at the start; "
+            f'to change them later, write "{first} is none" and a {second} in the tissue'
         )
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
@@ -165,7 +165,7 @@ class Change:
         if what not in _READERS:
             known = [name for name in PARAMETERS if name not in (*CONSTANTS[1:], *TIMES[1:])]
             hint = alternatives(what, (*_READERS, *known), what="it can be")
-            order.reject("TIS305", f'"{what}" is nothing that can be changed', hint=hint)
+            order.reject("TIS305", f'"{what}" cannot be changed', hint=hint)
         return _READERS[what](order)
 
 
@@ -174,9 +174,9 @@ def _read_parameter(order: Order, parameter: ChangeableArray) -> Action:
         order.reject(
             "TIS306" if order.has("to") else "TIS304",
             f'"change {order.words}" needs either a new value or a factor',
-            hint="leave one of them out"
+            hint="remove one of them"
             if order.has("to")
-            else "end with to and a value, or with by and a factor such as 50 %",
+            else "add to and a value, or by and a factor such as 50 %",
         )
     word, is_factor = ("by", True) if order.has("by") else ("to", False)
     number = order.number(word, units.NUMBER if is_factor else parameter.dimension)

@@ -55,7 +55,7 @@ class Cut(Struct, frozen=True):
         if blade is None and not order.names_springs():
             order.reject(
                 "TIS304",
-                '"cut" needs "along", unless it names a set of springs',
+                '"cut" needs "along", except for a set of springs',
                 hint="for example: along plane through (10, 0, 0) mm facing (1, 0, 0)",
             )
         if order.duration is None:
@@ -63,7 +63,7 @@ class Cut(Struct, frozen=True):
         if blade is None or not blade.limited[0]:
             order.reject(
                 "TIS306",
-                "blades that close over an interval need a line or a stroke to close along",
+                "a cut over an interval needs a line or a stroke",
                 hint="write at T: cut …, or: cut … along line from … to … facing …",
             )
         profile = order.profiles(default="constant speed")[0]
@@ -74,7 +74,7 @@ class Cut(Struct, frozen=True):
             return self._begin(self.profile, state, queue)
         springs, _ = self.found(state)
         if not len(springs):
-            text = f"{sentence(self.span)}: there is nothing to cut"
+            text = f"{sentence(self.span)}: no spring to cut"
             return (LoggedEvent("note", (), text, self.span),)
         return (sever(state, springs, self.span),)
 
@@ -85,7 +85,7 @@ class Cut(Struct, frozen=True):
         shares = np.unique(np.append(self.found(state)[1], 1.0))
         for time in np.unique([when(begun, share, state.time, stop) for share in shares]):
             queue.add(float(time), BladeClosing(self, begun, stop))
-        text = f"begin of: {sentence(self.span)}"
+        text = f"start of: {sentence(self.span)}"
         return (LoggedEvent("stroke", (), text, self.span),)
 
     def found(self, state: State) -> tuple[Indices, Floats]:
@@ -153,8 +153,8 @@ def when(profile: TimeProfile, share: float, start: float, stop: float) -> float
 def _read_blade(order: Order) -> Blade:
     shape = order.text("along").lower()
     if shape not in _BLADES:
-        hint = alternatives(shape, _BLADES, what="a cut goes along a")
-        order.reject("TIS305", f'"{shape}" is nothing to cut along', hint=hint, word="along")
+        hint = alternatives(shape, _BLADES, what="shapes of a cut")
+        order.reject("TIS305", f'a cut cannot go along "{shape}"', hint=hint, word="along")
     return _BLADES[shape](order)
 
 
@@ -168,8 +168,9 @@ def _read_stroke(order: Order) -> Blade:
     if blade is None:
         order.reject(
             "TIS306",
-            "this stroke sweeps no area",
-            hint="the two points must differ, and the blade must move across its edge",
+            "this stroke does not sweep any area",
+            hint="the two points must differ, and the motion must not be parallel to the "
+            "line between them",
             word="by",
         )
     return blade
@@ -181,8 +182,8 @@ def _read_strip(order: Order) -> Blade:
     if blade is None:
         order.reject(
             "TIS306",
-            "this line does not lie in the plane that it is said to face",
-            hint="the points must differ, and the direction be at right angles to the line",
+            "this line is not in the plane that faces the given direction",
+            hint="the points must differ, and the direction must be perpendicular to the line",
             word="facing",
         )
     return blade

@@ -28,5 +28,5 @@ class Free(Struct, frozen=True):
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         text = sentence(self.span)
         if not len(let_go(state, self.group.indices, lambda holder: True)):
-            return (LoggedEvent("note", (), f"{text}: nobody holds it", self.span),)
+            return (LoggedEvent("note", (), f"{text}: not held", self.span),)
         return (LoggedEvent("free", (), text, self.span),)

@@ -84,7 +84,7 @@ class Irrigate(Struct, frozen=True):
             if order.has(word) and not (word == "of" and order.has("using")):
                 order.reject(
                     "TIS303",
-                    f'"{word}" does not go with irrigate: a jet goes where its nozzle points',
+                    f'irrigate does not take "{word}": the nozzle determines the direction',
                     hint=f"write: through NOZZLE, with {NOZZLE}",
                     word=word,
                 )
@@ -96,7 +96,7 @@ class Irrigate(Struct, frozen=True):
         flow = order.number("with", units.FLOW)
         if flow <= 0.0:
             hint = Hint(f"for example: {FLOW}", Edit(FLOW))
-            order.reject("TIS308", "a flow is above 0", word="with", hint=hint)
+            order.reject("TIS308", "a flow must be above 0", word="with", hint=hint)
         group = order.nodes() if order.words else None
         opening = cast(Opening, order.instrument("through", "nozzle"))
         profile = order.profiles(default="constant")[0]
@@ -107,8 +107,8 @@ class Irrigate(Struct, frozen=True):
         if np.isin(network.skin, self._nodes(network)).all(axis=1).any():
             return ""
         if self.group is None:
-            return "no body here has a surface that a jet could push"
-        return f"{self.group.name} has no whole triangle of a surface that a jet could push"
+            return "no body here has a surface for the jet to push"
+        return f"{self.group.name} has no complete triangle of a surface for the jet to push"
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         from tissuec.forces.jets import (  # where something is irrigated
@@ -137,7 +137,7 @@ class Irrigate(Struct, frozen=True):
         )
         logged_events = [LoggedEvent("irrigate", (), sentence(self.span), self.span)]
         if (old := state.jets.get(self.nozzle)) is not None:
-            text = f"it takes the place of: {sentence(old.span)}"
+            text = f"replaced: {sentence(old.span)}"
             logged_events.append(LoggedEvent("note", (), text, self.span))
         state.place_held()
         if why := _in_vain(jet, network, state.position):
@@ -157,9 +157,9 @@ def _in_vain(jet: "Jet", network: Network, position: Floats) -> str:
     from tissuec.forces.jets import buried_in
 
     if body := buried_in(network, position, position[jet.opening[0]]):
-        return f"the nozzle is inside {body}, where its jet pushes no surface"
+        return f"the nozzle is inside {body}, where its jet has no effect"
     met = jet.skin.struck[jet.met(position)].any()
-    return "" if met else "the jet meets nothing now"
+    return "" if met else "the jet does not hit any surface at this time"
 
 
 def stop_irrigating(state: State, target: str) -> bool:

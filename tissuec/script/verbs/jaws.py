@@ -25,10 +25,12 @@ def read_jaws(order: Order) -> tuple[str, float, TimeProfile]:
     tool, way = order.mover().name, order.number("by", units.LENGTH)
     if way <= 0.0:
         hint = Hint(
-            "to go the other way, write close instead of open, or open instead of close",
+            "for the opposite direction, write close instead of open, or open instead of close",
             *_turned_round(order),
         )
-        order.reject("TIS308", "jaws move by a length above 0", hint=hint, word="by")
+        order.reject(
+            "TIS308", "the length of a motion of jaws must be above 0", hint=hint, word="by"
+        )
     profiles = order.profiles(default="")
     refuse_jump(order, profiles)
     return tool, way, profiles[0]

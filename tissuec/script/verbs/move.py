@@ -68,10 +68,10 @@ def refuse_jump(order: Order, profiles: tuple[TimeProfile, ...]) -> None:
         is_constant = profiles[0].kind == "constant"
         order.reject(
             "TIS306",
-            "this motion would begin with a jump: its first value is not 0",
+            "this motion begins with a jump: its first value is not 0",
             hint=Hint("write using constant speed, or using smooth profile", *_SMOOTH)
             if is_constant
-            else "let the first value be 0",
+            else "change the first value to 0",
             word="using" if order.has("using") else None,
         )
 

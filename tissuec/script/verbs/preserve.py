@@ -82,7 +82,7 @@ class Inflate(Struct, frozen=True):
     def read(cls, order: Order) -> Self:
         volume = order.number("to", units.VOLUME)
         if volume <= 0.0:
-            order.reject("TIS308", "a volume is above 0", word="to")
+            order.reject("TIS308", "a volume must be above 0", word="to")
         default = "constant" if order.duration is None else "ramp"
         profile = order.profiles(default=default)[0]
         return cls(order.nodes(), volume, profile, order.duration, order.span)
@@ -109,7 +109,7 @@ def _expect_volume(order: Order) -> None:
     if order.words.lower() != "volume" or not order.has("of"):
         order.reject(
             "TIS312",
-            "what is preserved is the volume of a body",
+            "only the volume of a body can be preserved",
             hint="write: preserve volume of … with 10 kPa",
         )
 
@@ -117,10 +117,10 @@ def _expect_volume(order: Order) -> None:
 def _modulus(order: Order) -> float:
     if not order.has("with"):
         hint = f"for example: with 10 kPa, or with {next(iter(FIRMNESS))}"
-        order.reject("TIS304", "how firmly is missing", hint=hint)
+        order.reject("TIS304", "the pressure is missing", hint=hint)
     if (word := order.word("with", FIRMNESS)) is not None:
         return FIRMNESS[word]
     modulus = order.number("with", units.PRESSURE)
     if modulus <= 0.0:
-        order.reject("TIS308", "a pressure that preserves is above 0", word="with")
+        order.reject("TIS308", "the pressure must be above 0", word="with")
     return modulus

@@ -106,8 +106,8 @@ def _written_force(order: Order) -> Floats:
         if order.has("along"):
             order.reject(
                 "TIS306",
-                "the force has a direction already",
-                hint='write an amount such as 0.1 N before "along", or leave "along" out',
+                "the force already has a direction",
+                hint='write an amount such as 0.1 N before "along", or remove "along"',
                 word="along",
             )
         return order.vector("with", units.FORCE)
@@ -132,7 +132,7 @@ def _is_for_each_node(order: Order) -> bool:
     if text.lower() != "each node":
         order.reject(
             "TIS305",
-            f'"{text}" cannot stand after "on"',
+            f'unexpected "{text}" after "on"',
             hint=Hint("write: on each node", Edit("on each node")),
             word="on",
         )

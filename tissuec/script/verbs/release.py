@@ -43,7 +43,7 @@ class Release(Struct, frozen=True):
         if not len(let_go(state, nodes, self._concerns)):
             if self.group and state.hold_ends.get(self.group.name) == state.time:
                 return ()
-            return (LoggedEvent("note", (), f"{text}: it is not held any more", self.span),)
+            return (LoggedEvent("note", (), f"{text}: no longer held", self.span),)
         return (LoggedEvent("release", (), text, self.span),)
 
     def _concerns(self, holder: str) -> bool:

@@ -32,7 +32,7 @@ class Settle(Struct, frozen=True):
     @classmethod
     def read(cls, order: Order) -> Self:
         if order.duration is not None:
-            order.reject("TIS403", "settle takes no time", hint="write: at T: settle")
+            order.reject("TIS403", "settle cannot have an interval", hint="write: at T: settle")
         return cls(order.nodes() if order.words else None, order.span)
 
     def chosen(self, state: State) -> np.ndarray:

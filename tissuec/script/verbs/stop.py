@@ -52,8 +52,8 @@ class Stop(Struct, frozen=True):
             if not what:
                 hint = f"write: {', or: '.join(cls.forms[i] for i in (0, 2, 6))}"
             if not what:
-                order.reject("TIS304", "what is stopped is not written", hint=hint)
-            order.reject("TIS305", f'"{what}" is nothing that can be stopped', hint=hint)
+                order.reject("TIS304", "the action to stop is missing", hint=hint)
+            order.reject("TIS305", f'"{what}" cannot be stopped', hint=hint)
         if what == "irrigating" == order.words.lower():
             return cls(what, "", order.span)
         is_mover = what in ("moving", "turning")
@@ -63,5 +63,5 @@ class Stop(Struct, frozen=True):
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         text = sentence(self.span)
         if not _STOPS[self.what](state, self.name):
-            return (LoggedEvent("note", (), f"{text}: there is nothing to stop", self.span),)
+            return (LoggedEvent("note", (), f"{text}: nothing to stop", self.span),)
         return (LoggedEvent("stop", (), text, self.span),)

@@ -60,12 +60,12 @@ class Tie(Struct, frozen=True):
         if kind is None:
             hint = alternatives("", KNOTS, what="knots")
             if not order.has("with"):
-                order.reject("TIS304", "which knot is missing", hint=hint)
+                order.reject("TIS304", "the kind of knot is missing", hint=hint)
             text = order.text("with")
-            order.reject("TIS305", f'"{text}" is no knot', hint=hint, word="with")
+            order.reject("TIS305", f'unknown knot "{text}"', hint=hint, word="with")
         force = order.number("of", units.FORCE) if order.has("of") else None
         if force is not None and force <= 0.0:
-            order.reject("TIS308", "what a knot holds is above 0", word="of")
+            order.reject("TIS308", "the force of a knot must be above 0", word="of")
         return cls(group, kind, force, order.span)
 
     def flaw(self, network: Network) -> str:
@@ -76,8 +76,9 @@ class Tie(Struct, frozen=True):
         knots = self.group.indices if thread is None else [thread.hold]
         if self.force is None and not np.isfinite(network.strength[knots]).all():
             return (
-                f"{self.group.name} has no strength that its {self.kind} could have a part of: "
-                f"allow its rupture, or write what it holds: with {self.kind} of 2 N"
+                f"{self.group.name} has no breaking force, on which the force of its "
+                f"{self.kind} depends: "
+                f"allow its rupture, or write the force: with {self.kind} of 2 N"
             )
         return ""
 

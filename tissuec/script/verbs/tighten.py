@@ -53,17 +53,17 @@ class ChangeRestLength(Struct, frozen=True):
         state.stop_reeling(self.group.indices)
         rest = state.rest[springs]
         if rest.sum() <= 0.0:
-            message = f"nothing is left of {name} that could change its length"
+            message = f"all springs of {name} are broken, so its length cannot change"
             first = state.network.ends[self.group.indices[0], 0]
             raise ActionFailed(message, int(first), self.span)
         text = sentence(self.span)
         if name in state.network.threads:
             present = float(rest.sum())
             wanted = rest * (self.length / present)
-            idle = f"its length is {show(present, LENGTH)} already"
+            idle = f"its length is already {show(present, LENGTH)}"
         else:
             wanted = np.full(len(rest), self.length)
-            idle = f"its springs are that {'short' if self.shorter else 'long'} already"
+            idle = f"its springs are already that {'short' if self.shorter else 'long'}"
         change = wanted - rest
         change = np.minimum(change, 0.0) if self.shorter else np.maximum(change, 0.0)
         if not change.any():
@@ -140,7 +140,7 @@ class Loosen:
 def _read(order: Order, *, shorter: bool) -> ChangeRestLength:
     length = order.number("to", units.LENGTH)
     if length <= 0.0:
-        order.reject("TIS308", "the length without tension is above 0", word="to")
+        order.reject("TIS308", "the length without tension must be above 0", word="to")
     default = "constant" if order.duration is None else "ramp"
     profile = order.profiles(default=default)[0]
     return ChangeRestLength(
@@ -157,7 +157,7 @@ def not_to_be_drawn(network: Network, group: Group) -> str:
     """Return that springs are no thread and no joint, empty if they are."""
     if group.name in network.threads or is_of_joints(network, group):
         return ""
-    return f"{group.name} is no body of mesh thread and no joint"
+    return f"{group.name} is neither a body with mesh thread nor a joint"
 
 
 def intact(state: State, group: Group) -> Indices:
