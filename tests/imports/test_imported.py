@@ -141,7 +141,8 @@ def test_no_spring_bridges_a_cleft(tmp_path):
     write_obj(tmp_path / "flap.obj", position, triangles)
     mesh = imported(tmp_path / "flap.obj", filling="sodium chloride", cell=0.0013)
     flap = (
-        "nodes of the surface not joined to the inside: the body is thin there beside the cell"
+        "nodes of the surface not joined to the inside: the body is thin compared with "
+        "the cell there"
     )
     assert len(mesh.remarks) == 1 and mesh.remarks[0].endswith(flap)
     assert len(mesh.position) > len(position) + 20
@@ -184,7 +185,7 @@ def test_a_cavity_stays_empty_and_faces_inwards(tmp_path):
     shells = np.concatenate([triangles, triangles + len(position)])  # both face outwards
     write_obj(tmp_path / "hollow.obj", both, shells)
     mesh = imported(tmp_path / "hollow.obj", filling="sodium chloride", cell=0.01)
-    assert mesh.remarks[0] == "320 triangles turned round to face the same way as the others"
+    assert mesh.remarks[0] == "320 triangles flipped to face the same way as the others"
     enclosed = volume(mesh.position, mesh.skin.astype(np.int64))
     assert enclosed == pytest.approx(1e-9 * volume(position, triangles) * (1 - 0.125), rel=1e-9)
     inner = 1000 * mesh.position[len(both) :]
@@ -325,11 +326,11 @@ def test_repairs_are_counted_and_give_the_clean_organ(tmp_path):
     write_obj(tmp_path / "dirty.obj", dirty, broken)
     mesh = imported(tmp_path / "dirty.obj")
     assert mesh.remarks == (
-        f"{5 + (30 - used) + lost} nodes of no surface or cell left out",
-        f"{used - lost} nodes merged with another one that is no more than 0.238 um away",
-        "3 triangles with two corners in one node left out",
-        "7 triangles left out, being there twice",
-        "40 triangles turned round to face the same way as the others",
+        f"{5 + (30 - used) + lost} nodes without a surface or cell removed",
+        f"{used - lost} nodes merged with another node that is no more than 0.238 um away",
+        "3 triangles with two corners in one node removed",
+        "7 triangles removed (duplicate)",
+        "40 triangles flipped to face the same way as the others",
     )
     assert Edges.among(mesh.skin.astype(np.int64)).is_closed
     assert len(mesh.skin) == len(triangles)
@@ -341,7 +342,7 @@ def test_an_organ_inside_out_is_turned(tmp_path):
     position, triangles = blob(2)
     write_obj(tmp_path / "a.obj", position, triangles[:, ::-1])
     mesh = imported(tmp_path / "a.obj")
-    assert mesh.remarks == ("320 triangles turned round to face the same way as the others",)
+    assert mesh.remarks == ("320 triangles flipped to face the same way as the others",)
     assert volume(mesh.position, mesh.skin.astype(np.int64)) > 0
 
 
@@ -417,7 +418,7 @@ def test_a_truncated_file_is_refused(name, part, organ):
         return
     said = refusal(path)
     assert said.startswith(f'"{name}": ')
-    assert re.search("cut off|cannot be read|are missing|begin|no \\$Elements", said), said
+    assert re.search("truncated|cannot be read|are missing|begin|no \\$Elements", said), said
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -443,7 +444,7 @@ def test_a_file_under_another_name_is_told_its_own(name, organ):
     path = organ / name
     other = path.with_name("other.stl")
     other.write_bytes(path.read_bytes())
-    assert f'call it "other{path.suffix}"' in refusal(other)
+    assert f'rename it to "other{path.suffix}"' in refusal(other)
 
 
 def test_exact_refusals(tmp_path):
@@ -451,11 +452,11 @@ def test_exact_refusals(tmp_path):
         "empty.stl": ("", "the file is empty | "),
         "nothing.obj": (
             "v 0 0 0\nv 1 0 0\nl 1 2\n",
-            "it holds no surface and no cell, only 2 nodes and 1 line | ",
+            "it contains no surface and no cell, only 2 nodes and 1 line | ",
         ),
         "far.obj": (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n",
-            "line 4 names vertex 4, but there are 3 | ",
+            "line 4 uses vertex 4, but there are 3 | ",
         ),
         "zero.obj": (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n",
@@ -467,24 +468,24 @@ def test_exact_refusals(tmp_path):
         ),
         "organ.step": (
             "x",
-            'the format ".step" is not read | '
+            'the format ".step" is not supported | '
             "formats: .feb, .msh, .obj, .ply, .stl, .vtk, .vtu",
         ),
         "grid.vtk": (
             "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n",
-            "it holds STRUCTURED_POINTS; POLYDATA or UNSTRUCTURED_GRID is needed | ",
+            "it contains STRUCTURED_POINTS; POLYDATA or UNSTRUCTURED_GRID is needed | ",
         ),
         "folded.feb": (
             '<febio_spec version="4.0"><Mesh><Nodes><node id="1">0,0,0</node>'
             '<node id="2">1,0,0</node><node id="3">0,1,0</node></Nodes>'
             '<Elements type="tet4"><elem id="9">1,2,3,3</elem></Elements></Mesh></febio_spec>',
-            "1 tetra with two corners at one place, the first of them tetra 1 | "
-            "write such a cell as one of fewer corners; or set merging distance = 0 mm",
+            "1 tetra with two corners at the same position, the first of them tetra 1 | "
+            "write such a cell with fewer corners, or set merging distance = 0 mm",
         ),
         "lost.feb": (
             '<febio_spec><Mesh><Nodes><node id="1">0,0,0</node></Nodes>'
             '<Elements type="tri3"><elem id="9">1,2,3</elem></Elements></Mesh></febio_spec>',
-            'elem "9" names node 2, which is not there | ',
+            'elem "9" contains node 2, which does not exist | ',
         ),
         "laughs.feb": (
             '<!DOCTYPE a [<!ENTITY l "ha"><!ENTITY m "&l;&l;">]><febio_spec>&m;</febio_spec>',
@@ -496,7 +497,7 @@ def test_exact_refusals(tmp_path):
         ),
         "elsewhere.feb": (
             '<febio_spec><Geometry from="geo.feb"/></febio_spec>',
-            'its mesh stands in another file, "geo.feb" | ',
+            'its mesh is in another file, "geo.feb" | ',
         ),
     }
     for name, (text, expected) in cases.items():
@@ -517,11 +518,11 @@ def test_a_volume_cannot_be_filled_and_rules_ask_for_their_cells(tmp_path):
     position, cells = box_of_hexahedra(1)
     write_vtk(tmp_path / "box.vtk", position, cells)
     path = tmp_path / "box.vtk"
-    assert "it holds volume cells, which cannot be filled" in refusal(
+    assert "it contains volume cells, which cannot be filled" in refusal(
         path, filling="diamond", cell=0.01
     )
     assert "the area rule is for surfaces" in refusal(path, stiffness="area rule")
-    assert "and there are 1 other cells" in refusal(path, stiffness="volume rule")
+    assert "but there are 1 other cells" in refusal(path, stiffness="volume rule")
 
 
 def test_a_cell_too_large_or_too_small_is_refused(tmp_path):
@@ -542,9 +543,7 @@ def test_a_vtu_of_two_pieces_is_refused(tmp_path):
     text = (tmp_path / "a.vtu").read_text()
     piece = text[text.index("<Piece") : text.index("</Unstr")]
     (tmp_path / "a.vtu").write_text(text.replace(piece, piece + piece))
-    assert "160 cells in 2 pieces are announced, and 80 were read" in refusal(
-        tmp_path / "a.vtu"
-    )
+    assert "160 cells in 2 pieces are declared, but 80 were read" in refusal(tmp_path / "a.vtu")
 
 
 def test_a_missing_package_is_told_with_the_command(tmp_path, monkeypatch):

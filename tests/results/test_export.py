@@ -93,7 +93,7 @@ def test_tables_as_data_hold_what_the_file_holds(read, example):
 
 
 def test_events_among_other_tables_are_refused_with_the_remedy(read):
-    with pytest.raises(ResultError, match="export them by themselves"):
+    with pytest.raises(ResultError, match="export it alone"):
         table(read, ["energies", "events"])
 
 

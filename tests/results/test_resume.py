@@ -171,7 +171,7 @@ def test_values_of_a_checkpoint_come_back_as_they_were(tmp_path, example):
 def test_a_state_that_cannot_be_kept_is_refused(tmp_path, example, value):
     with example.open(tmp_path / "a.vtkhdf") as writer:
         example.write(writer, last=3)
-        with pytest.raises(ValueError, match='"odd" is no number, text or array'):
+        with pytest.raises(ValueError, match='"odd" is not a number, text or array'):
             writer.checkpoint({"odd": value})
 
 
@@ -211,14 +211,14 @@ def test_a_run_is_gone_on_with_only_where_nothing_has_changed_since(tmp_path, ex
         find_checkpoint(path, SCENE, now, example.network)
     with example.open(path, **now) as writer:
         writer.topology(example.alive(0))
-        with pytest.raises(PlaceError, match="it holds no checkpoint; without --resume"):
+        with pytest.raises(PlaceError, match="it has no checkpoint; without --resume"):
             find_checkpoint(path, SCENE, now, example.network)
         example.write(writer, last=6, checkpoints=(5,))
         writer.close("interrupted", finished=False)
     assert find_checkpoint(path, SCENE, now, example.network).state["frame"] == 5
     changed = {"sources": {"skin.tis": "t"}, "overrides": []}
     for text, change, message in (
-        ("other", {}, '"a.tis" has changed since; without --resume the run starts anew'),
+        ("other", {}, '"a.tis" has changed since; without --resume the run starts again'),
         (SCENE, {"sources": {}}, '"skin.tis" has changed since; without'),
         (SCENE, {"files": {"liver.obj": "other"}}, '"liver.obj" has changed since; without'),
         (SCENE, {"overrides": []}, 'it was run with --set "pull=2 mm"; without'),
@@ -273,7 +273,7 @@ def test_a_checkpoint_is_gone_on_with_only_as_it_was_written(tmp_path, example, 
         partial = writer.close("interrupted", finished=False)
     assert find_checkpoint(path, SCENE, manifest, example.network).state["frame"] == 5
     changed(partial, change)
-    message = "is not as it was written; without --resume the run starts anew"
+    message = "has changed since it was written; without --resume the run starts again"
     with pytest.raises(PlaceError, match=message):
         find_checkpoint(path, SCENE, manifest, example.network)
     assert example.saved(path).exists()
@@ -287,16 +287,16 @@ def test_a_checkpoint_is_gone_on_with_only_by_the_version_that_wrote_it(
         patch.setattr("tissuec.results.checkpoint.__version__", "9.1")
         example.write(writer, last=6, checkpoints=(5,))
         writer.close("interrupted", finished=False)
-    with pytest.raises(PlaceError, match=r"holds a checkpoint of tissuec 9\.1, and this is 0"):
+    with pytest.raises(PlaceError, match=r"has a checkpoint of tissuec 9\.1, but this is 0"):
         find_checkpoint(path, SCENE, manifest, example.network)
 
 
 def test_a_run_of_another_network_is_not_gone_on_with(tmp_path, example):
-    """The same text can be compiled to another network by another library of meshes."""
+    """The same text can be compiles to another network by another library of meshes."""
     path, manifest = tmp_path / "a.vtkhdf", {"scene": "a.tis", "overrides": []}
     with example.open(path, **manifest) as writer:
         example.write(writer, last=6, checkpoints=(5,))
         writer.close("interrupted", finished=False)
     other = replace(example.network, rest=example.network.rest * (1 + 1e-15))
-    with pytest.raises(PlaceError, match="compiled to another network"):
+    with pytest.raises(PlaceError, match="compiles to another network"):
         find_checkpoint(path, SCENE, manifest, other)

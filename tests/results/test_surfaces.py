@@ -203,7 +203,7 @@ def test_names_of_views_are_names_of_files_and_differ(tmp_path):
 def test_a_view_is_small_and_says_whose_it_is(result):
     view = result.with_name("a.left_vessel.vtkhdf")
     assert view.stat().st_size < 4096
-    with pytest.raises(ResultError, match=r'surface of left vessel in "a.vtkhdf"; name that'):
+    with pytest.raises(ResultError, match=r'surface of left vessel in "a.vtkhdf"; use that'):
         Trajectory.open(view)
 
 
@@ -213,7 +213,7 @@ def test_a_view_replaces_a_view_and_nothing_else(tmp_path, example):
     example.saved(tmp_path / "a.vtkhdf")
     assert sorted(os.listdir(tmp_path)) == ["a.tube.vtkhdf", "a.vtkhdf"]
     place.write_text("keep me")
-    with pytest.raises(PlaceError, match="show the surface of tube: it is there already"):
+    with pytest.raises(PlaceError, match="for the surface of tube: it exists"):
         example.open(tmp_path / "a.vtkhdf")
     assert place.read_text() == "keep me"
     assert sorted(os.listdir(tmp_path)) == ["a.tube.vtkhdf", "a.vtkhdf"]

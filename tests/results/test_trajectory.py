@@ -149,18 +149,18 @@ def test_a_missing_file_is_said_and_an_unfinished_one_is_pointed_at(tmp_path, ex
     with pytest.raises(ResultError, match=r'there is no file ".*a.vtkhdf"$'):
         Trajectory.open(tmp_path / "a.vtkhdf")
     example.open(tmp_path / "a.vtkhdf").close("interrupted", finished=False)
-    with pytest.raises(ResultError, match=r'an unfinished one: ".*a\.partial\.vtkhdf"'):
+    with pytest.raises(ResultError, match=r'an unfinished result: ".*a\.partial\.vtkhdf"'):
         Trajectory.open(tmp_path / "a.vtkhdf")
 
 
 def test_other_files_are_told_from_results(tmp_path):
     text, plain = tmp_path / "text.vtkhdf", tmp_path / "plain.vtkhdf"
     text.write_text("language 1\n")
-    with pytest.raises(ResultError, match="it is no HDF5 file"):
+    with pytest.raises(ResultError, match="it is not an HDF5 file"):
         Trajectory.open(text)
     with h5py.File(plain, "w") as file:
         file["VTKHDF"] = 1
-    with pytest.raises(ResultError, match="is an HDF5 file, but no result of tissuec"):
+    with pytest.raises(ResultError, match="is an HDF5 file, but not a result of tissuec"):
         Trajectory.open(plain)
     (tmp_path / "empty.vtkhdf").touch()
     with pytest.raises(ResultError, match="cannot read"):
@@ -177,7 +177,9 @@ def test_a_truncated_file_is_told(path):
 def test_another_layout_is_told(path):
     with h5py.File(path, "r+") as file:
         file["tissuec"].attrs["layout_version"] = 7
-    with pytest.raises(ResultError, match="has layout 7, and this tissuec reads layout 2"):
+    with pytest.raises(
+        ResultError, match="has layout 7, but this version of tissuec reads layout 2"
+    ):
         Trajectory.open(path)
 
 
@@ -243,5 +245,5 @@ def test_a_file_without_content_is_said_to_hold_nothing_yet(tmp_path):
     begun = tmp_path / "a.partial.vtkhdf"
     for content in (b"", bytes(4096)):
         begun.write_bytes(content)
-        with pytest.raises(ResultError, match="it holds nothing yet"):
+        with pytest.raises(ResultError, match="it is still empty"):
             Trajectory(begun)

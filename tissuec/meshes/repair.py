@@ -110,7 +110,7 @@ def _check(draft: _Draft, raw: RawMesh) -> None:
     if not sum(len(cells.nodes) for cells in draft.cells):
         parts = [counted(len(draft.position), "node")]
         parts += [counted(number, word) for word, number in raw.ignored.items()]
-        raise FormatError(f"it holds no surface and no cell, only {' and '.join(parts)}")
+        raise FormatError(f"it contains no surface and no cell, only {' and '.join(parts)}")
     count = len(draft.position)
     for cells in draft.cells:
         wrong = (cells.nodes < 0) | (cells.nodes >= count)
@@ -118,7 +118,8 @@ def _check(draft: _Draft, raw: RawMesh) -> None:
             rows = np.flatnonzero(wrong.any(axis=1))
             corner = cells.nodes[rows[0]][wrong[rows[0]]][0]
             raise FormatError(
-                f"{_many(len(rows), cells.kind)} with a corner that is not there, the first of "
+                f"{_many(len(rows), cells.kind)} with a corner that does not exist, the "
+                "first of "
                 f"them {cells.kind} {rows[0] + 1}: node {corner + 1} of {count}"
             )
     used = _used(draft)
@@ -149,7 +150,7 @@ def _drop_unused(draft: _Draft, raw: RawMesh) -> None:
             f"{counted(raw.curved, 'curved cell')} made straight: only corners are nodes"
         )
     elif unused:
-        draft.remarks.append(f"{counted(unused, 'node')} of no surface or cell left out")
+        draft.remarks.append(f"{counted(unused, 'node')} without a surface or cell removed")
     if unused:
         number = np.full(len(draft.position), -1)
         number[used] = np.arange(len(used))
@@ -175,7 +176,7 @@ def _merge(draft: _Draft, close: float | None) -> None:
     label = pieces(len(draft.position), pairs).astype(np.int64)
     _, first = np.unique(label, return_index=True)
     draft.remarks.append(
-        f"{counted(len(label) - len(first), 'node')} merged with another one that is no more "
+        f"{counted(len(label) - len(first), 'node')} merged with another node that is no more "
         f"than {units.show(close, units.LENGTH)} away"
     )
     _renumber(draft, draft.position[first], label)
@@ -218,12 +219,13 @@ def _check_folded(draft: _Draft) -> None:
         number = int(folded.sum())
         if cells.kind in FACES:
             raise FormatError(
-                f"{_many(number, cells.kind)} with two corners at one place, the first of them "
+                f"{_many(number, cells.kind)} with two corners at the same position, the "
+                "first of them "
                 f"{cells.kind} {np.argmax(folded) + 1}",
-                "write such a cell as one of fewer corners; or set merging distance = 0 mm",
+                "write such a cell with fewer corners, or set merging distance = 0 mm",
             )
         draft.remarks.append(
-            f"{_many(number, cells.kind)} with two corners in one node left out"
+            f"{_many(number, cells.kind)} with two corners in one node removed"
         )
         draft.cells[place] = MeshCells(cells.kind, cells.nodes[~folded])
 
@@ -281,7 +283,7 @@ def _once(cells: Indices, kind: str, remarks: list[str]) -> Indices:
     """Return cells without those that are there twice, whichever way they face."""
     _, first = np.unique(np.sort(cells, axis=1), axis=0, return_index=True)
     if again := len(cells) - len(first):
-        remarks.append(f"{_many(again, kind)} left out, being there twice")
+        remarks.append(f"{_many(again, kind)} removed (duplicate)")
     return cells[np.sort(first)]
 
 
@@ -340,9 +342,7 @@ def _faced(position: Floats, triangles: Indices) -> tuple[Indices, list[str]]:
         )
     turned ^= _wrong_way(position, _turn(triangles, turned), edges, turned, patch)
     if many := int(turned.sum()):
-        remarks.append(
-            f"{_many(many, 'triangle')} turned round to face the same way as the others"
-        )
+        remarks.append(f"{_many(many, 'triangle')} flipped to face the same way as the others")
     return _turn(triangles, turned), remarks
 
 

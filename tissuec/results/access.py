@@ -90,7 +90,7 @@ class Dataset:
         """Return the whole dataset, in its unit and shape, after a test of the checksum."""
         data = np.asarray(self[()])
         if self._known and self._known.crc not in (None, crc_of(data)):
-            damaged(self.file, f'"{self.path}" is not as it was written')
+            damaged(self.file, f'"{self.path}" has changed since it was written')
         return data
 
     def finite(self, start: int, stop: int) -> NDArray[Any]:
@@ -100,7 +100,7 @@ class Dataset:
         """
         data = self[start:stop]
         if len(data) < stop - start or not all_numbers(data):
-            damaged(self.file, f'"{self.path}" lacks numbers')
+            damaged(self.file, f'"{self.path}" is incomplete')
         return data
 
 
@@ -111,9 +111,9 @@ def check_structure(file: Group) -> None:
             found = _opened(file, path)
             kind, is_there = str(found.dtype), _is_there(found)
         if (kind, found.shape) != (known.kind, known.shape):
-            damaged(file.file, f'"{path}" is of another kind or size than was written')
+            damaged(file.file, f'"{path}" has another type or size than was written')
         if not is_there:
-            damaged(file.file, f'"{path}" is larger than what is there')
+            damaged(file.file, f'"{path}" is larger than the file')
 
 
 def _is_there(found: h5d.DatasetID) -> bool:
@@ -140,7 +140,7 @@ def read_sums(file: h5py.File, name: str) -> dict[str, DatasetSum]:
     found = dataset(Group(file, name, {}), SUMS)
     with reading(name, SUMS):
         if not _is_there(found.raw.id):
-            raise ValueError("it is larger than what is there")
+            raise ValueError("it is larger than the file")
         return sums_of_text(_decoded(found.raw[()]))
 
 
@@ -153,7 +153,9 @@ def dataset(parent: Group, path: str) -> Dataset:
 def group(parent: Group, path: str) -> Group:
     """Return the group at ``path``; ResultError if there is none."""
     found = parent.member(path)
-    return found if isinstance(found, Group) else damaged(parent.file, f'"{path}" is no group')
+    return (
+        found if isinstance(found, Group) else damaged(parent.file, f'"{path}" is not a group')
+    )
 
 
 def groups(parent: Group) -> list[Group]:
@@ -261,5 +263,5 @@ def reading(file: str, path: str) -> Iterator[None]:
 
 def _decoded(data: Any) -> str:
     if not isinstance(data, bytes | str):
-        raise TypeError("it is no text")
+        raise TypeError("it is not a text")
     return data if isinstance(data, str) else data.decode()

@@ -49,8 +49,11 @@ INELASTIC = {
     "time": ("s", "relaxation time of each branch of each spring; infinite: it has none"),
     "limit": ("N", "yield force of each spring; infinite: it never yields"),
     "viscosity": ("N*s/m", "yield viscosity of each spring; infinite: it never yields"),
-    "slot": ("", "places of what springs remember among the components of all velocities"),
-    "rate": ("1/s", "what that is multiplied by there"),
+    "slot": (
+        "",
+        "indices of internal variables of springs in the array of all velocity components",
+    ),
+    "rate": ("1/s", "factor of these components"),
 }
 
 
@@ -62,9 +65,9 @@ def write_network(store: Store, network: Network) -> None:
         store.array(f"{NETWORK}/{name}", value, description, unit=unit, compress=compress)
     bodies = network.bodies
     table = {
-        "nodes": ("first node and the one behind the last", [_range(b.nodes) for b in bodies]),
+        "nodes": ("first node and the one after the last", [_range(b.nodes) for b in bodies]),
         "springs": (
-            "first spring and the one behind the last",
+            "first spring and the one after the last",
             [_range(b.springs) for b in bodies],
         ),
     }
@@ -82,7 +85,7 @@ def write_network(store: Store, network: Network) -> None:
         store.array(f"{NETWORK}/joints/springs", rows, text)
         _write_names(store, f"{NETWORK}/joints", "joint", network.joints)
     shown = np.array([network.shown_nodes, network.node_count])
-    text = "first hidden node, which only remembers something, and the one behind the last"
+    text = "first internal node, which only stores state, and the one after the last"
     store.array(f"{NETWORK}/hidden", shown, text)
     if network.inelastic is not None:
         for name, (unit, description) in INELASTIC.items():
@@ -105,7 +108,7 @@ def _write_threads(store: Store, network: Network) -> None:
     threads = [body.thread or none for body in network.bodies]
     rows = [(*_range(one.pieces), one.hold, one.slip, one.closed) for one in threads]
     text = (
-        "of each body that is a thread: its first piece and the spring behind its last one, "
+        "of each body that is a thread: its first piece and the spring after its last one, "
         "the springs that its knot holds and slips by, and 1 if it is a loop"
     )
     store.array(f"{NETWORK}/bodies/thread", np.array(rows, dtype=np.int64), text)
@@ -120,7 +123,7 @@ def _write_tools(store: Store, network: Network) -> None:
         return
     path = f"{NETWORK}/tools"
     rows = np.array([_range(tool.nodes) for tool in network.tools], dtype=np.int64)
-    store.array(f"{path}/nodes", rows, "first node and the one behind the last of each tool")
+    store.array(f"{path}/nodes", rows, "first node and the one after the last of each tool")
     _write_names(store, path, "tool", network.tools)
     shapes = [shape for tool in network.tools for shape in tool.shapes]
     for name, texts, description in (

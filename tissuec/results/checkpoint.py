@@ -66,8 +66,8 @@ def write_checkpoint(store: Store, checkpoint: Checkpoint) -> None:
     for member, name in names.items():
         value = checkpoint.state[name]
         if not isinstance(value, str) and np.asarray(value).dtype.kind not in "biuf":
-            raise ValueError(f'"{name}" is no number, text or array of numbers')
-        store.array(f"{CHECKPOINT}/state/{member}", value, "part of the state to go on from")
+            raise ValueError(f'"{name}" is not a number, text or array of numbers')
+        store.array(f"{CHECKPOINT}/state/{member}", value, "part of the state for resuming")
         store.label(f"{CHECKPOINT}/state/{member}", name=name)
     for name, text, description in (
         ("rows", json.dumps(checkpoint.rows), "rows of every growing dataset, as JSON"),
@@ -107,8 +107,8 @@ def _check_version(group: Group) -> None:
         if isinstance(written, list) and written[:1] == [FORMAT]:
             version = f"tissuec {written[-1]}"
         raise ResultError(
-            f'"{group.file}" holds a checkpoint of {version}, and this is '
-            f"{__version__}: only the version that wrote it can go on from there"
+            f'"{group.file}" has a checkpoint of {version}, but this is '
+            f"{__version__}: only the version that wrote it can resume"
         )
 
 

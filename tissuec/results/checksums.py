@@ -58,7 +58,7 @@ def sums_of_text(text: str) -> dict[str, DatasetSum]:
     """
     crc, _, table = text.partition(" ")
     if f"{zlib.crc32(table.encode()):08x}" != crc:
-        raise ValueError("the table of checksums is not as it was written")
+        raise ValueError("the table of checksums has changed since it was written")
     return {
         path: DatasetSum(kind, tuple(shape), crc)
         for path, (kind, shape, crc) in json.loads(table).items()

@@ -24,7 +24,7 @@ ARRAYS = {
     "position": (("node", "axis"), "positions of nodes"),
     "velocity": (("node", "axis"), "velocities of nodes"),
     "force": (("node", "axis"), "sums of the spring forces on nodes"),
-    "tension": (("spring",), "tensions of springs; NaN once one is gone"),
+    "tension": (("spring",), "tensions of springs; NaN after a spring is gone"),
 }
 
 
@@ -138,5 +138,5 @@ def _package(name: str, what: str) -> Any:
     except ImportError as error:
         raise ImportError(
             f"{what} needs {name}, which is not installed; "
-            'pip install "tissuec[notebook]" brings it'
+            'pip install "tissuec[notebook]" installs it'
         ) from error

@@ -29,9 +29,9 @@ def copy_result(path: Path, target: Path, surfaces: Mapping[str, SurfaceSeries])
     check_replaceable(target)
     check_views(target, list(surfaces))
     if target.exists() and os.path.samefile(path, target):
-        raise PlaceError(f'"{target}" is this result itself; name another file')
+        raise PlaceError(f'"{target}" is this result itself; give another file')
     if has_journal(path):
-        raise ResultError(f'"{path}" is still being written, or was killed while it was')
+        raise ResultError(f'"{path}" is still being written, or its run was killed')
     aside = target.with_name(f"{target.name}.new")
     try:
         shutil.copyfile(path, aside)

@@ -168,9 +168,9 @@ def find_log(trajectory: Trajectory, name: str) -> Log:
     if name == "energies" and trajectory.energies is not None:
         return trajectory.energies
     if name == "events":
-        raise ResultError('"events" are a table of their own; export them by themselves')
+        raise ResultError('"events" is a separate table; export it alone')
     hint = alternatives(name, table_names(trajectory), what="there are")
-    raise ResultError(f'"{trajectory.path}" has no log "{name}" to put into a table; {hint}')
+    raise ResultError(f'"{trajectory.path}" has no log "{name}" to export; {hint}')
 
 
 def _heads(log: Log) -> list[str]:

@@ -33,9 +33,11 @@ def check_times(time: ArrayLike, *, after: float) -> Floats:
     """
     times = np.atleast_1d(np.asarray(time, dtype=float))
     if times.ndim != 1 or not np.isfinite(times).all():
-        raise ValueError(f"times of frames are finite numbers in a row, not {time}")
+        raise ValueError(
+            f"times of frames must be a one-dimensional array of finite numbers, not {time}"
+        )
     if (np.diff(times, prepend=after) < 0).any():
-        raise ValueError(f"frames go forward in time, but {times} s follows {after} s")
+        raise ValueError(f"times of frames must ascend, but {times} s follows {after} s")
     return times
 
 

@@ -117,7 +117,7 @@ class Tensions(OverFrames):
             place = slice(len(tension) - (high - low), len(tension) - (high - stop))
             lines = rows.reshape(stop - low, cells.total)[:, cells.line_rows]
             if not all_numbers(lines):
-                damaged(self._dataset.file, f'"{self._dataset.path}" lacks numbers')
+                damaged(self._dataset.file, f'"{self._dataset.path}" is incomplete')
             tension[place, alive] = lines
             low = stop
         return tension

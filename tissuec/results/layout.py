@@ -80,7 +80,7 @@ def check_replaceable(path: Path) -> None:
         is_ours = _is_empty(place) or _is_result(place)
         if place.exists() and not is_ours and not (place == partial and _is_torn(place)):
             raise PlaceError(
-                f'cannot write "{place}": it is there already and no result of tissuec; name '
+                f'cannot write "{place}": it exists and is not a result of tissuec; give '
                 "another file, or remove it"
             )
 
@@ -131,25 +131,26 @@ def _check_mark(file: h5py.File, path: Path) -> None:
         link = file.get("VTKHDF", getlink=True)
         name = access.attribute(access.Group(file, str(path), {}), VIEW, str)
         raise ResultError(
-            f'"{path}" shows ParaView the surface of {name} in '
-            f'"{getattr(link, "filename", "")}"; name that file'
+            f'"{path}" is the ParaView file for the surface of {name} in '
+            f'"{getattr(link, "filename", "")}"; use that file'
         )
     if not _is_marked(file):
-        raise ResultError(f'"{path}" is an HDF5 file, but no result of tissuec')
+        raise ResultError(f'"{path}" is an HDF5 file, but not a result of tissuec')
     version = int(cast(int, file["tissuec"].attrs[_MARK]))
     if version != LAYOUT_VERSION:
         raise ResultError(
-            f'"{path}" has layout {version}, and this tissuec reads layout {LAYOUT_VERSION}; '
+            f'"{path}" has layout {version}, but this version of tissuec reads layout '
+            f"{LAYOUT_VERSION}; "
             "read it with the version that wrote it, or run the scene again"
         )
 
 
 def _missing(path: Path) -> str:
     if path.is_dir():
-        return f'"{path}" is a folder; name a result file'
+        return f'"{path}" is a folder; give a result file'
     partial = partial_path(path)
     if partial != path and partial.is_file():
-        return f'there is no file "{path}", but an unfinished one: "{partial}"'
+        return f'there is no file "{path}", but an unfinished result: "{partial}"'
     hint = nearby(path, SUFFIX)
     return f'there is no file "{path}"' + (f"; {hint}" if hint else "")
 
@@ -157,11 +158,11 @@ def _missing(path: Path) -> str:
 def _reason(error: OSError, path: Path) -> str:
     text = str(error)
     if "truncated file" in text:
-        return "it is truncated: its end is missing, such as after a copy that was cut short"
+        return "it is truncated, for example by an interrupted copy"
     if "signature not found" in text:
         if _is_empty(path) or _is_torn(path):
-            return "it holds nothing yet: its run has just begun, or was killed then"
+            return "it is still empty: its run has just begun or was killed at the start"
         if path.suffix == ".tis":
-            return f"it is a scene; to get a result: tissuec run {path}"
-        return "it is no HDF5 file"
+            return f"it is a scene; run it first: tissuec run {path}"
+        return "it is not an HDF5 file"
     return error.strerror or text

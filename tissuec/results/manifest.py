@@ -22,7 +22,7 @@ from tissuec.results.store import Store
 MANIFEST = "/tissuec/manifest"
 SCENE = "/tissuec/scene"
 PACKAGES = ("numpy", "scipy", "llvmlite", "h5py")
-RUNNING = "unfinished: the run is under way, or was killed"
+RUNNING = "unfinished: the run is still in progress or was killed"
 _LONGEST_ATTRIBUTE = (
     8192  # HDF5 keeps attributes of at most 64 kB; longer ones stand in the text
 )
@@ -57,7 +57,7 @@ def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
     """Write the manifest as JSON, and its entries as attributes for plain HDF5 tools."""
     entries: dict[str, Any] = _plain(dict(manifest))
     text = json.dumps(entries, ensure_ascii=False, indent=1)
-    store.array(MANIFEST, text, "where this result comes from, as JSON")
+    store.array(MANIFEST, text, "origin of this result, as JSON")
     attributes = {}
     for name, value in {**entries, **entries.get("versions", {})}.items():
         if name in ("unit", "description", "versions"):

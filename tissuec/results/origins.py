@@ -12,8 +12,8 @@ from tissuec.results.store import Store
 
 ORIGINS = "/tissuec/network/origins"
 _TABLE = {
-    "text": "name of the text that each origin stands in",
-    "how": "how the text gives it: written, rules, table, …",
+    "text": "name of the text of each origin",
+    "how": "how the value is given: written, rules, table, …",
 }
 
 
@@ -30,7 +30,7 @@ def write_origins(store: Store, provenance: Mapping[str, Provenance]) -> None:
     for name, texts in columns.items():
         store.texts(f"{ORIGINS}/{name}", texts, _TABLE[name])
     spans = np.array([(origin.span.start, origin.span.end) for origin in every])
-    store.array(f"{ORIGINS}/span", spans, "its first character, and the one behind its last")
+    store.array(f"{ORIGINS}/span", spans, "its first character and the one after its last")
     for name, one in provenance.items():
         row = np.array([rows[origin] for origin in one.origins], dtype=np.int32)
         text = f"row of the origin of each entry of {name}"

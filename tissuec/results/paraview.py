@@ -37,8 +37,8 @@ def check_views(result: Path, surfaces: Sequence[str]) -> None:
     for name, path in view_paths(result, surfaces).items():
         if path.exists() and not _is_view(path):
             raise PlaceError(
-                f'cannot write "{path}", which is to show the surface of {name}: it is there '
-                "already and shows no surface; name another result, or remove it"
+                f'cannot write "{path}" for the surface of {name}: it exists '
+                "and is not a surface file; give another result, or remove it"
             )
 
 
@@ -66,7 +66,7 @@ def write_views(result: Path, surfaces: Mapping[str, str]) -> dict[str, Path]:
             aside.unlink(missing_ok=True)
             reason = error.strerror or str(error)
             raise ResultError(
-                f'cannot write "{path}", which is to show the surface of {name}: {reason}; '
+                f'cannot write "{path}" for the surface of {name}: {reason}; '
                 f'"{result}" is complete'
             ) from error
     return paths

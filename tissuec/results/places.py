@@ -50,11 +50,13 @@ def check_place(path: Path) -> None:
     folder = path.parent
     if not folder.exists():
         raise PlaceError(
-            f'cannot write "{path}": the folder "{folder}" does not exist; make it'
+            f'cannot write "{path}": the folder "{folder}" does not exist; create it'
         )
     if not folder.is_dir():
-        raise PlaceError(f'cannot write "{path}": "{folder}" is no folder')
+        raise PlaceError(f'cannot write "{path}": "{folder}" is not a folder')
     if path.is_dir():
-        raise PlaceError(f'cannot write "{path}": it is a folder; name a file')
+        raise PlaceError(f'cannot write "{path}": it is a folder; give the name of a file')
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise PlaceError(f'cannot write "{path}": the folder "{folder}" does not let you write')
+        raise PlaceError(
+            f'cannot write "{path}": no permission to write to the folder "{folder}"'
+        )

@@ -28,20 +28,20 @@ def find_checkpoint(
     """
     partial = partial_path(path)
     if not partial.exists():
-        raise PlaceError(f'there is no interrupted run "{partial}" to go on with')
+        raise PlaceError(f'there is no interrupted run "{partial}" to resume')
     try:
         with Trajectory.open(partial) as begun:
             changes, checkpoint = list(_changes(begun, text, manifest)), begun.checkpoint()
     except ResultError as error:
-        raise PlaceError(f"{error}; without --resume the run starts anew") from error
+        raise PlaceError(f"{error}; without --resume the run starts again") from error
     if checkpoint is None:
-        changes = ["it holds no checkpoint"]
+        changes = ["it has no checkpoint"]
     elif not changes and checkpoint.scene != scene_digest(text, network):
-        changes = ["the scene is compiled to another network than then"]
+        changes = ["the scene compiles to another network"]
     if checkpoint is None or changes:
         raise PlaceError(
-            f'cannot go on with "{partial}": {", and ".join(changes)}; without --resume the '
-            "run starts anew"
+            f'cannot resume "{partial}": {", and ".join(changes)}; without --resume the '
+            "run starts again"
         )
     return checkpoint
 

@@ -364,14 +364,15 @@ def member_name(name: str) -> str:
 def _no_space(path: Path, needed: int, error: OSError) -> str:
     free = shutil.disk_usage(path.parent).free
     message = (
-        f'cannot write "{path}": {error.strerror}; {_size(needed)} were to be added, and '
+        f'cannot write "{path}": {error.strerror}; {_size(needed)} are needed, '
         f"{_size(free)} are free on that disk"
     )
     if not path.stat().st_size:
         return message
     return (
-        f"{message}. The file holds what was written before: make room and run again; --resume "
-        "goes on from the last checkpoint, if there was time for one"
+        f"{message}. The file keeps what was written before: free space and run again; "
+        "--resume "
+        "continues from the last checkpoint, if there is one"
     )
 
 

@@ -53,7 +53,9 @@ class SurfaceTable:
         self._kind = np.dtype("f4" if single else "f8")
         body = next((body for body in network.bodies if body.name == channel.body), None)
         if body is None:
-            raise ValueError(f'there is no body "{channel.body}" to draw the surface of')
+            raise ValueError(
+                f'there is no body "{channel.body}" whose surface could be computed'
+            )
         self._body = BodySkin.of(network, body)
         self._smoothing = SURFACES[channel.kind](**channel.entries)
         self._begin(channel, number)

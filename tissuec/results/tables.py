@@ -117,7 +117,9 @@ class EventTable:
         self._texts = {
             "kind": column(f"{EVENTS}/kind", TEXT, "what happened: cut, rupture, grasp, …"),
             "cause": column(f"{EVENTS}/cause", TEXT, "why it happened"),
-            "place": column(f"{EVENTS}/place", TEXT, "file:line of the sentence behind it"),
+            "place": column(
+                f"{EVENTS}/place", TEXT, "file:line of the sentence that caused it"
+            ),
         }
         self._first = column(
             f"{EVENTS}/first_spring", "i8", "where its springs begin in springs"

@@ -81,7 +81,7 @@ class HoldTable:
     def __init__(self, store: Store, network: Network):
         self._store, self._bodies = store, network.body_nodes
         column = partial(store.column, chunk=FEW)
-        self._time = column(f"{HOLDS}/time", "f8", "since when each hold is so", unit="s")
+        self._time = column(f"{HOLDS}/time", "f8", "start time of each hold", unit="s")
         self._holder = column(f"{HOLDS}/holder", TEXT, 'who holds: "fix", a tool or a set')
         self._first = column(f"{HOLDS}/first_node", "i8", "where its nodes begin in nodes")
         self._count = column(f"{HOLDS}/node_count", "i8", "how many nodes are held; 0: none")

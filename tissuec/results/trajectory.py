@@ -62,7 +62,7 @@ class Trajectory:
     @property
     def _file(self) -> Group:
         if not self.is_open:
-            raise ResultError(f'"{self.path}" is closed; read what is needed before that')
+            raise ResultError(f'"{self.path}" is closed; read the data before closing it')
         return self._opened
 
     @classmethod
@@ -110,7 +110,7 @@ class Trajectory:
         count = access.attribute(steps, "NSteps", int)
         rows = len(access.dataset(steps, "Values"))
         if not 0 <= count <= rows:
-            access.damaged(str(self.path), f"it shows {count} frames and has {rows}")
+            access.damaged(str(self.path), f"it declares {count} frames but has {rows}")
         return count
 
     @cached_property
@@ -273,7 +273,8 @@ class Trajectory:
         missing = int(np.isin(wanted, shown, invert=True).sum())
         if missing:
             raise ValueError(
-                f'the frames of "{self.path}" do not show {missing} of {len(wanted)} {what} of '
+                f'the frames of "{self.path}" do not contain {missing} of {len(wanted)} '
+                f"{what} of "
                 f'"{name}"; write in the scene: output {{ trajectory of [{name}] every … }}'
             )
         return np.searchsorted(shown, wanted)

@@ -288,7 +288,7 @@ class ResultWriter:
         """
         self._check_open()
         if channel not in self._jumps:
-            raise ValueError(f'no jumps are kept of "{channel}"')
+            raise ValueError(f'no jumps are recorded of "{channel}"')
         self._jumps[channel].append(time, before, after)
         self._flush_if_due()
 
@@ -362,7 +362,7 @@ class ResultWriter:
                 surface.show()
             self._store.commit()
         except BaseException as error:  # also an interruption in the middle of HDF5's work
-            broken = f'writing "{self._store.path}" was broken off: {error!r}'
+            broken = f'writing "{self._store.path}" failed: {error!r}'
             self._failure = error if isinstance(error, ResultError) else ResultError(broken)
             raise
         self._frames.flushed()
@@ -382,7 +382,7 @@ class ResultWriter:
             ResultError: The last rows could not be written. The partial file is readable.
         """
         if self._closed:
-            raise ResultError(f'"{self._store.path}" is closed already')
+            raise ResultError(f'"{self._store.path}" is already closed')
         if self._failure is None:
             self._flush_or_end()
         else:
@@ -419,7 +419,7 @@ class ResultWriter:
             os.replace(partial, final)
         except OSError as error:
             raise ResultError(
-                f'cannot give "{partial}" its name "{final}": {error.strerror}; the result is '
+                f'cannot rename "{partial}" to "{final}": {error.strerror}; the result is '
                 "complete under the first name"
             ) from error
         paths = {name: table.path for name, table in self._surfaces.items()}
@@ -438,7 +438,7 @@ class ResultWriter:
         if self._failure is not None:
             raise ResultError(str(self._failure))
         if self._closed:
-            raise ResultError(f'"{self._store.path}" is closed already')
+            raise ResultError(f'"{self._store.path}" is already closed')
 
     def __enter__(self) -> Self:
         return self
@@ -452,7 +452,7 @@ class ResultWriter:
         if self._closed:
             return
         if error is None:
-            self.close("the run ended without saying how", finished=False)
+            self.close("the run ended without a recorded reason", finished=False)
             return
         interrupted = isinstance(error, KeyboardInterrupt)
         outcome = "interrupted" if interrupted else f"stopped: {error}"
@@ -463,4 +463,4 @@ class ResultWriter:
 def _check_names(recording: Recording) -> None:
     names = [channel.name for channel in recording.logs]
     if len(set(names)) < len(names) or "" in names:
-        raise ValueError("every log needs a name of its own")
+        raise ValueError("every log needs a unique name")

@@ -90,7 +90,7 @@ def read(data: bytes, path: Path) -> RawMesh:
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         kinds = ", ".join(FORMATS)
-        raise FormatError(f'the format "{suffix}" is not read', f"formats: {kinds}")
+        raise FormatError(f'the format "{suffix}" is not supported', f"formats: {kinds}")
     if not data.strip():
         raise FormatError("the file is empty")
     looks = looks_like(data)
@@ -100,8 +100,8 @@ def read(data: bytes, path: Path) -> RawMesh:
         if looks and looks != suffix:
             begin = data.lstrip()[:12].split(b"\n")[0].decode("ascii", "replace")
             raise FormatError(
-                f'this is no {suffix} file: it begins with "{begin}"',
-                f'it looks like {looks}: call it "{path.with_suffix(looks).name}"',
+                f'this is not a {suffix} file: it begins with "{begin}"',
+                f'it looks like {looks}: rename it to "{path.with_suffix(looks).name}"',
             ) from error
         raise
 

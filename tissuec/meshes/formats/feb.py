@@ -41,9 +41,9 @@ def read(data: bytes, path: Path) -> RawMesh:
         raise FormatError(f'its outermost element is "{root.tag}", not "febio_spec"')
     mesh = next((found for tag in ("Mesh", "Geometry") for found in root.iter(tag)), None)
     if mesh is None:
-        raise FormatError("it holds neither Mesh nor Geometry")
+        raise FormatError("it contains neither Mesh nor Geometry")
     if "from" in mesh.attrib:
-        raise FormatError(f'its mesh stands in another file, "{mesh.get("from")}"')
+        raise FormatError(f'its mesh is in another file, "{mesh.get("from")}"')
     return _Model(mesh).result()
 
 
@@ -88,7 +88,7 @@ class _Model:
     def _enter(self, node: Element, place: list[float]) -> int:
         key = _id(node)
         if key in self.number:
-            raise FormatError(f"node {key} is there twice")
+            raise FormatError(f"duplicate node {key}")
         self.number[key] = len(self.points)
         self.points.append(place)
         return self.number[key]
@@ -116,7 +116,7 @@ class _Model:
         for beginning, kind in _KINDS.items():
             if name.lower().startswith(beginning):
                 return kind
-        raise FormatError(f'elements of type "{name}" are not read')
+        raise FormatError(f'elements of type "{name}" are not supported')
 
     def _set(self, block: Element) -> None:
         rows: list[int] = []
@@ -131,13 +131,15 @@ class _Model:
                     rows += self.elements[key]
                 else:
                     name = block.get("name")
-                    raise FormatError(f'set "{name}" names element {key}, which is not there')
+                    raise FormatError(
+                        f'set "{name}" contains element {key}, which does not exist'
+                    )
         self._join(block.get("name"), rows)
 
     def _node(self, key: int, where: Element) -> int:
         if key not in self.number:
             name = where.get("id") or where.get("name")
-            raise FormatError(f'{where.tag} "{name}" names node {key}, which is not there')
+            raise FormatError(f'{where.tag} "{name}" contains node {key}, which does not exist')
         return self.number[key]
 
     def _join(self, name: str | None, rows: list[int]) -> None:
@@ -149,7 +151,7 @@ def _id(element: Element) -> int:
     try:
         return int(element.attrib["id"])
     except (KeyError, ValueError):
-        raise FormatError(f"a {element.tag} has no number as its id") from None
+        raise FormatError(f"a {element.tag} has an id that is not a number") from None
 
 
 def _ids(block: Element) -> Iterator[int]:

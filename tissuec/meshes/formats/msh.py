@@ -18,9 +18,9 @@ def read(data: bytes, path: Path) -> RawMesh:
         raise FormatError('it does not begin with "$MeshFormat"')
     for section in (b"Nodes", b"Elements"):
         if b"$" + section not in data:
-            raise FormatError(f"it holds no ${section.decode()}")
+            raise FormatError(f"it contains no ${section.decode()}")
         if b"$End" + section not in data:
-            raise FormatError(f"it is cut off: $End{section.decode()} is missing")
+            raise FormatError(f"it is truncated: $End{section.decode()} is missing")
     found = by_library("gmsh", path)
     names = {(int(dim), int(tag)): name for name, (tag, dim) in found.field_data.items()}
     return raw_mesh(found, names)

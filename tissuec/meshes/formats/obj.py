@@ -72,7 +72,7 @@ class _Reader:
         if len(wrong):
             face = int(np.searchsorted(np.cumsum(sizes), wrong[0], side="right"))
             raise FormatError(
-                f"line {self.lines[face]} names vertex {flat[wrong[0]] + 1}, "
+                f"line {self.lines[face]} uses vertex {flat[wrong[0]] + 1}, "
                 f"but there are {len(position)}"
             )
         cells, polygons = faces(flat, sizes)

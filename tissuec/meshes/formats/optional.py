@@ -80,7 +80,9 @@ def raw_mesh(found: Any, names: dict[tuple[int, int], str] | None = None) -> Raw
             curved += len(corners) * (corners.shape[1] > CORNERS[kind])
             cells.append(MeshCells(kind, corners[:, : CORNERS[kind]]))
         else:
-            raise FormatError(f"{len(nodes)} cells are of type {block.type}, which is not read")
+            raise FormatError(
+                f"{len(nodes)} cells are of type {block.type}, which is not supported"
+            )
     groups = _groups(found, names or {})
     return RawMesh(position, tuple(cells), groups, ignored, curved, polygons)
 

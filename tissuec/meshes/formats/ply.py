@@ -27,5 +27,7 @@ def read(data: bytes, path: Path) -> RawMesh:
         announced = re.search(rb"^element\s+%s\s+(\d+)" % name, head, re.MULTILINE)
         if announced and int(announced[1]) != count:
             what, how_many = name.decode(), announced[1].decode()
-            raise FormatError(f"it is cut off: {how_many} of element {what}, {count} were read")
+            raise FormatError(
+                f"it is truncated: {how_many} of element {what}, {count} were read"
+            )
     return raw_mesh(found)

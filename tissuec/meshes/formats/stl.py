@@ -30,11 +30,11 @@ def read(data: bytes, path: Path) -> RawMesh:
     if is_text and len(data) != _HEAD + 50 * count:
         return _read_text(data)
     if len(data) < _HEAD:
-        raise FormatError(f"it is no STL: it has {len(data)} bytes and no triangle")
+        raise FormatError(f"it is not an STL file: it has {len(data)} bytes and no triangle")
     if len(data) < _HEAD + 50 * count:
         whole = max(0, len(data) - _HEAD) // 50
         raise FormatError(
-            f"it is cut off: {count} triangles are announced, and {whole} are there"
+            f"it is truncated: it declares {count} triangles, but contains {whole}"
         )
     facets = np.frombuffer(data, _FACET, count, _HEAD)
     return _mesh(facets["corner"].astype(float).reshape(-1, 3), {})
@@ -49,13 +49,13 @@ def _read_text(data: bytes) -> RawMesh:
     found = _VERTEX.findall(text)
     if facets != ends or len(found) != 3 * facets or b"endsolid" not in text[-1024:]:
         raise FormatError(
-            f"it is cut off or mistaken: {ends} triangles begin, {facets} end, and "
+            f"it is truncated or invalid: {ends} triangles begin, {facets} end, and "
             f"{len(found)} corners can be read"
         )
     try:
         corners = np.array(found, dtype=bytes).reshape(-1, 3).astype(float)
     except ValueError as error:
-        raise FormatError(f"a coordinate is no number: {error}") from None
+        raise FormatError(f"a coordinate is not a number: {error}") from None
     # Each solid reaches to the next; the corners before its end tell which are its own.
     starts = [(place.start(), place[1]) for place in _SOLID.finditer(data)]
     places = [place.start() for place in _VERTEX.finditer(text)] if starts[1:] else []

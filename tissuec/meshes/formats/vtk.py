@@ -106,7 +106,7 @@ class _File:
         if key == "DATASET":
             if words[1].upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
                 raise FormatError(
-                    f"it holds {words[1].upper()}; POLYDATA or UNSTRUCTURED_GRID is needed"
+                    f"it contains {words[1].upper()}; POLYDATA or UNSTRUCTURED_GRID is needed"
                 )
         elif key == "POINTS":
             self.position = self._numbers(3 * int(words[1]), words[2]).reshape(-1, 3)
@@ -117,7 +117,7 @@ class _File:
         elif key == "FIELD":
             self._field(int(words[2]))
         else:
-            raise FormatError(f'"{" ".join(words)[:40]}" is not known')
+            raise FormatError(f'"{" ".join(words)[:40]}" is unknown')
 
     def _cells(self, count: int, size: int) -> tuple[Indices, Indices]:
         """Return the corners of a list of cells one after another, and how many each has."""
@@ -128,17 +128,17 @@ class _File:
             flat = self._numbers(size, self._line().split()[1]).astype(np.int64)
             sizes = np.diff(offsets)
             if len(offsets) and (offsets[0] or offsets[-1] != size or (sizes < 0).any()):
-                raise FormatError("the offsets of the cells do not fit their corners")
+                raise FormatError("the offsets of the cells do not match their corners")
             return flat, sizes
         row = self._numbers(size, "int").astype(np.int64)
         sizes, at = np.zeros(count, dtype=np.int64), 0
         for cell in range(count):
             if at >= size or row[at] < 0:
-                raise FormatError(f"cell {cell + 1} of {count} is cut off")
+                raise FormatError(f"cell {cell + 1} of {count} is truncated")
             sizes[cell] = row[at]
             at += 1 + int(row[at])
         if at != size:
-            raise FormatError(f"the cells take {at} numbers, and {size} are announced")
+            raise FormatError(f"the cells need {at} numbers, but {size} are declared")
         heads = np.cumsum(sizes + 1) - sizes - 1
         return np.delete(row, heads), sizes
 
@@ -193,13 +193,13 @@ class _File:
         if not self.is_text:
             size = count * np.dtype(kind).itemsize
             if len(self.left) < size:
-                raise FormatError(f"it is cut off: {size - len(self.left)} bytes are missing")
+                raise FormatError(f"it is truncated: {size - len(self.left)} bytes are missing")
             values = np.frombuffer(self.left, f">{kind}", count)
             self.left = self.left[size:]
             return values.astype(kind)
         words = self.left.split(None, count)
         if len(words) < count:
-            raise FormatError(f"it is cut off: {count - len(words)} numbers are missing")
+            raise FormatError(f"it is truncated: {count - len(words)} numbers are missing")
         self.left = words.pop() if len(words) > count else b""
         if not count:
             return np.zeros(0)
@@ -210,10 +210,10 @@ class _File:
 
     def _result(self) -> RawMesh:
         if self.position is None:
-            raise FormatError("it holds no points")
+            raise FormatError("it contains no points")
         if "CELLS" in self.lists:
             if self.types is None or len(self.types) != len(self.lists["CELLS"][1]):
-                raise FormatError("it is cut off: the types of its cells are missing")
+                raise FormatError("it is truncated: the types of its cells are missing")
             return of_types(self.position, *self.lists["CELLS"], self.types, self.arrays)
         kinds = {"VERTICES": 1, "LINES": 4, "POLYGONS": _POLYGON, "TRIANGLE_STRIPS": _STRIP}
         used = [(self.lists[name], kind) for name, kind in kinds.items() if name in self.lists]
@@ -271,7 +271,9 @@ def of_types(
             curved += int((sizes[here] > len(order)).sum())
             cells.append(MeshCells(name, flat[first[here][:, None] + np.array(order)]))
         else:
-            raise FormatError(f"{int(here.sum())} cells are of type {kind}, which is not read")
+            raise FormatError(
+                f"{int(here.sum())} cells are of type {kind}, which is not supported"
+            )
     groups = {}
     for name, values in arrays.items():
         if len(values) == len(types):

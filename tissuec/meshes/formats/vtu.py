@@ -21,14 +21,14 @@ def read(data: bytes, path: Path) -> RawMesh:
     """
     refuse_document_type(data)
     if b"<VTKFile" not in data[:4096]:
-        raise FormatError('it holds no "VTKFile"')
+        raise FormatError('it contains no "VTKFile"')
     found = by_library("vtu", path)
     announced = cells_announced(data)
     cells = sum(len(block.data) for block in found.cells)
     if sum(announced) != cells:  # of several pieces the library keeps the last one
         raise FormatError(
-            f"{sum(announced)} cells in {len(announced)} pieces are announced, "
-            f"and {cells} were read",
+            f"{sum(announced)} cells in {len(announced)} pieces are declared, "
+            f"but {cells} were read",
             "write it as one piece",
         )
     return raw_mesh(found)

@@ -26,7 +26,7 @@ def parse(data: bytes) -> Element:
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:
-        raise FormatError(f"it is cut off or no XML: {error}") from None
+        raise FormatError(f"it is truncated or not XML: {error}") from None
     return builder.close()
 
 

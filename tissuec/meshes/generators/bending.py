@@ -44,14 +44,14 @@ def bending_springs(mesh: Mesh, generator: object) -> NDArray[np.int32]:
     elif len(mesh.skin):
         pairs = across_edges(mesh.skin)
     else:
-        raise ValueError("it has no surface that could bend; join second neighbours by springs")
+        raise ValueError("it has no surface that can bend; join second neighbours by springs")
     count = len(mesh.position)
     found = springs(count, pairs)
     low, high = mesh.ends.min(axis=1), mesh.ends.max(axis=1)
     joined = low.astype(np.int64) * count + high
     new = found[~np.isin(found[:, 0].astype(np.int64) * count + found[:, 1], joined)]
     if not len(new):
-        raise ValueError("springs join all its second neighbours already")
+        raise ValueError("springs already join all its second neighbours")
     return new
 
 

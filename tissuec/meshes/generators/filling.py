@@ -117,7 +117,7 @@ class Interior(Struct, frozen=True, eq=False):
         if bare:
             remarks = (
                 f"{counted(bare, 'node')} of the surface not joined to the inside: the body is "
-                "thin there beside the cell",
+                "thin compared with the cell there",
             )
         return Filling(sites, np.concatenate([bonds + count, joints]), cells, remarks)
 
@@ -138,7 +138,7 @@ class Interior(Struct, frozen=True, eq=False):
         if abs(part - 1.0) > _TOO_EMPTY:
             remarks = (
                 f"tetrahedra take {100 * part:.0f} % of the volume inside: the triangles of "
-                "the surface are coarse for its shape, or the cell is large for it",
+                "the surface are too coarse for its shape, or the cell is too large",
             )
         return Filling(sites, edges, cells, remarks)
 

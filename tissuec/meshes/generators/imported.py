@@ -72,11 +72,11 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
     def __post_init__(self) -> None:
         require_limits(self)
         if self.filling != "none" and self.cell is None:
-            raise ValueError(f'"filling" is {self.filling} and needs "cell": its size')
+            raise ValueError(f'"filling" is {self.filling}, so it needs the size of a "cell"')
         if self.filling == "none" and self.cell is not None:
-            raise ValueError('"cell" is the size of a filling, and there is none')
+            raise ValueError('"cell" is the size of a filling, but there is no filling')
         if self.reach != "nearest neighbours" and self.filling not in CRYSTALS:
-            raise ValueError('"reach" is of a filling lattice, and there is none')
+            raise ValueError('"reach" belongs to a filling lattice, but there is none')
 
     @cached_property
     def _bytes(self) -> bytes:
@@ -144,14 +144,15 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         shape = self.shape
         assert self.cell is not None
         if shape.is_volume:
-            raise FormatError("it holds volume cells, which cannot be filled")
+            raise FormatError("it contains volume cells, which cannot be filled")
         edges = Edges.among(shape.skin)
         if not edges.is_closed:
             free, many = (int(n) for n in ((edges.count == 1).sum(), (edges.count > 2).sum()))
             raise FormatError(
                 f"the surface is not closed and cannot be filled: {free} edges of one "
                 f"triangle, {many} of more than two",
-                "close its holes where it was made, or write a larger merging distance",
+                "close its holes in the program that made it, or write a larger merging "
+                "distance",
             )
         return Interior(shape.position, shape.skin, self.cell, for_matter)
 
@@ -190,7 +191,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         if self.stiffness == AREA:
             if shape.is_volume:
                 raise FormatError(
-                    "the area rule is for surfaces, and the file holds volume cells",
+                    "the area rule is for surfaces, but the file contains volume cells",
                     "for tetrahedra write: stiffness is volume rule",
                 )
             return area_shares(position, shape.skin, ends)
@@ -198,7 +199,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         if self.filling in CRYSTALS or tetrahedra is None:
             holds = f"{shape.others} other cells" if shape.others else "none"
             raise FormatError(
-                f"the volume rule is for tetrahedra, and there are {holds}",
+                f"the volume rule is for tetrahedra, but there are {holds}",
                 "fill a closed surface with tetrahedra, or write: stiffness is area rule",
             )
         return volume_shares(position, tetrahedra, ends)

@@ -128,7 +128,7 @@ class Lattice(Struct, frozen=True, eq=False):
             length = high - low
             count = np.maximum(np.rint(length / self.cell), 1.0)
         if np.any(count > LARGEST):
-            raise ValueError('"cell" is too small for the "box": it holds too many cells')
+            raise ValueError('"cell" is too small for the "box": it gives too many cells')
         # A billionth is far above rounding of sizes and far below any size someone means. The
         # second part is the rounding of coordinates far away from the origin.
         allowed = 1e-9 * length + 4.0 * np.spacing(np.maximum(np.abs(low), np.abs(high)))
@@ -232,7 +232,8 @@ class Lattice(Struct, frozen=True, eq=False):
             ValueError: Always.
         """
         raise ValueError(
-            'a lattice is solid, and bends against the springs inside; choose another "reach"'
+            "a lattice is solid and resists bending by its inner springs; choose another "
+            '"reach"'
         )
 
     def _position(

@@ -47,7 +47,7 @@ class Thread(Struct, frozen=True, eq=False):
         is_loop = [entry is not None for entry in loop]
         if (self.line is None) != all(is_loop) or (self.line is not None and any(is_loop)):
             raise ValueError(
-                'it is open with "line" or a loop with "centre", "normal" and "radius"'
+                'it needs either a "line" (open) or "centre", "normal" and "radius" (a loop)'
             )
         if self.line is not None and np.array_equal(*self.line):
             raise ValueError('"line" must join two different points')

@@ -50,12 +50,12 @@ class Tube(Struct, frozen=True, eq=False):
         if self.interior == "crossed" and self.sides < 6:
             raise ValueError(
                 f'"interior is crossed" needs "sides" of 6 or more, not {self.sides}: '
-                "with fewer, the springs would lie in the wall"
+                "with fewer, the springs would be in the wall"
             )
         if self.interior == "spokes" and self.sides < 4:
             raise ValueError(
                 '"interior is spokes" needs "sides" of 4 or more: '
-                "in a ring of 3 every node is joined to every other"
+                "in a ring of 3, every node is already joined to every other"
             )
 
     def size(self) -> tuple[int, int]:
