@@ -81,7 +81,7 @@ def test_each_run_is_announced_before_it_and_its_result_is_told(call, monkeypatc
 
 def test_what_cannot_be_asked_is_said(call):
     _, out, _ = call(rod(rupture="allowed"), *SMALL)
-    assert "whose times the script does not say" in out
+    assert "whose times are not known in advance" in out
     if find_spec("sksundae") is None:
         assert 'pip install "tissuec[bench]"' in call(rod(), *SMALL)[1]
 

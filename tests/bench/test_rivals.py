@@ -77,7 +77,7 @@ def test_mujoco_is_not_asked_what_it_cannot_do():
     assert by_mujoco.refusal(problem_of(RESTING)) == ""
     assert "0 s" in by_mujoco.refusal(problem_of(rod()))
     sine = RESTING.replace("(10, 0, 5) mN", "(10, 0, 5) mN using sine of 20 Hz")
-    assert "changes in time" in by_mujoco.refusal(problem_of(sine))
+    assert "time-dependent force" in by_mujoco.refusal(problem_of(sine))
 
 
 def test_the_engine_gives_up_at_a_deadline():

@@ -123,4 +123,6 @@ def learnt_of(compiled, **changes):
     return learnt(fit_problem, every, **changes)
 
 
-BLIND = UnidentifiableCombination("only their ratios are known", "give one mass", np.inf)
+BLIND = UnidentifiableCombination(
+    "only their ratios can be determined", "give one mass", np.inf
+)

@@ -185,7 +185,7 @@ def test_a_first_column_of_something_else_is_refused(folder):
     [
         ("", "bench.csv is empty; "),
         ("# only a remark\n", "bench.csv is empty; "),
-        ("t_s,force_N\n", "bench.csv holds no row of numbers; the columns are t_s, force_N"),
+        ("t_s,force_N\n", "bench.csv contains no row of numbers; the columns are t_s, force_N"),
         (
             "t_s,forceN\n0,1\n",
             'bench.csv has no column "force_N"; did you mean "forceN"?  columns: t_s, forceN',
@@ -194,25 +194,25 @@ def test_a_first_column_of_something_else_is_refused(folder):
         (
             "t_s,force_N\n\n0,1\n1,soft\n",
             'line 4 of bench.csv, column "force_N": "soft" is not a finite number; '
-            "a gap is left empty, or is written nan, NA or -; remarks begin with #",
+            "leave a gap empty, or write nan, NA or -; comments begin with #",
         ),
         (
             "t_s,force_N\n0,1\n1,1e999\n",
             'line 3 of bench.csv, column "force_N": "1e999" is not a finite number; '
-            "a gap is left empty, or is written nan, NA or -; remarks begin with #",
+            "leave a gap empty, or write nan, NA or -; comments begin with #",
         ),
         (
             "t_s,force_N\n0,1_0\n",
             'line 2 of bench.csv, column "force_N": "1_0" is not a finite number; '
-            "a gap is left empty, or is written nan, NA or -; remarks begin with #",
+            "leave a gap empty, or write nan, NA or -; comments begin with #",
         ),
         (
             "t_s,force_N\n0,1\n1\n",
-            "line 3 of bench.csv: 1 cell where there are 2 columns; remarks begin with #",
+            "line 3 of bench.csv: 1 cell where there are 2 columns; comments begin with #",
         ),
         (
             "t_s,force_N\n0,1\n1 5,2 3,4\n",
-            "line 3 of bench.csv: 3 cells where there are 2 columns; remarks begin with #",
+            "line 3 of bench.csv: 3 cells where there are 2 columns; comments begin with #",
         ),
         ("t_s,force_N\n0,1\n,2\n", "line 3 of bench.csv has no time; "),
         (
@@ -223,17 +223,17 @@ def test_a_first_column_of_something_else_is_refused(folder):
         (
             "t_s,force_N\n0,1\n0.5,1\n0.5,1\n",
             "lines 3 and 4 of bench.csv have the same time, 500 ms; "
-            "remove one of them; for one row per node, name the column of the nodes too",
+            "remove one of them; for one row per node, also name the column of the nodes",
         ),
         (
             "t_s,force_N\n0,\n1,NA\n",
-            "bench.csv holds no value of force(net); every cell of its column is empty",
+            "bench.csv contains no value of force(net); every cell of its column is empty",
         ),
         (
             "t_s;force_N\n0;1,5\n1;1.5\n",
             'line 3 of bench.csv, column "force_N": decimals have points in some rows and '
-            "commas in others; a gap is left empty, or is written nan, NA or -; "
-            "remarks begin with #",
+            "commas in others; leave a gap empty, or write nan, NA or -; "
+            "comments begin with #",
         ),
         (
             "t\0_s",
@@ -394,10 +394,10 @@ def test_nodes_of_a_body_that_are_not_in_the_set_are_left_aside(folder):
 def test_ids_that_are_none_are_refused(folder):
     (told,) = refused(folder, LONG.replace(",101,", ",7,"), NODES)
     assert told == (
-        "bench.csv names 1 node that net does not have: 7; ids of net run from 100 to 103"
+        "bench.csv contains 1 node that net does not have: 7; ids of net run from 100 to 103"
     )
     (told,) = refused(folder, LONG.replace(",101,", ",1.5,"), NODES)
-    assert told.startswith("line 3 of bench.csv has the node 1.5, which is no id")
+    assert told.startswith("line 3 of bench.csv has the node 1.5, which is not an id")
     (told,) = refused(folder, LONG.replace("1,101", "0,101"), NODES)
     assert told.startswith("lines 3 and 4 of bench.csv both give node 101 at 0 s")
 

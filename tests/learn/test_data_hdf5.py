@@ -107,7 +107,8 @@ def test_what_a_result_does_not_hold_is_told(result):
         'bench.h5 has no log "force of presed"; did you mean "force of pressed"?  its logs: '
         "force of pressed, distance of net to pressed, tension of net"
     ]
-    hidden = "the frames of bench.h5 do not show 1 of {} nodes of net; they show 3 nodes of net"
+    hidden = "the frames of bench.h5 do not contain 1 of {} nodes of net; "
+    hidden += "they contain 3 nodes of net"
     assert refused(result, fit("positions", nodes=[1])) == [hidden.format(1)]
     assert refused(result, fit("position", nodes=[1, 2])) == [hidden.format(2)]
     (told,) = refused(result, fit("force", of="pressed"), moved=[3])
@@ -240,9 +241,9 @@ def test_what_an_h5md_file_does_not_hold_is_told(foreign):
 @pytest.mark.parametrize(
     ("shape", "times", "ids", "message"),
     [
-        ((4, 4), TIME, None, "has no frames of vectors"),
-        ((4, 4, 5), TIME, None, "has no frames of vectors"),
-        ((0, 4, 3), TIME[:0], None, "holds no values"),
+        ((4, 4), TIME, None, "does not contain vectors for each frame"),
+        ((4, 4, 5), TIME, None, "does not contain vectors for each frame"),
+        ((0, 4, 3), TIME[:0], None, "contains no values"),
         ((4, 4, 3), TIME[:2], None, "do not ascend"),
         ((4, 4, 3), TIME * np.nan, None, "do not ascend"),
         ((4, 4, 3), TIME, [100, 101], "does not have one id per particle"),

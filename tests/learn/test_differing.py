@@ -108,7 +108,9 @@ def test_notes_say_why():
     probe = "tool probe { kind is probe; radius = 3 mm; centre = (10, 15, 9) mm }"
     compiled = sheet(sets=probe, contact="tools only")
     runs = differing(compiled, FELT, [series(fit(compiled, "force", "left"), TIMES)])
-    assert runs.notes == ("derivatives are differences of whole runs: contact is not smooth",)
+    assert runs.notes == (
+        "derivatives are finite differences of whole runs: contact is not smooth",
+    )
 
 
 SCENES = {

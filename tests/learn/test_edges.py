@@ -55,16 +55,13 @@ def test_nothing_held_out_has_no_error(tmp_path):
 def test_a_number_at_its_limit_is_told(tmp_path):
     entries = "adjust spring constant of line from 9.9 N/m to 10.1 N/m\n"
     notes = learn(*begin(tmp_path, MOVED, entries)).notes
-    assert (
-        "at a limit, which the interval does not take into account: spring constant of line"
-        in notes
-    )
+    assert "at a limit, which the interval ignores: spring constant of line" in notes
 
 
 def test_a_number_that_begins_outside_its_limits_is_told(tmp_path):
     entries = "adjust spring constant of line from 11 N/m to 1 kN/m\n"
     notes = learn(*begin(tmp_path, MOVED, entries)).notes
-    expected = "outside of its limits, so the fit starts at the nearer limit: "
+    expected = "outside its limits, so the fit starts at the nearer limit: "
     assert f"{expected}spring constant of line" in notes
 
 
@@ -88,7 +85,7 @@ def test_a_step_without_a_solution_is_a_motion_without_numbers(tmp_path, monkeyp
     monkeypatch.setattr("tissuec.learn.derivatives.implicit.solver", lambda *_: singular)
     model.choose = None  # the method stays
     model.freeze(np.zeros(1))
-    with pytest.raises(Diverged, match="has no solution that can be found"):
+    with pytest.raises(Diverged, match="no solution was found for the step"):
         model.predict(np.zeros(1))
 
 

@@ -77,7 +77,7 @@ def test_what_was_learnt_is_told_and_written(here, call):
     code, out, err = call(Learner(), "scene.tis")
     assert code == 0
     assert out.startswith("learn gum: the error no longer decreases\n")
-    assert err.startswith("warning[W801]: the preset holds on this mesh only")
+    assert err.startswith("warning[W801]: the preset is valid on this mesh only")
     assert err.endswith("\nexpectations: 1 of 1 hold\nwrote learned/gum.tis\n")
     assert check_request(Request.file(here / "learned/gum.tis", strict=True)) == (None, ())
     assert not (here / "learned/gum.tis.learning").exists()
@@ -98,7 +98,7 @@ def test_what_is_not_identified_is_written_only_if_told_so(here, call, anyway):
     code, _, err = call(Learner(blind=(BLIND,)), "scene.tis", *options)
     assert code == (0 if anyway else 1)
     assert (here / "learned/gum.tis").exists() is anyway
-    assert ("nothing is written (--anyway writes it)" in err) is not anyway
+    assert ("no preset is written (to write it: --anyway)" in err) is not anyway
     # With the passes that are kept, writing anyway costs no learning.
     assert (here / "learned/gum.tis.learning").exists() is not anyway
 
@@ -107,7 +107,7 @@ def test_what_is_no_answer_exits_with_1_and_is_not_written(here, call):
     learner = Learner(failure="the error is 98 %, and so on")
     code, _, err = call(learner, "scene.tis")
     assert code == 1 and not (here / "learned/gum.tis").exists()
-    assert "FAILED: the error is 98 %, and so on; nothing is written" in err
+    assert "FAILED: the error is 98 %, and so on; no preset is written" in err
     code, out, _ = call(learner, "scene.tis", "--anyway", "--json")
     document = json.loads(out)
     assert code == 1 and document["failure"] == "the error is 98 %, and so on"
@@ -167,7 +167,7 @@ def test_a_file_of_ones_own_is_not_lost_and_no_time_is_spent(here, call):
     code, _, err = call(learner, "scene.tis")
     assert code == 2 and "was not written by learning" in err and not learner.calls
     code, _, err = call(learner, "scene.tis", "-o", "scene.tis", "--force")
-    assert code == 2 and "is what is read" in err and not learner.calls
+    assert code == 2 and "is the input file" in err and not learner.calls
     assert call(learner, "scene.tis", "--force")[0] == 0
     assert call(learner, "scene.tis")[0] == 0  # now it is one of learning
 
@@ -220,7 +220,7 @@ def test_one_block_of_several_can_be_named(here, call):
     code, _, err = call(learner, "scene.tis", "secund")
     assert code == 2 and 'did you mean "second"?' in err
     code, _, err = call(learner, "scene.tis", "-o", "other.tis")
-    assert code == 2 and "name the block, too" in err
+    assert code == 2 and "give its name, too" in err
 
 
 def test_a_scene_without_a_learn_block_is_refused(here, call):

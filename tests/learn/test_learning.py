@@ -146,9 +146,9 @@ def test_without_any_force_only_ratios_are_told(truth, tmp_path):
     learnt = learn(*fit_problem(tmp_path, FIT + every))
     assert [blind.sentence for blind in learnt.blind] == [
         "multiplying all masses, spring constants and viscosities by the same factor does "
-        "not change the measurements: only their ratios are known"
+        "not change the measurements: only their ratios can be determined"
     ]
-    assert learnt.blind[0].advice.startswith("give one mass")
+    assert learnt.blind[0].advice.startswith("fix one mass")
     assert not any(estimate.identified.any() for estimate in learnt.estimates)
     stiffness, damping, mass = (estimate.value for estimate in learnt.estimates)
     assert stiffness / mass[0] == pytest.approx([1200] * 4, rel=1e-2)

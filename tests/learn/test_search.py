@@ -128,7 +128,7 @@ def test_an_error_like_that_of_knowing_nothing_is_a_failure(truth, tmp_path):
     session = prepare(*fit_problem(tmp_path, FIT + ADJUST))
     problem, theta = session.problem, np.zeros(5)
     problem.freeze(theta)
-    assert "the fit explains nothing" in misfit(problem, theta)
+    assert "the fit does not explain the data" in misfit(problem, theta)
 
 
 def test_a_motion_in_what_is_left_is_a_failure(truth, tmp_path):

@@ -31,7 +31,7 @@ def test_the_whole_text(compiled):
     found = learnt_of(compiled, zeros={"force(pressed)": 1e-4}, notes=("mind the gap",))
     assert as_text(found) == [
         "learn gum: the error no longer decreases",
-        "parameter               before     learnt        95 % interval                 change",
+        "parameter               before     learned       95 % interval                 change",
         "spring constant of gum  40 N/m     49.38 N/m     48.89 N/m to 49.88 N/m        "
         "+23.5 %",
         "viscosity of gum        10 mN*s/m  12.35 mN*s/m  12.22 mN*s/m to 12.47 mN*s/m  "
@@ -55,7 +55,7 @@ def test_what_cannot_be_told_is_said_with_what_would_tell_it(compiled):
     found = learnt(compiled.fit_problems[0], [unknown], blind=(BLIND,))
     lines = as_text(found)
     assert lines[2].split("  ")[-2:] == ["not identified", "+23.5 %"]
-    place = lines.index("not identified: only their ratios are known")
+    place = lines.index("not identified: only their ratios can be determined")
     assert lines[place + 1] == "  to identify it: give one mass"
     assert not is_identified(found)
     assert is_identified(learnt_of(compiled))
@@ -72,8 +72,8 @@ def test_what_was_zero_changes_by_a_difference(tmp_path):
         one.identified, (),
     )  # fmt: skip
     assert as_lines([changed]) == [
-        "parameter         before  learnt  95 % interval  change",
-        "prestress of gum  0 %     2 %     unknown        +2 %",
+        "parameter         before  learned  95 % interval  change",
+        "prestress of gum  0 %     2 %      unknown        +2 %",
     ]
 
 

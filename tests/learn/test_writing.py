@@ -231,7 +231,7 @@ def test_what_the_data_does_not_tell_is_marked(tmp_path):
         tmp_path, "adjust viscosity of gum", top=GUM, tissue="gum", change=unknown
     )
     assert "mN*s/m per 2 mm  # not identified by the data; before: 10 mN*s/m" in text
-    assert "# not told   only their ratios are known (give one mass)" in text
+    assert "# not known  only their ratios can be determined (give one mass)" in text
 
 
 # --- single springs and nodes -----------------------------------------------------------------

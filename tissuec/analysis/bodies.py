@@ -266,7 +266,7 @@ class _Examined:
         if self.kind == "points":
             return None
         if len(self.own) > LARGEST:
-            self.notes.append(f"elastic constants are left out above {LARGEST} springs")
+            self.notes.append(f"elastic constants are not computed above {LARGEST} springs")
             return None
         match self.kind:
             case "solid":
@@ -294,7 +294,7 @@ class _Examined:
             within[:] = True
         if others := int((~within).sum()):
             springs = counted(others, "spring")
-            self.notes.append(f"elastic constants leave out {springs} outside of the wall")
+            self.notes.append(f"elastic constants ignore {springs} outside the wall")
         return of_wall(
             self.mesh.position, self.ends[within], self.constant[within], self.mesh.skin,
             grid, self._across(),
@@ -337,7 +337,7 @@ class _Examined:
 
     def _vibrations(self, rest: State | str, count: int) -> Iterator[Vibration]:
         if not isinstance(rest, State):
-            self.notes.append(f"frequencies are left out: {rest}")
+            self.notes.append(f"frequencies are not computed: {rest}")
             return
         chosen = np.zeros(len(rest.position), dtype=bool)
         chosen[self.part.nodes] = True
@@ -346,14 +346,14 @@ class _Examined:
             return
         if free > LARGEST_TO_VIBRATE:
             self.notes.append(
-                f"frequencies are left out above {LARGEST_TO_VIBRATE} free nodes; "
+                f"frequencies are not computed above {LARGEST_TO_VIBRATE} free nodes; "
                 "tissuec modes computes them"
             )
             return
         try:
             found = modes_of(rest, chosen, count=count, above=0.0)
         except SimulationError as error:
-            self.notes.append(f"frequencies are left out: {error}")
+            self.notes.append(f"frequencies are not computed: {error}")
             return
         self.notes += found.notes
         for mode in found:

@@ -92,6 +92,6 @@ def chosen(solvers: Sequence[Solver], names: Sequence[str]) -> list[Solver]:
     known = {solver.name.lower(): solver for solver in solvers}
     for name in names:
         if name.lower() not in known:
-            hint = alternatives(name, [solver.name for solver in solvers], what="known here")
+            hint = alternatives(name, [solver.name for solver in solvers], what="solvers")
             raise TissueError(f'there is no solver "{name}" for this scene; {hint}')
     return [known[name.lower()] for name in names] if names else list(solvers)

@@ -28,14 +28,14 @@ def refusal(problem: BenchProblem) -> str:
     """Return why MuJoCo cannot solve a scene; empty if it can."""
     state = state_at_start(problem)
     if not state.behaviour().is_linear:
-        return "there are springs that are not linear"
+        return "the scene has nonlinear springs"
     if any(event.time > 0.0 for event in problem.plan.events):
-        return "things happen after 0 s"
+        return "the scene has actions after 0 s"
     if state.motions:
-        return "it moves nodes along paths without the velocity of the path"
+        return "MuJoCo cannot drive nodes along paths with a given velocity"
     loads = state.loads.values()
     if any(term.profile.kind != "constant" for load in loads for term in load.terms):
-        return "a force changes in time"
+        return "the scene has a time-dependent force"
     if problem.network.node_count > LARGEST:
         return f"the net has more than {LARGEST} nodes"
     return ""

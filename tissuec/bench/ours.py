@@ -43,7 +43,7 @@ class EngineSolver(Struct, frozen=True, eq=False):
         )
         seconds, statistics = clock.process_time() - started, outcome.statistics
         if outcome.kind == "interrupted":
-            raise OutOfTime("the budget of time was used up")
+            raise OutOfTime("the time budget was used up")
         if outcome.kind != "done":
             raise SolverFailed(outcome.message)
         if self.method not in (AUTOMATIC, statistics.method):

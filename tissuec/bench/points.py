@@ -106,7 +106,7 @@ def _explore(
         try:
             yield tolerance, _twice(solver, tolerance, budget)
         except OutOfTime:
-            why = f"takes more than {budget:g} s, and finer ones would take more"
+            why = f"takes more than {budget:g} s; finer tolerances would take longer"
             yield tolerance, MissingPoint(solver.name, tolerance, why)
             return
         except SolverFailed as failure:

@@ -16,13 +16,17 @@ def as_text(bench: BenchResult) -> list[str]:
     network, truth = bench.problem.network, bench.truth
     lines = [
         f"{counted(network.body_nodes, 'node')}, {counted(network.spring_count, 'spring')}; "
-        f"errors against {truth.method} with tolerance {truth.tolerance:g}, "
-        f"known to {bench.floor:.1e}",
+        f"errors relative to {truth.method} with tolerance {truth.tolerance:g}, "
+        f"accurate to {bench.floor:.1e}",
         "",
         *columns([POINTS, *(_point(point, bench.floor) for point in bench.points)]),
     ]
     if rows := [_ratio(ratio) for ratio in bench.ratios()]:
-        lines += ["", "times at the same error, and how often ours fits into the other:"]
+        lines += [
+            "",
+            "times at the same error, and their ratio (time of the other solver / time of "
+            "tissuec):",
+        ]
         lines += columns([RATIOS, *rows])
     remarks = [f"{gap.name} at {gap.tolerance:g}: {gap.why}" for gap in bench.gaps]
     return [*lines, *([""] if remarks or bench.left_out else []), *remarks, *bench.left_out]

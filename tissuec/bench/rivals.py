@@ -9,17 +9,18 @@ from tissuec.bench.scales import MotionScales
 from tissuec.bench.trial import Solver
 
 SURPRISES = (
-    "other solvers are left out: they are stepped from event to event, and this scene has "
-    "ruptures or conditions, whose times the script does not say"
+    "other solvers are omitted: they need the times of all events, but this scene has "
+    "ruptures or conditions, whose times are not known in advance"
 )
 
 MEMORY = (
-    "other solvers are left out: they are given positions and velocities of nodes, and in this "
-    "scene springs or friction remember more than these"
+    "other solvers are omitted: their state consists of positions and velocities only, but "
+    "in this "
+    "scene springs or friction have additional state"
 )
 
 
-CONTACT = "other solvers are left out: what is near to what must be listed anew on the way"
+CONTACT = "other solvers are omitted: they do not support contact"
 
 
 def rivals(problem: BenchProblem, scales: MotionScales) -> tuple[list[Solver], list[str]]:
@@ -45,7 +46,7 @@ def _by_scipy(problem: BenchProblem, scales: MotionScales) -> Offer:
     if coordinates > by_scipy.LARGEST:
         methods = by_scipy.EXPLICIT
         why = (
-            f"SciPy's {', '.join(by_scipy.IMPLICIT)} are left out: they would keep a matrix of "
+            f"SciPy's {', '.join(by_scipy.IMPLICIT)} are omitted: they would need a matrix of "
             f"{2 * coordinates} x {2 * coordinates} numbers, sparse or in a band"
         )
     return [by_scipy.SciPySolver(problem, method, scales) for method in methods], why
@@ -62,13 +63,13 @@ def _by_mujoco(problem: BenchProblem) -> Offer:
     if find_spec("mujoco") is None:
         return [], _missing("MuJoCo", "mujoco")
     if why := by_mujoco.refusal(problem):
-        return [], f"MuJoCo is left out: {why}"
+        return [], f"MuJoCo is omitted: {why}"
     integrators = by_mujoco.INTEGRATORS
     return [by_mujoco.MujocoSolver(problem, name) for name in integrators], ""
 
 
 def _missing(name: str, package: str) -> str:
     return (
-        f"{name} is left out: {package} is not installed; "
-        'pip install "tissuec[bench]" brings it'
+        f"{name} is omitted: {package} is not installed; "
+        'install it: pip install "tissuec[bench]"'
     )

@@ -41,7 +41,7 @@ class Deadline:
             OutOfTime: The time is up.
         """
         if self.is_over:
-            raise OutOfTime("the budget of time was used up")
+            raise OutOfTime("the time budget was used up")
 
 
 class SolverRun(Struct, frozen=True, eq=False):

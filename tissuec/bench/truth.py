@@ -76,7 +76,9 @@ def find_truth(
     ours = [EngineSolver(problem, method) for method in METHODS]
     solver, trial = _first(ours, tolerance, budget, tell)
     if solver is None or trial is None:
-        raise Unknown(f"no reference with a tolerance of {tolerance:g} came out in time")
+        raise Unknown(
+            f"no reference with a tolerance of {tolerance:g} could be computed in time"
+        )
     truth = BestSolution(solver.name, tolerance, trial.position)
     if problem.has_surprises or problem.remembers:
         others = [other for other in ours if other is not solver]

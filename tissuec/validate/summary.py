@@ -118,7 +118,7 @@ def verdict(document: Document) -> str:
         return text
     until = document["judged_until"]
     if until is None or not math.isfinite(until):
-        return f"{text}: at no time"
+        return f"{text}: not within limits at any time"
     return f"{text}: within limits until {show(until, TIME)}"
 
 

@@ -73,7 +73,7 @@ def validate(
     for force in plan.forces:
         if force.kind not in FORMULAS:
             raise ReferenceFailure(
-                f"the reference has no formula of its own for {force.name}: no file in "
+                f"the reference has no independent formula for {force.name}: no file in "
                 f'tissuec/validate/forces has a member "{force.kind}"'
             )
     every = output_times(network, plan)

@@ -95,7 +95,7 @@ def test_a_body_on_one_point_turns_about_it_and_a_lone_node_is_rigid(solver):
         "vibration"
     ] * 2
     assert modes(start(make_net([[0, 0, 0], [1, 0, 0]], [])), count=2).notes == (
-        "there are 6 modes of frequency 0; --above 0 leaves them out",
+        "6 modes have frequency 0; --above 0 omits them",
     )
     lone = make_net([[0, 0, 0], [1, 0, 0], [5, 0, 0]], [[0, 1]])
     assert [m.kind for m in modes(start(lone), count=9)] == ["rigid"] * 8 + ["vibration"]
@@ -119,7 +119,7 @@ def test_motions_of_a_sheet_without_diagonals_are_counted_as_floppy(solver):
     assert counts == {"rigid": other.rigid, "mechanism": other.count + other.across}
     few = modes(start(net), count=8)
     total = other.rigid + other.count + other.across
-    assert few.notes == (f"there are {total} modes of frequency 0; --above 0 leaves them out",)
+    assert few.notes == (f"{total} modes have frequency 0; --above 0 omits them",)
     assert modes(start(net), count=3, above=0.0)[0].kind == "vibration"
 
 
@@ -311,4 +311,4 @@ def test_modes_of_frequency_0_are_counted_without_the_unstable_ones(solver):
     ]  # a joint under pressure, and a node
     found = modes(held(make_net(position, [[0, 1], [1, 2]], rest=1.1), [0, 2]), count=4)
     assert [mode.kind for mode in found] == ["unstable"] * 2 + ["rigid"] * 2
-    assert found.notes == ("there are 3 modes of frequency 0; --above 0 leaves them out",)
+    assert found.notes == ("3 modes have frequency 0; --above 0 omits them",)

@@ -148,10 +148,10 @@ def test_one_body_moves_while_all_else_stays(scene, tmp_path):
             'there is no body "lime"; did you mean "line"?  bodies: line, pair',
         ),
         (["--body", "line", "--set", "x=1"], "there is no such param"),
-        (["--above", "-1"], "a frequency is 0 or above"),
+        (["--above", "-1"], "a frequency must be 0 or more"),
         (["--above", "3 mm"], '"3 mm" is not a frequency or a rate (1/s)'),
         (["--count", "0"], "0 is not in the range"),
-        (["--out", "scene.tis"], "is what is read"),
+        (["--out", "scene.tis"], "is the input file"),
     ],
 )
 def test_what_cannot_be_is_told_with_a_way_out(scene, tmp_path, options, said):
@@ -164,7 +164,7 @@ def test_a_scene_in_which_nothing_can_move_is_an_error(scene, tmp_path):
     scene.write_text(TEXT.replace("fix walls }", "{ fix line; fix pair } }"))
     result = command("modes", scene, cwd=tmp_path)
     assert result.returncode == 2
-    assert "no node of the scene can move: all are held at 0 s" in result.stderr
+    assert "no node of the scene can move: all nodes are held at 0 s" in result.stderr
 
 
 def test_nothing_above_a_frequency_is_said_and_leaves_no_file(scene, tmp_path):
@@ -213,7 +213,7 @@ tool floor { kind is plane; point = (5, 5, 1) mm; normal = (0, 0, 1) }
 environment { gravity = (0, 0, 0) m/s^2; contact is tools only }
 simulate { duration = 0.1 s }
 """
-    with pytest.warns(tissuec.TissueWarning, match="touches already at 4 nodes"):
+    with pytest.warns(tissuec.TissueWarning, match="overlap at the start at 4 nodes"):
         found = tissuec.modes(text, count=6)
     assert "contact is ignored: it acts on 4 nodes" in found.notes
     assert [mode.kind for mode in found] == ["rigid"] * 6

@@ -111,7 +111,7 @@ def indentation(bench: TestBench, block: IndentedBlock, tension: TensionTest) ->
         raise Unmeasured(reading.stopped)
     force = -float(reading.logs["force of lab ball"][0, 2])
     if not force > 0.0:
-        raise Unmeasured("it gives way without any resistance")
+        raise Unmeasured("it has no resistance")
     return force / layer_force(1.0, tension.ratio, block.radius, block.depth, block.height)
 
 

@@ -108,7 +108,7 @@ def chosen(words: ResolvedProgram, name: str | None, source: Source) -> list[Tis
         return used_tissues(words)
     found = [one for one in known.values() if one.span.source.name == source.name]
     if not found:
-        raise TissueError(f'"{source.name}" declares no tissue')
+        raise TissueError(f'"{source.name}" does not declare a tissue')
     return found
 
 
@@ -134,11 +134,12 @@ def examine(
     bench = TestBench(request, tissue, spacing=spacing, thickness=thickness)
     if not bench.is_of_matter and bench.lacks("spring constant") and not tissue.laws:
         raise TissueError(
-            f'nothing can be measured of tissue {tissue.name}: it has no "Young\'s modulus"'
+            f'tissue {tissue.name} cannot be tested: it has no "Young\'s modulus"'
         )
     if thickness is not None and not bench.is_of_matter:
         raise TissueError(
-            f"no strips of tissue {tissue.name}: no thickness acts on quantities of springs"
+            f"tissue {tissue.name} cannot be tested as strips: a thickness does not affect "
+            "quantities of springs"
         )
     return _Examiner(bench).all()
 
@@ -169,7 +170,7 @@ class _Examiner:
             self._press()
         if key_of("toughness") in self.bench.tissue.given:
             self.found.notes.append(
-                "without rupture: a coupon without a crack does not measure toughness"
+                "no test of rupture: a coupon without a crack does not measure toughness"
             )
         else:
             self._test("rupture", self._rupture)
@@ -209,13 +210,13 @@ class _Examiner:
     def _press(self) -> None:
         if self.bench.has_fibres:
             self.found.notes.append(
-                "without indentation: its theory is that of tissue without fibres"
+                "no indentation test: its theory holds for tissue without fibres"
             )
             return
         prestress = self.bench.tissue.given.get("prestress")
         if prestress is not None and prestress.value:
             self.found.notes.append(
-                "without indentation: a block under prestress changes its shape"
+                "no indentation test: a block under prestress changes its shape"
             )
             return
         self._test("indentation", self._indentation, BY_LAYER)
@@ -237,7 +238,7 @@ class _Examiner:
         """Test how it relaxes if it does, and otherwise how it oscillates, across fibres."""
         lacking = [what for what in ("mass", "viscosity") if self.bench.lacks(what)]
         if lacking:
-            text = f"without tests in motion: the tissue has no {' and no '.join(lacking)}"
+            text = f"no dynamic tests: the tissue has no {' and no '.join(lacking)}"
             self.found.notes.append(text)
         elif self.bench.relaxes:
             coupons = self.bench.coupons(motion.width_to_hold(self.bench, self.across[1]), "y")
@@ -302,7 +303,7 @@ class _Examiner:
         if not (isfinite(coarse) and isfinite(fine)):
             is_needed = len(self.tensions) < 2  # by all other tests
             if known or isfinite(coarse) or isfinite(fine) or is_needed:
-                yield "not measured: nothing breaks"
+                yield "not measured: no spring breaks"
             return
         for one in known:
             if not agrees(fine, one, share):
@@ -315,7 +316,7 @@ class _Examiner:
         if not self.bench.is_of_matter:
             at = show(self.bench.spacing, units.LENGTH)
             self.found.notes.append(
-                "its quantities belong to springs and nodes, so that all of this depends on "
+                "its quantities belong to springs and nodes, so all results depend on "
                 f"the mesh: the spacing is {at}, on coupons of two sizes"
             )
 
@@ -323,7 +324,7 @@ class _Examiner:
         tested = {key_of(row.quantity) for row in self.found.rows}
         for one in self.found.tissue.known:
             if key_of(one.quantity.name) not in tested:
-                self.found.notes.append(f"what is known of {one.quantity.name} was not tested")
+                self.found.notes.append(f"the evidence on {one.quantity.name} was not tested")
 
 
 def agrees(value: float, known: KnownQuantity, share: float = SHARE) -> bool:

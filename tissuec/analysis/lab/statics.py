@@ -69,7 +69,7 @@ def tension(bench: TestBench, coupon: Coupon, guess: float) -> TensionTest:
         along, across = strains(reading, coupon)
         strain = float(along[-1] - along[0])
         if strain <= 0.0 or not np.isfinite(strain):
-            raise Unmeasured("it gives way without any resistance")
+            raise Unmeasured("it has no resistance")
         if SMALL / _WITHIN < strain < SMALL * _WITHIN:
             network, volume = reading.network, coupon.section * coupon.length
             return TensionTest(
@@ -78,7 +78,7 @@ def tension(bench: TestBench, coupon: Coupon, guess: float) -> TensionTest:
                 float(network.mass[: network.body_nodes].sum()) / volume,
             )
         guess *= SMALL / strain
-    raise Unmeasured("no load was found at which its strain is small")
+    raise Unmeasured("no load was found that gives a small strain")
 
 
 def shear(bench: TestBench, coupon: Coupon, guess: float) -> float:
@@ -101,7 +101,7 @@ def shear(bench: TestBench, coupon: Coupon, guess: float) -> float:
     left, right, low, high = (reading.logs[name][1] - reading.logs[name][0] for name in watched)
     angle = (right - left)[1] / coupon.length + (high - low)[0] / coupon.width
     if not angle > 0.0:
-        raise Unmeasured("it gives way without any resistance")
+        raise Unmeasured("it has no resistance")
     return float(stress / angle)
 
 
@@ -196,9 +196,11 @@ def _first_break(bench: TestBench, coupon: Coupon, stresses: Floats) -> Rupture:
     broken = reading.logs[f"ruptured of {BODY}"][:, 0] > 0.0
     intact = int(np.argmax(broken)) if broken.any() else len(broken)
     if intact == len(broken):
-        raise Unmeasured(reading.stopped or f"it is intact at {show(stresses[-1], PRESSURE)}")
+        raise Unmeasured(
+            reading.stopped or f"it does not break up to {show(stresses[-1], PRESSURE)}"
+        )
     if intact < 2:
-        raise Unmeasured(f"it is broken at {show(stresses[0], PRESSURE)}")
+        raise Unmeasured(f"it already breaks at {show(stresses[0], PRESSURE)}")
     curve = _curve(reading, coupon, stresses, intact)
     stress = 0.5 * (stresses[intact - 2] + stresses[intact - 1])
     (low, high), (start, stop) = curve.stress[-2:], curve.strain[-2:]
@@ -229,7 +231,7 @@ def compressed(bench: TestBench, coupon: Coupon) -> tuple[float, StressStrainCur
     stress = reading.logs["force of lab x1"][::2, 0] / coupon.section
     pressure, shorter = stress[0] - stress[1], along[0] - along[1]
     if not (pressure > 0.0 and shorter > 0.0):
-        raise Unmeasured("it gives way without any resistance")
+        raise Unmeasured("it has no resistance")
     return float(pressure / shorter), StressStrainCurve(_from_rest(along)[::-1], stress[::-1])
 
 

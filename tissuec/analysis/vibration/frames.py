@@ -63,7 +63,7 @@ def in_words(mode: Mode) -> str:
     if mode.frequency:
         return f"{mode.frequency:.4g} Hz"
     if mode.growth is not None:
-        return f"unstable, grows e-fold in {show(1.0 / mode.growth, TIME)}"
+        return f"unstable, grows by a factor e in {show(1.0 / mode.growth, TIME)}"
     return "rigid" if mode.kind == "rigid" else "no spring resists"
 
 

@@ -119,7 +119,7 @@ def modes_of(
     try:
         values, vectors = lowest(net.operator, rigid, count, limit)
     except NotFound as error:
-        text = "the modes could not be computed; ask for fewer of them"
+        text = "the modes could not be computed; request fewer modes"
         raise SimulationError(text) from error
     zero = ZERO * net.operator.top
     parts: list[tuple[Kind, float, Floats]] = [
@@ -243,11 +243,11 @@ def _notes(
         if touched:
             yield f"contact is ignored: it acts on {counted(touched, 'node')}"
     if state.inelastic is not None:
-        yield "springs that relax or yield are as stiff here as after they have given way"
+        yield "springs that relax or yield have the stiffness after complete relaxation"
     elongation = net.bars.length - net.balance.rest
     viscosity = net.balance.behaviour.brake_slope(elongation, np.zeros_like(elongation))
     if not np.isfinite(viscosity).all():
-        yield "dashpots whose resistance is infinite at rest are left out of damping ratios"
+        yield "damping ratios ignore dashpots whose resistance is infinite at rest"
     if count > unknowns:
         nodes = counted(len(net.balance.free), "free node")
         yield f"there are only {unknowns} modes: {nodes} in three directions"
@@ -257,10 +257,10 @@ def _notes(
     elif found and found[-1].frequency == 0.0 and len(found) == count < unknowns:
         total = count_below(net.operator, rigid, 10.0 * zero)
         if total is None:
-            yield "there are more modes of frequency 0 than these; --above 0 leaves them out"
+            yield "there are more modes of frequency 0; --above 0 omits them"
         else:
             free = total - sum(mode.kind == "unstable" for mode in found)
-            yield f"there are {free} modes of frequency 0; --above 0 leaves them out"
+            yield f"{free} modes have frequency 0; --above 0 omits them"
 
 
 def _out_of_balance(state: State, chosen: NDArray[np.bool_]) -> Iterator[str]:
@@ -271,6 +271,6 @@ def _out_of_balance(state: State, chosen: NDArray[np.bool_]) -> Iterator[str]:
     if force > IN_BALANCE * largest + balance.noise(bars):
         yield (
             f"forces do not balance: up to {show(force, FORCE)} on a node, where the largest "
-            f"force is {show(largest, FORCE)}; these are the modes by the stiffness of this "
-            'state. Write "at 0 s: settle" for those about an equilibrium'
+            f"force is {show(largest, FORCE)}; the modes use the stiffness of this "
+            'state. Write "at 0 s: settle" for the modes about an equilibrium'
         )

@@ -35,9 +35,7 @@ def scene_modes(
     state.place_held()
     if not (chosen & ~state.held).any():
         what = "the scene" if body is None else f'"{body}"'
-        raise TissueError(
-            f"no node of {what} can move: all are held at 0 s; leave some of them free"
-        )
+        raise TissueError(f"no node of {what} can move: all nodes are held at 0 s")
     return modes_of(state, chosen, count=count, above=above)
 
 

@@ -104,7 +104,10 @@ class _Reader:
         position = access.group(group, "position")
         value = access.dataset(position, "value")
         if len(value.shape) != 3 or not 1 <= value.shape[2] <= 3:
-            self.reject(f'"{value.path}" of {self.complaints.file} has no frames of vectors')
+            self.reject(
+                f'"{value.path}" of {self.complaints.file} does not contain vectors for '
+                "each frame"
+            )
         times, rows = self.times(position, len(value))
         particles = self.numbers(value, LENGTH)[rows]
         places = np.full((len(rows), len(nodes), 3), np.nan)
@@ -175,7 +178,7 @@ class _Reader:
             times = first * factor + times * np.arange(count)
         wrong = np.flatnonzero(~(np.diff(times[:count]) > 0.0))
         if not count:
-            self.reject(f'"{group.path}" of {self.complaints.file} holds no values')
+            self.reject(f'"{group.path}" of {self.complaints.file} contains no values')
         if len(wrong) or len(times) < count or np.isnan(times).any():
             where = f'"{group.path}" in {self.complaints.file}'
             row = f" at row {wrong[0] + 2}" if len(wrong) else ""
@@ -186,7 +189,7 @@ class _Reader:
     def numbers(self, member: Dataset, dimension: Dimension) -> Floats:
         """Return the numbers of a dataset in SI units."""
         if member.dtype.kind not in "fiu":
-            self.reject(f'"{member.path}" of {self.complaints.file} holds no numbers')
+            self.reject(f'"{member.path}" of {self.complaints.file} contains no numbers')
         return np.asarray(member.whole(), dtype=float) * self.unit(member, dimension)
 
     def unit(self, member: Dataset, dimension: Dimension) -> float:

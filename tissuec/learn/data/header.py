@@ -116,5 +116,5 @@ class _Header:
             "TIS304",
             f"{self.complaints.file} is a table; the column of {fit.text} is not given",
             fit.span,
-            hint=f'write behind it: using column "NAME" in UNIT  columns: {listed}',
+            hint=f'write after it: using column "NAME" in UNIT  columns: {listed}',
         )

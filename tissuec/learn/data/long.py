@@ -58,7 +58,7 @@ def _ids(fit: Fit, column: Floats, chosen: Indices, rows: DataRows) -> Indices:
         bad = np.flatnonzero(~(written == np.rint(written)) | (np.abs(written) > 2.0**53))
     if len(bad):
         value, row = written[bad[0]], int(rows.number[chosen[bad[0]]])
-        problem = "no node" if np.isnan(value) else f"the node {value:g}, which is no id"
+        problem = "no node" if np.isnan(value) else f"the node {value:g}, which is not an id"
         message = f"{rows.table.line(row)} has {problem}"
         hint = "ids of nodes are whole numbers"
         rows.table.complaints.reject("TIS313", message, fit.columns[0].span, hint)
@@ -97,7 +97,7 @@ def _check_known(fit: Fit, unknown: Indices, rows: DataRows, network: Network) -
     has = "; ".join(_range_of(body.name, network.node_ids[body.nodes]) for body in bodies)
     rows.table.complaints.reject(
         "TIS301",
-        f"{rows.table.file} names {counted(len(names), 'node')} that "
+        f"{rows.table.file} contains {counted(len(names), 'node')} that "
         f"{' and '.join(body.name for body in bodies)} does not have: "
         f"{', '.join(first_few(names))}",
         fit.columns[0].span,

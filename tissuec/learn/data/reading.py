@@ -106,7 +106,7 @@ def _read_hdf5(
 
 def _empty(one: Series, complaints: Complaints) -> Diagnostic:
     """Return the finding about a fit of which nothing was measured."""
-    message = f"{complaints.file} holds no value of {one.fit.text}"
+    message = f"{complaints.file} contains no value of {one.fit.text}"
     if one.fit.columns:
         span = one.fit.columns[0].span.to(one.fit.columns[-1].span)
         return Diagnostic("TIS313", message, span, "every cell of its column is empty")

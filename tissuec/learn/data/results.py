@@ -109,10 +109,10 @@ def _reject_hidden(
     names = ", ".join(one.name for one in fit.subjects)
     complaints.reject(
         "TIS301",
-        f"the frames of {complaints.file} do not show {missing} of "
+        f"the frames of {complaints.file} do not contain {missing} of "
         f"{len(nodes_of(fit.subjects))} nodes of {names}",
         fit.span,
-        hint=f"they show {', '.join(shown)}" if shown else "they show no nodes of bodies",
+        hint=f"they contain {', '.join(shown)}" if shown else "they contain no nodes of bodies",
     )
 
 

@@ -80,7 +80,7 @@ class DataRows(Struct, frozen=True, eq=False):
         rows = np.flatnonzero(~no_place)
         if not len(rows):
             hint = f"the columns are {', '.join(table.dialect.names)}"
-            message = f"{table.file} holds no row of numbers"
+            message = f"{table.file} contains no row of numbers"
             table.complaints.reject("TIS313", message, span, hint)
         return cls(table, places[rows], values[rows], rows, span, timed)
 
@@ -105,7 +105,7 @@ class DataRows(Struct, frozen=True, eq=False):
         before, behind = self.places[row], self.places[row + 1]
         if before == behind:
             problem = f"have the same time, {self._shown(row)}"
-            hint = "remove one of them; for one row per node, name the column of the nodes too"
+            hint = "remove one of them; for one row per node, also name the column of the nodes"
         else:
             problem = f"do not ascend: {show(behind, TIME)} comes after {show(before, TIME)}"
             hint = "sort the rows by time, each time once"
@@ -150,5 +150,5 @@ class DataRows(Struct, frozen=True, eq=False):
         """
         where = self.table.lines(*self.number[[row, other]].tolist())
         message = f"{where} both give {what} at {self._shown(row)}"
-        hint = "leave one of them out"
+        hint = "remove one of them"
         self.table.complaints.reject("TIS313", message, self.span, hint)

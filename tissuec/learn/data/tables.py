@@ -74,12 +74,12 @@ def _rows(table: Text, wanted: Wanted, *, timed: bool) -> DataRows:
     try:
         numbers = read_columns(table.text, table.dialect, wanted.numbers)
     except BadRow as error:
-        where, span, hint = table.line(error.row), None, "remarks begin with #"
+        where, span, hint = table.line(error.row), None, "comments begin with #"
         if error.column is not None:
             name = table.dialect.names[wanted.numbers[error.column]]
             where += f', column "{name}"'
             span = wanted.spans[error.column]
-            hint = f"a gap is left empty, or is written nan, NA or -; {hint}"
+            hint = f"leave a gap empty, or write nan, NA or -; {hint}"
         table.complaints.reject("TIS313", f"{where}: {error.problem}", span, hint)
     return DataRows.of(table, numbers[:, 0] * wanted.factor, numbers, wanted.spans[0], timed)
 

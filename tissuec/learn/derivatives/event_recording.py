@@ -167,7 +167,7 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
     if plan.forces:
         return f"{plan.forces[0].name} acts"
     if network.drag is not None:
-        return "ambient damping goes by mass or surface"
+        return "ambient damping depends on mass or surface"
     if network.hinges is not None:
         return "walls resist bending"
     if network.inelastic is not None:

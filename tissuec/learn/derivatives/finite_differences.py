@@ -42,7 +42,7 @@ class RunPredictions(NamedTuple):
 class FiniteDifferenceModel:
     """Predictions of a run by the engine."""
 
-    name = "differences of whole runs"
+    name = "finite differences of whole runs"
 
     def __init__(self, shaping: Parametrisation, series: tuple[Series, ...]):
         self.shaping, self.series = shaping, series

@@ -43,7 +43,7 @@ class Unsolved(Diverged):
     """A stage is not found; the time [s] is its argument."""
 
     def __str__(self) -> str:
-        return f"a step at {show(float(self.args[0]), TIME)} has no solution that can be found"
+        return f"no solution was found for the step at {show(float(self.args[0]), TIME)}"
 
 
 class Implicit(ByTableau):

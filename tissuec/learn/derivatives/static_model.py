@@ -201,7 +201,7 @@ def _refuse(
     if not reason and len(looks) < len(series):
         reason = "a measured quantity is not a smooth function of the positions"
     if reason:
-        message = f"this cannot be fitted to a net at rest: {reason}"
+        message = f"this cannot be fitted to equilibria: {reason}"
         hint = "measure over time instead of over a displacement"
         raise CompileError([Diagnostic("TIS802", message, series[0].fit.span, hint)])
 
@@ -226,7 +226,7 @@ def _rows_of(
                     f"a row has a displacement of {show(displacement, LENGTH, digits=6)}, and "
                     f"the script moves the nodes from 0 m to {there}"
                 )
-                hint = "let the script move them as far, or remove such rows"
+                hint = "extend the motion in the script, or remove such rows"
                 raise CompileError([Diagnostic("TIS703", message, one.fit.span, hint)])
             times[displacement] = time
     known = np.unique(list(times.values()))

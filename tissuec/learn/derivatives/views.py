@@ -21,7 +21,8 @@ class Unseen(Diverged):
     def __str__(self) -> str:
         since = show(float(self.args[0]), TIME)
         return (
-            f"{self.args[1]} holds nothing from {since} on, but the data has later values of it"
+            f"{self.args[1]} does not hold anything after {since}, but the data has "
+            "later values of it"
         )
 
 

@@ -163,7 +163,7 @@ def _blind(
         if np.square(space @ together).sum() > 1.0 - SHARE:
             found.append(_scale([kind for kind in SCALED if kind in kinds], spread))
             space = _without(space, together[None])
-    way_out = "give one of them, or measure something else as well"
+    way_out = "fix one of them, or measure another quantity, too"
     found += [
         UnidentifiableCombination(_mixture(row, names), way_out, spread)
         for row in _plain(space)
@@ -184,7 +184,7 @@ def _hidden(
         listed = _listed([names[k] for k in alone])
         count = counted(len(alone), "parameter")
         sentences.insert(0, f"{count} {verb} hidden by the noise: {listed}")
-    way_out = "measure longer, more precisely or where they act, or give one of them"
+    way_out = "measure longer, more precisely or where they act, or fix one of them"
     return [
         UnidentifiableCombination(sentence, way_out, float(1.0 / singular.max()))
         for sentence in sentences
@@ -228,7 +228,7 @@ def _alone(names: Sequence[str], spread: float) -> UnidentifiableCombination:
     return UnidentifiableCombination(
         f"{counted(len(names), 'parameter')} {verb} no influence on the measurements: "
         f"{_listed(names)}",
-        "leave them out of adjust, or measure where they act",
+        "remove them from adjust, or measure where they act",
         spread,
     )
 
@@ -238,8 +238,8 @@ def _scale(kinds: Sequence[str], spread: float) -> UnidentifiableCombination:
     every = f"{', '.join(first)} and {last}" if first else last
     return UnidentifiableCombination(
         f"multiplying all {every} by the same factor does not change the measurements: "
-        "only their ratios are known",
-        f"give one {kinds[0]} (leave it out of adjust) or fit a measured force",
+        "only their ratios can be determined",
+        f"fix one {kinds[0]} (remove it from adjust) or fit a measured force",
         spread,
     )
 

@@ -432,11 +432,11 @@ def _notes(session: LearnSession, theta: Floats, stepping_error: float) -> Itera
     at_limit = (own <= low + NEAR_LIMIT) | (own >= high - NEAR_LIMIT)
     if at_limit.any():
         names = _first_few(shaping.names, at_limit)
-        yield f"at a limit, which the interval does not take into account: {names}"
+        yield f"at a limit, which the interval ignores: {names}"
     outside = (low > 0.0) | (high < 0.0)
     if outside.any():
         names = _first_few(shaping.names, outside)
-        yield f"outside of its limits, so the fit starts at the nearer limit: {names}"
+        yield f"outside its limits, so the fit starts at the nearer limit: {names}"
     if stepping_error > 1e-4 and not too_coarse(stepping_error):
         yield (
             f"halving the step changes predictions by {stepping_error:.1g} of their range: "

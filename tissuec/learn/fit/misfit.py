@@ -31,13 +31,14 @@ def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> 
     error = problem.relative(theta)
     if error >= NOTHING:
         return (
-            f"the error is {percent(error)}; a guess that knows only the mean of the data has "
-            "100 %: the fit explains nothing"
+            f"the error is {percent(error)}; the mean of the data alone gives "
+            "100 %, so the fit does not explain the data"
         )
     if problem.structure(theta, LIMIT).exceeds(STRUCTURED):
         return (
             f"the error is {percent(error)}, and the residuals are correlated, so they are not "
-            "noise: this is a wrong minimum, or the scene does not describe the experiment"
+            "noise: the fit found a wrong minimum, or the scene does not describe the "
+            "experiment"
         )
     for one in singles:
         found = one.structure(theta, LIMIT)
@@ -46,7 +47,7 @@ def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> 
             name = one.trials[0].experiment.name
             return (
                 f"the error of {name} is {percent(found.size)}, and its residuals are not "
-                "noise: the scene, with what may change in it, does not describe the experiment"
+                "noise: with these parameters, the scene cannot describe the experiment"
             )
     return ""
 
@@ -61,7 +62,7 @@ def too_coarse(error: float) -> str:
         return ""
     return (
         f"halving the step changes predictions by {percent(error)} of their range: write a "
-        "smaller step, or leave it out so that one is chosen"
+        "smaller step, or remove step to choose it automatically"
     )
 
 

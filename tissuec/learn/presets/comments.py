@@ -42,7 +42,7 @@ def origin(learnt: Learnt, request: Request) -> list[str]:
         holds = "holds" if verdict.holds else "FAILS"
         lines += _entry("expected", f"{holds}: {verdict.measured}")
     for blind in learnt.blind:
-        lines += _entry("not told", f"{blind.sentence} ({blind.advice})")
+        lines += _entry("not known", f"{blind.sentence} ({blind.advice})")
     for note in learnt.notes:
         lines += _entry("note", note)
     return ["#", *lines]

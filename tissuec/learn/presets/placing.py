@@ -16,7 +16,7 @@ def refuse_others(paths: Iterable[Path]) -> None:
     """
     for path in paths:
         if path.is_dir():
-            raise TissueError(f'"{path}" is a folder; name a file')
+            raise TissueError(f'"{path}" is a folder; give the name of a file')
         if path.exists() and not is_ours(path):
             raise TissueError(
                 f'"{path}" was not written by learning and would be overwritten; '

@@ -38,7 +38,7 @@ def as_lines(fit_problem: str, found: Sequence[Compared], allowed: float) -> lis
     ]
     if verdict == "good" and worst > allowed:
         lines.append(
-            "finite differences are no more accurate than that here: the motion is too "
+            "finite differences are not more accurate here: the motion is too "
             "sensitive for any step size"
         )
     return lines

@@ -11,7 +11,7 @@ from tissuec.learn.report.rows import aligned
 from tissuec.model.network import Floats
 from tissuec.script.fit_problem import START_POSITION, START_VELOCITY
 
-HEADINGS = ("parameter", "before", "learnt", "95 % interval", "change")
+HEADINGS = ("parameter", "before", "learned", "95 % interval", "change")
 MANY = 12  # numbers of one entry, from which on only a summary is shown
 WORST = 3  # of these, those that are known least
 

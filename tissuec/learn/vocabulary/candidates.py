@@ -102,7 +102,7 @@ def dropped(texts: RuleTexts) -> Iterator[Candidate]:
     for node in texts.nodes:
         edit = _without(node.span)
         if edit is not None:
-            yield Candidate("drop", edit, f"the rule in line {node.span.line} is left out")
+            yield Candidate("drop", edit, f"the rule in line {node.span.line} is removed")
 
 
 def _without(span: Span) -> TextEdit | None:
