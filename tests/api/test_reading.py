@@ -104,7 +104,7 @@ def test_springs_against_bending_are_in_no_frame_and_nobody_misses_them(parts):
     ("ask", "count"), [("nodes_of", "3 of 3 nodes"), ("springs_of", "2 of 2 springs")]
 )
 def test_what_frames_do_not_show_is_not_given_in_part(parts, ask, count):
-    with pytest.raises(ValueError, match=f'do not show {count} of "rod"') as caught:
+    with pytest.raises(ValueError, match=f'do not contain {count} of "rod"') as caught:
         getattr(parts, ask)("rod")
     assert "output { trajectory of [rod] every … }" in str(caught.value)
 
@@ -237,7 +237,7 @@ def test_what_is_too_large_for_a_notebook_is_a_sentence(pulled, player, monkeypa
 
 def test_a_run_without_frames_is_shown_without_a_player(player):
     trajectory = tissuec.run(PULL.replace("trajectory every 10 ms;", ""))
-    assert "no trajectory" in trajectory._repr_html_() and not player
+    assert "not record a trajectory" in trajectory._repr_html_() and not player
     assert "frames: none" in repr(trajectory)
 
 

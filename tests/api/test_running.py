@@ -72,11 +72,11 @@ def test_a_number_takes_the_dimension_of_its_param(unit, value, shown):
 
 
 WRONG = [
-    ({"pull": float("nan")}, "pull = nan is no number"),
-    ({"pull": np.inf}, "pull = inf is no number"),
-    ({"pull": True}, "pull = True is no text"),
-    ({"pull": None}, "pull = None is no text"),
-    ({"way": (1, 2)}, r"way = \(1, 2\) is no text"),
+    ({"pull": float("nan")}, "pull = nan is not a usable number"),
+    ({"pull": np.inf}, "pull = inf is not a usable number"),
+    ({"pull": True}, "pull = True is not a text"),
+    ({"pull": None}, "pull = None is not a text"),
+    ({"way": (1, 2)}, r"way = \(1, 2\) is not a text"),
     ({"stretch_time": 1, "params": {"stretch time": 2}}, '"stretch time" is given twice'),
 ]
 
@@ -91,7 +91,7 @@ CAUGHT = [
     ({"pull": "3 mm"}, "TIS308", "pull = 3 mm is not between 0 m and 2 mm"),
     ({"pull": 3e-3}, "TIS308", "pull = 3 mm is not between 0 m and 2 mm"),
     ({"pull": "1 s"}, "TIS502", "1 | pull = 1 s\n  |        ^^^"),
-    ({"pull": (1, 2, 3)}, "TIS312", "pull is one number"),
+    ({"pull": (1, 2, 3)}, "TIS312", "pull must be one number"),
     ({"pul": 1.0}, "TIS505", 'did you mean "pull"?'),
 ]
 
@@ -202,11 +202,11 @@ def test_a_result_can_be_given_a_place_or_saved_to_one(tmp_path):
     with tissuec.load(saved) as read:
         assert np.array_equal(read.position[:], given.position[:])
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(tissuec.PlaceError, match="no result of tissuec"):
+    with pytest.raises(tissuec.PlaceError, match="not a result of tissuec"):
         given.save(tmp_path / "notes.txt")
     with pytest.raises(tissuec.PlaceError, match="is this result itself"):
         given.save(given.path)
-    with pytest.raises(tissuec.PlaceError, match="no result of tissuec"):
+    with pytest.raises(tissuec.PlaceError, match="not a result of tissuec"):
         tissuec.run(PULL, out=tmp_path / "notes.txt")
     assert (tmp_path / "notes.txt").read_text() == "mine"
 

@@ -59,8 +59,10 @@ def _player(trajectory: results.Trajectory) -> str:
 
     frames, nodes = trajectory.position.shape[:2]
     if not frames or not nodes:
-        return "<p>There is no motion to show: the scene records no trajectory.</p>"
-    view = f'tissuec view "{trajectory.path}" shows it in a page of its own'
+        return (
+            "<p>There is no motion to show, because the scene does not record a trajectory.</p>"
+        )
+    view = f'tissuec view "{trajectory.path}" shows it in a separate page'
     if nodes > MOST_NODES:
         return f"<p>{nodes} nodes are too many for a notebook; {escape(view)}.</p>"
     most = max(2, MOST_POSITIONS // nodes)

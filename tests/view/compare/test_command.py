@@ -53,7 +53,7 @@ SAME = [
 @pytest.mark.parametrize("words", SAME, ids=" ".join)
 def test_files_that_are_the_same_say_so(say, files, words):
     code, out, _ = say(files / words[0], files / words[1], *words[2:])
-    assert code == 0 and out.splitlines()[-1].startswith("nothing differs")
+    assert code == 0 and out.splitlines()[-1].startswith("no differences")
 
 
 BOUNDS = [("stiff", "0.1", 1), ("stiff", "2", 0), ("rough", "1e-3", 0), ("rough", "1e-12", 1)]
@@ -83,7 +83,7 @@ def test_the_document_has_the_verdict(say, files):
 
 
 WRONG = [
-    (("a.tis", "a.vtkhdf", "--within", "1"), "--within is about motions"),
+    (("a.tis", "a.vtkhdf", "--within", "1"), "--within compares motions"),
     (("a.vtkhdf", "nothere.vtkhdf"), 'there is no file "'),
     (("nothere.tis", "a.vtkhdf"), "TIS604"),
     (("a.vtkhdf", "bad.tis"), "TIS502"),

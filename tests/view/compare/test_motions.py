@@ -32,7 +32,7 @@ def apart(times):
 def test_a_run_and_itself_again_differ_in_nothing(compared, told):
     found = compared(OSCILLATOR, OSCILLATOR, run=True)
     assert found.is_same and found.motion.verdict == "agree"
-    assert told(found).endswith("nothing differs (text, 2 nodes, 1 spring, 31 frames)")
+    assert told(found).endswith("no differences (text, 2 nodes, 1 spring, 31 frames)")
 
 
 def test_two_oscillators_part_as_their_cosines_do(compared, told):
@@ -72,7 +72,7 @@ def test_between_frames_a_cubic_meets_a_parabola(compared, told):
     assert motion.open.max() < 1e-8
     assert motion.verdict in ("agree", "cannot tell")
     assert motion.is_whole  # its frames end at 294 ms, but the run does not
-    assert "between them nodes are on cubics" in told(found)
+    assert "positions were interpolated by cubics" in told(found)
 
 
 @pytest.mark.parametrize("milliseconds", [5.0, 7.0, pytest.param(13.0, marks=pytest.mark.slow)])
@@ -118,7 +118,7 @@ def test_a_fixed_step_promises_nothing(compared, told):
     fixed = "integrator is velocity verlet; step = 1 ms"
     found = compared(OSCILLATOR, OSCILLATOR.replace("tolerance = 1e-6", fixed), run=True)
     assert found.motion.verdict == "nothing promised"
-    assert "b promises nothing, since its step is fixed" in told(found)
+    assert "b has no tolerance, because its step is fixed" in told(found)
 
 
 def test_what_frames_of_one_do_not_show_is_left_out_and_said(compared, told):
@@ -126,7 +126,7 @@ def test_what_frames_of_one_do_not_show_is_left_out_and_said(compared, told):
     found = compared(PULL, part, run=True)
     assert (found.motion.nodes, found.motion.nodes_a, found.motion.nodes_b) == (1, 3, 1)
     assert not found.motion.is_whole and not found.motion.largest
-    assert "1 node at 21 times, 0 s to 200 ms (a shows 3 nodes, b 1)" in told(found)
+    assert "1 node at 21 times, 0 s to 200 ms (a has 3 nodes, b 1)" in told(found)
 
 
 def test_runs_without_common_frames_are_not_compared(compared, told):
@@ -136,8 +136,8 @@ def test_runs_without_common_frames_are_not_compared(compared, told):
     wall = PULL.replace("trajectory every", "trajectory of wall every")
     bob = PULL.replace("trajectory every", "trajectory of bob every")
     found = compared(wall, bob, run=True)
-    assert found.motion == "no node is in the frames of both"
-    assert "not compared: no node is in the frames of both" in told(found)
+    assert found.motion == "the frames of both have no common node"
+    assert "not compared: the frames of both have no common node" in told(found)
 
 
 def test_comparing_the_other_way_round_gives_the_same_numbers():

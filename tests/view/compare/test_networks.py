@@ -16,7 +16,7 @@ NUMBERS = st.floats(-1e6, 1e6) | st.just(np.inf)
 def test_a_scene_and_itself_differ_in_nothing(compared, told):
     found = compared(TABLES, TABLES)
     assert found.is_same
-    assert told(found).endswith("nothing differs (text, 19 nodes, 26 springs)")
+    assert told(found).endswith("no differences (text, 19 nodes, 26 springs)")
 
 
 @given(st.lists(st.tuples(NUMBERS, NUMBERS), min_size=1))
@@ -52,7 +52,7 @@ def test_a_number_of_a_tissue_is_told_with_both_lines_of_text(compared, told):
     text = told(found)
     assert "spring constant of chain: all 4 springs, 40 N/m -> 50 N/m, 20 %" in text
     assert "a: scene:3, written: spring constant = 40 N/m" in text
-    assert "the same: settings, nodes and springs, script" in text
+    assert "identical: settings, nodes and springs, script" in text
 
 
 def test_a_region_is_told_by_itself(compared):

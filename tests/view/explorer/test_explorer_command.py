@@ -65,12 +65,12 @@ def test_open_shows_it_in_a_browser(folder, monkeypatch):
 
 @pytest.mark.parametrize("option", [("-o", "page.html"), ("--open",)])
 def test_options_of_the_page_need_the_page(folder, option):
-    with pytest.raises(UsageError, match="belong to --explore"):
+    with pytest.raises(UsageError, match="need --explore"):
         words("mine", *option)
 
 
 def test_it_is_not_written_over_the_vocabulary(folder):
-    with pytest.raises(TissueError, match="is what is read"):
+    with pytest.raises(TissueError, match="is the input file"):
         words("mine", "--explore", "-o", "mine.tis")
 
 

@@ -337,7 +337,7 @@ def test_it_is_worked_by_keys_alone(page, tmp_path):
         assert fact.text_content() == told
     assert "soft 1" in slider.get_attribute("aria-valuetext")
     page.get_by_role("checkbox", name="hardness").press("Space")
-    assert fact.text_content() == "not said"
+    assert fact.text_content() == "not given"
 
 
 def test_everything_that_can_be_worked_has_a_name(page, tmp_path):

@@ -131,5 +131,5 @@ def test_what_is_left_out_is_said(shown):
     film = film_of(render(shown(Show(grid(12, 12))), Options(nodes=40, frames=3)))
     assert len(film["times"]) == 3
     assert re.fullmatch(
-        r"drawn: \d\d of 144 nodes; \d+ lines stand for 385 springs", film["thinned"]
+        r"drawn: \d\d of 144 nodes; \d+ lines represent 385 springs", film["thinned"]
     )

@@ -79,20 +79,20 @@ def test_pictures_are_drawn_without_a_page(made, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["-o", "x.png"], 'which ends in .html; pictures are written by --png'),
-        (["--png", "x.jpg"], "is to end in .png"),
-        (["--size", "10x10", "--png", "x.png"], "go from 16 to 8192"),
-        (["--size", "100", "--png", "x.png"], "is not like WIDTHxHEIGHT"),
+        (["-o", "x.png"], 'must end in .html, unlike'),
+        (["--png", "x.jpg"], "must end in .png"),
+        (["--size", "10x10", "--png", "x.png"], "must be between 16 and 8192"),
+        (["--size", "100", "--png", "x.png"], "does not have the form WIDTHxHEIGHT"),
         (["--size", "100x100"], "--size is for pictures"),
         (["--forces"], "--forces is for pictures"),
-        (["--from", "north"], "is not like AZIMUTH,ELEVATION"),
-        (["--time", "3 mm"], '"3 mm" is no time'),
-        (["--every", "0"], "--every is longer than nothing"),
-        (["--every", "nan"], "is no time"),
+        (["--from", "north"], "does not have the form AZIMUTH,ELEVATION"),
+        (["--time", "3 mm"], '"3 mm" is not a time'),
+        (["--every", "0"], "--every must be above 0"),
+        (["--every", "nan"], "is not a time"),
         (["--frames", "1"], "--frames"),
         (["--colour", "red"], "--colour"),
-        (["made.vtkhdf", "-o", "x.html"], "-o names what is made of one result"),
-        (["--png", "x.png", "--open"], "--open shows a page"),
+        (["made.vtkhdf", "-o", "x.html"], "-o is for one result"),
+        (["--png", "x.png", "--open"], "--open needs a page"),
     ],
 )  # fmt: skip
 def test_what_does_not_go_together_is_refused(made, capsys, words, said):
@@ -103,12 +103,12 @@ def test_what_does_not_go_together_is_refused(made, capsys, words, said):
 def test_files_of_others_stay(made, tmp_path, capsys):
     (tmp_path / "made.html").write_text("<h1>My thesis</h1>")
     assert view(made) == 2
-    assert "is there already and no page of tissuec" in capsys.readouterr().err
+    assert "exists and is not a page of tissuec" in capsys.readouterr().err
     assert (tmp_path / "made.html").read_text() == "<h1>My thesis</h1>"
     linked = tmp_path / "linked.html"
     linked.symlink_to(made)
     assert view(made, "-o", linked) == 2
-    assert "is what is read" in capsys.readouterr().err
+    assert "is the input file" in capsys.readouterr().err
     assert view(tmp_path / "none.vtkhdf") == 2
     assert "there is no file" in capsys.readouterr().err
 

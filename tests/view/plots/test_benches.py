@@ -16,7 +16,7 @@ from tissuec.view.plots.stability import COLOURS, UNKNOWN
 def test_every_point_stands_at_its_error_and_time():
     (axes,) = draw(None, BENCH).axes
     lines = {line.get_label(): line for line in axes.get_lines()}
-    assert set(lines) == {"dop853", "Other", "known to"}
+    assert set(lines) == {"dop853", "Other", "accuracy of the reference"}
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
     assert axes.get_ylabel() == "time [s]"
     assert axes.get_xlabel() == "error over largest displacement"
@@ -25,7 +25,7 @@ def test_every_point_stands_at_its_error_and_time():
         points = [p for p in BENCH["points"] if p["method"] == name]
         expected = [(max(p["error"], floor), p["seconds"]) for p in points]
         assert lines[name].get_xydata() == pytest.approx(np.array(expected))
-    assert lines["known to"].get_xdata()[0] == floor
+    assert lines["accuracy of the reference"].get_xdata()[0] == floor
     assert axes.get_xlim()[0] > axes.get_xlim()[1]  # precision grows to the right
 
 
@@ -43,7 +43,7 @@ def test_points_without_numbers_are_left_out():
     points[0]["error"] = None  # what JSON has for NaN
     (axes,) = draw(None, BENCH | {"points": points}).axes
     assert len(axes.get_lines()[0].get_xdata()) == 2
-    with pytest.raises(TissueError, match="came to no point"):
+    with pytest.raises(TissueError, match="has no results"):
         draw(None, BENCH | {"points": []})
 
 
@@ -84,5 +84,5 @@ def test_every_kind_of_verdict_has_a_colour_and_others_do_no_harm():
     verdicts = [{**STRESS["verdicts"][0], "kind": "new"}, *STRESS["verdicts"][1:]]
     (axes,) = draw(None, STRESS | {"verdicts": verdicts}).axes
     assert to_hex(axes.patches[0].get_facecolor()) == UNKNOWN[0]
-    with pytest.raises(TissueError, match="no whole map"):
+    with pytest.raises(TissueError, match="no complete map"):
         draw(None, STRESS | {"verdicts": verdicts[:3]})

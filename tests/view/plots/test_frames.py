@@ -84,7 +84,7 @@ def test_colours_are_those_of_the_scale_of_tension(result, strip):
     found = lines.get_colors()[:, :3]
     assert in_order(found) == pytest.approx(in_order(expected))
     bar = figure.axes[-1]
-    assert bar.get_xlabel() == "tension of the springs [mN]; negative: pressed"
+    assert bar.get_xlabel() == "tension of the springs [mN]; negative: compression"
     low, high = bar.get_xlim()
     assert (low, high) == pytest.approx((-1e3 * norm.vmax, 1e3 * norm.vmax))
     assert norm.vmax == pytest.approx(np.percentile(np.abs(tension), 99))
@@ -185,10 +185,10 @@ def test_what_cannot_be_shown_is_said(folder, tmp_path, monkeypatch):
         draw("frames", folder / "strip.vtkhdf", show="bones")
     with Trajectory.open(folder / "strip.vtkhdf") as run:
         monkeypatch.setattr("tissuec.view.plots.frames.MOST", 3)
-        with pytest.raises(TissueError, match="4 moments are too many for a page; it holds 3"):
+        with pytest.raises(TissueError, match="4 frames are too many for a page; at most 3"):
             moments(run, (0.0, 0.01, 0.02, 0.03))
     path = carry_out(PRESS, tmp_path / "press.vtkhdf")
-    with pytest.raises(TissueError, match="holds no smooth surfaces; write output"):
+    with pytest.raises(TissueError, match="has no smooth surfaces; write output"):
         draw("frames", path, show="surface")
 
 

@@ -149,16 +149,16 @@ def test_unknown_logs_and_none_at_all_are_errors_that_help(result, tmp_path):
         draw("logs", result, log="force of rigth end")
     bare = STRIP[: STRIP.index("output {")] + "output { trajectory every 50 ms }\n"
     path = carry_out(bare, tmp_path / "bare.vtkhdf")
-    with pytest.raises(TissueError, match="holds no logs; it has 3 frames; write output"):
+    with pytest.raises(TissueError, match="has no logs; it has 3 frames; write output"):
         draw("logs", path)
-    with pytest.raises(TissueError, match="holds no energies; write output"):
+    with pytest.raises(TissueError, match="has no energies; write output"):
         draw("energies", path)
     text = STRIP.replace("  trajectory every 5 ms\n", "").replace("  surface of", "  # ")
     path = carry_out(text, tmp_path / "still.vtkhdf")
     for kind in ("paths", "frames"):
-        with pytest.raises(TissueError, match="holds no frames; write output"):
+        with pytest.raises(TissueError, match="has no frames; write output"):
             draw(kind, path)
-    with pytest.raises(TissueError, match="holds no errors"):
+    with pytest.raises(TissueError, match="has no errors"):
         draw("errors", path)
 
 
@@ -171,7 +171,7 @@ def test_the_stack_reaches_what_was_put_in(result, strip):
     times, rows = strip.energies.with_jumps()
     assert len(times) == len(strip.energies.time) + 2  # both sides of the cut
     value = dict(zip(strip.energies.columns, rows.T, strict=True))
-    time, supply = data(lines_of(stack)["put in"])
+    time, supply = data(lines_of(stack)["supplied"])
     assert time == pytest.approx(times)
     gravity = value["gravity"] - value["gravity"].min()
     there = value["kinetic"] + value["elastic"] + gravity + value["dissipated"]
@@ -183,7 +183,7 @@ def test_the_stack_reaches_what_was_put_in(result, strip):
     # The ledger closes to 1e-5 of it, so the stack ends where the line runs.
     assert top == pytest.approx(supply.max(), rel=1e-4)
     legend = [text.get_text() for text in stack.get_legend().get_texts()]
-    assert legend == ["put in", *names[::-1]]  # as they lie, from above
+    assert legend == ["supplied", *names[::-1]]  # as they lie, from above
     (line,) = lines_of(drift).values()
     moving = value["kinetic"] + value["elastic"]
     sizes = np.abs([moving, value["work"], value["dissipated"], value["switched"]]).max(axis=0)
@@ -194,11 +194,11 @@ def test_the_stack_reaches_what_was_put_in(result, strip):
 
 def test_energies_have_lines_if_asked_and_for_several_runs(result, later):
     above, _ = draw("energies", result, lines=True).axes
-    assert set(lines_of(above)) == {"elastic", "kinetic", "gravity", "dissipated", "put in"}
+    assert set(lines_of(above)) == {"elastic", "kinetic", "gravity", "dissipated", "supplied"}
     labels = [axes.get_ylabel() for axes in draw("energies", result, later).axes]
     assert [label.partition(" [")[0] for label in labels] == [
         "elastic energy", "kinetic energy", "gravity energy", "energy dissipated",
-        "energy put in", "energy drift",
+        "energy supplied", "energy drift",
     ]  # fmt: skip
 
 
@@ -281,7 +281,7 @@ def test_sets_are_known_by_what_the_result_holds_and_not_by_files_of_today(tmp_p
 def test_a_net_that_is_drawn_otherwise_today_is_an_error(result, monkeypatch):
     text = STRIP.replace("(30, 0, 0) mm", "(31, 0, 0) mm")
     monkeypatch.setattr(Trajectory, "text", text)
-    with pytest.raises(TissueError, match="draws another net now"):
+    with pytest.raises(TissueError, match="now gives another net"):
         draw("paths", result, of="nodes of strip where x > 29 mm")
     assert draw("paths", result, of="right end")  # names are in the result
 
@@ -334,4 +334,4 @@ def test_numbers_that_are_none_are_told():
         draw_panels(
             sheet, [Panel("force", "N", [TimeCurve("x", time, value, {"color": "k"})])], []
         )
-    assert sheet.figure.notes == ("force x has 2 values that are no numbers",)
+    assert sheet.figure.notes == ("force x has 2 values that are not numbers",)

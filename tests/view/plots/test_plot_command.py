@@ -95,9 +95,10 @@ def test_what_is_set_reaches_a_text(call, tmp_path, folder):
         (["strip.vtkhdf", "--kind", "log"], 'no kind of plot called "log"; did you mean "log'),
         (["strip.vtkhdf", "--kind", "frames", "--log", "x"], 'frames has no option "log"'),
         (["strip.vtkhdf", "--kind", "logs", "--log", "forc"], 'there is no log "forc"'),
-        (["strip.vtkhdf", "--kind", "words"], "of this there is: energies, errors, frames"),
-        (["strip.vtkhdf", "strip.vtkhdf", "--kind", "frames"], "drawn of one file, not of 2"),
-        (["strip.vtkhdf", "-o", "a.jpg"], r"ends with \.jpg; a picture ends with \.png, \.svg"),
+        (["strip.vtkhdf", "--kind", "words"], "plots of it: energies, errors, frames"),
+        (["strip.vtkhdf", "strip.vtkhdf", "--kind", "frames"], "needs one file, not 2"),
+        (["strip.vtkhdf", "-o", "a.jpg"], r"ends with \.jpg; the name of a picture must end "
+        r"with \.png, \.svg"),
         (["strip.vtkhdf", "-o", "picture"], "has no ending"),
         (["strip.vtkhdf", "-o", "nowhere/a.png"], "cannot write"),
         (["strip.vtkhdf", "--start", "3 kg"], '"3 kg" is not a time'),
@@ -109,11 +110,11 @@ def test_what_is_set_reaches_a_text(call, tmp_path, folder):
         (["strip.vtkhdf", "--from", "up"], "AZIMUTH,ELEVATION"),
         (["stripp.vtkhdf"], 'there is no file .*; did you mean ".*strip.vtkhdf"'),
         (["missing.json"], "cannot read"),
-        (["bad.json"], "is no JSON"),
-        (["other.json"], "nothing that can be plotted; JSON comes from"),
+        (["bad.json"], "is not JSON"),
+        (["other.json"], "nothing to plot; plots accept the JSON of"),
         (["failed.json"], "no reference came out"),
         (["nothing.tis"], "there is no vocabulary"),
-        (["strip.vtkhdf", "bench.json", "--kind", "logs"], "logs is drawn of a result"),
+        (["strip.vtkhdf", "bench.json", "--kind", "logs"], "the plot logs needs a result"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said_with_a_remedy(call, folder, arguments, message):
@@ -129,13 +130,13 @@ def test_what_is_wrong_is_said_with_a_remedy(call, folder, arguments, message):
 
 def test_what_is_read_is_not_written_over(call, folder, tmp_path):
     (tmp_path / "bench.png").write_text((folder / "bench.json").read_text(), encoding="utf-8")
-    with pytest.raises(TissueError, match="is what is read"):
+    with pytest.raises(TissueError, match="is the input file"):
         call("bench.png", "-o", "bench.png")
 
 
 def test_without_matplotlib_the_extra_is_named(call, result, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(TissueError, match=r'pip install "tissuec\[plot\]" brings it'):
+    with pytest.raises(TissueError, match=r'install it: pip install "tissuec\[plot\]"'):
         call(result)
     with pytest.raises(TissueError, match=r"tissuec\[plot\]"):
         draw("logs", result)
@@ -169,9 +170,9 @@ def test_from_python_open_results_and_texts_can_be_given(strip):
     figure = draw("logs", strip, log="length of strip", title="A strip")
     assert figure._suptitle.get_text() == "A strip"
     assert strip.times[0] == 0.0  # it is still open
-    with pytest.raises(ValueError, match="name something"):
+    with pytest.raises(ValueError, match="give at least one file"):
         draw("logs")
-    with pytest.raises(ValueError, match="int is nothing that can be plotted"):
+    with pytest.raises(ValueError, match="int cannot be plotted"):
         draw("logs", 3)
     with pytest.raises(ValueError, match='logs has no option "logg"; did you mean "log"'):
         draw("logs", strip, logg="x")

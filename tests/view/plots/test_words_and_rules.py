@@ -170,7 +170,7 @@ def test_where_no_rule_speaks_there_is_no_number(moist, few):
     figure = draw("rules", moist)
     said = {t.get_text()[2:] for axes in figure.axes if axes.get_legend()
             for t in axes.get_legend().get_texts()}  # fmt: skip
-    assert said == {"no rule speaks: an error", "no rule speaks: otherwise"}
+    assert said == {"no rule fires: error", "no rule fires: fallback"}
 
 
 def test_properties_of_log_scales_have_log_axes(moist, few):
@@ -193,16 +193,16 @@ def test_a_quantity_that_never_changes_is_drawn_too(few):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"of": "mas"}, 'no quantity that rules conclude "mas"; did you mean "mass"'),
+        ({"of": "mas"}, 'no quantity concluded by rules "mas"; did you mean "mass"'),
         ({"x": "hardnes"}, 'no property "hardnes"; did you mean "hardness"'),
-        ({"x": "weight", "y": "weight"}, "two properties that differ"),
-        ({"at": "hardness"}, "no property with its value"),
+        ({"x": "weight", "y": "weight"}, "two different properties"),
+        ({"at": "hardness"}, "does not have the form PROPERTY=VALUE"),
         ({"at": "hardness=2"}, "outside its range"),
         (
             {"at": "hardness=sofft"},
             'neither a number nor a word for hardness; did you mean "soft"',
         ),
-        ({"x": "hardness", "at": "hardness=0.5"}, "is an axis"),
+        ({"x": "hardness", "at": "hardness=0.5"}, "is on an axis"),
         ({"at": "hardnes=0.5"}, 'did you mean "hardness"'),
     ],
 )

@@ -120,11 +120,11 @@ def compare_motions(
         if not profile.shape[0] or not profile.shape[1]:
             return f"{name} has no frames"
     if not shown.any():
-        return "no node is in the frames of both"
+        return "the frames of both have no common node"
     interpolated = not are_same(one.times, other.times)
     times = common(one.times, other.times) if interpolated else one.times
     if not len(times):
-        return "they have no time in common"
+        return "they have no common time"
     distance, node = np.zeros(len(times)), np.zeros(len(times), dtype=np.int64)
     for rows in _batches(len(times), int(shown.sum())):
         apart = np.linalg.norm(one.at(times[rows]) - other.at(times[rows]), axis=-1)

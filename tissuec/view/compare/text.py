@@ -25,7 +25,7 @@ def as_text(found: Comparison) -> list[str]:
     """Return the report, line by line."""
     lines = [f"{which}: {_headline(side)}" for which, side in (("a", found.a), ("b", found.b))]
     if found.is_same:
-        return [*lines, f"nothing differs ({_looked_at(found)})"]
+        return [*lines, f"no differences ({_looked_at(found)})"]
     sections = {
         "text": _texts((*found.texts, *found.files)),
         "settings": _facts(found.settings),
@@ -34,7 +34,7 @@ def as_text(found: Comparison) -> list[str]:
         _events_title(found): _logged_events(found),
         "logs": _curves(found.curves),
         "motion": _motion(found),
-        "how they were made": _facts(found.provenance),
+        "provenance": _facts(found.provenance),
     }
     same = []
     for title, said in sections.items():
@@ -44,7 +44,7 @@ def as_text(found: Comparison) -> list[str]:
             lines += ["", title, *(f"  {line}" for line in told)]
         elif _was_compared(found, title):
             same.append(title)
-    return [*lines, "", f"the same: {', '.join(same)}"] if same else lines
+    return [*lines, "", f"identical: {', '.join(same)}"] if same else lines
 
 
 def _headline(side: Side) -> str:
@@ -64,7 +64,7 @@ def _looked_at(found: Comparison) -> str:
 
 
 def _was_compared(found: Comparison, title: str) -> bool:
-    if title in ("logs", "motion", "how they were made"):
+    if title in ("logs", "motion", "provenance"):
         return found.curves is not None
     return title != "parameters" or bool(len(found.nodes) or len(found.springs))
 
@@ -77,11 +77,11 @@ def _texts(differences: Sequence[TextDifference]) -> Iterator[str]:
         if one.kind != "changed":
             yield f'{one.kind}: "{one.name}"'
         elif not one.lines:
-            yield f'"{one.name}" is another file'
+            yield f'"{one.name}" has different contents'
         else:
             yield from one.lines[:MOST_LINES]
             if len(one.lines) > MOST_LINES:
-                yield f"… {len(one.lines) - MOST_LINES} more lines; --json has all of them"
+                yield f"… {len(one.lines) - MOST_LINES} more lines; use --json for all"
 
 
 def _facts(facts: Sequence[StatedDifference]) -> Iterator[str]:
@@ -139,7 +139,7 @@ def _sizes(change: QuantityDifference) -> str:
     most = f"{_percent(change.relative)} at most" if not alike else _percent(change.relative)
     place = "" if alike else f" ({change.what} {change.worst})"
     here, there = (_number(value, change.dimension) for value in (change.a, change.b))
-    of = " of the drawing" if change.quantity == "drawn position" else ""
+    of = " of the drawn size" if change.quantity == "drawn position" else ""
     return f"{here} -> {there}{place}, {most}{of}"
 
 
@@ -272,11 +272,11 @@ def _table(curves: Sequence[LogDifference]) -> Iterator[str]:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
         yield "  ".join(cells).rstrip()
     if any(curve.interpolated for curve in curves):
-        yield "their times differ: straight lines between the rows of logs were compared"
+        yield "their times differ: logs were interpolated linearly"
     for curve in curves:
         if curve.missing:
-            moments = counted(curve.missing, "moment")
-            yield f"{curve.name}: at {moments} only one of them has a number"
+            moments = counted(curve.missing, "time")
+            yield f"{curve.name}: only one of them has a number at {moments}"
 
 
 def _in_unit(value: float, unit: str) -> str:
@@ -301,12 +301,12 @@ def _motion(found: Comparison) -> Iterator[str]:
             f"{SideParts(found.a).node(int(motion.node[worst]))}"
         )
         yield (
-            f"up to {float(motion.relative.max()):.2g} of the largest displacement until then"
+            f"at most {float(motion.relative.max()):.2g} of the largest displacement until then"
         )
     yield _promise(motion)
     if motion.interpolated:
-        yield "times of frames differ: between them nodes are on cubics of positions and"
-        yield f"velocities, which leaves up to {show(float(motion.open.max()), LENGTH)} open"
+        yield "times of frames differ: positions were interpolated by cubics, with an"
+        yield f"uncertainty of up to {show(float(motion.open.max()), LENGTH)}"
 
 
 def _compared(motion: MotionDifference) -> str:
@@ -315,7 +315,7 @@ def _compared(motion: MotionDifference) -> str:
     said = f"{counted(motion.nodes, 'node')} at {times}, {first} to {last}"
     parts = []
     if not motion.nodes == motion.nodes_a == motion.nodes_b:
-        parts.append(f"a shows {motion.nodes_a} nodes, b {motion.nodes_b}")
+        parts.append(f"a has {motion.nodes_a} nodes, b {motion.nodes_b}")
     if motion.span_a != motion.span_b:
         ends = (show(span[1], TIME) for span in (motion.span_a, motion.span_b))
         parts.append("a ends at {}, b at {}".format(*ends))
@@ -327,11 +327,11 @@ def _promise(motion: MotionDifference) -> str:
     allowed = motion.allowed
     if allowed is None:
         which = "a" if motion.tolerance_a is None else "b"
-        return f"{which} promises nothing, since its step is fixed"
+        return f"{which} has no tolerance, because its step is fixed"
     promised = f"{motion.tolerance_a:g} and {motion.tolerance_b:g}"
     if motion.verdict == "agree":
         return f"they agree within both tolerances ({promised})"
     if motion.parting is None:
-        return f"that leaves open whether they agree within both tolerances ({promised})"
+        return f"it is undecided whether they agree within both tolerances ({promised})"
     since = show(motion.parting, TIME)
-    return f"from {since} on they differ by more than both tolerances allow ({promised})"
+    return f"after {since} they differ by more than both tolerances allow ({promised})"

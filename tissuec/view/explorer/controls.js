@@ -51,7 +51,7 @@ class Control {
 
   refuse(reason) {
     this.box.querySelectorAll("input, select, button").forEach((one) => { one.disabled = true; });
-    this.error.textContent = `Cannot be said: ${reason}.`;
+    this.error.textContent = `Invalid: ${reason}.`;
   }
 
   choose(word, hedge) {
@@ -107,7 +107,7 @@ class Control {
     this.wording = wordingOf(property, fact, place);
     this.box.classList.toggle("unsaid", !fact);
     this.told.checked = Boolean(fact);
-    this.text.textContent = this.text.title = fact ? `${fact.sign} ${fact.text}` : "not said";
+    this.text.textContent = this.text.title = fact ? `${fact.sign} ${fact.text}` : "not given";
     if (document.activeElement !== this.number) {
       this.complain("");
       this.number.value = !fact ? "" : fact.sign === "=" ? fact.text
@@ -133,7 +133,7 @@ class Control {
       .map(([word, d]) => `${word} ${degreeText(d)}`);
     this.slider.setAttribute("aria-valuetext",
       fact ? [this.number.value, fact.sign === "is" ? fact.text : "", ...true_].filter(Boolean).join(", ")
-        : "not said");
+        : "not given");
   }
 
   drawHedges(fact) {

@@ -41,7 +41,7 @@ function numberRow(number) {
   const drop = make("button", {
     type: "button",
     onclick: () => change(() => { state.numbers = state.numbers.filter((one) => one !== number); }),
-  }, "let the rules say");
+  }, "use the rules");
   const isConcluded = SYSTEM.quantities.has(number.quantity);
   drop.hidden = !isConcluded;
   return make("li", {}, make("code", {}, `${number.quantity} ${number.text}`), " ", drop);

@@ -45,7 +45,7 @@ def document(request: Request) -> dict[str, Any]:
     words, _ = read_words(request)
     source = request.source
     if not words.vocabulary.rules:
-        raise TissueError(f'"{source.name}" has no rules, so nothing follows from its words')
+        raise TissueError(f'"{source.name}" has no rules, so its words have no results')
     path = source.path or Path(source.name)
     return {
         "title": path.stem.replace("_", " "),

@@ -39,7 +39,7 @@ class Result {
     const place = value === null ? null : toScale(quantity, value);
     this.box.dataset.source = written ? "written" : answer.source;
     this.value.value = value ?? "";
-    this.value.textContent = written ? written.shown : value === null ? "no number" : shown(quantity, value);
+    this.value.textContent = written ? written.shown : value === null ? "no value" : shown(quantity, value);
     this.told.replaceChildren(...this.tell(base, answer, written, place));
     this.drawSets(base, answer, place);
   }
@@ -49,14 +49,14 @@ class Result {
     const { word, degree } = place === null ? {} : fitting(this.quantity, place);
     const fits = word ? ["fits ", make("b", {}, word.word), ` ${degreeText(degree)}`] : [];
     if (written) {
-      parts.push("written", place === null ? ", outside the words" : "", "; rules say ",
+      parts.push("written", place === null ? ", outside the words" : "", "; the rules give ",
         answer.value === null ? "nothing" : shown(this.quantity, answer.value));
     } else if (answer.source === "otherwise") {
-      parts.push("no rule speaks: otherwise ", make("b", {}, base.otherwise[this.quantity.key].word));
+      parts.push("no rule fires: fallback ", make("b", {}, base.otherwise[this.quantity.key].word));
     } else if (answer.source === "none") {
       const { without } = this.quantity;
       parts.push(reasonOf(base, this.quantity.key, found.verdicts), ". ",
-        without ? `Without it: ${without}.` : "A body that needs it is refused (TIS206).");
+        without ? `Without it: ${without}.` : "A body that needs it gives error TIS206.");
     } else if (word) parts.push(...fits);
     else parts.push("no word fits");
     return parts;
@@ -126,11 +126,11 @@ class Sentence {
     this.row.dataset.degree = degree;
     this.degree.textContent = missing.length ? "–" : degree > 0 ? degreeText(degree) : "0";
     this.bar.style.width = `${100 * degree}%`;
-    this.missing.textContent = missing.length ? ` does not speak: ${missing.join(", ")} not said` : "";
+    this.missing.textContent = missing.length ? ` not evaluated: ${missing.join(", ")} not given` : "";
     this.tests.forEach(([mark, isNegated], i) => {
       const known = degrees[i] === null ? null : isNegated ? 1 - degrees[i] : degrees[i];
       mark.classList.toggle("lit", known > 0);
-      mark.title = known === null ? "not said" : `true to ${degreeText(known)}`;
+      mark.title = known === null ? "not given" : `degree ${degreeText(known)}`;
       mark.dataset.degree = known === null || known === 0 || known === 1 ? "" : degreeText(known);
     });
   }

@@ -35,7 +35,7 @@ function placeText() {
   const like = state.like && saysAllOf(state.like) ? state.like.file : "";
   const used = [...new Set([DATA.use, like].filter(Boolean))].map((file) => `use "${file}"`);
   const file = DATA.use ? "a file" : DATA.file;
-  return `For ${file}${used.length ? ` that says ${used.join(" and ")}` : " itself"}.`;
+  return `For ${file}${used.length ? ` with ${used.join(" and ")}` : " itself"}.`;
 }
 
 /** All that is said, as a text that can be kept and given back. */
@@ -53,13 +53,13 @@ function stateText() {
 /** Takes back what stateText() wrote; an Error says what does not fit this vocabulary. */
 function restore(text) {
   const { rules, name = OWN, facts = {}, numbers = [], like = null } = JSON.parse(text);
-  if (!SYSTEM.bases.has(rules)) throw new Error(`there are no rules "${rules}" here`);
+  if (!SYSTEM.bases.has(rules)) throw new Error(`the vocabulary has no rules "${rules}"`);
   const before = [state.facts, state.numbers];
   state.facts = new Map();
   try {
     for (const [key, fact] of Object.entries(facts)) {
       const property = SYSTEM.properties.get(key);
-      if (!property) throw new Error(`there is no property "${key}" here`);
+      if (!property) throw new Error(`the vocabulary has no property "${key}"`);
       const [, sign, phrase] = /^(=|is) (.*)$/.exec(fact) ?? [];
       if (!sign) throw new Error(`"${fact}" is neither = NUMBER nor is WORD`);
       say(property, sign, phrase);
@@ -79,7 +79,7 @@ function restore(text) {
 function knownNumber(text) {
   const numbers = DATA.presets.flatMap((preset) => preset.numbers);
   const known = numbers.find((one) => `${one.quantity} ${one.text}` === text);
-  if (!known) throw new Error(`no tissue here has "${text}"`);
+  if (!known) throw new Error(`no tissue has "${text}"`);
   return known;
 }
 

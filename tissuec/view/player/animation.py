@@ -86,7 +86,7 @@ def need_ffmpeg() -> str:
         if found := shutil.which("ffmpeg"):
             return found
         raise TissueError(
-            'a video needs ffmpeg, installed by itself or by pip install "tissuec[animate]"'
+            'a video needs ffmpeg; install it separately or by pip install "tissuec[animate]"'
         ) from error
     return str(imageio_ffmpeg.get_ffmpeg_exe())
 

@@ -66,6 +66,6 @@ def thinning(film: PlayerData) -> str:
     if film.node_count == nodes:
         return ""
     return (
-        f"drawn: {film.node_count} of {nodes} nodes; {len(film.lines.ends)} lines stand for "
+        f"drawn: {film.node_count} of {nodes} nodes; {len(film.lines.ends)} lines represent "
         f"{springs} springs"
     )

@@ -63,7 +63,7 @@ def need_matplotlib() -> None:
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise TissueError(
-            'a picture needs matplotlib; pip install "tissuec[plot]" brings it'
+            'a picture needs matplotlib; install it: pip install "tissuec[plot]"'
         ) from error
 
 

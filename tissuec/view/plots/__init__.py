@@ -106,7 +106,7 @@ def draw(
 
     need_matplotlib()  # before all the work
     if not given:
-        raise ValueError("name something to plot")
+        raise ValueError("give at least one file to plot")
     with opened(given, overrides=overrides, libraries=libraries, strict=strict) as subjects:
         name = usual(subjects, options) if kind is None else kind
         plot = make(name, options)
@@ -176,12 +176,12 @@ def check(kind: str, plot: Plot, subjects: "Sequence[PlotSubject]") -> None:
         if subject.kind != plot.takes:
             others = [name for name in PLOTS if PLOTS[name].takes == subject.kind]
             raise TissueError(
-                f'"{subject.name}" is {CALLED[subject.kind]}, and {kind} is drawn of '
-                f"{CALLED[plot.takes]}; of this there is: {', '.join(others)}"
+                f'"{subject.name}" is {CALLED[subject.kind]}, but the plot {kind} needs '
+                f"{CALLED[plot.takes]}; plots of it: {', '.join(others)}"
             )
     if len(subjects) > 1 and not plot.several:
         together = [
             name for name in PLOTS if PLOTS[name].several and PLOTS[name].takes == plot.takes
         ]
-        hint = f"; laid over one another are: {', '.join(together)}" if together else ""
-        raise TissueError(f"{kind} is drawn of one file, not of {len(subjects)}{hint}")
+        hint = f"; plots of several files: {', '.join(together)}" if together else ""
+        raise TissueError(f"the plot {kind} needs one file, not {len(subjects)}{hint}")

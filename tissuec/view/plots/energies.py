@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 STACK = ("elastic", "kinetic", "gravity", "dissipated")
 _SERIES = dict(zip(STACK, (0, 1, 3, 6), strict=True))
 _SHARE = 1e-6  # of the largest energy: what is less is rounding
-SUPPLY = "put in"
+SUPPLY = "supplied"
 DRIFT = "energy drift"
 LATER = ("dissipated", SUPPLY)
 
@@ -55,7 +55,7 @@ class Energies(Struct, frozen=True):
     takes: ClassVar[str] = "result"
     several: ClassVar[bool] = True
 
-    lines: Annotated[bool, Option("A line for each energy instead of a stack.")] = False
+    lines: Annotated[bool, Option("Draw a line for each energy instead of a stack.")] = False
     start: Start = None
     stop: Stop = None
 
@@ -89,7 +89,7 @@ class Energies(Struct, frozen=True):
     def _books(self, trajectory: "Trajectory") -> EnergySeries:
         if trajectory.energies is None:
             raise TissueError(
-                f'"{trajectory.path}" holds no energies; write output {{ energy every 10 ms }} '
+                f'"{trajectory.path}" has no energies; write output {{ energy every 10 ms }} '
                 "into the scene and run it again"
             )
         books = books_of(*trajectory.energies.with_jumps())

@@ -48,7 +48,7 @@ class Errors(Struct, frozen=True):
         ]
         if not curves:
             raise TissueError(
-                f'"{trajectory.path}" holds no errors; they are written beside a trajectory: '
+                f'"{trajectory.path}" has no errors; they are written with a trajectory: '
                 "write output { trajectory every 20 ms } into the scene and run it again"
             )
         if (allowed := self._allowed(trajectory)) is not None:

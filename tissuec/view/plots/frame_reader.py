@@ -17,7 +17,7 @@ _AT_ONCE = 1 << 18  # nodes: 6 MB
 def no_frames(trajectory: "Trajectory") -> TissueError:
     """Return the error that a result holds no frames, and how a scene asks for them."""
     return TissueError(
-        f'"{trajectory.path}" holds no frames; write output {{ trajectory every 20 ms }} '
+        f'"{trajectory.path}" has no frames; write output {{ trajectory every 20 ms }} '
         "into the scene and run it again"
     )
 

@@ -77,7 +77,7 @@ class Frames(Struct, frozen=True):
         ),
     ] = ()  # fmt: skip
     view: Direction = None
-    show: Annotated[str, Option(f"What is shown: {', '.join(SHOWN)}.", "|".join(SHOWN))] = (
+    show: Annotated[str, Option(f"Parts to show: {', '.join(SHOWN)}.", "|".join(SHOWN))] = (
         "springs"
     )
 
@@ -116,7 +116,9 @@ def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[ChosenFram
         frames = telling_frames(trajectory)
     frames = sorted(set(frames))
     if len(frames) > MOST:
-        raise TissueError(f"{len(frames)} moments are too many for a page; it holds {MOST}")
+        raise TissueError(
+            f"{len(frames)} frames are too many for a page; at most {MOST} are possible"
+        )
     titles, before = [], -np.inf
     for frame in frames:
         between = [
@@ -347,7 +349,7 @@ def _say_tensions(
     bar = sheet.figure.colorbar(
         colours, ax=panels, location="bottom", shrink=0.5, aspect=40, pad=0.03, extend=beyond
     )
-    bar.set_label(f"{scale.label('tension of the springs')}; negative: pressed")
+    bar.set_label(f"{scale.label('tension of the springs')}; negative: compression")
     bar.outline.set_visible(False)  # type: ignore[operator]
 
 
@@ -356,7 +358,7 @@ def _surface(trajectory: "Trajectory", frame: int) -> tuple[Floats, Any]:
     if not trajectory.surfaces:
         bodies = trajectory.network.bodies
         raise TissueError(
-            f'"{trajectory.path}" holds no smooth surfaces; write output {{ surface of '
+            f'"{trajectory.path}" has no smooth surfaces; write output {{ surface of '
             f"{bodies[0].name if bodies else 'BODY'} every 40 ms }} into the scene and run it "
             "again, or show the skin"
         )

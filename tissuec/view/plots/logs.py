@@ -60,7 +60,7 @@ class Logs(Struct, frozen=True):
                 panels += self._of_several(name, runs, held)
         if len(panels) > MOST_PANELS:
             left = len(panels) - MOST_PANELS
-            notes.append(f"{counted(left, 'panel')} left out; name logs to see others")
+            notes.append(f"{counted(left, 'panel')} omitted; select logs to see others")
         return panels[:MOST_PANELS], notes
 
     def _names(self, runs: Sequence[PlotSubject]) -> list[str]:
@@ -172,6 +172,6 @@ def _no_logs(trajectory: "Trajectory") -> str:
     bodies = trajectory.network.bodies
     what = f"force of {bodies[0].name}" if bodies else "energy"
     return (
-        f'"{trajectory.path}" holds no logs{has}; write output {{ {what} every 1 ms }}, or '
+        f'"{trajectory.path}" has no logs{has}; write output {{ {what} every 1 ms }}, or '
         "another measure, into the scene and run it again"
     )

@@ -59,7 +59,7 @@ def read_view(text: str) -> tuple[float, float]:
         message = f'"{text}" is not a direction; write AZIMUTH,ELEVATION in degrees: -110,22'
         raise ValueError(message) from None
     if not (-90.0 <= elevation <= 90.0 and abs(azimuth) <= 360.0):
-        raise ValueError(f'"{text}": the elevation lies between -90 and 90 degrees')
+        raise ValueError(f'"{text}": the elevation must be between -90 and 90 degrees')
     return azimuth, elevation
 
 
@@ -69,7 +69,7 @@ Stop = Annotated[float | None, Option("End at this time.", "TIME", read_time)]
 Direction = Annotated[
     tuple[float, float] | None,
     Option(
-        "Where one looks from, in degrees: -90,0 is from the front, -90,90 from above.",
+        "Direction of view in degrees: -90,0 is from the front, -90,90 from above.",
         "AZIMUTH,ELEVATION",
         read_view,
         ("--from",),

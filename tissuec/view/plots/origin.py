@@ -41,7 +41,7 @@ def origin_of(trajectory: "Trajectory") -> "Compiled":
             )
         except CompileError as error:
             raise TissueError(
-                f'the scene of "{trajectory.path}" cannot be compiled any more: '
+                f'the scene of "{trajectory.path}" can no longer be compiled: '
                 f"{error.diagnostics[0].message}"
             ) from error
     _check_same(trajectory, compiled)
@@ -70,8 +70,8 @@ def _check_same(trajectory: "Trajectory", compiled: "Compiled") -> None:
     names = ("position", "ends", "node_ids", "spring_ids")
     if not all(np.array_equal(getattr(now, name), getattr(then, name)) for name in names):
         raise TissueError(
-            f'the scene of "{trajectory.path}" draws another net now than when it ran, so its '
-            "sets are not known any more; run it again"
+            f'the scene of "{trajectory.path}" now gives another net than in the run, so its '
+            "sets are unknown; run it again"
         )
 
 

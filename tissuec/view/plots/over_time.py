@@ -90,7 +90,7 @@ class Window(Struct, frozen=True):
         if self.stop is not None:
             last = int(np.searchsorted(time, self.stop + 1e-12))
         if first >= last:
-            has = "nothing was written yet"
+            has = "nothing has been written yet"
             if len(time):
                 has = f"it runs from {_show(time[0])} to {_show(time[-1])}"
             raise TissueError(f"{name} has nothing to show at these times; {has}")
@@ -164,7 +164,7 @@ def _draw_panel(
         wrong = int((~np.isfinite(curve.value)).sum())
         if wrong:
             what = f"{panel.name} {curve.name}".strip()
-            sheet.note(f"{what} has {wrong} values that are no numbers")
+            sheet.note(f"{what} has {wrong} values that are not numbers")
     drawn = [_draw_curve(axes, curve, time, scale) for curve in panel.curves]
     if panel.is_log and any((curve.value > 0.0).any() for curve in panel.curves):
         whole_decades(axes, scale.of(np.concatenate([curve.value for curve in panel.curves])))

@@ -44,7 +44,7 @@ class Overview(Struct, frozen=True):
         parts = self._parts(subjects)
         if not parts:
             raise TissueError(
-                f'"{subjects[0].content.path}" holds neither frames nor logs nor energies; '
+                f'"{subjects[0].content.path}" has neither frames nor logs nor energies; '
                 "write output { trajectory every 20 ms } into the scene and run it again"
             )
 

@@ -111,7 +111,7 @@ def need_matplotlib() -> None:
         import matplotlib.figure  # noqa: F401
     except ImportError as error:
         raise TissueError(
-            'a plot needs matplotlib; pip install "tissuec[plot]" brings it'
+            'a plot needs matplotlib; install it: pip install "tissuec[plot]"'
         ) from error
 
 
@@ -241,4 +241,7 @@ def check_suffix(path: Path) -> None:
     if path.suffix.lower() not in FORMATS:
         ends = "has no ending" if not path.suffix else f"ends with {path.suffix}"
         *others, last = FORMATS
-        raise TissueError(f'"{path}" {ends}; a picture ends with {", ".join(others)} or {last}')
+        raise TissueError(
+            f'"{path}" {ends}; the name of a picture must end with {", ".join(others)} or '
+            f"{last}"
+        )

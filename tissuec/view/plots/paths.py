@@ -58,11 +58,11 @@ class Paths(Struct, frozen=True):
     of: Annotated[
         tuple[str, ...],
         Option(
-            'Of this set or body, or of such as "nodes of BODY where x < 1 mm"; '
+            'Paths of this set or body, or of a set such as "nodes of BODY where x < 1 mm"; '
             "may be repeated.", "SET",
         ),
     ] = ()  # fmt: skip
-    places: Annotated[bool, Option("Positions instead of displacements.")] = False
+    places: Annotated[bool, Option("Show positions instead of displacements.")] = False
     start: Start = None
     stop: Stop = None
 

@@ -75,10 +75,10 @@ class Rules(Struct, frozen=True):
     several: ClassVar[bool] = False
 
     of: Annotated[
-        tuple[str, ...], Option("Only of this quantity; may be repeated.", "QUANTITY")
+        tuple[str, ...], Option("Only this quantity; may be repeated.", "QUANTITY")
     ] = ()
-    x: Annotated[str | None, Option("Property to the right.", "PROPERTY")] = None
-    y: Annotated[str | None, Option("Property upwards.", "PROPERTY")] = None
+    x: Annotated[str | None, Option("Property on the horizontal axis.", "PROPERTY")] = None
+    y: Annotated[str | None, Option("Property on the vertical axis.", "PROPERTY")] = None
     at: Annotated[
         tuple[str, ...],
         Option(
@@ -112,7 +112,7 @@ class Rules(Struct, frozen=True):
         if not blocks:
             raise TissueError(
                 f'"{name}" has no rules; '
-                '"tissuec plot fuzzy/soft_tissue --kind rules" shows shipped ones'
+                '"tissuec plot fuzzy/soft_tissue --kind rules" shows the shipped rules'
             )
         concluded = {
             conclusion.quantity: block
@@ -121,7 +121,7 @@ class Rules(Struct, frozen=True):
             for conclusion in rule.conclusions
         }
         known = [key for key in vocabulary.quantities if key in concluded]
-        chosen = [_found(one, known, "quantity that rules conclude") for one in self.of]
+        chosen = [_found(one, known, "quantity concluded by rules") for one in self.of]
         return [self._surface(vocabulary, concluded[key], key) for key in chosen or known]
 
     def _surface(
@@ -136,7 +136,7 @@ class Rules(Struct, frozen=True):
         spare = [key for key in (*asked, *properties) if key not in given]
         x, y = (key or (spare.pop(0) if spare else "") for key in given)
         if not y or x == y:
-            raise TissueError("a surface needs two properties that differ")
+            raise TissueError("a surface needs two different properties")
         fixed = self._fixed(vocabulary)
         facts = {
             key: fixed.get(key, _middle(named))
@@ -160,10 +160,14 @@ class Rules(Struct, frozen=True):
         for text in self.at:
             name, is_given, written = text.partition("=")
             if not is_given:
-                raise TissueError(f'"{text}" is no property with its value, as in hardness=0.5')
+                raise TissueError(
+                    f'"{text}" does not have the form PROPERTY=VALUE, as in hardness=0.5'
+                )
             key = _found(name, vocabulary.properties, "property")
             if key in (key_of(self.x or ""), key_of(self.y or "")):
-                raise TissueError(f'"{text}": {name.strip()} is an axis, and has no one value')
+                raise TissueError(
+                    f'"{text}": {name.strip()} is on an axis and cannot have a fixed value'
+                )
             fixed[key] = _value(vocabulary, key, written.strip())
         return fixed
 
@@ -282,8 +286,8 @@ def _fill(
 def _hatch(axes: "Axes", surface: RuleSurface, x: Floats, y: Floats) -> None:
     """Say where no rule speaks, and what holds there."""
     for where, hatch, text in (
-        (surface.is_fallback, "....", "no rule speaks: otherwise"),
-        (np.isnan(surface.value), "////", "no rule speaks: an error"),
+        (surface.is_fallback, "....", "no rule fires: fallback"),
+        (np.isnan(surface.value), "////", "no rule fires: error"),
     ):
         if where.any():
             axes.contourf(

@@ -43,7 +43,7 @@ class Stability(Struct, frozen=True):
         methods, verdicts = list(document["methods"]), list(document["verdicts"])
         width = len(methods)
         if not verdicts or not width or len(verdicts) % width:
-            raise TissueError(f'"{subjects[0].name}" holds no whole map')
+            raise TissueError(f'"{subjects[0].name}" contains no complete map')
         rows = [verdicts[i : i + width] for i in range(0, len(verdicts), width)]
 
         def draw(sheet: Canvas) -> None:

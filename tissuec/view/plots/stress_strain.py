@@ -46,7 +46,7 @@ class StressStrain(Struct, frozen=True):
         every = subjects[0].content["tissues"]
         tissues = [one for one in every if any(map(len, one["curves"].values()))]
         if not tissues:
-            raise TissueError(f'"{subjects[0].name}" holds no curve of any tissue')
+            raise TissueError(f'"{subjects[0].name}" contains no curve of a tissue')
 
         def draw(sheet: Canvas) -> None:
             rows = sheet.figure.subplots(len(tissues), squeeze=False)[:, 0]

@@ -76,7 +76,7 @@ def _subject(given: Any, stack: ExitStack, options: Mapping[str, Any]) -> PlotSu
 
         if isinstance(given, Trajectory):
             return PlotSubject("result", given.path.stem, given)
-        raise ValueError(f"{type(given).__name__} is nothing that can be plotted")
+        raise ValueError(f"{type(given).__name__} cannot be plotted")
     path = Path(given)
     if path.suffix == ".json":
         return _benched(_read_json(path), path.stem, path)
@@ -105,7 +105,7 @@ def _read_json(path: Path) -> Any:
         reason = (error.strerror or str(error)).lower()
         raise TissueError(f'cannot read "{path}": {reason}') from error
     except ValueError as error:
-        raise TissueError(f'"{path}" is no JSON: {error}') from error
+        raise TissueError(f'"{path}" is not JSON: {error}') from error
 
 
 def _benched(document: Any, name: str, path: Path | None = None) -> PlotSubject:
@@ -117,9 +117,9 @@ def _benched(document: Any, name: str, path: Path | None = None) -> PlotSubject:
         if "tissues" in document and all("curves" in one for one in document["tissues"]):
             return PlotSubject("laboratory", name, document)
         if document.get("ok") is False and "error" in document:
-            raise TissueError(f'"{path or name}" says: {document["error"]}')
+            raise TissueError(f'"{path or name}" contains an error: {document["error"]}')
     raise TissueError(
-        f'"{path or name}" holds nothing that can be plotted; JSON comes from '
+        f'"{path or name}" contains nothing to plot; plots accept the JSON of '
         '"tissuec bench SCENE --json", "tissuec lab FILE --json" or '
         '"python -m benchmarks.stability --json"'
     )

@@ -32,7 +32,7 @@ class Words(Struct, frozen=True):
     several: ClassVar[bool] = False
 
     of: Annotated[
-        tuple[str, ...], Option("Only of this property or quantity; may be repeated.", "NAME")
+        tuple[str, ...], Option("Only this property or quantity; may be repeated.", "NAME")
     ] = ()
 
     def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
@@ -60,7 +60,7 @@ class Words(Struct, frozen=True):
         if not known:
             raise TissueError(
                 f'"{subject.name}" has no words: it uses no vocabulary; '
-                '"tissuec plot fuzzy/soft_tissue" shows a shipped one'
+                '"tissuec plot fuzzy/soft_tissue" shows the shipped vocabulary'
             )
         for name in self.of:
             if key_of(name) not in known:

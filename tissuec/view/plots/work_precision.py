@@ -47,7 +47,7 @@ class WorkPrecision(Struct, frozen=True):
         floor = float(document["reference"]["uncertainty"])
         curves = curves_of(document, floor)
         if not curves:
-            raise TissueError(f'the bench of "{subjects[0].name}" came to no point')
+            raise TissueError(f'the bench of "{subjects[0].name}" has no results')
         seconds = [second for curve in curves for second in curve.seconds]
         scale = scale_of("s", [math.sqrt(min(seconds) * max(seconds))])
 
@@ -95,7 +95,12 @@ def _draw_floor(axes: "Axes", floor: float) -> None:
     """Mark errors that are not known any better."""
     if floor > 0.0:
         axes.axvline(
-            floor, color=INK, linestyle=(0, (1, 2)), linewidth=1.0, label="known to", zorder=1
+            floor,
+            color=INK,
+            linestyle=(0, (1, 2)),
+            linewidth=1.0,
+            label="accuracy of the reference",
+            zorder=1,
         )
 
 

@@ -117,7 +117,7 @@ class ReportContent:
         """What a reader sees first."""
         failed = self.count("fails")
         if self.kind == "stopped":
-            return Verdict("bad", "could not go on", self._reasons)
+            return Verdict("bad", "stopped", self._reasons)
         if failed:
             return Verdict("bad", "expectations fail", self._reasons)
         if self.validation is not None and self.validation["verdict"] in _BAD:
@@ -141,10 +141,10 @@ class ReportContent:
             verdict = HEADINGS[self.validation["verdict"]]
             found.append((f"validation: {verdict}", "validation"))
         if self.promise.since is not None:
-            found.append((f"promised accuracy: {self.promise}", "exactness"))
+            found.append((f"accuracy: {self.promise}", "exactness"))
         if self.notes:
             found.append((counted(len(self.notes), "note"), "run"))
         if self.retelling.warnings:
             number = counted(len(self.retelling.warnings), "warning")
-            found.append((f"{number} of the text", "warnings"))
+            found.append((number, "warnings"))
         return tuple(found)

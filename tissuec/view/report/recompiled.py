@@ -65,12 +65,14 @@ def retell(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Recompiled
         words, warnings = read_words(request)
         compiled, warnings = compile_request(request)
     except CompileError as error:
-        what = "its texts cannot be read" if words is None else "the scene cannot be compiled"
-        doubts.append(Discrepancy(f"{what} again from what the file keeps", _messages(error)))
+        what = "its files cannot be read" if words is None else "the scene cannot be compiled"
+        doubts.append(
+            Discrepancy(f"{what} again from the contents of the result", _messages(error))
+        )
     if compiled is not None:
         differences = tuple(_differences(trajectory, compiled))
         if differences:
-            what = "the texts give another net than the one that ran"
+            what = "the files give another net than the one in the run"
             doubts.append(Discrepancy(what, differences))
             compiled = None
     return RecompiledScene(request, words, compiled, warnings, tuple(doubts))
@@ -91,11 +93,12 @@ def request_of(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Reques
 def _origins(trajectory: Trajectory) -> Iterator[Discrepancy]:
     manifest = trajectory.manifest
     if manifest.get("digest") != sha256(trajectory.text.encode()).hexdigest():
-        yield Discrepancy("the text has another digest than the one that was run")
+        yield Discrepancy("the scene has another digest than the one in the run")
     version = manifest.get("versions", {}).get("tissuec")
     if version != __version__:
         yield Discrepancy(
-            f"tissuec {version} ran the scene, and {__version__} reads its texts here"
+            f"the scene was run with tissuec {version}, but this page is written by "
+            f"{__version__}"
         )
 
 
@@ -108,7 +111,7 @@ def _differences(trajectory: Trajectory, compiled: Compiled) -> Iterator[str]:
     then, now = trajectory.manifest.get("files", {}), digests(compiled)
     for name in sorted({*then, *now}):
         if then.get(name) != now.get(name):
-            yield f'"{name}" is not the file that was read then'
+            yield f'"{name}" has changed since the run'
     for name in _other_arrays(trajectory.network, compiled.network):
         yield f"{name} differs"
 

@@ -11,7 +11,7 @@ from tissuec.view.report.texts import file_name
 def misfit(document: Any, trajectory: Trajectory) -> str:
     """Return why a document is no validation of a run, empty if it is one."""
     if not _is_validation(document):
-        return "is not what tissuec validate --json prints"
+        return "is not an output of tissuec validate --json"
     manifest, network = trajectory.manifest, trajectory.network
     mine = {
         "scene": file_name(str(manifest.get("scene"))),

@@ -79,9 +79,9 @@ def _elastic(one: Elasticity) -> Iterator[Row]:
     if one.poisson is not None:
         yield "Poisson's ratio", f"{one.poisson:.3g}", ""
     if one.anisotropy == inf:
-        yield "anisotropy", "infinite", "nothing resists in some direction"
+        yield "anisotropy", "infinite", "no resistance in some direction"
     elif one.anisotropy is not None:
-        remark = "largest over least Young's modulus of all directions"
+        remark = "ratio of the largest to the smallest Young's modulus over all directions"
         yield "anisotropy", f"{one.anisotropy:.3g}", remark
 
 

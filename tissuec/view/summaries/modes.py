@@ -7,7 +7,7 @@ from tissuec.analysis.vibration.frames import in_words
 from tissuec.analysis.vibration.modes import Mode, Modes
 from tissuec.core.units import TIME, show
 
-HEAD = ("mode", "frequency", "period", "damping ratio", "energy of motion")
+HEAD = ("mode", "frequency", "period", "damping ratio", "kinetic energy")
 
 
 def rows(modes: Modes) -> list[tuple[str, ...]]:

@@ -19,19 +19,19 @@ def method(plan: Prediction) -> list[str]:
     """Return why the method was chosen, and what bounds its steps."""
     facts = plan.facts
     limited = isfinite(facts["limit"])
-    limit = f"up to {show(facts['limit'], TIME)}" if limited else "at any size"
+    limit = f"up to {show(facts['limit'], TIME)}" if limited else "any size"
     return [
-        f"because {plan.reason}",
+        f"reason: {plan.reason}",
         *plan.choices,
         f"fastest motion {facts['omega']:.4g} rad/s, damping ratio {facts['zeta']:.3g}",
-        f"steps are stable {limit}",
+        f"stable steps: {limit}",
     ]
 
 
 def cost_title(plan: Prediction) -> str:
     """Return the title of the lines about cost."""
     if isfinite(plan.steps):
-        return "cost, with steps at that limit (a tolerance may need smaller ones)"
+        return "cost, with steps at this limit (a tolerance can need smaller steps)"
     return "cost"
 
 
@@ -39,9 +39,9 @@ def cost(plan: Prediction) -> list[str]:
     """Return the number of steps, their time, and the size of the file."""
     file = f"result file of about {size(plan.bytes)} before compression"
     if not isfinite(plan.steps):
-        return ["as many steps as the tolerance asks for", file]
+        return ["as many steps as the tolerance needs", file]
     return [
         f"about {plan.steps:.3g} steps, {plan.evaluations:.3g} force evaluations",
-        f"about {show(plan.seconds, TIME, digits=2)} of stepping, once it is compiled",
+        f"about {show(plan.seconds, TIME, digits=2)} of computing time, without compilation",
         file,
     ]

@@ -75,12 +75,14 @@ def accuracy(promise: AccuracyStatement, allowed: float) -> str:
     limit = f" (tolerance {allowed:g})" if isfinite(allowed) else ""
     if promise.state == "not checked":
         known = (
-            f"{error} (no promise: fixed steps)" if error else f"not checked: {promise.reason}"
+            f"{error} (fixed steps: no tolerance)"
+            if error
+            else f"not checked: {promise.reason}"
         )
         return known
     if promise.since is None:
         return f"{error}{limit}"
-    from_then = f"from {show(promise.since, TIME)} on"
+    from_then = f"after {show(promise.since, TIME)}"
     if promise.state == "broken":
         what = f"{from_then} positions are less accurate than the tolerance {allowed:g}"
     else:

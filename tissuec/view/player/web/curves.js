@@ -94,7 +94,7 @@ class Chart {
     pen.font = "11px system-ui, sans-serif";
     pen.fillStyle = style.muted;
     if (curve.empty) {
-      pen.fillText(curve.time.length ? "no numbers" : "nothing was logged", this.left, height / 2);
+      pen.fillText(curve.time.length ? "no numbers" : "no data", this.left, height / 2);
       return;
     }
     let low = curve.low / this.divisor, high = curve.high / this.divisor;

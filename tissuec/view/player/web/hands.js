@@ -1,11 +1,11 @@
 // Keys, mouse and fingers: parts of the player.
 
 const KEYS = [
-  ["space", "play or pause"], ["← →", "one frame back or on; with Alt ten"], ["Home, End", "to the start, to the end"],
-  ["n, p", "to the next or previous event"], ["↑ ↓", "faster, slower"], ["l", "again and again, or once"],
-  ["+ −", "closer, further away"], ["Shift + arrows", "turn"], ["1 2 3", "look along x, y, z"], ["r", "first view"],
-  ["c", "other colours of the springs"], ["s, u, i, f", "springs, surface, instruments, forces"], ["t", "light or dark"],
-  ["drag, scroll", "turn, come closer; with Shift or the right button, move"], ["two fingers", "come closer, move"],
+  ["space", "play or pause"], ["← →", "one frame back or forward; ten with Alt"], ["Home, End", "to the start, to the end"],
+  ["n, p", "to the next or previous event"], ["↑ ↓", "faster, slower"], ["l", "repeat or play once"],
+  ["+ −", "zoom in, out"], ["Shift + arrows", "rotate"], ["1 2 3", "look along x, y, z"], ["r", "reset the view"],
+  ["c", "change the colours of the springs"], ["s, u, i, f", "springs, surface, instruments, forces"], ["t", "light or dark"],
+  ["drag, scroll", "rotate, zoom; with Shift or the right button, pan"], ["two fingers", "zoom, pan"],
 ];
 const LOOKS = [[180, 0], [-90, 0], [-90, 90]];  // azimuth and elevation along x, y, z
 

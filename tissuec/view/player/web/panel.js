@@ -56,8 +56,8 @@ const panel = {
   exactness() {
     const { film } = this, [length, metres] = scaled(film.step, "m"), force = film.most.tension / film.steps.tension;
     const [newton, newtons] = scaled(force, "N");
-    const tension = force ? `, tensions of ${digits(force / newton, 2)} ${newtons}` : "";
-    return `drawn in steps of ${digits(film.step / length, 2)} ${metres}${tension}, straight between frames`;
+    const tension = force ? `, tensions to ${digits(force / newton, 2)} ${newtons}` : "";
+    return `positions rounded to ${digits(film.step / length, 2)} ${metres}${tension}, linear between frames`;
   },
 
   showSwitches() {
@@ -98,7 +98,7 @@ const panel = {
     const isTension = shown.colour === "tension", most = isTension ? film.most.tension : film.most.strain;
     const [divisor, unit] = isTension ? scaled(most, "N") : [0.01, "%"];
     const rows = [[-1, 0, 1].map((part) => `<span>${digits((part * most) / divisor)}</span>`)];
-    rows.push((isTension ? ["pressed", unit, "pulled"] : ["shorter", unit, "longer"]).map((word) => `<span>${word}</span>`));
+    rows.push((isTension ? ["compression", unit, "tension"] : ["shorter", unit, "longer"]).map((word) => `<span>${word}</span>`));
     const shades = looks.tension.map((text) => css(seenIn(this.look, text, looks)));
     box.innerHTML = `<div class="ramp" style="background:linear-gradient(90deg,${shades.join(",")})"><i></i></div>
       ${rows.map((row) => `<div class="words">${row.join("")}</div>`).join("")}`;
@@ -106,7 +106,7 @@ const panel = {
 
   theme(name) {
     document.documentElement.dataset.theme = name;
-    const button = byId("theme"), word = { auto: "as the system has them", light: "light", dark: "dark" }[name];
+    const button = byId("theme"), word = { auto: "system setting", light: "light", dark: "dark" }[name];
     button.innerHTML = icon(name);
     button.setAttribute("aria-label", `Colours: ${word}`);
     this.redraw();

@@ -236,13 +236,13 @@ function refuse(text) {
 
 async function begin() {
   if (!document.createElement("canvas").getContext("webgl2")) {
-    refuse("This browser has no WebGL 2, which draws the net. Switch graphics acceleration "
-      + "on in its settings, open this page in another browser, or draw pictures instead: "
+    refuse("This browser has no WebGL 2, which this page needs. Enable graphics acceleration "
+      + "in its settings, open this page in another browser, or draw pictures instead: "
       + "tissuec view RESULT --png picture.png, or --gif film.gif.");
     return null;
   }
   if (!("DecompressionStream" in window)) {
-    refuse("This browser is too old to unpack what it is to show. Any of 2023 or later can.");
+    refuse("This browser is too old to decompress the data. Use a browser of 2023 or later.");
     return null;
   }
   const film = JSON.parse(byId("film").textContent);

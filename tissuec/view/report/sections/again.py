@@ -22,7 +22,7 @@ def _commands(story: ReportContent) -> Html:
     lines = [wording.command(story.texts.scene, options)]
     if story.facts["can_resume"]:
         lines.append(wording.command(story.texts.scene, options, resume=True))
-    texts = ("This command runs it again:", "and this one goes on where it stopped:")
+    texts = ("To run it again:", "To resume it:")
     return html(
         [
             (element("p", text), element("pre", element("code", line), class_="command"))
@@ -34,14 +34,14 @@ def _commands(story: ReportContent) -> Html:
 def _facts(story: ReportContent) -> list[tuple[Content, Content]]:
     used = [name for name in story.texts.texts if name != story.texts.scene]
     facts: list[tuple[Content, Content]] = [
-        ("digest of the text", element("code", "SHA-256 ", story.manifest["digest"])),
-        ("the text itself", _save(story.texts.scene, story.trajectory.text)),
+        ("digest of the scene", element("code", "SHA-256 ", story.manifest["digest"])),
+        ("scene", _save(story.texts.scene, story.trajectory.text)),
     ]
     if used:
         saved = [element("li", _save(name, story.texts.texts[name])) for name in used]
-        facts.append(("texts that it uses", element("ul", saved)))
+        facts.append(("used files", element("ul", saved)))
     for name, digest in story.manifest.get("files", {}).items():
-        text = f"not kept in the result; SHA-256 {digest}"
+        text = f"not stored in the result; SHA-256 {digest}"
         facts.append((f"file {name}", element("code", text)))
     return facts
 
@@ -50,6 +50,6 @@ def _save(name: str, text: str) -> Html:
     """Return a link under which a text can be saved, unless it would be half of the page."""
     if len(text) > LONGEST:
         python = element("code", "tissuec.load(…).sources")
-        return html((f"{file_name(name)} is too long for a page; ", python, " holds it"))
+        return html((f"{file_name(name)} is too long for a page; ", python, " contains it"))
     data = f"data:text/plain;charset=utf-8,{quote(text)}"
     return element("a", f"save {file_name(name)}", href=data, download=file_name(name))

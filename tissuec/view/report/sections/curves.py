@@ -48,10 +48,10 @@ def _extremes(story: ReportContent) -> Content:
     rows = [cells for log in logs for cells in _rows(log)]
     if not rows:
         return None
-    heads = ("logged", "smallest", "largest", "at the end", "unit")
-    left = element("p", f"{len(rows) - _MOST_ROWS} more rows are left out.")
+    heads = ("log", "minimum", "maximum", "at the end", "unit")
+    left = element("p", f"{len(rows) - _MOST_ROWS} more rows are omitted.")
     return (
-        table("Extremes of what was logged", heads, rows[:_MOST_ROWS]),
+        table("Extremes of the logs", heads, rows[:_MOST_ROWS]),
         left if len(rows) > _MOST_ROWS else None,
     )
 

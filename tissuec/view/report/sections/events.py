@@ -19,10 +19,10 @@ def section(story: ReportContent) -> Section:
     """Return the table of events."""
     _, *events = list[Any](table_rows(story.trajectory, "events"))
     if not events:
-        return Section("events", "Events", element("p", "Nothing happened."))
+        return Section("events", "Events", element("p", "There were no events."))
     rows = [_row(story, *event) for event in events[:MOST]]
     heads = ("at", "event", "cause", "springs", "line")
-    body = table("Events in the order of time", heads, rows)
+    body = table("Events in order of time", heads, rows)
     return Section("events", "Events", html((body, _rest(story, len(events)))))
 
 

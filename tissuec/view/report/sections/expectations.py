@@ -20,15 +20,15 @@ def section(story: ReportContent) -> Section | None:
         return None
     heads = ("verdict", "expectation", "measured", "at", "line")
     rows = [_row(story, one) for one in story.expectations]
-    body = table("Expectations and what was measured", heads, rows, "expectations")
+    body = table("Expectations and measured values", heads, rows, "expectations")
     return Section("expectations", "Expectations", html((_lead(story), body)))
 
 
 def _lead(story: ReportContent) -> Html | None:
     if story.count("not recorded"):
-        return element("p", "The file does not tell which of them hold.")
+        return element("p", "The result does not record which of them hold.")
     if story.count("holds") and any(one.time is not None for one in story.expectations):
-        text = "Of one that holds over an interval, the last measurement is shown."
+        text = "For an expectation that holds over an interval, the last measurement is shown."
         return element("p", text, class_="remark")
     return None
 

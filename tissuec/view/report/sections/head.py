@@ -123,7 +123,7 @@ def versions(story: ReportContent) -> str:
 def _when(story: ReportContent) -> Content:
     begun = story.manifest.get("begun")
     if begun is None:
-        return "Run at a time that the file does not tell"
+        return "Run at an unknown time"
     moment = datetime.fromisoformat(begun)
     return "Run on ", element("time", f"{moment:%d %B %Y, %H:%M} UTC", datetime=begun)
 
@@ -136,5 +136,5 @@ def _doubts(story: ReportContent) -> Html | None:
         element("li", f"{doubt.text}.", [element("pre", text) for text in doubt.details])
         for doubt in doubts
     ]
-    lead = element("p", "Where this page may differ from the run:")
+    lead = element("p", "This page may differ from the run:")
     return element("div", lead, element("ul", items), class_="doubts")

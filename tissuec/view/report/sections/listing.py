@@ -24,7 +24,7 @@ def section(story: ReportContent) -> Section:
     for name in used:
         key = story.texts.key(name)
         parts.append(folded(element("code", name), _text(story, name), id=key, class_="used"))
-    return Section("text", "The text", html(parts))
+    return Section("text", "The scene", html(parts))
 
 
 def _text(story: ReportContent, name: str) -> Html:

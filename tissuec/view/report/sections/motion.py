@@ -20,9 +20,9 @@ def section(story: ReportContent) -> Section:
 def _body(story: ReportContent) -> Content:
     frames, nodes = len(story.trajectory.times), len(story.trajectory.nodes)
     if not frames or not nodes:
-        return element("p", "The run recorded no trajectory, so that there is nothing to play.")
+        return element("p", "The run recorded no trajectory, so there is no motion to play.")
     options, less = chosen(frames, nodes)
-    label = f"the net of {story.title} at some moments"
+    label = f"the net of {story.title} at several times"
     return (
         Html(fragment(story.trajectory, options)),
         element("p", f"Shown are {less}.", class_="remark") if less else None,

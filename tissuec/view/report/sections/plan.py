@@ -13,7 +13,7 @@ def section(story: ReportContent) -> Section:
     plan = story.prediction
     if plan is not None:
         return Section("plan", "Plan", _plan(plan))
-    text = "Arrays and cost are not known, because the scene could not be compiled again."
+    text = "Arrays and cost are unknown, because the scene could not be compiled again."
     skipped = story.manifest.get("plan", {}).get("skipped", [])
     return Section("plan", "Plan", html((element("p", text), _skipped(skipped))))
 
@@ -36,5 +36,5 @@ def _plan(plan: Prediction) -> Html:
 
 
 def _skipped(skipped: "list[str] | tuple[str, ...]") -> Html:
-    nothing = element("p", "Nothing was left out.")
+    nothing = element("p", "Nothing was skipped.")
     return html((element("h3", "Skipped"), listing(skipped) if skipped else nothing))

@@ -13,20 +13,20 @@ from tissuec.view.summaries.sizes import size
 
 def exactness(story: ReportContent) -> Section:
     """Return the known error of the run."""
-    return Section("exactness", "Exactness", pairs(_exactness(story)))
+    return Section("exactness", "Accuracy", pairs(_exactness(story)))
 
 
 def _exactness(story: ReportContent) -> Iterator[tuple[Content, Content]]:
     manifest, errors = story.manifest, story.trajectory.errors
     if manifest.get("tolerance") is not None:
         text = f"{manifest['tolerance']:g} of the largest displacement so far"
-        yield "promised", text
+        yield "tolerance", text
     elif manifest.get("step") is not None:
         step = show(manifest["step"], TIME)
-        yield "promised", f"nothing: a fixed step of {step} was written"
+        yield "tolerance", f"none: fixed step of {step}"
     if errors is not None and len(errors.value):
         worst = show(float(errors.value.max()), LENGTH)
-        yield "estimate", f"{worst}, summed up from step to step"
+        yield "estimate", f"{worst}, summed over all steps"
     yield "accuracy", wording.accuracy(story.promise, story.allowed)
 
 
@@ -44,15 +44,15 @@ def run(story: ReportContent) -> Section:
 def _facts(story: ReportContent) -> Iterator[tuple[Content, Content]]:
     manifest, statistics = story.manifest, story.statistics
     yield "outcome", manifest["outcome"]
-    yield "time of computing", show(manifest["wall_time"], TIME)
+    yield "computing time", show(manifest["wall_time"], TIME)
     if statistics is None:
-        yield "statistics", "The file has none, because the run did not come to a close."
+        yield "statistics", "None, because the run did not finish."
         return
     changes = [(one["time"], one["method"]) for one in statistics["changes"]]
     yield "method", wording.methods(changes or [(0.0, statistics["method"])])
     yield "steps", _steps(statistics)
-    yield "size of steps", _range(statistics)
-    yield "evaluations of the forces", f"{statistics['evaluations']:,}"
+    yield "step size", _range(statistics)
+    yield "force evaluations", f"{statistics['evaluations']:,}"
     if statistics["factorisations"] or statistics["solutions"]:
         both = f"{statistics['factorisations']:,} and {statistics['solutions']:,}"
         yield "factorisations and solutions", both
@@ -77,7 +77,7 @@ def _changes(statistics: Any) -> Html | None:
         row(show(one["time"], TIME), one["method"], one["reason"])
         for one in statistics["changes"]
     ]
-    return table("Methods in turn", ("from", "method", "because"), rows)
+    return table("Sequence of methods", ("from", "method", "reason"), rows)
 
 
 def _recorded(story: ReportContent) -> Html:
@@ -97,7 +97,7 @@ def _recorded(story: ReportContent) -> Html:
     heads = ("recorded", "rows", "of", "time")
     return html(
         (
-            element("h3", "What the file holds"),
+            element("h3", "Contents of the file"),
             table(f"Recorded in {size(facts['bytes'])}", heads, rows),
         )
     )

@@ -15,13 +15,14 @@ def section(story: ReportContent) -> Section:
     words = story.retelling.words
     if words is None:
         text = (
-            "The texts of this run cannot be read by this version, so that this is not known."
+            "This version cannot read the files of this run, so the origin of numbers is "
+            "unknown."
         )
-        return Section("numbers", "Where the numbers come from", element("p", text))
+        return Section("numbers", "Origin of the numbers", element("p", text))
     parts = [_params(story, words), *(_tissue(story, one) for one in used_tissues(words))]
     known = [part for part in parts if part is not None]
     body = html(known) if known else element("p", "The scene has neither params nor tissues.")
-    return Section("numbers", "Where the numbers come from", body)
+    return Section("numbers", "Origin of the numbers", body)
 
 
 def _params(story: ReportContent, words: ResolvedProgram) -> Html | None:
@@ -73,7 +74,7 @@ def _rows(story: ReportContent, entry: ProvenanceRow) -> Iterable[Html]:
 
 
 def _how(entry: ProvenanceRow) -> str:
-    return f"stands for {entry.how}" if entry.kind == "property" else entry.how
+    return f"value: {entry.how}" if entry.kind == "property" else entry.how
 
 
 def _reason(story: ReportContent, reason: Reason) -> Html:

@@ -18,7 +18,7 @@ def section(story: ReportContent) -> Section:
     if document is None:
         text = "The run was not compared with SciPy's solvers for this page; "
         how = element("code", "tissuec report --validate")
-        return Section("validation", "Validation", element("p", text, how, " does so."))
+        return Section("validation", "Validation", element("p", text, how, " compares it."))
     rows = [row(*cells) for cells in summary.table(document)]
     tone = _TONES.get(document["verdict"], "open")
     parts = (

@@ -11,7 +11,7 @@ def section(story: ReportContent) -> Section | None:
     warnings = story.retelling.warnings
     if not warnings:
         return None
-    return Section("warnings", "Warnings of the text", html([_one(story, w) for w in warnings]))
+    return Section("warnings", "Warnings", html([_one(story, w) for w in warnings]))
 
 
 def _one(story: ReportContent, warning: Diagnostic) -> Html:
