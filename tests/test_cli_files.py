@@ -44,13 +44,13 @@ def test_a_run_does_not_replace_its_scene(scene, link):
         output = scene.with_name("other.tis")
         link(scene, output)
     said = refused("run", "pair.tis", "-o", output.name, cwd=scene.parent)
-    assert "is what is read" in said
+    assert "is the input file" in said
     assert scene.read_text() == QUICK
 
 
 def test_a_run_does_not_replace_its_scene_by_the_name_of_an_unfinished_result(scene):
     path = scene.rename(scene.with_name("pair.partial.tis"))
-    assert "is what is read" in refused("run", path, "-o", "pair.tis", cwd=path.parent)
+    assert "is the input file" in refused("run", path, "-o", "pair.tis", cwd=path.parent)
     assert path.read_text() == QUICK
 
 
@@ -58,7 +58,7 @@ def test_a_run_replaces_results_only(scene):
     notes = scene.with_name("notes.txt")
     notes.write_text("keep me")
     said = refused("run", scene, "-o", "notes.txt", cwd=scene.parent)
-    assert "no result of tissuec; name another file" in said
+    assert "not a result of tissuec; give another file" in said
     assert notes.read_text() == "keep me"
     assert tissuec("run", scene, cwd=scene.parent).returncode == 0
     assert tissuec("run", scene, cwd=scene.parent).returncode == 0
@@ -80,7 +80,7 @@ def test_an_export_does_not_replace_its_result(result, link):
         output = result.with_name("other.vtkhdf")
         link(result, output)
     arguments = ("pair.vtkhdf", "--frame", "0", "--format", "vtu", "-o", output.name)
-    assert "is what is read" in refused("export", *arguments, cwd=result.parent)
+    assert "is the input file" in refused("export", *arguments, cwd=result.parent)
     assert result.read_bytes() == before
 
 
@@ -160,16 +160,16 @@ def test_info_of_a_folder_or_a_misspelt_result_says_so(result):
     [
         (["--frame", "3"], "-o names the file of a frame"),
         (["--time", "0.1"], "-o names the file of a frame"),
-        (["--frame", "1", "--time", "0.1", "-o", "a.vtu"], "say one of them"),
+        (["--frame", "1", "--time", "0.1", "-o", "a.vtu"], "use one of them"),
         (["--frame", "1", "-o", "a.csv"], "is for .vtu, .obj and .ply"),
-        (["--all", "--frame", "1", "-o", "a.vtu"], "say one of them"),
+        (["--all", "--frame", "1", "-o", "a.vtu"], "use one of them"),
         (["--all", "-o", "a.csv"], "is for .vtu, .obj and .ply"),
         (["--surface", "pair"], "-o names the file of a frame"),
-        (["--surface", "pair", "-o", "a.csv"], "not into CSV"),
-        (["--surface", "pair", "--time", "0", "-o", "a.vtkhdf"], "leave out --time"),
-        (["-o", "a.vtkhdf"], "is for --surface"),
+        (["--surface", "pair", "-o", "a.csv"], "not CSV"),
+        (["--surface", "pair", "--time", "0", "-o", "a.vtkhdf"], "remove --time"),
+        (["-o", "a.vtkhdf"], "needs --surface"),
         (["--format", "vtu", "-o", "-"], "-o names the file of a frame"),
-        (["force of left", "-o", "a.vtu"], "VTU has no logs"),
+        (["force of left", "-o", "a.vtu"], "VTU contains one frame, no logs"),
     ],
 )
 def test_options_of_export_that_would_be_ignored_are_refused(result, options, message):
@@ -189,7 +189,7 @@ def test_a_result_without_logs_says_what_else_it_holds(scene, output, message):
     stop = QUICK.index(" }\nexpect")
     scene.write_text(QUICK[:start] + output + QUICK[stop:])
     assert tissuec("run", scene, cwd=scene.parent).returncode == 0
-    assert f"holds no logs; {message}\n" in refused("export", "pair.vtkhdf", cwd=scene.parent)
+    assert f"has no logs; {message}\n" in refused("export", "pair.vtkhdf", cwd=scene.parent)
 
 
 # --- with --json there is one document on stdout, whatever happens ---
@@ -297,11 +297,13 @@ def told_json(folder, *options):
 
 def test_a_surface_that_is_not_there_is_answered_with_those_that_are(tube, result):
     said = refused("export", "tube.vtkhdf", "--surface", "vesel", "-o", "a.ply", cwd=tube)
-    assert 'holds no surface of "vesel"; did you mean "vessel"?' in said
+    assert 'has no surface of "vesel"; did you mean "vessel"?' in said
     said = refused("export", "pair.vtkhdf", "--surface", "pair", "-o", "a.ply", cwd=tube)
     assert "write output { surface of pair every 40 ms } and run the scene again" in said
     said = refused("info", "tube.vessel.vtkhdf", cwd=tube)
-    assert 'shows ParaView the surface of vessel in "tube.vtkhdf"; name that file' in said
+    assert (
+        'is the ParaView file for the surface of vessel in "tube.vtkhdf"; use that file' in said
+    )
     assert not (tube / "a.ply").exists()
 
 
@@ -309,7 +311,7 @@ def test_a_view_in_the_way_is_found_before_anything_runs(tube):
     place = tube / "tube.vessel.vtkhdf"
     place.write_text("keep me")
     said = refused("run", "tube.tis", cwd=tube)
-    assert "is to show the surface of vessel: it is there already" in said
+    assert "for the surface of vessel: it exists" in said
     assert place.read_text() == "keep me"
 
 

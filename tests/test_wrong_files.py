@@ -32,7 +32,7 @@ def test_what_is_no_scene_is_told_with_the_command_for_it(tmp_path, name, conten
 def test_a_scene_that_is_given_as_a_result_is_told_so(tmp_path):
     path = tmp_path / "scene.tis"
     path.write_text("language 1\n")
-    with pytest.raises(ResultError, match="it is a scene; to get a result: tissuec run"):
+    with pytest.raises(ResultError, match="it is a scene; run it first: tissuec run"):
         Trajectory(path)
 
 

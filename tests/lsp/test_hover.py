@@ -49,9 +49,9 @@ def test_a_number_is_said_in_si_units(written, value):
 @pytest.mark.parametrize(
     ("place", "words"),
     [
-        ("adjust", "What may change"), ("stiffening", "to be learnt"), ("passes", "optimiser"),
-        ("positions", "each for itself"), ("free zero", "unknown constant"),
-        ("node", "number of its own"), ("least squares", ""),
+        ("adjust", "parameters"), ("stiffening", "to be learned"), ("passes", "optimiser"),
+        ("positions", "positions of all nodes"), ("free zero", "unknown constant"),
+        ("node", "its own number"), ("least squares", ""),
     ],
 )  # fmt: skip
 def test_entries_of_learn_blocks_are_explained(place, words):
@@ -119,25 +119,25 @@ def test_a_quantity_in_a_tissue_has_its_value_and_the_line_that_gave_it():
 
 def test_a_word_says_what_it_stands_for():
     text = scar("hardness is very hard")
-    assert "stands for `0.917`, can mean `0.5` to `1`" in at(text, "hard }")
+    assert "value `0.917`, range `0.5` to `1`" in at(text, "hard }")
     assert "hedge very = shift(50 %, outward)" in at(text, "very")
-    assert "very hard stands for `0.9583`" in at(text, "hardness")
+    assert "very hard has the value `0.9583`" in at(text, "hardness")
 
 
 @pytest.mark.parametrize(
     ("place", "sentence"),
     [
         ("body", "A mesh made of tissue."),
-        ("mesh is", "Where nodes and springs are."),
+        ("mesh is", "The mesh of nodes and springs."),
         ("tube {", "An open tube"),
         ("radius", "a length (m), above 0 m"),
         ("interior", "`none`"),
         ("grasp", "grasp SET with TOOL"),
-        ("smooth profile", "A course in time."),
-        ("facing", "The direction that a plane faces."),
+        ("smooth profile", "A time profile."),
+        ("facing", "The normal direction of a plane."),
         ("gravity", "Acceleration of free fall"),
         ("tolerance", "a plain number"),
-        ("automatic", "Chosen by measured facts"),
+        ("automatic", "Chosen automatically"),
         ("param", "set on the command line"),
         ("count(", "count(nodes of A)"),
     ],

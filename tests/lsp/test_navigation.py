@@ -140,10 +140,10 @@ def test_a_scene_means_the_same_under_other_names(desk, tmp_path, place, name):
 @pytest.mark.parametrize(
     ("place", "name", "reason"),
     [
-        ("param li", "forceps A", "declared already"),
+        ("param li", "forceps A", "already defined"),
         ("param li", "mm", "is a unit"),
-        ("param li", "", "a name is words"),
-        ("smooth pro", "rough", "no name that the text declares"),
+        ("param li", "", "a name consists of words"),
+        ("smooth pro", "rough", "no defined name at this position"),
     ],
 )
 def test_a_name_that_cannot_be_is_refused(desk, tmp_path, place, name, reason):

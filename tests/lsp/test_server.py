@@ -287,7 +287,7 @@ def test_an_editor_session(tmp_path):
             assert {where: len(edits) for where, edits in change.changes.items()} == {
                 uri: 1, other: 1,
             }  # fmt: skip
-            with pytest.raises(Exception, match="no name that the text declares"):
+            with pytest.raises(Exception, match="no defined name at this position"):
                 await client.text_document_rename_async(
                     lsp.RenameParams(document, lsp.Position(0, 2), "x")
                 )

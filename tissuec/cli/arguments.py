@@ -48,7 +48,7 @@ class TimeArgument(click.ParamType):
         try:
             return seconds(value)
         except ValueError:
-            self.fail(f'"{value}" is no time; write 0.5 or "20 ms"', param, ctx)
+            self.fail(f'"{value}" is not a time; write 0.5 or "20 ms"', param, ctx)
 
 
 def seconds(text: str) -> float:
@@ -87,8 +87,8 @@ class Pair(click.ParamType):
         try:
             first, second = map(float, value.lower().split(self.between))
         except ValueError:
-            self.fail(f'"{value}" is not like {self.example}', param, ctx)
+            self.fail(f'"{value}" does not have the form {self.example}', param, ctx)
         if not all(self.low <= number <= self.high for number in (first, second)):
-            limits = f"{self.low:g} to {self.high:g}"
-            self.fail(f'both numbers of "{value}" go from {limits}', param, ctx)
+            limits = f"{self.low:g} and {self.high:g}"
+            self.fail(f'both numbers of "{value}" must be between {limits}', param, ctx)
         return first, second

@@ -43,9 +43,9 @@ class Tolerances(click.ParamType):
         try:
             found = tuple(float(part) for part in value.split(","))
         except ValueError:
-            self.fail(f'"{value}" is not numbers between commas, such as 1e-2,1e-4')
+            self.fail(f'"{value}" is not a list of numbers such as 1e-2,1e-4')
         if not all(1e-13 <= tolerance <= 0.1 for tolerance in found):
-            self.fail("a tolerance lies between 1e-13 and 0.1")
+            self.fail("a tolerance must be between 1e-13 and 0.1")
         return found
 
 
@@ -56,21 +56,21 @@ class Tolerances(click.ParamType):
     "methods",
     multiple=True,
     metavar="NAME",
-    help='Only this solver, such as automatic or "SciPy RK45"; may be repeated.',
+    help='Run only this solver, such as automatic or "SciPy RK45"; may be repeated.',
 )
 @click.option(
     "--tolerances",
     type=Tolerances(),
     default=TOLERANCES,
     show_default=True,
-    help="Tolerances to run with.",
+    help="Tolerances to run.",
 )
 @click.option(
     "--repeat",
     type=click.IntRange(1),
     default=3,
     show_default=True,
-    help="Timed runs of each point, of which the median counts.",
+    help="Number of timed runs per point; the median is reported.",
 )
 @click.option(
     "--budget",
@@ -78,12 +78,12 @@ class Tolerances(click.ParamType):
     default=10.0,
     show_default=True,
     metavar="SECONDS",
-    help="Time of the processor that a run may take; what takes longer is left out.",
+    help="Maximum processor time of a run; slower points are omitted.",
 )
 @click.option(
     "--plot",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Draw the result to this file; needs matplotlib (extra plot).",
+    help="Plot the result to this file; needs matplotlib (extra plot).",
 )
 @scene_options
 def command(
@@ -98,12 +98,12 @@ def command(
     libraries: tuple[Path, ...],
     strict: bool,
 ) -> int:
-    """Measure time against error of every method on SCENE, beside other solvers.
+    """Measure computing time against error of every method on SCENE, also of other solvers.
 
-    The others are SciPy's and, where they are installed (extra bench), CVODE and MuJoCo; those
-    of SciPy and CVODE are driven by the engine's own compiled forces. Times are those of the
-    processor, on one thread. Nothing is written but the plot. Exit code: 0 done, 1 no reference
-    came out, 2 the text or the command line is wrong.
+    The other solvers are those of SciPy and, if installed (extra bench), CVODE and MuJoCo;
+    SciPy and CVODE use the compiled forces of tissuec. Times are processor times on one thread.
+    Only the plot is written to a file. Exit code: 0 done; 1 no reference could be computed; 2
+    the text or the command line is wrong.
     """
     use_one_thread()
     if plot is not None:

@@ -29,10 +29,10 @@ def command(
     libraries: tuple[Path, ...],
     strict: bool,
 ) -> int:
-    """Find mistakes in SCENES without simulating.
+    """Check SCENES for mistakes without simulating.
 
-    Meshes are built, sets counted and the script is read, so that what passes here can run.
-    Files without a body (vocabularies, tissues) are checked as such.
+    This builds the meshes, evaluates the sets and reads the script, so a scene that passes can
+    run. Files without a body (vocabularies, tissues) are also checked.
     """
     found: list[Diagnostic] = []
     for path in scenes:
@@ -67,7 +67,7 @@ def _check(
     network = compiled.network
     parts = [counted(network.body_nodes, "node"), counted(network.spring_count, "spring")]
     if bending := int(network.bends.sum()):
-        parts[1] += f", {bending} of them against bending"
+        parts[1] += f", {bending} of them bending springs"
     if too_large := uncounted(compiled):
-        parts.append(f"floppy modes not counted: {', '.join(too_large)} too large")
+        parts.append(f"floppy modes not checked: {', '.join(too_large)} too large")
     return list(warnings), f" ({', '.join(parts)})"

@@ -20,10 +20,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 #: The global flags: name -> (spellings, help).
 FLAGS: dict[str, tuple[tuple[str, ...], str]] = {
-    "json": (("--json",), "One JSON document on stdout."),
-    "quiet": (("-q", "--quiet"), "Say nothing on stderr but errors."),
-    "verbose": (("-v", "--verbose"), "Say more on stderr."),
-    "no_color": (("--no-color",), "No colours (also with NO_COLOR set)."),
+    "json": (("--json",), "Print one JSON document on stdout."),
+    "quiet": (("-q", "--quiet"), "Print only errors on stderr."),
+    "verbose": (("-v", "--verbose"), "Print more details on stderr."),
+    "no_color": (
+        ("--no-color",),
+        "Disable colours (as does the environment variable NO_COLOR).",
+    ),
 }
 
 
@@ -103,9 +106,7 @@ class Command(click.Command):
                 parted = " ".join(
                     [args[place + 1], *(w for w in value if not w.endswith(".tis"))]
                 )
-                raise click.UsageError(
-                    f'a value with blanks stands in quotes: --set "{parted}"'
-                )
+                raise click.UsageError(f'put a value with blanks in quotes: --set "{parted}"')
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -125,7 +126,7 @@ class Group(Command, click.Group):
     """A group of commands that takes the global flags too."""
 
 
-def library_option(wanted: str = "what scenes use") -> Callable[[F], F]:
+def library_option(wanted: str = "used files") -> Callable[[F], F]:
     """Return the option for further folders in which something is searched for."""
     return click.option(
         "--library",
@@ -153,7 +154,7 @@ def scene_options(function: F) -> F:
             multiple=True,
             metavar="NAME=VALUE",
             shell_complete=params,
-            help='Give a param another value, such as "cut time=0.9 s".',
+            help='Set a param to another value, such as "cut time=0.9 s".',
         ),
         library_option(),
         click.option("--strict", is_flag=True, help="Treat warnings as errors."),
@@ -244,4 +245,4 @@ def keep_input(output: Path, given: Path) -> None:
         TissueError: Output and input are the same file.
     """
     if os.path.exists(output) and os.path.exists(given) and os.path.samefile(output, given):
-        raise TissueError(f'"{output}" is what is read; give the output another name')
+        raise TissueError(f'"{output}" is the input file; give the output another name')

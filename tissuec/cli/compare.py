@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     "--within",
     type=click.FloatRange(min=0.0),
     metavar="TOLERANCE",
-    help="Exit with 1 unless the motions are no further apart than this, relative to the "
+    help="Exit with 1 if the motions differ by more than this, relative to the "
     "largest displacement until then.",
 )
 @library_option()
@@ -30,12 +30,12 @@ def command(
     within: float | None,
     libraries: tuple[Path, ...],
 ) -> int:
-    """Say what differs between A and B: results, scenes, or a scene and a result.
+    """Show the differences between A and B: results, scenes, or a scene and a result.
 
-    Compared are the texts, what they compile to, and of two results what happened, all logs
-    and the motion. Nodes and springs are known by the ids of the scene. Exit code: 0, also
-    where something differs; 1 with --within, where the motions differ by more or not all of
-    them can be compared; 2 something cannot be read.
+    This compares the texts, the compiled nets and, for two results, the events, all logs and
+    the motion. Nodes and springs are matched by their ids in the scene. Exit code: 0 done, even
+    if there are differences; 1 with --within, the motions differ by more or cannot be compared
+    completely; 2 a file cannot be read.
     """
     from tissuec.view.compare.comparison import compare
     from tissuec.view.compare.data import as_dict
@@ -49,7 +49,7 @@ def command(
             if sides[-1].trajectory is not None:
                 open_files.enter_context(sides[-1].trajectory)
         if within is not None and any(side.trajectory is None for side in sides):
-            raise click.UsageError("--within is about motions; compare two results")
+            raise click.UsageError("--within compares motions; give two results")
         found = compare(*sides)
         reason = "" if within is None else _objection(found, within)
         if settings.json:

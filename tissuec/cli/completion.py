@@ -11,7 +11,7 @@ SHELLS = ("bash", "zsh", "fish")
 @click.command(cls=Command)
 @click.argument("shell", type=click.Choice(SHELLS))
 def command(settings: Settings, shell: str) -> None:
-    """Print the script that completes commands in your SHELL.
+    """Print the completion script for your SHELL.
 
     \b
     bash:  eval "$(tissuec completion bash)"      in ~/.bashrc

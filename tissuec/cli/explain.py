@@ -40,26 +40,27 @@ COLUMNS = (17, 24, 10, 32)  # least widths, so that the tables of most tissues l
     "--plan",
     "with_plan",
     is_flag=True,
-    help="Also say what the run will do, and what it skips.",
+    help="Also show the method, the cost and the skipped parts of the run.",
 )
 @click.option(
     "--bodies",
     "with_bodies",
     is_flag=True,
-    help="Also say what each body is as matter: stiffness, mass, waves, frequencies.",
+    help="Also show the properties of each body as matter: stiffness, mass, waves, "
+    "frequencies.",
 )
 @scene_options
 def command(
     settings: Settings, subject: str, tissue: str | None, with_plan: bool, with_bodies: bool,
     overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> int:  # fmt: skip
-    """Say where every number of the scene SUBJECT comes from.
+    """Show the origin of every number of the scene SUBJECT.
 
-    SUBJECT may also be a code such as TIS104: then say what it means.
+    SUBJECT can also be a code such as TIS104, which is then explained.
 
-    --bodies computes from the net of each body, however its tissue is given: mass, density,
-    Young's and shear modulus, Poisson's ratio, anisotropy, wave speeds, the length at which it
-    breaks, and its lowest natural frequencies with what is held at 0 s.
+    --bodies computes these properties from the net of each body: mass, density, Young's and
+    shear modulus, Poisson's ratio, anisotropy, wave speeds, the length at which it breaks, and
+    its lowest natural frequencies with the nodes held at 0 s.
 
     \b
     tissuec explain scene.tis --tissue liver
@@ -203,7 +204,7 @@ def _explain_code(code: str, settings: Settings) -> int:
 
     if code not in CODES:
         hint = did_you_mean(code, CODES)
-        raise TissueError(f'there is no code "{code}"' + (f"; {hint}" if hint else ""))
+        raise TissueError(f'unknown code "{code}"' + (f"; {hint}" if hint else ""))
     entry = CODES[code]
     if settings.json:
         print_json({"code": code, **as_data(entry)})

@@ -28,26 +28,27 @@ STDOUT = "-"
     "--format",
     "kind",
     type=click.Choice(FORMATS),
-    help="From the name of the output if not given.",
+    help="Format of the output; by default from its name.",
 )
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path, allow_dash=True),
-    help="File to write; CSV goes to stdout without it.",
+    help="File to write; by default CSV is printed on stdout.",
 )
 @click.option(
-    "--surface", help="The smooth surface of this body instead of the net, as the scene asks."
+    "--surface", help="Export the recorded smooth surface of this body instead of the net."
 )
 @click.option(
     "--frame",
     type=int,
-    help="Frame to write as VTU, OBJ or PLY, counted from 0; negative from the end.",
+    help="Frame to write as VTU, OBJ or PLY, counted from 0; negative numbers count from "
+    "the end.",
 )
 @click.option(
-    "--time", "time", type=TimeArgument(), help="The frame nearest to this time instead."
+    "--time", "time", type=TimeArgument(), help="Write the frame nearest to this time instead."
 )
-@click.option("--all", "every", is_flag=True, help="All frames, in one numbered file each.")
+@click.option("--all", "every", is_flag=True, help="Write all frames to numbered files.")
 def command(
     settings: Settings,
     result: Path,
@@ -61,9 +62,9 @@ def command(
 ) -> int:
     """Write LOGS of RESULT as CSV, or frames as VTU, OBJ or PLY.
 
-    Without LOGS, all that the scene asked for. The tables "energies" and "events" can be named
-    too, the latter by itself. With --json, what goes to stdout is JSON. A smooth surface as
-    .vtkhdf holds all of its frames.
+    Without LOGS, all logs are written. The tables "energies" and "events" can be named too,
+    "events" only alone. With --json, the output on stdout is JSON. A smooth surface in the
+    format .vtkhdf contains all frames.
 
     \b
     tissuec export tube.vtkhdf "force of forceps A" > force.csv
@@ -105,21 +106,27 @@ def _check_usage(
     """Refuse options that do not go together."""
     if len(chosen) > 1:
         both = " and ".join(chosen)
-        raise click.UsageError(f"{both} each choose frames; say one of them")
+        raise click.UsageError(f"{both} exclude each other; use one of them")
     if output is None and (chosen or surface is not None or kind != "csv"):
         raise click.UsageError(
             "-o names the file of a frame, such as -o frame.vtu, frame.obj or frame.ply"
         )
     if kind == "csv" and chosen:
-        raise click.UsageError(f"{chosen[0]} is for .vtu, .obj and .ply; CSV has all times")
+        raise click.UsageError(
+            f"{chosen[0]} is for .vtu, .obj and .ply; CSV contains all times"
+        )
     if kind == "csv" and surface is not None:
-        raise click.UsageError("a surface goes into .vtu, .obj, .ply or .vtkhdf, not into CSV")
+        raise click.UsageError(
+            "a surface needs the format .vtu, .obj, .ply or .vtkhdf, not CSV"
+        )
     if logs and kind != "csv":
-        raise click.UsageError(f"{kind.upper()} has no logs, only a frame; CSV has logs")
+        raise click.UsageError(f"{kind.upper()} contains one frame, no logs; write logs as CSV")
     if kind == "vtkhdf" and surface is None:
-        raise click.UsageError(".vtkhdf is for --surface; the result is one of the net already")
+        raise click.UsageError(
+            ".vtkhdf needs --surface; the result itself is the .vtkhdf of the net"
+        )
     if kind == "vtkhdf" and chosen:
-        raise click.UsageError(f".vtkhdf has all frames; leave out {chosen[0]}")
+        raise click.UsageError(f".vtkhdf contains all frames; remove {chosen[0]}")
 
 
 def _tables(
@@ -133,7 +140,7 @@ def _tables(
         other = [f'"{name}"' for name in table_names(trajectory)]
         other += ["a frame with -o frame.vtu"] if len(trajectory.times) else []
         hint = f"; export {' or '.join(other)}" if other else " and nothing else to export"
-        raise TissueError(f'"{trajectory.path}" holds no logs{hint}')
+        raise TissueError(f'"{trajectory.path}" has no logs{hint}')
     if output is None and as_data:
         return table_data(trajectory, names)
     rows = table_rows(trajectory, names)  # a name that is wrong is found before a file is made
@@ -157,7 +164,7 @@ def _net(trajectory: "Trajectory") -> _Series:
     from tissuec.results.export import frame_shape
 
     if not len(trajectory.times):
-        raise TissueError("this result has no frames; the scene asks for no trajectory")
+        raise TissueError("this result has no frames, because the scene records no trajectory")
     return _Series(trajectory.times, lambda number: frame_shape(trajectory, number), None)
 
 
@@ -167,7 +174,7 @@ def _surface(trajectory: "Trajectory", name: str) -> _Series:
     surfaces = trajectory.surfaces
     key = next((one for one in surfaces if one.lower() == name.lower()), None)
     if key is None:
-        message = f'"{trajectory.path}" holds no surface of "{name}"'
+        message = f'"{trajectory.path}" has no surface of "{name}"'
         hint = alternatives(name, surfaces, what="there are") if surfaces else (
             f"write output {{ surface of {name} every 40 ms }} and run the scene again"
         )  # fmt: skip
@@ -219,8 +226,8 @@ def _kind(output: Path | None) -> str:
     kind = output.suffix.lower().lstrip(".")
     if kind not in FORMATS:
         *others, last = (f".{one}" for one in FORMATS)
-        ends = f"{', '.join(others)} and {last}"
-        raise click.UsageError(f'"{output}" ends with none of {ends}; say --format')
+        ends = f"{', '.join(others)} or {last}"
+        raise click.UsageError(f'"{output}" does not end with {ends}; use --format')
     return kind
 
 
@@ -230,5 +237,7 @@ def _frame(times: "Floats", frame: int | None, time: float | None) -> int:
         return int(abs(times - time).argmin())
     number = -1 if frame is None else frame
     if not -len(times) <= number < len(times):
-        raise TissueError(f"there is no frame {number}; there are {len(times)}, counted from 0")
+        raise TissueError(
+            f"there is no frame {number}; the result has {len(times)}, counted from 0"
+        )
     return number % len(times)

@@ -29,17 +29,17 @@ STDIN = "-"
     "--check",
     "only_check",
     is_flag=True,
-    help="Change nothing; exit with 1 if a file is not laid out so.",
+    help="Do not change files; exit with 1 if a file is not formatted.",
 )
 @click.option(
-    "--diff", "show_diff", is_flag=True, help="Print what would change, and change nothing."
+    "--diff", "show_diff", is_flag=True, help="Print the changes without applying them."
 )
 def command(
     settings: Settings, files: tuple[Path, ...], only_check: bool, show_diff: bool
 ) -> int:
-    """Lay FILES out in the one canonical way, in place; comments stay.
+    """Format FILES in place; comments are kept.
 
-    "-" is stdin to stdout.
+    "-" formats stdin to stdout.
     """
     changed: list[str] = []
     found: list[Diagnostic] = []

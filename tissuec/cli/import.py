@@ -42,11 +42,15 @@ output {{ trajectory every 5 ms }}
 
 @click.command("import", cls=Command)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--unit", default="mm", help="Of the coordinates; the file does not say it [mm].")
+@click.option(
+    "--unit",
+    default="mm",
+    help="Unit of the coordinates, which the file does not contain [mm].",
+)
 def command(settings: Settings, file: Path, unit: str) -> int:
-    """Say what the mesh file FILE holds, as a scene to start from.
+    """Show the contents of the mesh file FILE, as a scene to start from.
 
-    Counts, extents, groups and defects stand in remarks at its head, so that this makes a scene
+    Counts, extents, groups and defects are comments at the top of the scene. To create a scene
     that runs:
 
     \b
@@ -73,7 +77,7 @@ def _factor(unit: str) -> float:
     except units.UnitError as error:
         raise click.UsageError(str(error)) from error
     if found.dimension != units.LENGTH:
-        raise click.UsageError(f'"{unit}" is no unit of length')
+        raise click.UsageError(f'"{unit}" is not a unit of length')
     return found.factor
 
 
@@ -133,8 +137,8 @@ def _lines(facts: dict, unit: str) -> Iterator[str]:
     yield ", ".join(parts)
     closed = "it is not closed"
     if facts["closed"]:
-        closed = f"it is closed and holds {1e6 * facts['volume']:.4g} ml"
-    yield f"if its unit is {unit}, {closed}, and"
+        closed = f"it is closed and encloses {1e6 * facts['volume']:.4g} ml"
+    yield f"in {unit}, {closed}, and"
     for axis, low, high in zip("xyz", facts["low"], facts["high"], strict=True):
         ends = (units.show(float(value), units.LENGTH) for value in (low, high))
         yield f"  {axis} runs from {' to '.join(ends)}"

@@ -11,7 +11,7 @@ from tissuec.cli.common import DONE, Command, Settings, echo, print_json
 @click.command(cls=Command)
 @click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
 def command(settings: Settings, results: tuple[Path, ...]) -> int:
-    """Summarise RESULTS: what they hold, how they were made and how they ended."""
+    """Summarise RESULTS: their contents, how they were made and how they ended."""
     from tissuec.results.info import summary
     from tissuec.results.trajectory import Trajectory
 

@@ -39,12 +39,12 @@ def _length(text: str) -> float:
 
 @click.command(cls=Command)
 @click.argument("file", shell_complete=shipped_names("matter", "tissues", short=True))
-@click.option("--tissue", metavar="NAME", help="Examine this tissue only.")
+@click.option("--tissue", metavar="NAME", help="Test this tissue only.")
 @click.option(
     "--thickness",
     metavar="LENGTH",
     type=OptionReader(_length),
-    help='Test strips of a sheet of this thickness, such as "1 mm", and not bars.',
+    help='Test strips of a sheet of this thickness, such as "1 mm", instead of bars.',
 )
 @click.option(
     "--spacing",
@@ -58,7 +58,7 @@ def _length(text: str) -> float:
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
     help="Write the table and the stress-strain curves to this folder: CSV, and a picture "
-    "where matplotlib is installed.",
+    "if matplotlib is installed.",
 )
 @scene_options
 def command(
@@ -67,10 +67,10 @@ def command(
 ) -> int:  # fmt: skip
     """Test the tissues of FILE in a virtual laboratory.
 
-    FILE is a text with tissues, a scene, or a shipped tissue such as liver. Each tissue is
-    drawn, compressed, sheared, indented, torn and let go on a coarse and on a fine coupon, and
-    what is measured stands beside what the tissue says and what is known of it. Exits with 1 if
-    a measurement is outside of what is known by more than 5 % (indentation: 15 %), or if the
+    FILE is a file with tissues, a scene, or a shipped tissue such as liver. Each tissue is
+    stretched, compressed, sheared, indented, torn and released on a coarse and on a fine
+    coupon. The results are compared with the numbers of the tissue and with its evidence. Exit
+    code 1: a measurement is more than 5 % (indentation: 15 %) outside the evidence, or the
     coupons differ by more than that.
 
     \b

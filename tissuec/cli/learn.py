@@ -60,7 +60,7 @@ class LearnOptions(Struct, frozen=True):
     "-o",
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Preset to write instead of the one named in the block (one block only).",
+    help="Preset to write instead of the one in the block (one block only).",
 )
 @click.option(
     "--fresh", is_flag=True, help="Discard the state of an interrupted fit and start again."
@@ -86,13 +86,13 @@ def command(
     strict: bool,
     **options: Any,
 ) -> int:
-    """Fit parameters or words of SCENE to measured data, as its learn blocks say.
+    """Fit parameters or words of SCENE to measured data, as its learn blocks specify.
 
     NAME selects one block; without it, all blocks are fitted in order. The results are printed
     with confidence intervals and written as a preset, which any scene can use. After an
     interruption, the same command resumes. Exit code: 0 done; 1 an expectation failed, the
     passes ran out, or the fit failed (the data does not identify all parameters, or the error
-    is too large), and nothing is written; 2 the text or the data is wrong; 3 the motion could
+    is too large), and no preset is written; 2 the text or the data is wrong; 3 the motion could
     not be computed; 130 interrupted.
     """
     from tissuec.pipeline import Request, compile_request
@@ -107,7 +107,7 @@ def command(
         report(warnings, settings)
     fit_problems = _chosen(compiled.fit_problems, name, scene)
     if options["output"] is not None and len(fit_problems) > 1:
-        raise click.UsageError("-o names the preset of one learn block; name the block, too")
+        raise click.UsageError("-o is for one learn block; give its name, too")
     again = _again(scene, name, wording.set_options(overrides, libraries), strict, options)
     wishes = LearnOptions(again=again, **options)
     codes: list[int] = []
@@ -245,7 +245,7 @@ def _learn(
     if may_write:
         state.unlink(missing_ok=True)
     if not may_write and not settings.json:
-        lost = "" if target is None else "; nothing is written (--anyway writes it)"
+        lost = "" if target is None else "; no preset is written (to write it: --anyway)"
         echo(f"FAILED: {doubt}{lost}", err=True)
     fine = (
         may_write
@@ -311,7 +311,8 @@ def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
         settings.say(f"expectations: {wording.expectations(len(verdicts), failed, 0)}")
     if not learnt.converged:
         echo(
-            f"FAILED: {learnt.reason}; raise passes, or start closer to the solution", err=True
+            f"FAILED: {learnt.reason}; increase passes, or start closer to the solution",
+            err=True,
         )
 
 

@@ -15,7 +15,7 @@ KINDS = {"scenes": "scenes to run", "tissues": "tissues to use", "fuzzy": "vocab
 @click.group(cls=Group, invoke_without_command=True)
 @click.pass_context
 def command(ctx: click.Context, settings: Settings) -> int:
-    """List what tissuec ships, or copy a part of it to edit.
+    """List the shipped library, or copy a part of it to edit.
 
     \b
     tissuec library
@@ -43,16 +43,16 @@ def show_all(settings: Settings) -> int:
         rows = [(entry["name"], entry["about"]) for entry in entries if entry["kind"] == kind]
         for line in aligned(rows, (28,)):
             echo(f"  {line}")
-    echo("\ncopy one beside you to edit it: tissuec library copy NAME")
+    echo("\nto copy one and edit it: tissuec library copy NAME")
     return DONE
 
 
 @command.command("copy", cls=Command)
 @click.argument("name", shell_complete=shipped_names(*KINDS, short=True, files=False))
 @click.argument("destination", default=".", type=click.Path(path_type=Path))
-@click.option("--force", is_flag=True, help="Replace a file of that name.")
+@click.option("--force", is_flag=True, help="Replace an existing file.")
 def copy(settings: Settings, name: str, destination: Path, force: bool) -> int:
-    """Put the shipped file NAME into DESTINATION, a folder or a new file name."""
+    """Copy the shipped file NAME to DESTINATION, a folder or a new file name."""
     entry = _find(name)
     target = destination / Path(entry["file"]).name if destination.is_dir() else destination
     if target.exists() and not force:
@@ -91,6 +91,6 @@ def _find(name: str) -> dict[str, str]:
             return entry
     hint = did_you_mean(wanted, [entry["name"] for entry in entries])
     raise TissueError(
-        f'the library has no "{name}"'
-        + (f"; {hint}" if hint else "; tissuec library lists what there is")
+        f'the library does not contain "{name}"'
+        + (f"; {hint}" if hint else "; to list the library: tissuec library")
     )

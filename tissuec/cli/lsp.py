@@ -10,19 +10,19 @@ from tissuec.core.resources import grammar
 
 
 @click.command(cls=Command)
-@library_option("what texts use")
-@click.option("--stdio", is_flag=True, help="Speak over stdin and stdout, as it always does.")
+@library_option("used files")
+@click.option("--stdio", is_flag=True, help="Communicate over stdin and stdout (the default).")
 @click.option(
     "--vsix",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Write the extension for VS Code to this file instead.",
+    help="Write the VS Code extension to this file instead.",
 )
 def command(
     settings: Settings, libraries: tuple[Path, ...], stdio: bool, vsix: Path | None
 ) -> int:
-    """Answer what an editor asks about texts: a language server.
+    """Start the language server for editors.
 
-    Editors start it by themselves; the page "Writing scenes" of the manual says how. It reads
+    Editors start it automatically; see the page "Writing scenes" of the manual. It reads
     requests from stdin and answers on stdout.
     """
     if vsix is not None:
@@ -53,7 +53,8 @@ def _write(target: Path, settings: Settings) -> int:
     settings.say(f"{target}: install it with code --install-extension {target}")
     if not has_client:
         settings.say(
-            "it highlights, but lacks vscode-languageclient, which starts the server; with it: "
-            f'npm install in "{grammar("vscode")}", then this command again'
+            "it only highlights: vscode-languageclient, which starts the server, is "
+            "missing; to add it: "
+            f'npm install in "{grammar("vscode")}", then run this command again'
         )
     return DONE

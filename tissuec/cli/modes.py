@@ -25,40 +25,39 @@ COLUMNS = (6, 12, 10, 15)  # least widths
 
 @click.command(cls=Command)
 @click.argument("scene", type=click.Path(path_type=Path))
-@click.option("--body", metavar="NAME", help="Only this body moves; all else stays in place.")
+@click.option("--body", metavar="NAME", help="Only this body moves; everything else is held.")
 @click.option(
     "--count",
     type=click.IntRange(1, LARGEST),
     default=10,
     show_default=True,
-    help="How many modes, the lowest first.",
+    help="Number of modes, in ascending order of frequency.",
 )
 @click.option(
     "--above",
     type=OptionReader(reader(FREQUENCY)),
     metavar="FREQUENCY",
-    help="Leave out the modes at and below this frequency; 0 leaves out those that nothing "
-    "resists.",
+    help="Omit the modes at and below this frequency; 0 omits those without resistance.",
 )
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
-    help="Result file that plays each mode for a second, one after another.",
+    help="Write a result file that shows each mode for one second.",
 )
 @scene_options
 def command(
     settings: Settings, scene: Path, body: str | None, count: int, above: float | None,
     out: Path | None, overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> int:  # fmt: skip
-    """Print natural frequencies and damping of SCENE as it is at 0 s.
+    """Print natural frequencies and damping of SCENE at 0 s.
 
-    These are small motions about that state: with the prestress, laws and enclosed volumes that
-    there are, without contact. What is fixed or grasped at 0 s stays in place, and what settles
-    then has settled. "rigid" is a part that moves as a whole without any force; "no spring
-    resists" is a deformation that costs no force, at first order.
+    Modes are small motions about that state, with prestress, laws and enclosed volumes, but
+    without contact. Nodes that are fixed or grasped at 0 s are held, and `settle` at 0 s is
+    carried out first. "rigid" is a part that moves as a whole without any force; "no spring
+    resists" is a deformation that needs no force to first order.
 
-    In the file of --out the node that moves most moves by 5 % of the size of its body.
+    In the file of --out, the largest displacement is 5 % of the size of the body.
 
     \b
     tissuec modes scene.tis
@@ -70,7 +69,7 @@ def command(
     from tissuec.view.summaries import modes as wording
 
     if above is not None and above < 0.0:
-        raise click.BadParameter("a frequency is 0 or above", param_hint="'--above'")
+        raise click.BadParameter("a frequency must be 0 or more", param_hint="'--above'")
     if out is not None:
         keep_input(out, scene)
     request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)

@@ -24,9 +24,11 @@ def read_size(text: str) -> tuple[float, float]:
     try:
         width, height = (float(part) for part in text.lower().removesuffix("mm").split("x"))
     except ValueError:
-        raise ValueError(f'"{text}" is no size; write WIDTHxHEIGHT in mm: 160x100') from None
+        raise ValueError(f'"{text}" is not a size; write WIDTHxHEIGHT in mm: 160x100') from None
     if not (SMALLEST <= width <= LARGEST and SMALLEST <= height <= LARGEST):
-        raise ValueError(f'"{text}": each side lies between {SMALLEST:g} mm and {LARGEST:g} mm')
+        raise ValueError(
+            f'"{text}": each side must be between {SMALLEST:g} mm and {LARGEST:g} mm'
+        )
     return width, height
 
 
@@ -77,28 +79,28 @@ def _as_click(name: str, options: dict[str, Option], default: Any) -> Any:
     "--kind",
     type=OptionReader(read_kind),
     metavar="KIND",
-    help=f"What is drawn: {', '.join(PLOTS)}; what suits the file if not given.",
+    help=f"Kind of plot: {', '.join(PLOTS)}; by default chosen for the file.",
 )
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Picture to write: .png, .svg or .pdf; named after the file if not given.",
+    help="Picture to write: .png, .svg or .pdf; by default named after the file.",
 )
 @click.option(
     "--size",
     type=OptionReader(read_size),
     metavar="WIDTHxHEIGHT",
-    help="Of the picture, in mm.",
+    help="Size of the picture, in mm.",
 )
 @click.option(
     "--dpi",
     type=click.IntRange(30, 1200),
     default=150,
     show_default=True,
-    help="Pixels per inch of a .png.",
+    help="Resolution of a .png, in pixels per inch.",
 )
-@click.option("--title", default="", help="Stands above all.")
+@click.option("--title", default="", help="Title of the picture.")
 @plot_options
 @scene_options
 def command(
@@ -114,11 +116,11 @@ def command(
     strict: bool,
     **options: Any,
 ) -> int:
-    """Draw FILES: results, vocabularies or scenes, or the JSON of benches.
+    """Plot FILES: results, vocabularies, scenes, or the JSON of benchmarks.
 
-    Without options a result is drawn on one page, a text as its words, a bench as its diagram.
-    Several results are laid over one another as logs, energies or paths. Times and the like are
-    in SI units, or have a unit: --start 40ms.
+    By default, a result is plotted as an overview, a scene or vocabulary as its words, and a
+    benchmark as a work-precision diagram. Logs, energies and paths of several results are
+    plotted together. Numbers are in SI units or have a unit: --start 40ms.
 
     \b
     tissuec plot tube.vtkhdf

@@ -30,19 +30,19 @@ SUFFIX = ".report.html"
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="File of the page; a folder, of several results.",
+    help="File of the page, or a folder for several results.",
 )
 @click.option(
-    "--validate", "validates", is_flag=True, help="Compare with SciPy now, as validate does."
+    "--validate", "validates", is_flag=True, help="Also run the comparison of tissuec validate."
 )
 @click.option(
     "--validation",
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
     metavar="FILE",
-    help="What validate --json printed.",
+    help="Output of tissuec validate --json to include.",
 )
-@library_option("files that results do not keep, such as meshes")
-@click.option("--open", "opens", is_flag=True, help="Show the page in a browser.")
+@library_option("files that results do not contain, such as meshes")
+@click.option("--open", "opens", is_flag=True, help="Open the page in a browser.")
 def command(
     settings: Settings,
     results: tuple[Path, ...],
@@ -54,8 +54,8 @@ def command(
 ) -> int:
     """Write one HTML page about each of RESULTS; tube.vtkhdf gives tube.report.html.
 
-    A page needs no other file and no network. All of it comes from the result, also the text
-    of the scene. Exit code: 0 written; with --validate that of validate.
+    A page is one file and needs no network. All its contents come from the result, including
+    the text of the scene. Exit code: 0 written; with --validate, the exit code of validate.
 
     \b
     tissuec report tube.vtkhdf --open
@@ -63,7 +63,7 @@ def command(
     """
     if validation is not None and (validates or len(results) > 1):
         other = "--validate" if validates else "several results"
-        raise click.UsageError(f"--validation is of one run, and does not go with {other}")
+        raise click.UsageError(f"--validation is for one run and cannot be used with {other}")
     pages = _pages(results, output)
     documents: list[dict[str, Any]] = []
     codes: list[int] = []
@@ -98,8 +98,8 @@ def _pages(results: Sequence[Path], output: Path | None) -> dict[Path, Path]:
         owner = owners.setdefault(page.resolve(), result)
         if owner is not result:
             raise TissueError(
-                f'the pages of "{owner}" and "{result}" would both be "{page}"; make one of '
-                "them by itself, with -o"
+                f'the pages of "{owner}" and "{result}" would both be "{page}"; write one of '
+                "them separately, with -o"
             )
     return pages
 

@@ -61,8 +61,8 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
     "--companion",
     type=click.Choice(["auto", "process", "inline", "off"]),
     default="auto",
-    help="Where the companion run, which has smaller steps, estimates the error: in another "
-    "process, in this one afterwards, in whichever is faster (auto), or nowhere.",
+    help="How the companion run with smaller steps estimates the error: in another "
+    "process, afterwards in this one (inline), whichever is faster (auto), or not at all.",
 )
 @click.option(
     "--threads",
@@ -87,7 +87,7 @@ def command(
 
     The result opens in ParaView, as H5MD and with h5py. When the run ends, it replaces an
     earlier result, but no other file. Exit code: 0 done; 1 an expectation failed or, with
-    --strict, the error exceeds the tolerance or is not known; 2 the text or the command line is
+    --strict, the error exceeds the tolerance or is unknown; 2 the text or the command line is
     wrong; 3 the run could not continue; 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
     """
     if output is not None and (len(scenes) > 1 or folder is not None):
@@ -134,7 +134,7 @@ def _targets(
         if owner is not path:
             raise TissueError(
                 f'the results of "{owner}" and "{path}" would both be "{target}"; run one of '
-                "them by itself, with -o"
+                "them separately, with -o"
             )
     return targets
 

@@ -49,7 +49,7 @@ CODES = {
     "--rtol",
     type=click.FloatRange(1e-13, 1e-2),
     metavar="X",
-    help="Relative tolerance of SciPy's solver. The default is a thousandth of the tolerance "
+    help="Relative tolerance of SciPy's solver. Default: a thousandth of the tolerance "
     "of the scene, or less if necessary.",
 )
 @scene_options
@@ -64,7 +64,7 @@ def command(
 ) -> int:
     """Run SCENE, solve it again with SciPy, and compare the errors with the tolerance.
 
-    Nothing is written. A second SciPy solution checks the first. Exit code: 0 errors are within
+    No file is written. A second SciPy solution checks the first. Exit code: 0 errors are within
     their limits, or a fixed step has none; 1 they exceed them, or SciPy's solution is not
     accurate enough to decide; 2 the text is wrong; 3 the run could not continue.
     """

@@ -41,40 +41,45 @@ def _picture(name: str, text: str) -> Callable:
     type=click.Path(path_type=Path, dir_okay=False),
     help="Page to write (one result only).",
 )
-@click.option("--frames", type=click.IntRange(min=2), help="At most so many frames.")
-@click.option("--every", type=TimeArgument(), help='At least so long between frames: "20 ms".')
+@click.option("--frames", type=click.IntRange(min=2), help="Maximum number of frames.")
+@click.option(
+    "--every", type=TimeArgument(), help='Minimum time between frames, such as "20 ms".'
+)
 @click.option(
     "--nodes",
     type=click.IntRange(min=10),
-    help="Draw about so many nodes of a larger net, evenly spread.",
+    help="Approximate number of nodes to draw of a larger net, evenly distributed.",
 )
 @click.option(
-    "--colour", type=click.Choice(COLOURS), default="tension", help="What colours the springs."
+    "--colour",
+    type=click.Choice(COLOURS),
+    default="tension",
+    help="Quantity that colours the springs.",
 )
 @click.option(
-    "--time", type=TimeArgument(), help="Where the page stands at first, or which picture."
+    "--time", type=TimeArgument(), help="Initial time of the page, or time of the picture."
 )
 @click.option(
     "--from",
     "view",
     type=Pair(",", "AZIMUTH,ELEVATION", -360.0, 360.0),
-    help="Where one looks from, in degrees: -90,0 is from the front, -90,90 from above.",
+    help="Direction of view in degrees: -90,0 is from the front, -90,90 from above.",
 )
 @click.option(
     "--speed",
     type=click.FloatRange(min=0.0, min_open=True),
     help="Playback speed (1 is real time); chosen automatically if not given.",
 )
-@_picture("png", "Draw one moment to this file, the last one without --time.")
-@_picture("gif", "Draw all of it to this file, as an animated GIF.")
-@_picture("mp4", "The same as a video; needs ffmpeg.")
+@_picture("png", "Draw one frame to this file, by default the last one.")
+@_picture("gif", "Draw all frames to this file, as an animated GIF.")
+@_picture("mp4", "Draw all frames to this file, as a video; needs ffmpeg.")
 @click.option(
     "--size",
     type=Pair("x", "WIDTHxHEIGHT", 16, _LARGEST),
-    help="Of pictures, in pixels: 1280x720, of a GIF 640x360.",
+    help="Size of pictures in pixels; default 1280x720, for a GIF 640x360.",
 )
-@click.option("--forces", is_flag=True, help="Draw the forces on nodes into pictures.")
-@click.option("--open", "opens", is_flag=True, help="Show the page in your browser.")
+@click.option("--forces", is_flag=True, help="Draw the forces on nodes in pictures.")
+@click.option("--open", "opens", is_flag=True, help="Open the page in your browser.")
 def command(
     settings: Settings,
     results: tuple[Path, ...],
@@ -84,10 +89,10 @@ def command(
     opens: bool,
     **chosen: Any,
 ) -> int:
-    """Write RESULTS as pages that play them; tube.vtkhdf gives tube.html in this folder.
+    """Write pages that play RESULTS; tube.vtkhdf gives tube.html in the current directory.
 
     A page is one file that any browser opens, without a network. It replaces an earlier page,
-    and never another file. Pictures are drawn without a browser, by the extra plot.
+    but no other file. Pictures need the extra plot, but no browser.
 
     \b
     tissuec view tube.vtkhdf --open
@@ -99,7 +104,7 @@ def command(
     _check_usage(results, output, pictures, size=size, forces=forces, opens=opens)
     options = Options(**chosen)
     if options.every is not None and options.every <= 0.0:
-        raise click.UsageError("--every is longer than nothing")
+        raise click.UsageError("--every must be above 0")
     pages = {} if pictures and output is None else _pages(results, output)
     for path in (*pages.values(), *pictures.values()):
         for result in results:
@@ -129,22 +134,23 @@ def _check_usage(
     """Refuse options that do not go together."""
     if len(results) > 1 and (output is not None or pictures):
         name = "-o" if output is not None else f"--{next(iter(pictures))}"
-        raise click.UsageError(f"{name} names what is made of one result; name one")
+        raise click.UsageError(f"{name} is for one result; give one result")
     if output is not None and output.suffix.lower() not in PAGES:
         raise click.UsageError(
-            f'"{output}" is to be a page, which ends in .html; pictures are written by --png, '
+            f'the name of a page must end in .html, unlike "{output}"; for pictures use --png, '
             "--gif and --mp4"
         )
     for name, path in pictures.items():
         if path.suffix.lower() != PICTURES[name]:
             raise click.UsageError(
-                f'"{path}" is to end in {PICTURES[name]}, as --{name} writes'
+                f"the name of the file of --{name} must end in {PICTURES[name]}, unlike "
+                f'"{path}"'
             )
     for option, is_given in (("--size", size is not None), ("--forces", forces)):
         if is_given and not pictures:
             raise click.UsageError(f"{option} is for pictures: --png, --gif and --mp4")
     if opens and pictures and output is None:
-        raise click.UsageError("--open shows a page; name it by -o")
+        raise click.UsageError("--open needs a page; name it with -o")
 
 
 def _pages(results: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
@@ -156,7 +162,7 @@ def _pages(results: tuple[Path, ...], output: Path | None) -> dict[Path, Path]:
         if other is not None and other != result:
             raise TissueError(
                 f'the pages of "{other}" and "{result}" would both be "{page}"; write one of '
-                "them by itself, with -o"
+                "them separately, with -o"
             )
         pages[result] = page
     return pages
@@ -169,7 +175,7 @@ def _check_replaceable(page: Path) -> None:
     with open(page, "rb") as file:
         if _MARK not in file.read(1024):
             raise TissueError(
-                f'cannot write "{page}": it is there already and no page of tissuec; name '
+                f'cannot write "{page}": it exists and is not a page of tissuec; name '
                 "another file with -o, or remove it"
             )
 
@@ -245,7 +251,7 @@ def _write_page(
         raise
     settings.say(f"wrote {page}: {counted(len(film.times), 'frame')}, {_size(len(data))}")
     if len(data) > _HEAVY:
-        settings.say("  --nodes 10000 or --frames 50 would make it lighter")
+        settings.say("  --nodes 10000 or --frames 50 reduces the size")
     return {"file": str(page), "bytes": len(data)}
 
 

@@ -35,23 +35,23 @@ DEFAULT = "fuzzy/soft_tissue"
 @click.option(
     "--explore",
     is_flag=True,
-    help="Write a page with a slider for each property, which shows what follows.",
+    help="Write a page with a slider for each property that shows the results of the rules.",
 )
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Where that page goes; otherwise it is named after the vocabulary.",
+    help="File of that page; by default named after the vocabulary.",
 )
-@click.option("--open", "opens", is_flag=True, help="Show that page in a browser.")
+@click.option("--open", "opens", is_flag=True, help="Open that page in a browser.")
 @library_option()
 def command(
     settings: Settings, vocabulary: str, explore: bool, output: Path | None, opens: bool,
     libraries: tuple[Path, ...],
 ) -> int:  # fmt: skip
-    """List the words of VOCABULARY, and the numbers they stand for.
+    """List the words of VOCABULARY and their values.
 
-    VOCABULARY is a file, with or without its .tis, or the name of a shipped one such as
+    VOCABULARY is a file, with or without .tis, or the name of a shipped vocabulary such as
     fuzzy/soft_tissue.
 
     \b
@@ -62,7 +62,7 @@ def command(
     from tissuec.scene.library import find_words
 
     if not explore and (output is not None or opens):
-        raise click.UsageError("-o and --open belong to --explore")
+        raise click.UsageError("-o and --open need --explore")
     path = find_words(vocabulary, libraries)
     request = Request.file(path, libraries=libraries)
     if explore:
@@ -139,7 +139,7 @@ def _print(listing: dict[str, Any]) -> None:
     for scale in listing["scales"]:
         log = ", log scale" if scale["scale"] == "log" else ""
         echo(f"\n{scale['kind']} {scale['name']}{log}   ({scale['place']})")
-        rows = [("word", "stands for", "can mean")]
+        rows = [("word", "value", "range")]
         for word in scale["words"]:
             means, low, high = word["shown"]
             rows.append((word["word"], means, f"{low} to {high}"))

@@ -260,7 +260,7 @@ def _scale(view: View, symbol: Symbol, phrase: Phrase) -> Iterator[str]:
     tissue = view.tissue(phrase.block.member) if phrase.block.kind == "tissue" else None
     for fact in tissue.facts if tissue else ():
         if fact.property == symbol.key:
-            yield f"{fact.written} stands for {code(f'{fact.number:.4g}')}"
+            yield f"{fact.written} has the value {code(f'{fact.number:.4g}')}"
     if tissue is not None and symbol.key in tissue.given:
         yield _given(view, tissue, symbol.key)
     named = view.scale(symbol.key)
@@ -284,7 +284,7 @@ def _word(view: View, symbol: Symbol) -> Iterator[str]:
         code(show(value, named.dimension))
         for value in (axis.value_of(shape), *axis.reach_of(shape))
     )
-    yield f"stands for {means}, can mean {low} to {high}"
+    yield f"value {means}, range {low} to {high}"
 
 
 def _drawn(view: View, symbol: Symbol, compiled: "Compiled | None") -> Iterator[str]:

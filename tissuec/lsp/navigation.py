@@ -116,17 +116,17 @@ def rename(view: View, views: list[View], offset: int, name: str) -> Renaming:
     text = " ".join(name.split())
     parts = list(lexemes(text))
     if not text or '"' in text or "#" in text:
-        raise TissueError("a name is words, and holds neither quotes nor #")
+        raise TissueError("a name consists of words without quotes and #")
     if symbol.kind in ONE_NAMESPACE and text in SYMBOLS:
         raise TissueError(f'"{text}" is a unit and cannot be a name')
     if symbol.kind in ("property", "quantity", "word", "hedge") and any(
         part.kind != WORD for part in parts
     ):
-        raise TissueError("the words of a vocabulary stand without quotes")
+        raise TissueError("words of a vocabulary must not be in quotes")
     kinds = ONE_NAMESPACE if symbol.kind in ONE_NAMESPACE else (symbol.kind,)
     for other in view.of_kind(*kinds):
         if other.key == s.key_of(text) != symbol.key and other.within == symbol.within:
-            raise TissueError(f'"{text}" is declared already, {other.span.place}')
+            raise TissueError(f'"{text}" is already defined at {other.span.place}')
     return Renaming(tuple(references(views, symbol)), written_name(text))
 
 
@@ -138,13 +138,13 @@ def renamable(view: View, offset: int) -> Symbol:
     """
     found = view.symbol_at(offset)
     if found is None or view.in_remark(offset):
-        raise TissueError("no name that the text declares stands here")
+        raise TissueError("there is no defined name at this position")
     symbol = found[0]
     path = symbol.span.source.path
     if path is None or library().resolve() in path.resolve().parents:
-        raise TissueError(f'"{symbol.name}" is declared in the shipped library')
+        raise TissueError(f'"{symbol.name}" is defined in the shipped library')
     if symbol.kind == "quantity":
-        raise TissueError("quantities are those of the language")
+        raise TissueError("quantities of the language cannot be renamed")
     return symbol
 
 

@@ -229,7 +229,7 @@ def _of_material(kind: str) -> Terms:
             quantity.name, ENTRY,
             f"{describe(quantity.dimension)}, of {' or '.join(quantity.spreads)}",
             f"{quantity.name} = …", " = ", quantity.dimension,
-            None if quantity.none is None else plain(CHOICE, ["none"], "No such limit."),
+            None if quantity.none is None else plain(CHOICE, ["none"], "No limit."),
         )
         for name, quantity in QUANTITIES.items()
     }  # fmt: skip
@@ -286,7 +286,7 @@ def _of_learning() -> Terms:
 
 
 def _rupture() -> Terms:
-    return plain(CHOICE, ["allowed"], "Springs break beyond their fraction force.")
+    return plain(CHOICE, ["allowed"], "Springs break above their breaking force.")
 
 
 def _fibres() -> Terms:
@@ -303,7 +303,7 @@ def _bending() -> Terms:
         Term(word, CHOICE, f"{part:.0%} of the spring constant and viscosity of the tissue")
         for word, part in BENDING.items()
     ]
-    return _by_label([*parts, Term(ELASTIC, CHOICE, "as a wall of its thickness does")])
+    return _by_label([*parts, Term(ELASTIC, CHOICE, "like a wall of its thickness")])
 
 
 @cache
@@ -319,10 +319,8 @@ def meshes() -> Terms:
 @cache
 def integrators() -> Terms:
     """Return the methods that can be named."""
-    automatic = Term(
-        AUTOMATIC, CHOICE, "Chosen by measured facts; the run says which, and why."
-    )
-    relaxation = Term(RELAXATION, CHOICE, "Leaves time out and follows states of rest.")
+    automatic = Term(AUTOMATIC, CHOICE, "Chosen automatically; the run shows which and why.")
+    relaxation = Term(RELAXATION, CHOICE, "Follows static equilibria without inertia.")
     named = (Term(name, CHOICE, summary(method)) for name, method in INTEGRATORS.items())
     return _by_label((automatic, *named, relaxation))
 
@@ -369,7 +367,7 @@ def logged() -> Terms:
 def measures() -> Terms:
     """Return what can be measured, as it is written in conditions."""
     found = {name: term for name, term in logged().items() if name not in COUNTED}
-    about = "How many nodes, springs or pieces there are."
+    about = "Number of nodes, springs or pieces."
     counted = Term(
         "count", MEASURE, about, "count(nodes of A)", "(", MEASURES["nodes"].dimension
     )
@@ -379,7 +377,7 @@ def measures() -> Terms:
 @cache
 def fitted() -> Terms:
     """Return the measures that a learn block can compare with data."""
-    about = "The places of all nodes of a set, each for itself."
+    about = "The positions of all nodes of a set."
     places = Term(POSITIONS, MEASURE, about, "positions(A)", "(", LENGTH)
     return {**measures(), POSITIONS: places}
 
@@ -387,7 +385,10 @@ def fitted() -> Terms:
 @cache
 def errors() -> Terms:
     """Return the errors about which learning can have expectations."""
-    about = "How far the scene is from what was measured, relative to it, after a learning."
+    about = (
+        "The difference between the scene and the measured data after learning, "
+        "relative to the data."
+    )
     return _by_label([Term(ERROR, MEASURE, about, "error(held out)", "(", NUMBER)])
 
 
@@ -395,14 +396,14 @@ def errors() -> Terms:
 def adjusted() -> Terms:
     """Return what a learn block can adjust; constants of laws come last."""
     found = {
-        name: Term(name, ENTRY, f"{describe(DIMENSIONS[name])}, to be learnt", "", " of ")
+        name: Term(name, ENTRY, f"{describe(DIMENSIONS[name])}, to be learned", "", " of ")
         for name in ADJUSTED
         if name in DIMENSIONS
     }
     found[WORDS] = Term(WORDS, ENTRY, "The words of a quantity or property.", "", " of ")
     laws = (law for family in (SPRING_LAWS, VISCOSITY_LAWS) for law in family.values())
     constants = (name for law in laws for name in entries_of(law))
-    about = "A constant of a law, to be learnt."
+    about = "A constant of a law, to be learned."
     return {name: Term(name, ENTRY, about, "", " of ") for name in constants} | found
 
 
@@ -458,7 +459,7 @@ def functions() -> Terms:
 @cache
 def profiles() -> Terms:
     """Return the profiles of motions and forces in time."""
-    return plain(CHOICE, PROFILES, "A course in time.")
+    return plain(CHOICE, PROFILES, "A time profile.")
 
 
 @cache
@@ -467,7 +468,7 @@ def kinds_of_clause(verb: str, word: str) -> Terms:
     match verb, word:
         case "tie", "with":
             return _by_label(
-                Term(knot, CHOICE, f"Bears {part:.1%} of what its thread bears.")
+                Term(knot, CHOICE, f"Holds {part:.1%} of the breaking force of its thread.")
                 for knot, part in KNOTS.items()
             )
         case "preserve", "with":
@@ -480,7 +481,7 @@ def kinds_of_clause(verb: str, word: str) -> Terms:
 
 
 SHAPE_TERMS = _by_label(
-    Term(name, MEASURE, f"A word by its shape: {code(name + form)}.", name + form, "(")
+    Term(name, MEASURE, f"A word defined by its shape: {code(name + form)}.", name + form, "(")
     for name, form in SHAPES.items()
 )
 HEDGE_TERMS = _by_label(
@@ -490,25 +491,27 @@ HEDGE_TERMS = _by_label(
     )
 )
 DIRECTION_TERMS = plain(CHOICE, DIRECTIONS)
-FREE_ZERO = plain(CHOICE, ["free zero"], "An unknown constant was added to what was measured.")
-DIVISIONS = plain(CHOICE, DIVIDED, "Each has a number of its own.")
-ERRORS_OF = plain(CHOICE, [HELD_OUT, ALL], "Whose error is meant.")
-COLUMN = plain(ENTRY, ["column", "columns"], 'Of a table: column "force_N", columns "x y z".')
-LOG_SCALE = plain(CHOICE, ["log scale"], "All that follows happens in the logarithm.")
+FREE_ZERO = plain(CHOICE, ["free zero"], "The data has an unknown constant offset.")
+DIVISIONS = plain(CHOICE, DIVIDED, "Each has its own number.")
+ERRORS_OF = plain(CHOICE, [HELD_OUT, ALL], "The data whose error is given.")
+COLUMN = plain(
+    ENTRY, ["column", "columns"], 'Columns of a table: column "force_N", columns "x y z".'
+)
+LOG_SCALE = plain(CHOICE, ["log scale"], "Use the logarithm of the values.")
 CHOSEN_FROM = plain(CHOICE, ["nodes", "springs"])
 COUNTED = plain(CHOICE, ["nodes", "springs", "pieces"])
 RUN = plain(CHOICE, ["run"], "The whole run.")
-COLUMNS = plain(ENTRY, ["columns"], 'Which columns the table has: with columns "id x y z".')
+COLUMNS = plain(ENTRY, ["columns"], 'The columns of the table: with columns "id x y z".')
 SPREADS = plain(CHOICE, ["each spring", "each node", "whole body"])
 KNOWN_TERMS = {
     key: Term(
-        quantity.name, ENTRY, f"{describe(quantity.dimension)}, as a source has it",
+        quantity.name, ENTRY, f"{describe(quantity.dimension)}, from a source",
         f'known {quantity.name} from … to … by "…"', " from ", quantity.dimension,
     )
     for key, quantity in KNOWABLE.items()
 }  # fmt: skip
 SOURCE_TERMS = _by_label(
-    [Term("unverified", CHOICE, "The source could not be looked up.", "", IN_QUOTES)]
+    [Term("unverified", CHOICE, "The source was not checked.", "", IN_QUOTES)]
 )
 QUANTITY_TERMS = _by_label(
     Term(quantity.name, CHOICE, describe(quantity.dimension))

@@ -30,7 +30,7 @@ def _package() -> dict[str, Any]:
     return {
         "name": "tissuec",
         "displayName": "tissuec",
-        "description": "Scenes of soft tissue: highlighting, and a language server",
+        "description": "Soft-tissue scenes: highlighting and a language server",
         "version": _version(),
         "publisher": "tissuec",
         "license": "MIT",
@@ -61,13 +61,13 @@ def _package() -> dict[str, Any]:
                     "tissuec.command": {
                         "type": "string",
                         "default": "tissuec",
-                        "description": "The program that is started as tissuec lsp.",
+                        "description": "The program that runs tissuec lsp.",
                     },
                     "tissuec.libraries": {
                         "type": "array",
                         "items": {"type": "string"},
                         "default": [],
-                        "description": "Folders to search for what scenes use.",
+                        "description": "Folders to search for used files.",
                     },
                 },
             },
