@@ -19,8 +19,9 @@ from benchmarks.publishing import publish, tell, write_option
 from tissuec.core.markdown import code, table
 from tissuec.core.resources import library
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 
 TOLERANCES = (1e-3, 1e-5, 1e-8)
 SCENES = (

@@ -22,7 +22,8 @@ from tests.learn.tubes import tube
 from tissuec.core.markdown import table
 from tissuec.core.source import Source
 from tissuec.learn.fit.learning import learn
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 CART = DOCS / "examples" / "learning" / "cart.tis"
 STEP, SAMPLES = 50e-6, 51  # of the gradient whose cost is measured

@@ -19,8 +19,9 @@ from tissuec.core.markdown import table
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.core.units import TIME, show
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 
 DURATION = 0.6
 FRAMES = (50e-3, 20e-3, 10e-3, 5e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)

@@ -21,7 +21,8 @@ from tissuec.bench import report
 from tissuec.bench.bench import BenchResult, bench
 from tissuec.bench.points import MeasuredPoint
 from tissuec.core.markdown import table
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.script.plan import AUTOMATIC
 
 NETS = Path(__file__).with_name("nets")

@@ -11,7 +11,8 @@ from tissuec.core.source import Source
 from tissuec.engine.engine import Engine
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import Method
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 REPEATS = 7
 WORK = 4e7  # evaluations times springs of one measurement

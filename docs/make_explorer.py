@@ -15,7 +15,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from tissuec.core.resources import library
-from tissuec.pipeline import Request
+from tissuec.scene.request import Request
 from tissuec.view.explorer.page import document, render
 
 PLACE = Path(__file__).resolve().parent / "figures" / "explorer.png"

@@ -29,8 +29,9 @@ from tissuec.core import palette
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 from tissuec.view import plots
 from tissuec.view.plots.curves import look
 from tissuec.view.plots.marks import clusters, mark_events

@@ -26,7 +26,8 @@ from tissuec.learn.fit.learning import LearnProgress, learn
 from tissuec.learn.fit.outcome import Learnt
 from tissuec.learn.report.text import as_text
 from tissuec.learn.report.words import differences, drifts
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE / "learning.md", HERE / "figures"

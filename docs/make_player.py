@@ -15,8 +15,9 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from tissuec.core.resources import library
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 from tissuec.view.player.animation import write_gif
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import render

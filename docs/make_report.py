@@ -14,8 +14,9 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from tissuec.core.resources import library
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.page import render
 

@@ -16,7 +16,8 @@ from tests.browser import browser as browser
 from tests.browser import page as page
 from tissuec.core.resources import library
 from tissuec.engine.execution.signals import SIGNALS
-from tissuec.pipeline import Request, Result, compile_request, simulate
+from tissuec.pipeline import Result, compile_request, simulate
+from tissuec.scene.request import Request
 
 # How long an example takes depends on what else the machine does.
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])

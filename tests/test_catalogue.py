@@ -15,8 +15,9 @@ import pytest
 from tissuec.core.catalogue import CODES, HERE_IN_PAGE, CodeEntry, example_files, reference
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.lang.render import render
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
 from tissuec.scene.imports import read_source
+from tissuec.scene.request import Request
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "errors.md"

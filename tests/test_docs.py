@@ -40,7 +40,8 @@ from tissuec.lang.render import render
 from tissuec.laws import SPRING_LAWS
 from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.generators import MESHES
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import INSTRUMENTS
 from tissuec.script.verbs import VERBS

@@ -20,7 +20,8 @@ from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source, Span
 from tissuec.lang.characters import normalise
 from tissuec.lang.render import as_dict, render
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 GOOD = sorted((Path(__file__).parent / "scenes" / "good").glob("*.tis"))
 SCENES = {path.stem: path.read_text(encoding="utf-8") for path in GOOD}

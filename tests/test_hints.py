@@ -18,7 +18,8 @@ from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
 from tissuec.lsp.documents import Desk
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 BY_NAME = {path.stem: path for path in BAD}
 

@@ -11,8 +11,9 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.mechanics import observables
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 from tissuec.script.measures.moment import Moment
 
 MASSES = """language 1

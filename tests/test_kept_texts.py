@@ -4,8 +4,9 @@ import pytest
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request, read_words
+from tissuec.pipeline import compile_request, read_words
 from tissuec.scene.imports import Kept
+from tissuec.scene.request import Request
 
 TISSUE = (
     "language 1\ntissue gum { spring constant = 40 N/m; viscosity = 1 mN*s/m; mass = 5 g }\n"
@@ -51,7 +52,7 @@ def test_tables_are_kept_too(tmp_path):
     (tmp_path / "scene.tis").write_text(TABLED)
     (tmp_path / "rise.csv").write_text("0,0\n1,2\n")
     request = Request.file(tmp_path / "scene.tis")
-    from tissuec.pipeline import manifest_of
+    from tissuec.compiler.manifest import manifest_of
 
     written = manifest_of(compile_request(request)[0], request)
     assert written["sources"] == {"rise.csv": "0,0\n1,2\n"}

@@ -2,7 +2,8 @@
 
 import pytest
 
-from tissuec.pipeline import Request, check_request, compile_request, simulate
+from tissuec.pipeline import check_request, compile_request, simulate
+from tissuec.scene.request import Request
 
 
 @pytest.fixture

@@ -18,16 +18,10 @@ from tissuec.fuzzy.inference import Inference
 from tissuec.fuzzy.rulebase import RuleBase
 from tissuec.lang.printer import format_source
 from tissuec.lang.render import render
-from tissuec.pipeline import (
-    Request,
-    Result,
-    check_request,
-    compile_request,
-    read_words,
-    simulate,
-)
+from tissuec.pipeline import Result, check_request, compile_request, read_words, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.imports import read_source
+from tissuec.scene.request import Request
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 
 FILES = sorted(library().rglob("*.tis"))

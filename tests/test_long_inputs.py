@@ -13,7 +13,8 @@ from tissuec.learn.data.dialect import find_dialect
 from tissuec.learn.data.naming import unit_of
 from tissuec.meshes.formats import FormatError, read
 from tissuec.meshes.formats.vtu import cells_announced
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 LONG = 20_000
 REFUSALS = (CompileError, FormatError, UnitError)

@@ -6,7 +6,8 @@ import tissuec
 from tissuec.compiler.prediction import predict, skipped
 from tissuec.core.resources import library
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 SCENE = """language 1
 tissue gum { spring constant = 40 N/m; viscosity = 0.01 N*s/m; mass = 10 mg }

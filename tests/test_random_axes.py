@@ -15,7 +15,8 @@ from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 TOLERANCE = 1e-4
 BUDGET = 4.0  # of the processor for a run [s]

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 
 CUT = 0.7
 

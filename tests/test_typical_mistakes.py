@@ -13,7 +13,8 @@ from tests.scene.test_mistakes_together import SCENE as TOGETHER
 from tissuec.cli import group
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 SCENE = """language 1
 use "fuzzy/soft_tissue"

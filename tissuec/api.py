@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.engine.execution.companion import Mode
     from tissuec.engine.execution.run import Outcome
-    from tissuec.pipeline import Request
     from tissuec.scene.overrides import Given
+    from tissuec.scene.request import Request
     from tissuec.view.notebook import Trajectory
 
 #: The text of a scene, or the file that holds it.
@@ -212,7 +212,8 @@ def modes(
         PlaceError: The result cannot be written there.
     """
     from tissuec.analysis.vibration.scene import scene_modes
-    from tissuec.pipeline import compile_request, manifest_of
+    from tissuec.compiler.manifest import manifest_of
+    from tissuec.pipeline import compile_request
 
     request = _request(scene, {**(params or {}), **more}, libraries)
     compiled, found = compile_request(request)
@@ -302,8 +303,9 @@ def _request(
 ) -> "Request":
     """Return what is to be compiled; CompileError if the scene cannot be read."""
     from tissuec.lang.characters import normalise
-    from tissuec.pipeline import Request, compile_request, read_words
+    from tissuec.pipeline import compile_request, read_words
     from tissuec.scene.imports import read_source
+    from tissuec.scene.request import Request
 
     source = normalise(scene, TEXT) if _is_text(scene) else read_source(Path(scene))
     request = Request(source, (), tuple(map(Path, libraries)), strict)

@@ -1,83 +1,35 @@
-"""The whole of tissuec on one page: text -> Module -> Scene -> Network and Plan -> Outcome.
+"""The stages from a text to a result, one function each.
 
-Each stage is one function of immutable values, so that any of them can be shown or tested:
+    Request ── read_words ──────> ResolvedProgram     vocabulary and tissues of any file
+       │
+       ├── compile_request ─────> Compiled, warnings  load, resolve, compile_scene, check_all
+       ├── check_request ───────> the same, with checks that take longer
+       │
+    Compiled ── simulate ───────> Result              run, estimate the error, write a file
 
-    source  = read_source(path)                the text
-    program = load(source, libraries, …)       syntax nodes, imports included
-    scene   = resolve(program, …)              names bound, SI numbers
-    compiled = compile_scene(scene, …)         arrays and a plan
-    outcome = simulate(compiled, path, …)      motion, in one HDF5 file
+``validate.validation`` compares a run with SciPy, and ``learn.fit.learning`` fits parameters to
+data; both start from ``Compiled``.
 """
 
-import os
-import pickle
-import shutil
-import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
 from tissuec.compiler.checks import check_all
 from tissuec.compiler.compile import Compiled, compile_scene
-from tissuec.compiler.profiles import table_texts
-from tissuec.core.data import as_data
+from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.core.source import Source
-from tissuec.engine.integrators.procedures import stated
 from tissuec.scene.findings import Findings
-from tissuec.scene.imports import DISK, Files, Program, load, read_source
+from tissuec.scene.imports import Program, load
 from tissuec.scene.learning import refuse_without_scene
+from tissuec.scene.request import Request
 from tissuec.scene.resolve import ResolvedProgram, resolve, resolve_words
-from tissuec.script.plan import Plan
 
 if TYPE_CHECKING:
-    from tissuec.engine.execution.companion import Companion, ErrorEstimate, Launch, Mode
+    from tissuec.engine.execution.companion import Companion, ErrorEstimate, Mode
     from tissuec.engine.execution.run import Outcome
-
-
-JOB = "job.pickle"  # in the folder of a companion run
-
-
-class Request(Struct, frozen=True):
-    """A request to compile a scene.
-
-    Attributes:
-        source: The text of the scene.
-        overrides: Texts of ``--set``, such as "cut time=0.9 s".
-        libraries: Folders of ``--library``.
-        strict: Whether warnings count as errors.
-        files: How the files that the scene uses are read.
-    """
-
-    source: Source
-    overrides: tuple[str, ...] = ()
-    libraries: tuple[Path, ...] = ()
-    strict: bool = False
-    files: Files = DISK
-
-    @classmethod
-    def file(
-        cls,
-        path: Path,
-        *,
-        overrides: Sequence[str] = (),
-        libraries: Sequence[Path] = (),
-        strict: bool = False,
-    ) -> "Request":
-        """Return a request for a file.
-
-        Args:
-            path: The file.
-            overrides: Texts of ``--set``.
-            libraries: Folders of ``--library``.
-            strict: Whether warnings count as errors.
-
-        Raises:
-            CompileError: The file cannot be read.
-        """
-        return cls(read_source(path), tuple(overrides), tuple(libraries), strict)
 
 
 def read_words(request: Request) -> tuple[ResolvedProgram, tuple[Diagnostic, ...]]:
@@ -175,7 +127,7 @@ def simulate(
         PlaceError: The file cannot be written there, or there is nothing to resume.
         ResultError: Writing failed later on.
     """
-    from tissuec.engine.execution.companion import Companion, threads_beside
+    from tissuec.engine.execution.companion import Companion, launcher, threads_beside
     from tissuec.engine.execution.recorder import Recorder, wishes
     from tissuec.engine.execution.run import run
     from tissuec.engine.execution.signals import asked_to_stop
@@ -185,7 +137,7 @@ def simulate(
     manifest, state = manifest_of(compiled, request), None
     network, plan, text = compiled.network, compiled.plan, compiled.scene.source.text
     threads = threads or threads_beside(companion)
-    beside = Companion(network, plan, companion, _launcher(request, threads), threads)
+    beside = Companion(network, plan, companion, launcher((request, threads)), threads)
     # Signals wait until the file is closed; HDF5 cannot be interrupted.
     with asked_to_stop() as stop, beside:
         if resume:
@@ -202,7 +154,7 @@ def simulate(
             estimate = beside.estimate(stop) if finished else None
             if estimate is not None and len(estimate.times):
                 writer.companion(estimate.times, estimate.apart[:, None])
-            facts = _facts(plan, outcome, estimate)
+            facts = outcome_facts(plan, outcome, estimate)
             written = writer.close(outcome.message, finished, facts)
             views = writer.views
     return Result(outcome, written, estimate, views)
@@ -219,100 +171,3 @@ def _both(
             progress(time)
 
     return tell
-
-
-def _launcher(request: Request, threads: int) -> "Launch":
-    """Return what gives the command that steps the companion of a request into a folder."""
-
-    def launch(folder: Path) -> list[str]:
-        (folder / JOB).write_bytes(pickle.dumps((request, threads)))
-        return [sys.executable, "-m", "tissuec", "companion", str(folder)]
-
-    return launch
-
-
-def step_companion(folder: Path) -> None:
-    """Step the companion run that a folder asks for, and leave its positions there."""
-    import numpy as np
-
-    from tissuec.engine.execution.companion import FINER, ROWS, TIMES, stepped
-
-    parent = os.getppid()
-    request, threads = pickle.loads((folder / JOB).read_bytes())
-    compiled, _ = compile_request(request)
-    times, rows = np.load(folder / TIMES), np.load(folder / ROWS, mmap_mode="r+")
-    stepped(
-        compiled.network, compiled.plan, times, FINER,
-        rows=rows, interrupt=lambda: os.getppid() != parent, threads=threads,
-    )  # fmt: skip
-    if os.getppid() != parent:  # the run was killed, and nobody else removes its folder
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-def _facts(
-    plan: Plan, outcome: "Outcome", estimate: "ErrorEstimate | None"
-) -> Mapping[str, Any]:
-    """Return what a result says of how the run went."""
-    facts = {
-        "kind": outcome.kind,
-        "method": outcome.statistics.method,
-        "statistics": as_data(outcome.statistics),
-        "notes": list(outcome.notes),
-        "expectations": list(_judged(plan, outcome)),
-        "failed_expectations": len(outcome.failures),
-        "unreached_expectations": len(outcome.unreached),
-    }
-    return facts if estimate is None else facts | {"promise": estimate.as_dict()}
-
-
-def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
-    """Yield whether each expectation holds, with the time and the numbers that tell."""
-    failures = {failure.expectation: failure for failure in outcome.failures}
-    for number, expectation in enumerate(plan.expectations):
-        state, time, measured = "holds", *outcome.held.get(number, (None, ""))
-        if number in failures:
-            state, time = "fails", failures[number].time
-            measured = failures[number].measured
-        elif number in outcome.unreached:
-            state = "not reached"
-        span = expectation.span
-        yield {
-            "expect": span.one_line, "place": span.place, "state": state,
-            "time": time, "measured": measured,
-        }  # fmt: skip
-
-
-def digests(compiled: Compiled) -> Mapping[str, str]:
-    """Return the SHA-256 digests of mesh files, by the names that the scene has for them."""
-    meshes = (placed.drawing.mesh for placed in compiled.groups.bodies.values())
-    origins = (mesh.origin for mesh in meshes if mesh.origin is not None)
-    return {origin.file.name: origin.digest for origin in origins}
-
-
-def _sources(compiled: Compiled) -> Mapping[str, str]:
-    """Return the texts beside the scene that it is made of: what it uses, and its tables."""
-    declarations = compiled.scene.declarations
-    script = declarations.single.get("script")
-    tables = table_texts(script.items, declarations.library) if script is not None else {}
-    return {source.name: source.text for source in compiled.scene.imports} | tables
-
-
-def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
-    """Return the facts of a result about its origin: text, settings and plan."""
-    from tissuec.compiler.prediction import skipped
-
-    simulation = compiled.plan.simulation
-    return {
-        "scene": request.source.name,
-        "about": compiled.scene.about,
-        "sources": _sources(compiled),
-        "files": digests(compiled),
-        "overrides": list(request.overrides),
-        "libraries": [str(folder) for folder in request.libraries],
-        "integrator": simulation.integrator,
-        "tolerance": simulation.tolerance,
-        "step": simulation.step,
-        "choices": stated(simulation.choices, defaults=False) or None,
-        "duration": simulation.duration,
-        "plan": {"skipped": list(skipped(compiled))},
-    }

@@ -26,7 +26,8 @@ from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method_choice import measured_facts
 from tissuec.mechanics.settling import Unsettled, settle
 from tissuec.model.network import Floats
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.script.plan import AUTOMATIC, RELAXATION
 
 Kind = Literal[

@@ -10,7 +10,8 @@ import pytest
 
 import tissuec
 from tests.api.scenes import PULL
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
+from tissuec.scene.request import Request
 
 ROOT = Path(__file__).parents[2]
 #: With conditions, expectations, tools, rules, joints and threads among them.

@@ -19,7 +19,8 @@ from tissuec.bench.ratios import time_at
 from tissuec.bench.scales import MotionScales
 from tissuec.bench.trial import Deadline, OutOfTime, SolverFailed
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 RESTING = """language 1
 tissue gum { spring constant = 40 N/m; viscosity = 2 mN*s/m; mass = 1 g }

@@ -16,7 +16,8 @@ from tissuec.bench.ours import EngineSolver
 from tissuec.bench.problem import BenchProblem
 from tissuec.core.source import Source
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 BUDGET = 2.0
 QUICK = ("automatic", "dop853", "velocity verlet")

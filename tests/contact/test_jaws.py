@@ -8,7 +8,8 @@ from tissuec.core.source import Source
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 GRIP = "grip of clamp"
 STRUT = """language 1

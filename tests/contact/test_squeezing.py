@@ -6,7 +6,8 @@ from tissuec.core.source import Source
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 BALL = """body thing {
   mesh is sphere { centre = (0, 0, 0) mm; radius = 8 mm; subdivisions = 2; interior is none }

@@ -6,7 +6,8 @@ import pytest
 from tests.validate.scenes import quantity, validated
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 SURFACE, LAYER = 5e6, 0.1e-3  # [Pa/m], [m]
 SHEET = (

@@ -14,8 +14,9 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.geometry.edges import volume
 from tissuec.meshes.generators.lattice import Lattice
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 
 SCENE = """\
 language 1

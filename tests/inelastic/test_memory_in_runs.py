@@ -309,9 +309,10 @@ def test_a_run_that_is_resumed_gives_the_same_bytes():
 
 def test_what_springs_remember_is_seen_nowhere(tmp_path):
     from tissuec.core.source import Source
-    from tissuec.pipeline import Request, compile_request, simulate
+    from tissuec.pipeline import compile_request, simulate
     from tissuec.results.info import summary
     from tissuec.results.trajectory import Trajectory
+    from tissuec.scene.request import Request
 
     request = Request(Source("scene.tis", TORN.format(law="", tolerance="1e-4")))
     compiled, _ = compile_request(request)

@@ -8,7 +8,8 @@ from tests.validate.scenes import compiled_scene
 from tissuec.compiler.provenance import explain_tissue
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, read_words
+from tissuec.pipeline import read_words
+from tissuec.scene.request import Request
 
 NET = """language 1
 tissue gum {{ spring constant = 100 N/m; viscosity = 0 N*s/m; mass = 10 g; {memory} }}

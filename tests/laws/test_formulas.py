@@ -12,7 +12,8 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.laws import LINEAR, Law, code
 from tissuec.laws.formula import Applied, Choice, Constant, Spline, Variable, apply, kinks
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 X, Y = Variable("e"), Variable("c")
 PIECES = ((0.0, 1.0, 2.0, -1.0), (2.0, 1.5, 0.0, 0.0))

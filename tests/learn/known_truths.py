@@ -19,7 +19,8 @@ import tissuec
 from tissuec.learn.fit.learning import Unlearnable, learn
 from tissuec.learn.fit.outcome import Learnt
 from tissuec.learn.report.data import is_identified
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 FAR = 2.5  # half widths of the interval: 5 standard deviations
 NOISE = 0.01  # of the standard deviation of what is measured

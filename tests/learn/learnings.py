@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt, UnidentifiableCombination
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.script.fit_problem import WORDS
 
 BODY = """

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tissuec.learn.fit.learning import learn
-from tissuec.pipeline import Request, check_request, compile_request
+from tissuec.pipeline import check_request, compile_request
+from tissuec.scene.request import Request
 
 NAMES = ("band", "cart", "gel", "gels", "learn_band", "learn_gels", "stretch")
 

@@ -10,9 +10,10 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.core.units import FORCE, LENGTH, NUMBER, STIFFNESS, VELOCITY
 from tissuec.lang.printer import format_source
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
 from tissuec.scene.imports import Kept, read_source
 from tissuec.scene.learn_entries import SENTENCES
+from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 
 SCENE = """language 1

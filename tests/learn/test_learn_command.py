@@ -15,7 +15,8 @@ from tissuec.core import progress as progress_lines
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.learn.fit import learning
 from tissuec.learn.fit.learning import Compared, LearnProgress, Unlearnable
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 GUM = "tissue gum { spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 10 mg }\n"
 END = "expect error(held out) < 5 %\n"

@@ -9,7 +9,8 @@ from tissuec.core.source import Source
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.learning import check_gradient, learn
 from tissuec.learn.fit.session import prepare
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 CHAIN = """language 1
 param shove = 0.2 m/s

@@ -15,8 +15,9 @@ from tissuec.learn.derivatives.static_model import StaticModel
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.search import Search
 from tissuec.learn.parameters.parametrisation import Parametrisation
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
 from tissuec.scene.imports import read_source
+from tissuec.scene.request import Request
 
 C, SPRINGS, LENGTH, MASS, G = 40.0, 4, 0.01, 1e-5, 9.81
 HELD = "at 0 s: fix left"

@@ -5,7 +5,8 @@ import pytest
 
 import tissuec
 from tissuec.learn.fit.learning import learn
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 WORDS = """language 1
 property firmness from 0 to 10 { evenly = [soft, medium, hard] }

@@ -13,7 +13,8 @@ from tissuec.learn.fit.learning import check_gradient, learn
 from tissuec.learn.fit.misfit import misfit
 from tissuec.learn.fit.session import prepare
 from tissuec.learn.report.gradient import is_good
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 __all__ = ["truth"]  # the fixture
 LAW = "viscosity law is power {{ exponent = {n}; speed = 50 mm/s }}"

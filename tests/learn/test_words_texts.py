@@ -13,7 +13,8 @@ from tissuec.lang.printer import format_source
 from tissuec.learn.vocabulary.edits import TextEdit, apply
 from tissuec.learn.vocabulary.model import WordsModel
 from tissuec.learn.vocabulary.reread import request_of, reread
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 NUMERAL = re.compile(r"[0-9.]+(e[+-]?[0-9]+)?")
 

@@ -16,7 +16,8 @@ from tissuec.learn.presets.numerals import learnt as learnt_text
 from tissuec.learn.presets.placing import place
 from tissuec.learn.presets.preset import compose
 from tissuec.learn.vocabulary.model import WordsModel
-from tissuec.pipeline import Request, check_request, compile_request, read_words
+from tissuec.pipeline import check_request, compile_request, read_words
+from tissuec.scene.request import Request
 
 ROUNDED = 6e-6  # relative: half a unit in the sixth digit
 GUM = """tissue gum {

@@ -17,7 +17,8 @@ from tissuec.learn.derivatives.kernels import compiled_laws
 from tissuec.learn.derivatives.method_choice import choose
 from tissuec.learn.derivatives.observables import look_of
 from tissuec.learn.parameters.parametrisation import Parametrisation
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.script.fit_problem import Adjust, Data, Fit
 from tissuec.script.measures import MEASURES, Subject
 

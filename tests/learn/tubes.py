@@ -1,7 +1,8 @@
 """The tube published with the method: 160 nodes and 610 springs, pulled, pushed and cut."""
 
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 TUBE = """language 1
 tissue tube wall {{

@@ -7,7 +7,8 @@ from scipy.sparse.linalg import spsolve
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.model.network import Network
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.preserve import Preserve
 

@@ -7,7 +7,8 @@ from tests.matter.elastic import findings
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.learn.parameters.substitution import UsePlace, recompiled
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 GEL = "density = 1000 kg/m^3; retardation time = 5 ms"
 TISSUES = f"""language 1

@@ -4,7 +4,8 @@ import numpy as np
 
 from tests.matter.elastic import drawn_out
 from tissuec.learn.fit.learning import learn
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 COUPON = """language 1
 tissue gel {{ Young's modulus = {young} kPa; density = 1000 kg/m^3; retardation time = 5 ms }}

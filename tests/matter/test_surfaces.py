@@ -10,7 +10,8 @@ from tests.matter.elastic import drawn_out, scene, stiffness
 from tissuec.core.source import Source
 from tissuec.matter.surface import surface
 from tissuec.meshes.generators.tube import Tube
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 YOUNG, DENSITY, THICKNESS = 5e3, 1060.0, 1e-3
 TISSUE = f"Young's modulus = {YOUNG} Pa; density = {DENSITY} kg/m^3; retardation time = 2 ms"

@@ -7,7 +7,8 @@ from tests.matter.elastic import drawn_out, moved, stiffness
 from tests.matter.shapes import SIDES, as_vtk, tetrahedra
 from tissuec.core.source import Source
 from tissuec.matter.solid import Solid
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 YOUNG = 5e3
 SCENE = """language 1

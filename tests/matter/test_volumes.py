@@ -21,7 +21,8 @@ from tissuec.core.source import Source
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.model.profiles import TimeProfile
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.script.verbs.preserve import Preserve
 from tissuec.validate.validation import validate
 

@@ -9,10 +9,11 @@ from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import Recorder, wishes
 from tissuec.engine.execution.run import run
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.recording import Recording
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
+from tissuec.scene.request import Request
 
 SCENE = """language 1
 use "tissues/fat"

@@ -10,7 +10,7 @@ from tests.results.conftest import CUT, FRAMES, RUPTURE, SURFACES
 from tissuec.core.source import Source
 from tissuec.geometry.surfaces import SURFACES as FAMILY
 from tissuec.geometry.surfaces.skin import BodySkin
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.export import export_surface, surface_shape
 from tissuec.results.info import summary
@@ -18,6 +18,7 @@ from tissuec.results.paraview import view_paths
 from tissuec.results.recording import SurfaceChannel
 from tissuec.results.shapes import write_obj, write_ply, write_vtu
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 
 SCENE = """language 1
 tissue gum { spring constant = 20 N/m; viscosity = 20 mN*s/m; mass = 10 mg; prestress = 5 % }

@@ -5,7 +5,8 @@ import pytest
 from tissuec.compiler.provenance import as_dict, cited, tissue_rows
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, read_words
+from tissuec.pipeline import read_words
+from tissuec.scene.request import Request
 
 LIVER = """
   Young's modulus = 5.5 kPa

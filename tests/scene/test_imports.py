@@ -7,7 +7,8 @@ import pytest
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.resources import library
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 SCENE = """language 1
 use "fuzzy/soft_tissue"

@@ -13,7 +13,8 @@ import pytest
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.meshes.generators.tube import Tube
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 SCENE = """language 1
 use "tissues/skin"

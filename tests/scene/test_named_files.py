@@ -10,7 +10,8 @@ import pytest
 
 from tissuec.core import files
 from tissuec.core.errors import CompileError
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes as on POSIX")
 #: A scene, in which one line after the other names a file.

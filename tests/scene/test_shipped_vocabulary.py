@@ -8,7 +8,8 @@ import pytest
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.fuzzy.hedges import Shift, hedged, moves
-from tissuec.pipeline import Request, compile_request, read_words
+from tissuec.pipeline import compile_request, read_words
+from tissuec.scene.request import Request
 
 #: What grows (1) or falls (-1) with each property.
 LEADS = {

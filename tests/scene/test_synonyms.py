@@ -6,7 +6,8 @@ import pytest
 from tissuec.core.errors import CompileError
 from tissuec.core.names import SYNONYMS
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 TEXT = """language 1
 use "fuzzy/soft_tissue"

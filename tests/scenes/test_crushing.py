@@ -10,8 +10,9 @@ from tissuec.core.source import Source
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.pipeline import Request, compile_request, read_words
+from tissuec.pipeline import compile_request, read_words
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 
 # Two masses of 5 g on a spring of 40 N/m that is drawn 2 mm too long: the pressure reaches
 # 60 mN where cos(w t) = -0.75, with w² = 2 c / m.

@@ -6,7 +6,8 @@ import pytest
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.laws import LINEAR
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 
 FRAME = """language 1
 tissue plain {{ spring constant = 20 N/m; viscosity = 10 mN*s/m; mass = 1 g }}

@@ -1,7 +1,8 @@
 """Small scenes as text, compiled for validation."""
 
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.validate.validation import validate
 
 ROD = """language 1

@@ -7,7 +7,8 @@ import pytest
 from msgspec.structs import replace
 
 from tests.validate.scenes import quantity, silent
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.script.plan import Output
 from tissuec.validate import engine_run
 from tissuec.validate.validation import validate

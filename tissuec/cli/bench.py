@@ -131,7 +131,8 @@ def _bench(
     asked: dict[str, Any],
     options: dict[str, Any],
 ) -> int:
-    from tissuec.pipeline import Request, compile_request
+    from tissuec.pipeline import compile_request
+    from tissuec.scene.request import Request
 
     try:
         compiled, warnings = compile_request(Request.file(scene, **options))

@@ -55,7 +55,8 @@ def _check(
 ) -> tuple[list[Diagnostic], str]:
     """Return what is to be said about a file, and how large its scene is."""
     from tissuec.compiler.checks import uncounted
-    from tissuec.pipeline import Request, check_request
+    from tissuec.pipeline import check_request
+    from tissuec.scene.request import Request
 
     try:
         request = Request.file(path, overrides=overrides, libraries=libraries)

@@ -13,8 +13,28 @@ def command(settings: Settings, folder: Path) -> int:
     """Step the companion run that FOLDER describes."""
     import signal
 
-    from tissuec.pipeline import step_companion
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which ends this
     step_companion(folder)
     return DONE
+
+
+def step_companion(folder: Path) -> None:
+    """Step the companion run that a folder asks for, and leave its positions there."""
+    import os
+    import shutil
+
+    import numpy as np
+
+    from tissuec.engine.execution.companion import FINER, ROWS, TIMES, read_job, stepped
+    from tissuec.pipeline import compile_request
+
+    parent = os.getppid()
+    request, threads = read_job(folder)
+    compiled, _ = compile_request(request)
+    times, rows = np.load(folder / TIMES), np.load(folder / ROWS, mmap_mode="r+")
+    stepped(
+        compiled.network, compiled.plan, times, FINER,
+        rows=rows, interrupt=lambda: os.getppid() != parent, threads=threads,
+    )  # fmt: skip
+    if os.getppid() != parent:  # the run was killed, and nobody else removes its folder
+        shutil.rmtree(folder, ignore_errors=True)

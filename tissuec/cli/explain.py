@@ -69,7 +69,8 @@ def command(
     """
     if CODE.fullmatch(subject):
         return _explain_code(subject.upper(), settings)
-    from tissuec.pipeline import Request, compile_request, read_words
+    from tissuec.pipeline import compile_request, read_words
+    from tissuec.scene.request import Request
 
     request = Request.file(
         Path(subject), overrides=overrides, libraries=libraries, strict=strict

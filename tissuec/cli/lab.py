@@ -78,8 +78,9 @@ def command(
     tissuec lab my_tissues.tis --tissue scar --out measured
     """
     from tissuec.analysis.lab.laboratory import chosen, examine
-    from tissuec.pipeline import Request, read_words
+    from tissuec.pipeline import read_words
     from tissuec.scene.library import find_tissues
+    from tissuec.scene.request import Request
 
     path = find_tissues(file, libraries)
     request = Request.file(path, overrides=overrides, libraries=libraries, strict=strict)

@@ -30,7 +30,7 @@ from tissuec.view.summaries import run as wording
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.learn.fit.outcome import Learnt
-    from tissuec.pipeline import Request
+    from tissuec.scene.request import Request
     from tissuec.script.fit_problem import FitProblem
 
 GRADIENT = 1e-6  # relative difference from which on an exact derivative is wrong
@@ -95,7 +95,8 @@ def command(
     is too large), and no preset is written; 2 the text or the data is wrong; 3 the motion could
     not be computed; 130 interrupted.
     """
-    from tissuec.pipeline import Request, compile_request
+    from tissuec.pipeline import compile_request
+    from tissuec.scene.request import Request
 
     request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
     try:

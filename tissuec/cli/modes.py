@@ -65,7 +65,9 @@ def command(
     tissuec modes scene.tis --above 0 --out modes.vtkhdf
     """
     from tissuec.analysis.vibration.scene import scene_modes
-    from tissuec.pipeline import Request, compile_request, manifest_of
+    from tissuec.compiler.manifest import manifest_of
+    from tissuec.pipeline import compile_request
+    from tissuec.scene.request import Request
     from tissuec.view.summaries import modes as wording
 
     if above is not None and above < 0.0:

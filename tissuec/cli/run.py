@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.engine.execution.companion import ErrorEstimate, Mode
     from tissuec.model.network import Network
-    from tissuec.pipeline import Request, Result
+    from tissuec.pipeline import Result
+    from tissuec.scene.request import Request
 
 MOST_SPRINGS_NAMED = 6
 # Springs from which memory counts more than the time of searching for cycles of objects.
@@ -154,9 +155,10 @@ def _run_one(
     libraries: tuple[Path, ...], strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
     from tissuec.core.progress import compiling
-    from tissuec.pipeline import Request, compile_request
+    from tissuec.pipeline import compile_request
     from tissuec.results.errors import PlaceError
     from tissuec.results.places import make_folder
+    from tissuec.scene.request import Request
 
     document: dict[str, Any] = {"scene": str(path), "ok": False}
     try:

@@ -68,7 +68,8 @@ def command(
     their limits, or a fixed step has none; 1 they exceed them, or SciPy's solution is not
     accurate enough to decide; 2 the text is wrong; 3 the run could not continue.
     """
-    from tissuec.pipeline import Request, compile_request
+    from tissuec.pipeline import compile_request
+    from tissuec.scene.request import Request
 
     try:
         request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)

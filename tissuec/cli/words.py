@@ -23,7 +23,7 @@ from tissuec.core.units import Dimension, show
 if TYPE_CHECKING:
     from tissuec.fuzzy.axis import Axis
     from tissuec.fuzzy.sets import Shape
-    from tissuec.pipeline import Request
+    from tissuec.scene.request import Request
     from tissuec.scene.vocabulary import Vocabulary
     from tissuec.scene.words import NamedScale
 
@@ -58,8 +58,9 @@ def command(
     tissuec words
     tissuec words my_words.tis --explore --open
     """
-    from tissuec.pipeline import Request, read_words
+    from tissuec.pipeline import read_words
     from tissuec.scene.library import find_words
+    from tissuec.scene.request import Request
 
     if not explore and (output is not None or opens):
         raise click.UsageError("-o and --open need --explore")

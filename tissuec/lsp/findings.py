@@ -15,7 +15,8 @@ from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.lsp.documents import Desk, Memory
 from tissuec.mechanics.state import State
 from tissuec.model.topology import FloppyModes, floppy_modes
-from tissuec.pipeline import Request, check_request
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 
 class Checked(Struct, frozen=True, eq=False):

@@ -1,5 +1,7 @@
 """The companion run tells the error of a run, and whether anybody can know better."""
 
+import os
+
 import h5py
 import numpy as np
 import pytest
@@ -8,17 +10,18 @@ import tissuec
 from tests.engine.execution.test_run import OMEGA, oscillator
 from tests.hand_net import chain
 from tests.hand_plan import make_plan
-from tissuec import pipeline
+from tissuec.cli import companion as command
 from tissuec.core.errors import SimulationError, TissueWarning
 from tissuec.core.source import Source
 from tissuec.engine.execution import companion
-from tissuec.engine.execution.companion import Companion
+from tissuec.engine.execution.companion import Companion, launcher
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 
 
 def accompany(network, plan):
@@ -222,10 +225,10 @@ def test_a_companion_whose_run_was_killed_removes_what_it_has_made(
 ):
     folder = tmp_path / "companion"
     folder.mkdir()
-    pipeline._launcher(Request(Source("pair.tis", PAIR)), threads=1)(folder)
+    launcher((Request(Source("pair.tis", PAIR)), 1))(folder)
     np.save(folder / companion.TIMES, np.array([0.0, 0.1]))
     np.save(folder / companion.ROWS, np.full((2, 2, 3), np.nan))
     parents = iter([2])  # and then init
-    monkeypatch.setattr(pipeline.os, "getppid", lambda: next(parents, 1 if is_orphan else 2))
-    pipeline.step_companion(folder)
+    monkeypatch.setattr(os, "getppid", lambda: next(parents, 1 if is_orphan else 2))
+    command.step_companion(folder)
     assert folder.exists() != is_orphan

@@ -4,7 +4,7 @@ import pytest
 
 import tissuec
 from tissuec.core.source import Source
-from tissuec.pipeline import Request
+from tissuec.scene.request import Request
 from tissuec.view.compare.comparison import compare
 from tissuec.view.compare.sides import of_result, of_scene
 

@@ -13,7 +13,8 @@ from tissuec.core.errors import TissueError
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.lang.words import written_name
-from tissuec.pipeline import Request, read_words
+from tissuec.pipeline import read_words
+from tissuec.scene.request import Request
 from tissuec.view.explorer.page import document, render
 from tissuec.view.explorer.tables import tables
 

@@ -17,7 +17,8 @@ from tissuec.core.source import Source
 from tissuec.core.units import STIFFNESS, parse_unit, show
 from tissuec.fuzzy.hedges import hedged
 from tissuec.fuzzy.inference import Inference
-from tissuec.pipeline import Request, read_words
+from tissuec.pipeline import read_words
+from tissuec.scene.request import Request
 from tissuec.scene.words import reading
 from tissuec.view.explorer.page import document, render
 

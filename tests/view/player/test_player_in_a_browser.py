@@ -8,8 +8,9 @@ from msgspec.structs import replace
 
 from tests.view.player.conftest import Show, grid, without_springs
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 from tissuec.view.player.camera import fitted, framing
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import fragment, render
@@ -329,7 +330,8 @@ def test_odd_results_are_shown(opened, shown, kind):
 def test_smooth_surfaces_and_tools_are_shown(opened, tmp_path):
     from tests.results.test_instruments import SCENE
     from tissuec.core.source import Source
-    from tissuec.pipeline import Request, compile_request, simulate
+    from tissuec.pipeline import compile_request, simulate
+    from tissuec.scene.request import Request
 
     text = SCENE.replace("output {", "output { surface of pad every 10 ms;")
     request = Request(Source("pad.tis", text))

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 
 pytest.importorskip("matplotlib")
 

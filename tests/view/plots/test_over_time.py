@@ -11,9 +11,10 @@ from tissuec.core.palette import SERIES
 from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import Recorder, wishes
 from tissuec.engine.execution.run import run
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
+from tissuec.scene.request import Request
 from tissuec.view.plots import draw
 from tissuec.view.plots.over_time import Panel, TimeCurve, draw_panels
 from tissuec.view.plots.page import new_sheet

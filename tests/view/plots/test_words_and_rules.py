@@ -5,7 +5,8 @@ import pytest
 
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.source import Source
-from tissuec.pipeline import Request, read_words
+from tissuec.pipeline import read_words
+from tissuec.scene.request import Request
 from tissuec.view.plots import draw
 from tissuec.view.plots import rules as drawn_rules
 from tissuec.view.plots.rules import POINTS

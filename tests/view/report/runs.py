@@ -5,8 +5,9 @@ from pathlib import Path
 
 from msgspec import Struct, field
 
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.page import render
 

@@ -384,7 +384,8 @@ def test_texts_that_are_too_long_to_be_saved_from_the_page_are_found_elsewhere(
 @pytest.mark.usefixtures("without_pictures")
 def test_a_run_that_was_resumed_has_all_events_and_expectations(tmp_path, monkeypatch):
     from tissuec.engine.execution import run as running
-    from tissuec.pipeline import Request, compile_request, simulate
+    from tissuec.pipeline import compile_request, simulate
+    from tissuec.scene.request import Request
 
     whole = Page(page_of(run(tmp_path, ROD, "whole")))
     stop = StopRequest(AfterAsking(3))

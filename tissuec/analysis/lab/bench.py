@@ -17,11 +17,12 @@ from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.lang.words import written_name
 from tissuec.model.network import Floats, Network
-from tissuec.pipeline import Request, compile_request, simulate
+from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.library import belongs_to_scenes
 from tissuec.scene.model import Tissue
 from tissuec.scene.quantities import FIBRE_MODULUS, OF_MATTER, YOUNGS_MODULUS
+from tissuec.scene.request import Request
 
 TISSUE, TABS = "lab tissue", "lab tab tissue"
 #: What a body needs beside springs, and what stands in where the tissue does not say it.

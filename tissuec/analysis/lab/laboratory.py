@@ -17,9 +17,9 @@ from tissuec.core.names import key_of
 from tissuec.core.source import Source
 from tissuec.core.units import Dimension, show
 from tissuec.forces.branches import TIMES
-from tissuec.pipeline import Request
 from tissuec.scene.model import KnownQuantity, Tissue
 from tissuec.scene.quantities import KNOWABLE, YOUNGS_MODULUS
+from tissuec.scene.request import Request
 from tissuec.scene.resolve import ResolvedProgram
 
 SHARE = 0.05  # by which a measurement may be off

@@ -9,8 +9,10 @@ A long run gets its companion in a process of its own beside it, if more than on
 permitted; otherwise the companion follows the run in the same process.
 """
 
+import pickle
 import shutil
 import subprocess
+import sys
 import time as clock
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -44,8 +46,27 @@ TIMES, ROWS = "times.npy", "rows.npy"
 
 Mode: TypeAlias = Literal["auto", "process", "inline", "off"]
 State: TypeAlias = Literal["kept", "broken", "unknown", "not checked"]
+JOB = "job.pickle"  # in the folder of a companion
 #: Returns the command that steps the companion of a run into a folder.
 Launch: TypeAlias = Callable[[Path], Sequence[str]]
+
+
+def launcher(job: object) -> Launch:
+    """Return what writes a job into the folder of a companion, and gives the command to run it.
+
+    The command is ``tissuec companion FOLDER``; ``read_job`` returns the job there.
+    """
+
+    def launch(folder: Path) -> list[str]:
+        (folder / JOB).write_bytes(pickle.dumps(job))
+        return [sys.executable, "-m", "tissuec", "companion", str(folder)]
+
+    return launch
+
+
+def read_job(folder: Path) -> Any:
+    """Return the job that was written into the folder of a companion."""
+    return pickle.loads((folder / JOB).read_bytes())
 
 
 class ErrorEstimate(Struct, frozen=True, eq=False):

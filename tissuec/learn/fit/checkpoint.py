@@ -12,8 +12,8 @@ from msgspec.structs import asdict
 
 from tissuec.learn.fit.search import SearchState
 from tissuec.learn.fit.session import LearnSession
-from tissuec.pipeline import Request
 from tissuec.results.manifest import versions
+from tissuec.scene.request import Request
 
 
 def key_of(session: LearnSession, request: Request, texts: Sequence[str]) -> str:

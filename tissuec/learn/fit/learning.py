@@ -24,7 +24,7 @@ from tissuec.learn.fit.search import HORIZONS, LEAST_SQUARES, Search, SearchStat
 from tissuec.learn.fit.session import LearnSession, prepare
 from tissuec.learn.fit.starts import sample
 from tissuec.model.network import Floats
-from tissuec.pipeline import Request
+from tissuec.scene.request import Request
 from tissuec.script.fit_problem import FitProblem
 
 STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)  # of differences, in parameters

@@ -19,7 +19,8 @@ from tissuec.learn.fit.search import Search
 from tissuec.learn.fit.session import prepare
 from tissuec.learn.vocabulary.reread import request_of
 from tissuec.learn.vocabulary.revision import GAIN, revise
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.script.fit_problem import FitProblem
 
 EVERY = 3  # rows, of which the last one chooses

@@ -22,7 +22,8 @@ from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.learn.vocabulary.model import WordsModel
 from tissuec.model.network import Floats
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
 from tissuec.script.fit_problem import WORDS, Data, FitProblem
 from tissuec.script.plan import RELAXATION
 

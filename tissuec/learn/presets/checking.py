@@ -10,9 +10,10 @@ from tissuec.core.source import Source
 from tissuec.learn.presets.drafts import Draft, LearntNumber
 from tissuec.learn.presets.laws import changed_constants
 from tissuec.learn.presets.tissues import WHOLE
-from tissuec.pipeline import Request, check_request, read_words
+from tissuec.pipeline import check_request, read_words
 from tissuec.scene.imports import Files, read_source
 from tissuec.scene.model import AssignedQuantity, Tissue
+from tissuec.scene.request import Request
 
 ROUNDING = 1e-12  # of a number that is written in full
 WRITTEN = 0.6e-5  # of a learnt one: half a unit of its sixth digit

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from tissuec.learn.fit.expectations import judged
 from tissuec.learn.fit.outcome import Estimates, Learnt
 from tissuec.learn.fit.shown import interval, percent, shown
-from tissuec.pipeline import Request
+from tissuec.scene.request import Request
 
 WIDTH = 96
 _LABEL = 13

@@ -18,9 +18,9 @@ from tissuec.learn.presets.tables import tables
 from tissuec.learn.presets.tissues import FORMS, IN_NUMBERS, IN_WORDS, LIKE, TissueWriter
 from tissuec.learn.presets.vocabularies import WrittenVocabularies, vocabularies
 from tissuec.learn.vocabulary.reread import warnings_of
-from tissuec.pipeline import Request
 from tissuec.scene.library import SUFFIX, Library
 from tissuec.scene.model import Scene
+from tissuec.scene.request import Request
 
 
 class Preset(Struct, frozen=True):

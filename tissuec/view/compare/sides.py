@@ -8,9 +8,10 @@ from msgspec import Struct
 
 from tissuec.engine.integrators.procedures import stated
 from tissuec.model.network import Network, Provenance
-from tissuec.pipeline import Request, compile_request
+from tissuec.pipeline import compile_request
 from tissuec.results.recording import Event, NamedGroup
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.request import Request
 from tissuec.script.plan import ScheduledAction as Scripted
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"  # with which every HDF5 file begins

@@ -11,8 +11,9 @@ from typing import Any
 from tissuec import __version__
 from tissuec.core import palette, resources
 from tissuec.core.errors import TissueError
-from tissuec.pipeline import Request, read_words
+from tissuec.pipeline import read_words
 from tissuec.scene.library import Library
+from tissuec.scene.request import Request
 from tissuec.scene.resolve import ResolvedProgram
 from tissuec.view.explorer.presets import presets
 from tissuec.view.explorer.tables import tables

@@ -89,7 +89,8 @@ def _subject(given: Any, stack: ExitStack, options: Mapping[str, Any]) -> PlotSu
 
 def _words(name: str, options: Mapping[str, Any]) -> PlotSubject:
     from tissuec.core.errors import CompileError
-    from tissuec.pipeline import Request, read_words
+    from tissuec.pipeline import read_words
+    from tissuec.scene.request import Request
 
     path = find_words(name, options["libraries"])
     words, warnings = read_words(Request.file(path, **options))

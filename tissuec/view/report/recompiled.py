@@ -9,13 +9,15 @@ from msgspec import Struct
 
 from tissuec import __version__
 from tissuec.compiler.compile import Compiled
+from tissuec.compiler.manifest import digests
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
 from tissuec.lang.render import render
 from tissuec.model.network import Network
-from tissuec.pipeline import Request, compile_request, digests, read_words
+from tissuec.pipeline import compile_request, read_words
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.imports import Kept
+from tissuec.scene.request import Request
 from tissuec.scene.resolve import ResolvedProgram
 
 #: What makes a net the same one, but for its ``ends``.

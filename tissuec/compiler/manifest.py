@@ -1,0 +1,90 @@
+"""Facts that a result file records of its run: origin, settings, and how it went."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.profiles import table_texts
+from tissuec.core.data import as_data
+from tissuec.engine.integrators.procedures import stated
+from tissuec.scene.request import Request
+from tissuec.script.plan import Plan
+
+if TYPE_CHECKING:
+    from tissuec.engine.execution.companion import ErrorEstimate
+    from tissuec.engine.execution.run import Outcome
+
+
+def outcome_facts(
+    plan: Plan, outcome: "Outcome", estimate: "ErrorEstimate | None"
+) -> Mapping[str, Any]:
+    """Return what a result says of how the run went.
+
+    Args:
+        plan: Of the run.
+        outcome: Of the run.
+        estimate: Of its error, if one was made.
+    """
+    facts = {
+        "kind": outcome.kind,
+        "method": outcome.statistics.method,
+        "statistics": as_data(outcome.statistics),
+        "notes": list(outcome.notes),
+        "expectations": list(_judged(plan, outcome)),
+        "failed_expectations": len(outcome.failures),
+        "unreached_expectations": len(outcome.unreached),
+    }
+    return facts if estimate is None else facts | {"promise": estimate.as_dict()}
+
+
+def _judged(plan: Plan, outcome: "Outcome") -> Iterator[Mapping[str, Any]]:
+    """Yield whether each expectation holds, with the time and the numbers that tell."""
+    failures = {failure.expectation: failure for failure in outcome.failures}
+    for number, expectation in enumerate(plan.expectations):
+        state, time, measured = "holds", *outcome.held.get(number, (None, ""))
+        if number in failures:
+            state, time = "fails", failures[number].time
+            measured = failures[number].measured
+        elif number in outcome.unreached:
+            state = "not reached"
+        span = expectation.span
+        yield {
+            "expect": span.one_line, "place": span.place, "state": state,
+            "time": time, "measured": measured,
+        }  # fmt: skip
+
+
+def digests(compiled: Compiled) -> Mapping[str, str]:
+    """Return the SHA-256 digests of mesh files, by the names that the scene has for them."""
+    meshes = (placed.drawing.mesh for placed in compiled.groups.bodies.values())
+    origins = (mesh.origin for mesh in meshes if mesh.origin is not None)
+    return {origin.file.name: origin.digest for origin in origins}
+
+
+def _sources(compiled: Compiled) -> Mapping[str, str]:
+    """Return the texts beside the scene that it is made of: what it uses, and its tables."""
+    declarations = compiled.scene.declarations
+    script = declarations.single.get("script")
+    tables = table_texts(script.items, declarations.library) if script is not None else {}
+    return {source.name: source.text for source in compiled.scene.imports} | tables
+
+
+def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
+    """Return the facts of a result about its origin: text, settings and plan."""
+    from tissuec.compiler.prediction import skipped
+
+    simulation = compiled.plan.simulation
+    return {
+        "scene": request.source.name,
+        "about": compiled.scene.about,
+        "sources": _sources(compiled),
+        "files": digests(compiled),
+        "overrides": list(request.overrides),
+        "libraries": [str(folder) for folder in request.libraries],
+        "integrator": simulation.integrator,
+        "tolerance": simulation.tolerance,
+        "step": simulation.step,
+        "choices": stated(simulation.choices, defaults=False) or None,
+        "duration": simulation.duration,
+        "plan": {"skipped": list(skipped(compiled))},
+    }
