@@ -38,7 +38,7 @@ def described(documented: object) -> str:
 
 def paragraphs(text: str) -> str:
     """Return paragraphs with ``code`` as `code`, and tables and \\b parts as blocks."""
-    parts = []
+    parts: list[str] = []
     for part in re.split(r"\n\s*\n", text.strip()):
         if part.startswith("\b\n"):
             parts.append(fenced(part.removeprefix("\b\n"), "sh"))

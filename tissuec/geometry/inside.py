@@ -134,8 +134,10 @@ def _near(plane: Floats, corners: Floats):
     at = first[triangle] + _counted_up(number)
     down, up = (np.clip((side[:, 1] - low[1]) * scale, 0.0, 0.5) for side in (least, most))
     # A little wider than the box, because the key has been rounded.
-    begin = np.searchsorted(key, at + down[triangle] - 1e-9 * strips)
-    end = np.searchsorted(key, at + up[triangle] + 1e-9 * strips, side="right")
+    least_key: Floats = at + down[triangle] - 1e-9 * strips
+    most_key: Floats = at + up[triangle] + 1e-9 * strips
+    begin = np.searchsorted(key, least_key)
+    end = np.searchsorted(key, most_key, side="right")
     length = np.maximum(end - begin, 0)
     for part in _portions(length):
         runs = length[part]
@@ -147,7 +149,7 @@ def _near(plane: Floats, corners: Floats):
 
 def _counted_up(number: Indices) -> Indices:
     """Return 0, 1, … for each run of the given lengths."""
-    return np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number)
+    return np.arange(int(number.sum())) - np.repeat(np.cumsum(number) - number, number)
 
 
 def _portions(length: Indices):

@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 from lark import Token
 from msgspec.structs import replace
@@ -307,14 +307,13 @@ class Builder:
     def timed(self, children: list[Any]) -> s.Timed:
         """Return orders with the times or the trigger at which they happen."""
         *when, colon, body = children
-        items = tuple(body[:-1]) if isinstance(body, list) else (body,)
-        last = body[-1] if isinstance(body, list) else body
+        *items, last = cast("list[Any]", body) if isinstance(body, list) else [body, body]
         triggered = isinstance(when[0], list)
         first = when[0][0] if triggered else when[0]
         head = self._span(first, colon)
         times = () if triggered else tuple(when)
         trigger = when[0][1] if triggered else None
-        return s.Timed(times, trigger, items, self._span(first, last), head)
+        return s.Timed(times, trigger, tuple(items), self._span(first, last), head)
 
     def expect(self, children: list[Any]) -> s.Expect:
         """Return an expectation."""

@@ -43,8 +43,7 @@ _REMEDY: dict[str, str] = {
     character: Hint(f"type {what} instead", Edit(what))
     for what, group in _INSTEAD.items()
     for character in group
-}
-_REMEDY |= dict.fromkeys("'‘’‚‛`´′", 'put text in double quotes: "…"')
+} | dict.fromkeys("'‘’‚‛`´′", 'put text in double quotes: "…"')
 _REMEDY["\\"] = "remove it: a line that begins with a joining word continues the line above"
 
 

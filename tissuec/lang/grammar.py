@@ -49,6 +49,16 @@ def load_parser(builder: object) -> Lark:
     return Lark(text, transformer=builder, cache=str(path), **OPTIONS)
 
 
+def parsed(parser: Lark, text: str | TextSlice[str], start: str) -> Any:
+    """Return what the transformer of a parser makes of a text, from the rule ``start``.
+
+    Raises:
+        lark.UnexpectedInput: The text is not one of the rule.
+    """
+    untyped: Any = parser
+    return untyped.parse(text, start=start)
+
+
 def tokens(parser: Lark, text: str, start: int, end: int) -> Iterator[Token]:
     """Yield the tokens of a part of a text that was laid out for the grammar.
 
@@ -61,5 +71,7 @@ def tokens(parser: Lark, text: str, start: int, end: int) -> Iterator[Token]:
     Raises:
         lark.UnexpectedCharacters: A character begins no token.
     """
-    lexer = cast(Lexer, parser.parser.lexer)
-    return LexerThread.from_text(lexer, TextSlice(text, start, end)).lex(None)
+    built: Any = parser  # whose parts Lark leaves without types
+    threads: Any = LexerThread
+    lexer = cast(Lexer, built.parser.lexer)
+    return threads.from_text(lexer, TextSlice(text, start, end)).lex(None)

@@ -95,15 +95,15 @@ def lay_out(source: Source) -> Layout:
 
 class _Scanner(Struct):
     source: Source
-    stack: list[_Opening] = field(default_factory=list)
-    edits: list[tuple[int, int, str]] = field(default_factory=list)
-    comments: list[Comment] = field(default_factory=list)
-    rows: dict[int, Rows] = field(default_factory=dict)
-    problems: list[Diagnostic] = field(default_factory=list)
+    stack: list[_Opening] = field(default_factory=list[_Opening])
+    edits: list[tuple[int, int, str]] = field(default_factory=list[tuple[int, int, str]])
+    comments: list[Comment] = field(default_factory=list[Comment])
+    rows: dict[int, Rows] = field(default_factory=dict[int, Rows])
+    problems: list[Diagnostic] = field(default_factory=list[Diagnostic])
     #: Line ends that become blanks if a joining word follows.
-    waiting: list[tuple[int, int]] = field(default_factory=list)
+    waiting: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
     #: Line ends inside round and square brackets, as indices of edits.
-    bracketed: list[int] = field(default_factory=list)
+    bracketed: list[int] = field(default_factory=list[int])
     table: bool = False  # a table was announced and its brace is still to come
     first: int = 0  # offset of the first character of the line that is no blank
     indent: int = 0

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import islice
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from lark import Lark, Token, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
@@ -126,15 +126,17 @@ def mistake_of(
     before = tuple(_readable(lark, text, statement.start, place))
     rest = _readable(lark, text, place, statement.end)
     after = tuple(token for token in islice(rest, _ENOUGH) if token.start_pos != place)
-    accepted = frozenset(error.interactive_parser.accepts())
+    untyped: Any = error
+    accepted: frozenset[str] = frozenset(untyped.interactive_parser.accepts())
     return Mistake(source, statement, before, found, after, accepted)
 
 
 def _found(error: UnexpectedInput, text: str) -> Token:
-    if isinstance(error, UnexpectedToken) and error.token.type != "$END":
-        return error.token
+    untyped: Any = error  # Lark leaves what it holds without types
+    if isinstance(error, UnexpectedToken) and untyped.token.type != "$END":
+        return untyped.token
     if isinstance(error, UnexpectedCharacters):
-        place = error.pos_in_stream or 0
+        place = int(untyped.pos_in_stream or 0)
         return Token(CHARACTER, text[place], place, end_pos=place + 1)
     return Token("$END", "", len(text), end_pos=len(text))
 

@@ -8,7 +8,7 @@ whole text is parsed once more without them, so that its other mistakes can be f
 """
 
 import gc
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from functools import cache
 from threading import Lock
@@ -21,7 +21,7 @@ from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source, Span
 from tissuec.lang.builder import Builder
 from tissuec.lang.classify import classify
-from tissuec.lang.grammar import load_parser
+from tissuec.lang.grammar import load_parser, parsed
 from tissuec.lang.layout import MOST_PROBLEMS, Layout, in_order, lay_out
 from tissuec.lang.mistake import mistake_of
 from tissuec.lang.recovery import Statement, resume_after
@@ -56,7 +56,7 @@ def lark_parser() -> Lark:
 
 
 @contextmanager
-def reading(layout: Layout) -> Iterator[Lark]:
+def reading(layout: Layout) -> Generator[Lark]:
     """Lend the one parser for parts of a text; no one else can parse in the meantime."""
     with _LOCK, _no_garbage_collection():
         _BUILDER.begin(layout)
@@ -89,7 +89,7 @@ def parse(source: Source, *, has_heading: bool = True) -> Module:
 
 
 @contextmanager
-def _no_garbage_collection() -> Iterator[None]:
+def _no_garbage_collection() -> Generator[None]:
     """Spare the search for cycles: nodes have none, and it takes half of the time."""
     was_enabled = gc.isenabled()
     gc.disable()
@@ -115,7 +115,7 @@ def _parse(
     _BUILDER.begin(layout)
     while len(problems) < MOST_PROBLEMS:
         try:
-            module = lark_parser().parse(TextSlice(text, begin, len(text)), start=rule)
+            module = parsed(lark_parser(), TextSlice(text, begin, len(text)), rule)
         except UnexpectedInput as error:
             mistake = mistake_of(error, lark_parser(), layout.source, text, begin)
             problems += _BUILDER.problems
@@ -139,7 +139,7 @@ def _parse_without(units: list[Span], layout: Layout) -> Module | None:
         text = text[: unit.start] + " " * (unit.end - unit.start) + text[unit.end :]
     _BUILDER.begin(layout, unknown={len(text[: unit.start].rstrip()) for unit in units})
     try:
-        module = lark_parser().parse(text, start="file")
+        module = parsed(lark_parser(), text, "file")
     except UnexpectedInput:
         return None
     of_numbers = all(problem.code in _OF_NUMBERS for problem in _BUILDER.problems)

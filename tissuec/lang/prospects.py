@@ -1,6 +1,7 @@
 """What the grammar lets stand behind the beginning of a statement, for those who type one."""
 
 from copy import copy
+from typing import Any
 
 from lark import UnexpectedInput
 
@@ -26,7 +27,8 @@ def accepted_behind(beginning: str, *, is_heading: bool = False) -> frozenset[st
     except CompileError:
         return None
     parser = lark_parser()
-    state = parser.parse_interactive("", start="file" if is_heading else "items")
+    untyped: Any = parser  # Lark leaves states of parsing without types
+    state = untyped.parse_interactive("", start="file" if is_heading else "items")
     # What the builder would make of the statement is not needed.
     state.parser_state.parse_conf = copy(state.parser_state.parse_conf)
     state.parser_state.parse_conf.callbacks = {}

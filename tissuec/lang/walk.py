@@ -18,7 +18,7 @@ def walk(node: Any, *, enters: Callable[[Call], bool] = lambda call: True) -> It
     Args:
         enters: Whether to go on with the arguments of a call.
     """
-    waiting = [node]
+    waiting: list[Node | Span | tuple[Any, ...] | str | float | None] = [node]
     while waiting:
         match waiting.pop():
             case tuple() as parts:
@@ -32,6 +32,8 @@ def walk(node: Any, *, enters: Callable[[Call], bool] = lambda call: True) -> It
             case Node() as part:
                 yield part
                 waiting.extend(getattr(part, name) for name in reversed(part.__struct_fields__))
+            case _:
+                pass
 
 
 def names_in(node: Any) -> Iterator[Name]:

@@ -110,9 +110,18 @@ def spline(x: float, places: tuple[float, ...], pieces: tuple[tuple[float, ...],
     return value + z * (slope + z * (bend + z * twist))
 
 
-_OPERATORS = {
+def _power(base: Formula, exponent: Formula) -> Formula:
+    assert isinstance(exponent, Constant)
+    return base**exponent.value
+
+
+def _quotient(above: Formula, below: Formula) -> Formula:
+    return above / below
+
+
+_OPERATORS: dict[type[ast.operator], Callable[[Formula, Formula], Formula]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
-    ast.Div: operator.truediv, ast.Pow: lambda base, exponent: base**exponent.value,
+    ast.Div: _quotient, ast.Pow: _power,
 }  # fmt: skip
 
 

@@ -37,7 +37,7 @@ class Behaviour:
     ):
         self.stiffness, self.damping, self.rest = stiffness, damping, rest
         # Asked for at every look at a spring: most nets have no laws to look for.
-        found = np.unique(law[law > 0]) if len(laws) > 1 else ()
+        found: list[int] = np.unique(law[law > 0]).tolist() if len(laws) > 1 else []
         self._curved = [(laws[k], np.flatnonzero(law == k)) for k in found]
 
     def with_rest(self, rest: Floats) -> "Behaviour":

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
+from numpy.typing import ArrayLike, NDArray
 
 Values: TypeAlias = Mapping[str, Any]
 
@@ -239,6 +240,10 @@ class Applied(Formula, frozen=True):
         return f"{self.function}({self.argument.code()})"
 
 
+def _chosen(test: NDArray[np.bool_], above: ArrayLike, below: ArrayLike) -> NDArray[Any]:
+    return np.where(test, above, below)
+
+
 class Choice(Formula, frozen=True):
     """One formula where a test is at least zero, another one elsewhere."""
 
@@ -254,7 +259,7 @@ class Choice(Formula, frozen=True):
         # What is not chosen may have no value, such as the root of a negative number.
         with np.errstate(all="ignore"):
             above, below = self.above.at(values), self.below.at(values)
-        return np.where(self.test.at(values) >= 0.0, above, below)
+        return _chosen(self.test.at(values) >= 0.0, above, below)
 
     def slope(self, name: str) -> Formula:
         above, below = self.above.slope(name), self.below.slope(name)

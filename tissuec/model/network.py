@@ -29,6 +29,11 @@ FRICTION = "friction"
 CellNodes = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
+def numbers_in(part: slice) -> Indices:
+    """Return the numbers from the start of a slice up to its stop, shape (entry,)."""
+    return np.arange(int(part.start), int(part.stop))
+
+
 class Origin(Struct, frozen=True):
     """Why an entry of an array has its value."""
 
@@ -43,7 +48,7 @@ class Provenance(Struct, frozen=True, eq=False):
     origins: tuple[Origin, ...]
 
     def __getitem__(self, entry: int) -> Origin:
-        return self.origins[self.index[entry]]
+        return self.origins[int(self.index[entry])]
 
 
 class Grid(NamedTuple):
@@ -142,7 +147,7 @@ class ToolPart(Struct, frozen=True):
         """Return the nodes of the upper and of the lower jaw of forceps, shape (2,) each."""
         if self.kind != "forceps":
             return None
-        start = self.nodes.start
+        start = int(self.nodes.start)
         return np.arange(start, start + 2), np.arange(start + 2, start + 4)
 
 
@@ -240,7 +245,7 @@ class Network(Struct, frozen=True, eq=False):
         """Return the hidden nodes that remember one thing, shape (node,)."""
         parts = (part.nodes for part in self.memories if part.name == name)
         part = next(parts, slice(0, 0))
-        return np.arange(part.start, part.stop)
+        return numbers_in(part)
 
     def with_memory(self, name: str, home: Floats, mass: float, origin: Origin) -> "Network":
         """Return this with hidden nodes behind all others.

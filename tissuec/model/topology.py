@@ -9,7 +9,7 @@ and the floppy modes are the null space of their sum. Compression only weakens a
 left out, so that the sum is positive semidefinite and its null space says what is not held.
 """
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -287,6 +287,11 @@ def _rigid_motions(
     return axes.T, rank, basis[:, sizes > SAME_DIRECTION * np.sqrt(len(free))]
 
 
+def _keys(pairs: NDArray[np.integer], size: int) -> NDArray[np.int64]:
+    """Return one number for each pair, whichever of its nodes is named first."""
+    return pairs.min(axis=1).astype(np.int64) * size + pairs.max(axis=1)
+
+
 def springs_between(
     ends: NDArray[np.int32], pairs: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -297,15 +302,11 @@ def springs_between(
         pairs: Of nodes, shape (pair, 2).
     """
     size = 1 + max(int(ends.max(initial=0)), int(pairs.max(initial=0)))
-    keys, wanted = (
-        each.min(axis=1).astype(np.int64) * size + each.max(axis=1) for each in (ends, pairs)
-    )
+    keys, wanted = _keys(ends, size), _keys(pairs, size)
     order = np.argsort(keys, kind="stable")
-    low, high = (np.searchsorted(keys[order], wanted, side=side) for side in _SIDES)
+    low = np.searchsorted(keys[order], wanted, side="left")
+    high = np.searchsorted(keys[order], wanted, side="right")
     count = high - low  # more than one where springs are parallel
     which = np.repeat(np.arange(len(pairs)), count)
     within = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
     return order[low[which] + within], which
-
-
-_SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")

@@ -89,7 +89,9 @@ def _splines(
             alike.setdefault((len(run), closed), []).append(run)
     found: list[csr_array] = []
     for part in (0, 1):
-        rows, columns, weights = [], [], []
+        rows: list[Indices] = []
+        columns: list[Indices] = []
+        weights: list[Floats] = []
         for (length, closed), runs in alike.items():
             row, column, weight = spline(length, closed)[part]
             nodes = np.stack(runs)
