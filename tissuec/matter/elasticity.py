@@ -154,7 +154,7 @@ def range_of_wall(
     """
     normal, area = _normals(position, skin)
     ends, constant = _from_both_ends(ends, constant)
-    found = []
+    found: list[Floats] = []
     for axis in np.eye(3):
         first = np.broadcast_to(axis, normal.shape)
         even = _even_in_wall(position, ends, normal, _frames(normal, first)[:, 0])

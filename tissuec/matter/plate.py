@@ -102,7 +102,7 @@ def _along(grid: Grid, step: tuple[int, int], edge: tuple[int, int]) -> tuple[In
     exists = has_ahead & has_behind & (has_one | has_other)
     end = np.where(has_one, one, other)
     nodes = np.stack([row * grid.columns + column, end, ahead, behind], axis=1)
-    share = np.where(has_one & has_other, 1.0, 0.5)
+    share: Floats = np.where(has_one & has_other, 1.0, 0.5)
     if all(step):
         share = 1.0 + 0.5 * np.sum([row == r for r in (1, grid.rows - 2)], axis=0)
         if not grid.closed:

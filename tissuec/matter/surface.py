@@ -127,7 +127,8 @@ def in_plane(vectors: Floats) -> Floats:
 def cell_sides(mesh: Mesh, grid: Grid) -> Floats:
     """Return both sides of a cell in its own plane [m], along a row first, shape (2, 2)."""
     sides = mesh.position[[1, grid.columns]] - mesh.position[0]
-    return np.linalg.cholesky(sides @ sides.T)
+    square: Floats = sides @ sides.T
+    return np.linalg.cholesky(square).astype(float, copy=False)
 
 
 def isotropic(stretch: Floats, weight: Floats, least: float = 0.0) -> Floats:

@@ -79,7 +79,7 @@ def measured(
     matrix = stiffness(elongations(position, ends), constant)
     volume = float(solid.volume.sum())
     allowed = np.diag(compliance(poisson, fibres))
-    found = []
+    found: list[float] = []
     for force, each, (one, other) in zip(
         forces_of_stresses(solid).T, allowed, VOIGT, strict=True
     ):
@@ -113,7 +113,8 @@ def forces_of_bending(position: Floats, solid: Solid) -> tuple[Floats, Floats]:
         work L that they do is not quite J; that energy is L²/J.
     """
     x = position - solid.middle
-    found, stored = np.zeros((*x.shape, len(BENT))), []
+    found = np.zeros((*x.shape, len(BENT)))
+    stored: list[float] = []
     for number, (one, other) in enumerate(BENT):
         found[:, one, number] = solid.outward[:, one] * x[:, other]
         work = float(found[:, one, number] @ (x[:, one] * x[:, other]))
@@ -127,7 +128,7 @@ def forces_of_bending(position: Floats, solid: Solid) -> tuple[Floats, Floats]:
 
 def compliance(poisson: float, fibres: Fibres | None) -> Floats:
     """Return strains under unit stresses of a Young's modulus of 1 Pa [1/Pa], shape (6, 6)."""
-    whole = np.diag([1.0] * 3 + [2.0 * (1.0 + poisson)] * 3)
+    whole: Floats = np.diag([1.0] * 3 + [2.0 * (1.0 + poisson)] * 3)
     whole[:3, :3] -= poisson * (1.0 - np.eye(3))
     if fibres is not None:
         whole[:] = np.linalg.inv(np.linalg.inv(whole) + fibres.stiffness)

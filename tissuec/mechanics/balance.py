@@ -256,7 +256,10 @@ class Balance:
         from tissuec.mechanics.stiffness import Stiffness
 
         size = len(self.free)
-        values, rows, columns = ([each] for each in self.entries(bars, exact=exact))
+        own = self.entries(bars, exact=exact)
+        values: list[Floats] = [own[0]]
+        rows: list[NDArray[np.integer]] = [own[1]]
+        columns: list[NDArray[np.integer]] = [own[2]]
         wide = [np.zeros((3 * size, 0))]
         for acting in self._fields:
             sparse, beside = acting.split(
@@ -301,7 +304,9 @@ class Balance:
         moves = [np.flatnonzero((self.ends[:, pair] >= 0).all(axis=1)) for pair in pairs]
         counts = [len(each) for each in moves]
         one, other = (
-            np.concatenate([self.ends[m, p[k]] for m, p in zip(moves, pairs, strict=True)])
+            np.concatenate(
+                [self.ends[m, pair[k]] for m, pair in zip(moves, pairs, strict=True)]
+            )
             for k in (0, 1)
         )
         shape = len(one), 3, 3

@@ -76,7 +76,8 @@ class Freedom(Struct, frozen=True, eq=False):
             before = after = self.pivot
         from scipy.spatial.transform import Rotation  # it takes a while to import
 
-        arm, other = x - after, start - before
+        arm: Floats = x - after
+        other = start - before
         if self.axes.shape[1] == 3:
             turn = Rotation.align_vectors(other, arm, weights=mass)[0]
             arm = turn.apply(arm)
@@ -105,7 +106,7 @@ def pieces(balance: Balance, *, lone: bool = False) -> tuple[RigidPiece, ...]:
     order = np.argsort(labels, kind="stable")
     groups = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
     return tuple(
-        RigidPiece(nodes, np.unique(anchors[beside == labels[nodes[0]]]))
+        RigidPiece(nodes, np.unique(anchors[beside == labels[nodes[0]]]).astype(np.int64))
         for nodes in groups
         if joined[nodes[0]]
     )
@@ -195,7 +196,7 @@ class NeutralMotions:
     @cached_property
     def _supports(self) -> Indices:
         """Return unknowns that fix all neutral motions, one for each, shape (motion,)."""
-        chosen = []
+        chosen: list[Indices] = []
         for freedom in self.freedoms:
             order = np.asarray(qr(freedom.motion.T, mode="economic", pivoting=True)[-1])
             chosen.append(freedom.piece.unknowns[order[: freedom.motion.shape[1]]])
@@ -220,8 +221,8 @@ def assembled(freedoms: tuple[Freedom, ...], count: int) -> csc_matrix:
     """Return the motions of all pieces side by side, shape (3 count, motion)."""
     rows = [np.repeat(f.piece.unknowns, f.motion.shape[1]) for f in freedoms]
     first = np.cumsum([0, *(f.motion.shape[1] for f in freedoms)])
-    columns = [
-        np.tile(np.arange(start, stop), 3 * len(f.piece.nodes))
+    columns: list[Indices] = [
+        np.tile(np.arange(int(start), int(stop)), 3 * len(f.piece.nodes))
         for f, (start, stop) in zip(freedoms, itertools.pairwise(first.tolist()), strict=True)
     ]
     none = [np.zeros(0, dtype=np.int64)]

@@ -23,7 +23,7 @@ from tissuec.forces.volume import Enclosure
 from tissuec.forces.weight import Weight
 from tissuec.laws.evaluation import Behaviour
 from tissuec.model.knots import SURE, Knot
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
@@ -125,17 +125,19 @@ class State(Struct, eq=False):
     crush: Floats
     gravity: Floats
     drag: float
-    holders: dict[str, Indices] = field(default_factory=dict)
-    motions: dict[str, PrescribedMotion] = field(default_factory=dict)
-    loads: dict[str, Load] = field(default_factory=dict)
-    enclosures: dict[str, Enclosure] = field(default_factory=dict)
+    holders: dict[str, Indices] = field(default_factory=dict[str, Indices])
+    motions: dict[str, PrescribedMotion] = field(default_factory=dict[str, PrescribedMotion])
+    loads: dict[str, Load] = field(default_factory=dict[str, Load])
+    enclosures: dict[str, Enclosure] = field(default_factory=dict[str, Enclosure])
     contact: "Contact | None" = None
-    jets: "dict[str, Jet]" = field(default_factory=dict)
+    jets: "dict[str, Jet]" = field(default_factory=lambda: {})
     forces: tuple[Imposed, ...] = ()
-    reelings: dict[str, ChangingRestLengths] = field(default_factory=dict)
-    knots: dict[str, Knot] = field(default_factory=dict)
+    reelings: dict[str, ChangingRestLengths] = field(
+        default_factory=dict[str, ChangingRestLengths]
+    )
+    knots: dict[str, Knot] = field(default_factory=dict[str, Knot])
     inelastic: Inelastic | None = None
-    hold_ends: dict[str, float] = field(default_factory=dict)
+    hold_ends: dict[str, float] = field(default_factory=dict[str, float])
 
     @classmethod
     def start(
@@ -156,8 +158,8 @@ class State(Struct, eq=False):
             contact: Contact of instruments and threads, None if there is none.
             forces: Forces of ``force`` blocks.
         """
-        tools = {
-            tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in network.tools
+        tools: dict[str, Indices] = {
+            tool.name: numbers_in(tool.nodes) for tool in network.tools
         }
         return cls(
             network=network,
@@ -300,7 +302,7 @@ class State(Struct, eq=False):
             time: [s], until the next event.
             position, velocity: Of all nodes [m], [m/s], shape (node, 3).
         """
-        found = []
+        found: list[str] = []
         for name, knot in self.knots.items():
             if self.alive[knot.slip]:
                 drawn = sum(r.rate_of(knot.hold, time) for r in self.reelings.values())
@@ -348,7 +350,8 @@ class State(Struct, eq=False):
         Returns:
             Enclosures as they were, each with the number of cells that it loses.
         """
-        found, kept = [], {}
+        found: list[tuple[Enclosure, int]] = []
+        kept: dict[str, Enclosure] = {}
         for name, enclosure in self.enclosures.items():
             torn = enclosure.torn(self.alive)
             if len(torn):

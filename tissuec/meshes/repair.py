@@ -68,7 +68,7 @@ class _Draft(Struct):
     position: Floats
     cells: list[MeshCells]
     groups: dict[str, Indices]
-    remarks: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list[str])
 
 
 def repair(raw: RawMesh, scale: float, *, close: float | None = None) -> RepairedMesh:

@@ -69,14 +69,14 @@ def volume_shares(position: Floats, tetrahedra: Indices, ends: NDArray[np.int32]
 def node_volumes(position: Floats, tetrahedra: Indices) -> Floats:
     """Return a quarter of the tetrahedra around each node [m³], shape (node,)."""
     volume = _volumes(position, tetrahedra)
-    return np.bincount(tetrahedra.ravel(), np.repeat(volume / 4.0, 4), len(position))  # pyright: ignore[reportReturnType]  # floats, unlike its stub
+    return _sums(tetrahedra.ravel(), np.repeat(volume / 4.0, 4), len(position))
 
 
 def node_areas(position: Floats, triangles: NDArray[np.integer]) -> Floats:
     """Return a third of the triangles around each node [m²], shape (node,)."""
     a, b, c = position[triangles].swapaxes(0, 1)
     third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
-    return np.bincount(triangles.ravel(), np.repeat(third, 3), len(position))  # pyright: ignore[reportReturnType]  # floats, unlike its stub
+    return _sums(triangles.ravel(), np.repeat(third, 3), len(position))
 
 
 def grid_areas(position: Floats, rows: int, columns: int, *, closed: bool) -> Floats:
@@ -95,7 +95,7 @@ def grid_areas(position: Floats, rows: int, columns: int, *, closed: bool) -> Fl
     corners = [number[(r, c)].ravel() for r in ends for c in ends]
     a, b, c, d = (position[nodes] for nodes in corners)
     quarter = np.linalg.norm(np.cross(d - a, c - b), axis=1) / 8.0
-    return np.bincount(np.concatenate(corners), np.tile(quarter, 4), len(position))  # pyright: ignore[reportReturnType]  # floats, unlike its stub
+    return _sums(np.concatenate(corners), np.tile(quarter, 4), len(position))
 
 
 def filled_volumes(position: Floats, triangles: Indices, tetrahedra: Indices) -> Floats:
@@ -123,6 +123,11 @@ def _volumes(position: Floats, tetrahedra: Indices) -> Floats:
     return np.abs(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)) / 6.0
 
 
+def _sums(rows: NDArray[np.integer], values: Floats, count: int) -> Floats:
+    """Return the sums of values by rows, shape (count,)."""
+    return np.bincount(rows, values, count).astype(float, copy=False)
+
+
 def _summed(
     position: Floats, cells: NDArray[np.integer], content: Floats, ends: NDArray[np.int32]
 ) -> tuple[Floats, np.ndarray]:
@@ -133,7 +138,7 @@ def _summed(
     for one, other in combinations(range(cells.shape[1]), 2):
         low, high = np.sort(cells[:, [one, other]], axis=1).T
         length = np.linalg.norm(position[high] - position[low], axis=1)
-        place = np.searchsorted(keys, low * size + high)
+        place = np.searchsorted(keys, np.asarray(low * size + high, dtype=np.int64))
         here = place < len(keys)
         here[here] = keys[place[here]] == (low * size + high)[here]
         np.add.at(total, place[here], content[here] / length[here] ** 2)

@@ -56,8 +56,8 @@ class RawMesh(Struct, frozen=True, eq=False):
 
     position: Floats
     cells: tuple[MeshCells, ...]
-    groups: Mapping[str, Indices] = field(default_factory=dict)
-    ignored: Mapping[str, int] = field(default_factory=dict)
+    groups: Mapping[str, Indices] = field(default_factory=dict[str, Indices])
+    ignored: Mapping[str, int] = field(default_factory=dict[str, int])
     curved: int = 0
     polygons: int = 0
 

@@ -6,6 +6,7 @@ the materials of older files as "material 2". Node and element numbers may have 
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TypeVar
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -21,6 +22,7 @@ from tissuec.meshes.formats import (
 )
 from tissuec.meshes.formats.xml import parse
 
+N = TypeVar("N", int, float)
 #: Beginnings of element types -> kind; the number behind them is that of all nodes.
 _KINDS = {
     "tet": "tetra", "hex": "hexahedron", "penta": "wedge", "pyra": "pyramid",
@@ -77,7 +79,7 @@ class _Model:
         return RawMesh(position, cells, groups, curved=self.curved)
 
     def _nodes(self, block: Element) -> None:
-        rows = []
+        rows: list[int] = []
         for node in block.findall("node"):
             place = _numbers(node, float)
             if len(place) != 3:
@@ -162,7 +164,7 @@ def _ids(block: Element) -> Iterator[int]:
         yield from _numbers(block, int)
 
 
-def _numbers(element: Element, kind: type) -> list:
+def _numbers(element: Element, kind: type[N]) -> list[N]:
     try:
         return [kind(word) for word in (element.text or "").replace(",", " ").split()]
     except ValueError:

@@ -70,7 +70,7 @@ class _Reader:
         flat, sizes = np.array(self.corners, np.int64), np.array(self.sizes, np.int64)
         wrong = np.flatnonzero((flat < 0) | (flat >= len(position)))
         if len(wrong):
-            face = int(np.searchsorted(np.cumsum(sizes), wrong[0], side="right"))
+            face = int(np.searchsorted(np.cumsum(sizes), int(wrong[0]), side="right"))
             raise FormatError(
                 f"line {self.lines[face]} uses vertex {flat[wrong[0]] + 1}, "
                 f"but there are {len(position)}"

@@ -9,7 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from tissuec.meshes.formats import FORMATS, Floats, FormatError, MeshCells, RawMesh, known_by
+from tissuec.meshes.formats import (
+    FORMATS,
+    Floats,
+    FormatError,
+    Indices,
+    MeshCells,
+    RawMesh,
+    known_by,
+)
 
 _HEAD = 84  # bytes before the triangles: 80 of a remark, 4 of their number
 _FACET = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -60,15 +68,16 @@ def _read_text(data: bytes) -> RawMesh:
     starts = [(place.start(), place[1]) for place in _SOLID.finditer(data)]
     places = [place.start() for place in _VERTEX.finditer(text)] if starts[1:] else []
     bounds = np.searchsorted(places, [start for start, _ in starts]).tolist()
-    names = {}
+    names: dict[str, Indices] = {}
     for (_, name), low, high in zip(starts, bounds, [*bounds[1:], len(corners)], strict=True):
         key = name.decode("utf-8", "replace").strip()
         if key:
-            names[key] = np.concatenate([names.get(key, []), np.arange(low, high)]).astype(int)
+            former = names.get(key, np.zeros(0, dtype=np.int64))
+            names[key] = np.concatenate([former, np.arange(int(low), int(high))])
     return _mesh(corners, names)
 
 
-def _mesh(corners: Floats, parts: dict) -> RawMesh:
+def _mesh(corners: Floats, parts: dict[str, Indices]) -> RawMesh:
     node, number = one_each(corners)
     groups = {name: np.unique(number[rows]) for name, rows in parts.items()}
     return RawMesh(node, (MeshCells("triangle", number.reshape(-1, 3)),), groups)

@@ -169,7 +169,7 @@ class _File:
         return {}
 
     def _field(self, count: int) -> dict[str, NDArray[Any]] | None:
-        found = {}
+        found: dict[str, NDArray[Any]] = {}
         for _ in range(count):
             words: list[str] = []
             while not words or words[0] == "METADATA":
@@ -274,7 +274,7 @@ def of_types(
             raise FormatError(
                 f"{int(here.sum())} cells are of type {kind}, which is not supported"
             )
-    groups = {}
+    groups: dict[str, Indices] = {}
     for name, values in arrays.items():
         if len(values) == len(types):
             for part, members in numbered_parts(name, values).items():
@@ -286,9 +286,9 @@ def of_types(
 
 def _strips(flat: Indices, first: Indices, sizes: Indices) -> MeshCells:
     """Return the triangles of strips; every other one is turned."""
-    rows = []
+    rows: list[tuple[int, int, int]] = []
     for start, size in zip(first.tolist(), sizes.tolist(), strict=True):
         for k in range(size - 2):
-            a, b, c = flat[start + k : start + k + 3]
+            a, b, c = flat[start + k : start + k + 3].tolist()
             rows.append((a, b, c) if k % 2 == 0 else (b, a, c))
     return MeshCells("triangle", np.array(rows, dtype=np.int64).reshape(-1, 3))

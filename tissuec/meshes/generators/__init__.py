@@ -41,7 +41,9 @@ class Mesh(Struct, frozen=True, eq=False):
     position: NDArray[np.float64]
     ends: NDArray[np.int32]
     skin: NDArray[np.int32]
-    groups: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    groups: Mapping[str, NDArray[np.int64]] = field(
+        default_factory=dict[str, NDArray[np.int64]]
+    )
     shares: NDArray[np.float64] | None = None
     origin: FileOrigin | None = None
     remarks: tuple[str, ...] = ()

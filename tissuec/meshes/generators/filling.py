@@ -202,7 +202,8 @@ class Interior(Struct, frozen=True, eq=False):
         sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
         parts = np.maximum(np.ceil(sides / spacing), 1.0).astype(np.int64)
         found = [self.position]
-        for number in np.unique(parts[parts > 1]).tolist():
+        for many in np.unique(parts[parts > 1]):
+            number = int(many)
             step = np.arange(number + 1) / number
             u, v = (grid.ravel() for grid in np.meshgrid(step, step, indexing="ij"))
             u, v = u[u + v <= 1.0 + 1e-9], v[u + v <= 1.0 + 1e-9]

@@ -207,7 +207,7 @@ class Lattice(Struct, frozen=True, eq=False):
             )
             return number[tuple(parts)].ravel()
 
-        faces = []
+        faces: list[NDArray[np.int32]] = []
         for axis, high in product(range(3), (False, True)):
             turns = [(0, 0), (1, 0), (1, 1), (0, 1)]
             around = [
@@ -241,7 +241,7 @@ class Lattice(Struct, frozen=True, eq=False):
     ) -> NDArray[np.float64]:
         low, high = self.corners
         # Sampled between the corners, because low + n * cell may miss the face by a rounding.
-        lines = [
+        lines: list[NDArray[np.float64]] = [
             np.linspace(low[axis], high[axis], n * crystal.divisions + 1)
             for axis, n in enumerate(cells)
         ]
@@ -278,14 +278,14 @@ def _pairs(
         shells: Squared distances.
     """
     flat, strides = number.ravel(), np.array(number.strides) // number.itemsize
-    found = []
+    found: list[Pairs] = []
     for offset in product(range(-_MARGIN, _MARGIN + 1), repeat=3):
         # Of the two directions of a pair only the one towards the higher number is followed.
         # The margin keeps every step inside the array, so nothing has to be compared.
         if offset > (0, 0, 0) and sum(component**2 for component in offset) in shells:
             other = flat[place + int(strides @ offset)]
             first = np.flatnonzero(other >= 0)
-            found.append(np.stack((first, other[first]), axis=1))
+            found.append(np.stack((first, other[first]), axis=1, dtype=np.int64))
     return np.concatenate(found)
 
 
@@ -293,12 +293,12 @@ def _braces(number: NDArray[np.int32], place: NDArray[np.int64]) -> Pairs:
     """Return the pairs of nodes across every other cell; arguments as ``_pairs``."""
     flat, strides = number.ravel(), np.array(number.strides) // number.itemsize
     site = np.stack(np.unravel_index(place, number.shape)) - _MARGIN
-    found = []
+    found: list[Pairs] = []
     for offset in product((1,), (-1, 1), (-1, 1)):
         cell = site + np.minimum(offset, 0)[:, None]
         other = flat[place + int(strides @ offset)]
         first = np.flatnonzero((other >= 0) & (cell.sum(axis=0) % 2 == 0))
-        found.append(np.stack((first, other[first]), axis=1))
+        found.append(np.stack((first, other[first]), axis=1, dtype=np.int64))
     return np.concatenate(found)
 
 
@@ -306,7 +306,7 @@ def _skin(crystal: Crystal, number: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the triangles of all six faces: two to a cell, or four round a centred node."""
     inner = number[(slice(_MARGIN, -_MARGIN),) * 3]
     step = crystal.divisions
-    found = []
+    found: list[NDArray[np.int32]] = []
     for axis, outward in product(range(3), (False, True)):
         # The remaining axes in cyclic order, so that their cross product points along the axis.
         face = np.moveaxis(inner, (axis, (axis + 1) % 3, (axis + 2) % 3), (0, 1, 2))[-outward]

@@ -1,6 +1,6 @@
 """Checks of the limits in a generator's field types, for generators made in Python."""
 
-from typing import Any, get_type_hints
+from typing import Any, cast, get_type_hints
 
 import numpy as np
 
@@ -30,7 +30,8 @@ def _problem(value: Any, declared: object) -> str:
         case Whole(at_least, at_most):
             if isinstance(value, bool) or not isinstance(value, int | np.integer):
                 return f'must be a whole number, not "{value}"'
-            return _outside(int(value), at_least, at_most, units.NUMBER)
+            whole = cast("int | np.integer[Any]", value)
+            return _outside(int(whole), at_least, at_most, units.NUMBER)
         case Measure(dimension, above, at_least, at_most):
             if not np.isfinite(value):
                 return f'must be finite, not "{value}"'
@@ -42,7 +43,8 @@ def _problem(value: Any, declared: object) -> str:
             return _not_points(value, (3,))
         case FromTo():
             return _not_points(value, (2, 3))
-    return ""
+        case _:
+            return ""
 
 
 def _outside(

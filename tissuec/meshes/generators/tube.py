@@ -125,4 +125,4 @@ def perpendicular_frame(
     least = int(np.argmin(np.abs(unit)))
     across = np.eye(3)[least] - unit[least] * unit
     across /= np.linalg.norm(across)
-    return across, np.cross(unit, across)
+    return across, np.cross(np.asarray(unit, dtype=float), np.asarray(across, dtype=float))
