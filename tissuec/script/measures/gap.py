@@ -55,8 +55,10 @@ def smallest_gap(position: Floats, piece: NDArray[np.int32]) -> float:
     best = np.inf
     for start in range(0, len(position), CHUNK):
         stop = min(start + CHUNK, len(position))
-        reach = np.searchsorted(
-            position[:, axis], position[stop - 1, axis] + best, side="right"
+        reach = int(
+            np.searchsorted(
+                position[:, axis], float(position[stop - 1, axis]) + best, side="right"
+            )
         )
         apart = position[start:stop, None, :] - position[None, start:reach, :]
         is_other = piece[start:stop, None] != piece[None, start:reach]

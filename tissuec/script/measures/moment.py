@@ -77,7 +77,7 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
     velocity: Floats
     ruptured: NDArray[np.bool_]
     ledger: EnergyBalance | None = None
-    pinned: Mapping[float, "Moment"] = field(default_factory=dict)
+    pinned: Mapping[float, "Moment"] = field(default_factory=dict[float, "Moment"])
 
     def __post_init__(self) -> None:
         if self.state.reelings:  # rest lengths are those of this time

@@ -9,7 +9,7 @@ from tissuec.core import units
 from tissuec.core.errors import Edit, Hint, insertion
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
@@ -120,12 +120,13 @@ class Irrigate(Struct, frozen=True):
         (profile,), stop = schedule(queue, (self.profile,), state.time, None)
         network, bore = state.network, self.opening.diameter
         part = next(tool for tool in network.tools if tool.name == self.nozzle)
+        opening = numbers_in(part.nodes)
         nodes = self._nodes(network)
         width = finest_width(network, nodes, bore)
         jet = Jet(
             nozzle=self.nozzle,
             target="" if self.group is None else self.group.name,
-            opening=np.arange(part.nodes.start, part.nodes.stop),
+            opening=opening,
             bore=bore,
             density=self.opening.density,
             growth=self.opening.growth,

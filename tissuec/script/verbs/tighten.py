@@ -10,7 +10,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
 from tissuec.forces.rest_length import ChangingRestLengths
 from tissuec.mechanics.state import State
-from tissuec.model.network import Indices, Network
+from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import (
     VERBS,
@@ -168,6 +168,6 @@ def intact(state: State, group: Group) -> Indices:
     thread = state.network.threads.get(group.name)
     every = group.indices
     if thread is not None:
-        pieces = np.arange(thread.pieces.start, thread.pieces.stop)
+        pieces = numbers_in(thread.pieces)
         every = np.unique(np.append(pieces, thread.hold))
     return every[state.alive[every]]
