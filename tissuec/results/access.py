@@ -6,16 +6,16 @@ asked for; the checksum, against what is read.
 """
 
 import json as plain
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from math import prod
 from typing import Any, NoReturn, TypeVar, cast
 
 import h5py
 import numpy as np
-from h5py import h5d  # pyright: ignore[reportAttributeAccessIssue]  # compiled module
 from numpy.typing import NDArray
 
+from tissuec.results import hdf5
 from tissuec.results.checksums import SUMS, DatasetSum, crc_of, sums_of_text
 from tissuec.results.errors import ResultError
 from tissuec.results.finite import all_numbers
@@ -58,7 +58,7 @@ class Group:
         """Return the member at ``path``; ResultError if there is none."""
         full = path if path.startswith("/") else f"{self.path.rstrip('/')}/{path}"
         with reading(self.file, full):
-            found = self.raw.get(path)
+            found: Any = self.raw.get(path)
             if isinstance(found, h5py.Group):
                 return Group(found, self.file, self.sums)
             if isinstance(found, h5py.Dataset) and found.shape is not None:
@@ -116,17 +116,17 @@ def check_structure(file: Group) -> None:
             damaged(file.file, f'"{path}" is larger than the file')
 
 
-def _is_there(found: h5d.DatasetID) -> bool:
+def _is_there(found: Any) -> bool:
     """Return whether the file has room for as many numbers as a dataset declares."""
     size, stored = prod(found.shape) * found.dtype.itemsize, found.get_storage_size()
     filters = found.get_create_plist().get_nfilters() if size > stored else 0
     return size <= stored * (_MOST_COMPRESSED if filters > 1 else 1)  # one is the checksum
 
 
-def _opened(file: Group, path: str) -> h5d.DatasetID:
-    """Return a dataset without h5py's classes, which take four times as long."""
+def _opened(file: Group, path: str) -> Any:
+    """Return a dataset as h5py's lower layer has it."""
     try:
-        return h5d.open(file.raw.id, path.encode())
+        return hdf5.open_dataset(file.raw, path)
     except (KeyError, ValueError):  # which say less of what is wrong
         return dataset(file, path).raw.id
 
@@ -217,12 +217,16 @@ def attribute(member: Dataset | Group, name: str, kind: type[T]) -> T:
         kind: Its type.
     """
     with reading(member.file, member.path):
-        value = member.raw.attrs.get(name)
-        value = value.item() if isinstance(value, np.generic) else value
-        value = value.decode() if isinstance(value, bytes) else value
+        value = _python(member.raw.attrs.get(name))
     if type(value) is not kind:
         damaged(member.file, f'"{member.path}" lacks {name}')
     return cast(T, value)
+
+
+def _python(value: Any) -> object:
+    """Return a number or a text of h5py as one of Python."""
+    found = cast("np.generic[Any]", value).item() if isinstance(value, np.generic) else value
+    return found.decode() if isinstance(found, bytes) else found
 
 
 def attribute_or(member: Dataset | Group, name: str, default: T) -> T:
@@ -234,7 +238,7 @@ def attribute_or(member: Dataset | Group, name: str, default: T) -> T:
         default: The default.
     """
     with reading(member.file, member.path):
-        value = member.raw.attrs.get(name, default)
+        value: Any = member.raw.attrs.get(name, default)
         return type(default)(value.decode() if isinstance(value, bytes) else value)
 
 
@@ -248,7 +252,7 @@ def damaged(file: str, flaw: str) -> NoReturn:
 
 
 @contextmanager
-def reading(file: str, path: str) -> Iterator[None]:
+def reading(file: str, path: str) -> Generator[None]:
     """Convert every error of reading to one that names the file.
 
     Raises:

@@ -12,7 +12,7 @@ from tissuec.results.export import find_log, moments_of, spring_name
 from tissuec.results.logs import Log
 
 if TYPE_CHECKING:
-    import pandas  # pyright: ignore[reportMissingImports]
+    import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
     import xarray  # pyright: ignore[reportMissingImports]
 
     from tissuec.results.trajectory import Trajectory
@@ -51,7 +51,8 @@ def _joined(logs: Sequence[Log], pandas: Any) -> "pandas.DataFrame":
     keys = [moments_of(log.time) for log in logs]
     moments, place = np.unique(np.concatenate(keys), axis=0, return_inverse=True)
     ends = np.cumsum([len(key) for key in keys])[:-1]
-    columns, values = [], []
+    columns: list[tuple[str, str | int]] = []
+    values: list[NDArray[np.float64]] = []
     for log, rows in zip(logs, np.split(place.reshape(-1), ends), strict=True):
         value = np.full((len(moments), len(log.columns)), np.nan)
         value[rows] = log.value

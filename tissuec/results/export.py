@@ -6,12 +6,12 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, TextIO
 
-import h5py
 import numpy as np
 
 from tissuec.core.errors import alternatives
 from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
+from tissuec.results.hdf5 import open_file
 from tissuec.results.logs import Log
 from tissuec.results.shapes import ExportedShape, cannot_write, write_obj, write_vtu
 from tissuec.results.store import LIBVER
@@ -151,7 +151,7 @@ def export_surface(series: SurfaceSeries, path: Path) -> None:
         ResultError: The file cannot be written.
     """
     try:
-        with h5py.File(path, "w", libver=LIBVER) as file:
+        with open_file(path, "w", libver=LIBVER) as file:
             series.copy_to(file, "VTKHDF")
     except OSError as error:
         raise cannot_write(path, error) from error
@@ -183,7 +183,7 @@ def _joined_rows(logs: Sequence[Log]) -> Iterable[list[object]]:
     keys = [moments_of(log.time) for log in logs]
     moments, place = np.unique(np.concatenate(keys), axis=0, return_inverse=True)
     ends = np.cumsum([len(key) for key in keys])
-    tables = []
+    tables: list[list[list[object]]] = []
     for log, rows in zip(logs, np.split(place.reshape(-1), ends[:-1]), strict=True):
         table: list[list[object]] = [[""] * len(log.columns)] * len(moments)
         for row, values in zip(rows.tolist(), log.value.tolist(), strict=True):

@@ -1,7 +1,7 @@
 """Arrays over the frames of a result that are read when they are indexed."""
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +37,8 @@ class OverFrames:
         return self.shape[0]
 
     def __getitem__(self, index: Any) -> Numbers:
-        first, rest = (
-            (index[0], index[1:]) if isinstance(index, tuple) and index else (index, ())
-        )
+        several = isinstance(index, tuple) and len(cast("tuple[Any, ...]", index)) > 0
+        first, *rest = cast("tuple[Any, ...]", index if several else (index,))
         if first is Ellipsis or first is None or isinstance(first, tuple):
             return self._read(0, len(self))[index]
         chosen = np.arange(len(self))[first]
@@ -110,7 +109,9 @@ class Tensions(OverFrames):
         tension = np.full((high - low, self.shape[1]), np.nan, dtype=self.dtype)
         while low < high:
             # As many frames as have the same springs; their numbers stand in one piece.
-            stop = min(high, int(np.searchsorted(self._parts, self._parts[low], side="right")))
+            stop = min(
+                high, int(np.searchsorted(self._parts, int(self._parts[low]), side="right"))
+            )
             cells, start = self._cells(low), int(self._first[low])
             rows = self._dataset[start : start + (stop - low) * cells.total]
             alive = np.searchsorted(self._springs, cells.springs)

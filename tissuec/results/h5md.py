@@ -11,6 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from tissuec.results.hdf5 import add_virtual, set_attribute
 from tissuec.results.manifest import versions
 from tissuec.results.store import describe
 
@@ -36,7 +37,7 @@ def add_views(file: h5py.File, *, author: str, mass: np.ndarray, ids: np.ndarray
     particles = file.create_group("particles/all")
     box = particles.create_group("box")
     box.attrs["dimension"] = 3
-    box.attrs.create("boundary", ["none"] * 3, dtype=h5py.string_dtype("ascii", 4))
+    set_attribute(box, "boundary", ["none"] * 3, h5py.string_dtype("ascii", 4))
     describe(particles.create_dataset("mass", data=mass), "kg", "mass of each node")
     describe(particles.create_dataset("id", data=ids), "", "id of each node")
     steps: Any = file["VTKHDF/Steps"]
@@ -47,9 +48,7 @@ def add_views(file: h5py.File, *, author: str, mass: np.ndarray, ids: np.ndarray
     for name, (path, unit) in _VIEWS.items():
         view = particles.create_group(name)
         source: Any = file[path]
-        layout = h5py.VirtualLayout(shape=shape, dtype=source.dtype)
-        layout[...] = h5py.VirtualSource(".", source.name, shape=source.shape)
-        value = view.create_virtual_dataset("value", layout)
+        value = add_virtual(view, "value", source, shape)
         value.attrs["description"] = f"{name} of each node [{unit}]"
         view["time"] = steps["Values"]  # the same dataset under a second name
         describe(view.create_dataset("step", data=step), "", "number of each frame")

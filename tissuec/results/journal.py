@@ -24,7 +24,10 @@ from collections.abc import Iterator
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer, WriteableBuffer
 
 try:
     import fcntl
@@ -85,7 +88,7 @@ class JournaledFile(io.RawIOBase):
         self._position = base + offset
         return self._position
 
-    def readinto(self, buffer) -> int:
+    def readinto(self, buffer: "WriteableBuffer") -> int:
         """Fill ``buffer`` from the present position; return how many bytes there were."""
         view = memoryview(buffer).cast("B")
         start = self._position
@@ -95,7 +98,7 @@ class JournaledFile(io.RawIOBase):
         view[split - start : stop - start] = self._tail[split - self._kept : stop - self._kept]
         return stop - start
 
-    def write(self, data) -> int:
+    def write(self, data: "ReadableBuffer") -> int:
         """Change bytes from the present position on, in memory."""
         view = memoryview(data).cast("B")
         start, stop = self._position, self._position + len(view)

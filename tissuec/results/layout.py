@@ -9,6 +9,7 @@ import h5py
 from tissuec.core.suggestions import nearby
 from tissuec.results import access
 from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results.hdf5 import linked_file, open_file
 from tissuec.results.journal import JournaledFile, has_journal
 from tissuec.results.places import SUFFIX, final_path, partial_path
 
@@ -118,7 +119,7 @@ def _is_result(path: Path) -> bool:
 
 def _open(path: Path) -> h5py.File:
     """Open a file for reading; one whose last change was cut short through its journal."""
-    return h5py.File(JournaledFile(path, "read") if has_journal(path) else path, "r")
+    return open_file(JournaledFile(path, "read") if has_journal(path) else path, "r")
 
 
 def _is_marked(file: h5py.File) -> bool:
@@ -128,11 +129,10 @@ def _is_marked(file: h5py.File) -> bool:
 
 def _check_mark(file: h5py.File, path: Path) -> None:
     if VIEW in file.attrs:
-        link = file.get("VTKHDF", getlink=True)
         name = access.attribute(access.Group(file, str(path), {}), VIEW, str)
         raise ResultError(
             f'"{path}" is the ParaView file for the surface of {name} in '
-            f'"{getattr(link, "filename", "")}"; use that file'
+            f'"{linked_file(file, "VTKHDF")}"; use that file'
         )
     if not _is_marked(file):
         raise ResultError(f'"{path}" is an HDF5 file, but not a result of tissuec')

@@ -3,14 +3,15 @@
 import json
 import math
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core.plugins import plugins
 from tissuec.core.printable import printable
@@ -58,7 +59,7 @@ def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
     entries: dict[str, Any] = _plain(dict(manifest))
     text = json.dumps(entries, ensure_ascii=False, indent=1)
     store.array(MANIFEST, text, "origin of this result, as JSON")
-    attributes = {}
+    attributes: dict[str, Any] = {}
     for name, value in {**entries, **entries.get("versions", {})}.items():
         if name in ("unit", "description", "versions"):
             continue
@@ -69,19 +70,22 @@ def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
     store.label(MANIFEST, **attributes)
 
 
-def read_manifest(file: Group) -> dict:
+def read_manifest(file: Group) -> dict[str, Any]:
     """Return the manifest of ``file``."""
     return access.json(file, MANIFEST)
 
 
-def _plain(value: object) -> Any:
+def _plain(value: Any) -> Any:
     """Return ``value`` made of what JSON knows; numbers that it lacks become words."""
     if isinstance(value, Mapping):
-        return {printable(str(key)): _plain(entry) for key, entry in value.items()}
+        entries = cast("Mapping[Any, Any]", value)
+        return {printable(str(key)): _plain(entry) for key, entry in entries.items()}
     if isinstance(value, list | tuple | set | frozenset):
-        return [_plain(entry) for entry in value]
+        listed = cast("Iterable[Any]", value)
+        return [_plain(entry) for entry in listed]
     if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
+        numbers = cast("NDArray[Any] | np.generic[Any]", value)
+        return _plain(numbers.tolist())
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
     return value if value is None or isinstance(value, int) else printable(str(value))

@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.core.errors import alternatives
 from tissuec.core.names import key_of
-from tissuec.model.network import Indices, Network
+from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.results.recording import NamedGroup
 
 NODES, SPRINGS = "nodes", "springs"
@@ -29,7 +29,8 @@ def members(network: Network, groups: Sequence[NamedGroup], name: str, what: str
     for part in parts:
         if key_of(part.name) == key:
             place = part.springs if of_springs else getattr(part, NODES)
-            return np.arange(place.start, place.stop)
+            found = numbers_in(place)
+            return found
     known = {full_name(group): group for group in groups if group.what in (NODES, what)}
     for full, group in known.items():
         if key_of(full) == key:

@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 
 from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results.hdf5 import external_link, open_file, set_attribute
 from tissuec.results.layout import VIEW
 from tissuec.results.places import final_path
 from tissuec.results.store import LIBVER
@@ -18,7 +19,8 @@ from tissuec.results.store import LIBVER
 
 def view_paths(result: Path, surfaces: Sequence[str]) -> dict[str, Path]:
     """Return where the views of a result stand, by the names of its surfaces."""
-    result, paths = final_path(result), {}
+    result = final_path(result)
+    paths: dict[str, Path] = {}
     for name in surfaces:
         plain = "".join(c if c.isalnum() or c == "-" else "_" for c in name)
         path = result.with_name(f"{result.stem}.{plain}{result.suffix}")
@@ -56,11 +58,11 @@ def write_views(result: Path, surfaces: Mapping[str, str]) -> dict[str, Path]:
         # Written aside, so that a reader of the former view never meets half of one.
         aside = path.with_name(f"{path.name}.new")
         try:
-            with h5py.File(aside, "w", libver=LIBVER) as file:
+            with open_file(aside, "w", libver=LIBVER) as file:
                 # Of fixed length: a text of any length would fill four kilobytes.
                 mark = name.encode()
-                file.attrs.create(VIEW, mark, dtype=h5py.string_dtype("utf-8", len(mark)))
-                file["VTKHDF"] = h5py.ExternalLink(result.name, surfaces[name])
+                set_attribute(file, VIEW, mark, h5py.string_dtype("utf-8", len(mark)))
+                file["VTKHDF"] = external_link(result.name, surfaces[name])
             os.replace(aside, path)
         except OSError as error:
             aside.unlink(missing_ok=True)
@@ -74,7 +76,7 @@ def write_views(result: Path, surfaces: Mapping[str, str]) -> dict[str, Path]:
 
 def _is_view(path: Path) -> bool:
     try:
-        with h5py.File(path, "r") as file:
+        with open_file(path, "r") as file:
             return VIEW in file.attrs
     except OSError:
         return False

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.model.network import Floats, Network
+from tissuec.results.hdf5 import set_attribute
 from tissuec.results.mesh import Cells, RecordedMesh
 from tissuec.results.parts import ROOT, Parts
 from tissuec.results.store import GrowingDataset, Store
@@ -167,9 +168,9 @@ def step_columns(store: Store, root: str) -> dict[str, GrowingDataset]:
 
 def write_head(group: h5py.Group) -> None:
     """Make an empty group one of PolyData with steps."""
-    group.attrs.create("Version", np.array([2, 2], dtype="i8"))
+    set_attribute(group, "Version", np.array([2, 2], dtype="i8"))
     # Of fixed length: VTK 9.3 does not read a text of variable length here.
-    group.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", len("PolyData")))
+    set_attribute(group, "Type", b"PolyData", h5py.string_dtype("ascii", len("PolyData")))
     for name in ("PointData", "CellData", "FieldData"):
         group.create_group(name)
-    group.create_group("Steps").attrs.create("NSteps", 0, dtype="i8")
+    set_attribute(group.create_group("Steps"), "NSteps", 0, "i8")

@@ -31,7 +31,8 @@ class Promise(Struct, frozen=True):
         """Return the accuracy in the manifest of a result."""
         if (written := manifest.get("promise")) is not None:
             tolerance = inf if written["tolerance"] is None else float(written["tolerance"])
-            return cls(**{**written, "tolerance": tolerance})
+            entries: dict[str, Any] = {**written, "tolerance": tolerance}
+            return cls(**entries)
         return cls("not checked")
 
     def __str__(self) -> str:

@@ -1,23 +1,21 @@
 """The open HDF5 file while it is written: columns that grow, and commits that hold or fail."""
 
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
 
 import h5py
 import numpy as np
-from h5py import h5a, h5s, h5t  # pyright: ignore[reportAttributeAccessIssue]  # compiled modules
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.results import access
 from tissuec.results.checksums import SUMS, DatasetSum, crc_of, sums_as_text
 from tissuec.results.errors import ResultError
+from tissuec.results.hdf5 import TEXT, add_text, change_attribute, open_file
 from tissuec.results.journal import JournaledFile
 
-TEXT = h5py.string_dtype()
-_ONE_TEXT = h5t.py_create(TEXT, logical=True), h5s.create(h5s.SCALAR)
 # Newer formats carry a mark of being open, which a killed run leaves behind, and VTK reads
 # neither their compressed chunks nor their virtual datasets.
 LIBVER = ("earliest", "v110")
@@ -97,7 +95,7 @@ class Store:
         except OSError as error:
             raise ResultError(f'cannot write "{self.path}": {error.strerror}') from error
         try:
-            self.file = h5py.File(self._disk, "w" if mode == "create" else "r+", libver=LIBVER)
+            self.file = open_file(self._disk, "w" if mode == "create" else "r+", libver=LIBVER)
         except OSError as error:
             self._disk.close()
             raise ResultError(f'cannot write to "{self.path}": {error}') from error
@@ -119,7 +117,7 @@ class Store:
         found = self.file[path].attrs
         for name, value in attributes.items():
             if name in found and not isinstance(value, str):
-                found.modify(name, value)  # in place, so that the file does not grow
+                change_attribute(found, name, value)
             elif name not in found or found[name] != value:
                 found[name] = value
 
@@ -237,7 +235,7 @@ class Store:
             return
         if former is not None:
             del self.file[path]
-        filters = COMPRESSED if compress and data.size >= LEAST_COMPRESSED else {}
+        filters: Any = COMPRESSED if compress and data.size >= LEAST_COMPRESSED else {}
         self._make(path, unit, description, data=data, **filters)
 
     def texts(self, path: str, texts: Sequence[str], description: str) -> None:
@@ -271,7 +269,7 @@ class Store:
         self.waiting = 0
 
     @contextmanager
-    def _clear_errors(self) -> Iterator[None]:
+    def _clear_errors(self) -> Generator[None]:
         try:
             yield
         except OSError as error:
@@ -350,9 +348,8 @@ def describe(dataset: h5py.Dataset, unit: str, description: str) -> None:
         unit: Its unit.
         description: What it contains.
     """
-    # As ``attrs[name] = text`` does, in a third of the time: a file has hundreds of them.
     for name, text in ((b"unit", unit), (b"description", description)):
-        h5a.create(dataset.id, name, *_ONE_TEXT).write(np.array(text, dtype=TEXT))
+        add_text(dataset, name, text)
 
 
 def member_name(name: str) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tissuec.model.network import Floats, Indices
 from tissuec.results import access
 from tissuec.results.access import Group
+from tissuec.results.hdf5 import copy_to
 from tissuec.results.surface_table import read_surfaces, read_triangles
 
 
@@ -57,7 +58,7 @@ class SurfaceSeries:
     def copy_to(self, file: h5py.File, name: str) -> None:
         """Copy all frames into another file."""
         with access.reading(self._file.file, self.path):
-            self._file.raw.copy(self.path, file, name=name)
+            copy_to(self._file.raw, self.path, file, name)
 
     def _step(self, name: str, frame: int) -> int:
         if not -len(self) <= frame < len(self):

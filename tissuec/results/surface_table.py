@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.geometry.surfaces.refinement import Refinement
 from tissuec.geometry.surfaces.skin import BodySkin, Skin
-from tissuec.model.network import Indices, Network
+from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.results import access
 from tissuec.results.access import Group
 from tissuec.results.finite import check_finite, check_shape, check_times
@@ -114,7 +114,7 @@ class SurfaceTable:
         position = np.asarray(position)
         check_shape(position, (len(times), self._network.node_count, 3), "position")
         nodes = position[:, self._body.nodes]
-        numbers = np.arange(self._body.nodes.start, self._body.nodes.stop)
+        numbers = numbers_in(self._body.nodes)
         with np.errstate(over="ignore"):
             kept = nodes.astype(self._kind, copy=False)
         check_finite(kept, "position", times, self._network, numbers, "node")

@@ -34,7 +34,7 @@ from tissuec.results.tables import COMPANION_PATH, ENERGY_PATH, ERROR_PATH, read
 from tissuec.results.tools import TOOL_FRAMES, HoldInterval, read_holds
 
 if TYPE_CHECKING:
-    import pandas  # pyright: ignore[reportMissingImports]
+    import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
     import xarray  # pyright: ignore[reportMissingImports]
 
 
