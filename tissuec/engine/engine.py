@@ -587,9 +587,10 @@ class Engine:
 
     def _table(self, record: Any) -> RecordTable:
         """Return a record as compiled code takes it; that of the last one if it is the same."""
-        kept = self._tables.get(type(record))
+        kind = cast("type[Any]", type(record))
+        kept = self._tables.get(kind)
         if kept is None or kept.record is not record:
-            kept = self._tables[type(record)] = RecordTable(record)
+            kept = self._tables[kind] = RecordTable(record)
         return kept
 
     @property

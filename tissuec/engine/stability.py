@@ -70,7 +70,8 @@ def _largest(parts: Sequence[Resisting], root: Floats) -> float:
     z = np.sin(1.0 + np.arange(3 * count, dtype=float) ** 2).reshape(count, 3)
     z *= root > 0.0
     last, size, value = np.zeros_like(z), float(np.linalg.norm(z)), 0.0
-    diagonal, beside = [], []
+    diagonal: list[float] = []
+    beside: list[float] = []
     while size > NOTHING * value and len(diagonal) < ROUNDS:
         z /= size
         moved, image = z * root, np.zeros_like(z)

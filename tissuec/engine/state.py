@@ -148,7 +148,8 @@ def arrays_of(record: tuple[Any, ...]) -> Iterator[NDArray[Any]]:
         if isinstance(value, np.ndarray):
             yield value
         elif isinstance(value, tuple):
-            yield from arrays_of(value)
+            part = cast("tuple[Any, ...]", value)
+            yield from arrays_of(part)
 
 
 def new_task(
@@ -221,7 +222,7 @@ def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: flo
     if springs.inelastic is not None:
         giving = float(springs.inelastic.fastest(stiff).max(initial=0.0))
         stiff = stiff + springs.inelastic.sudden
-    rates = []
+    rates: list[float] = []
     for constant in (stiff, viscous):
         total = np.bincount(springs.low, constant, nodes) + np.bincount(
             springs.high, constant, nodes

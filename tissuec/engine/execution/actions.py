@@ -1,6 +1,6 @@
 """Events at one time of a run: ruptures, actions and triggers, with their energy."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -193,7 +193,7 @@ class Stage:
         self.recorder.happened(time, logged_event)
 
     @contextmanager
-    def _booked(self) -> Iterator[None]:
+    def _booked(self) -> Generator[None]:
         """Enter the energy that events put in or take out into the ledger."""
         if not self.plan.needs_ledger:
             yield

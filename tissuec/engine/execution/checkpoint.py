@@ -8,7 +8,7 @@ back to the last bit. Reading makes nothing but such values: a file cannot run a
 import json
 from collections.abc import Iterable, Mapping
 from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
@@ -32,26 +32,31 @@ def write_state(value: object, known: Iterable[object]) -> dict[str, str | NDArr
     places = {id(item): place for place, item in enumerate(known)}
     arrays: list[NDArray[Any]] = []
 
-    def plain(value: object) -> Any:
+    def plain(value: Any) -> Any:
         if id(value) in places:
             return {"known": places[id(value)]}
         match value:
             case None | bool() | str():
                 return value
             case np.generic():
-                return value.item()
+                number = cast("np.generic[Any]", value)
+                return number.item()
             case int() | float():
                 return value
             case np.ndarray():
-                arrays.append(value)
+                arrays.append(cast("NDArray[Any]", value))
                 return {"array": len(arrays) - 1}
             case tuple():
-                return {"tuple": [plain(item) for item in value]}
+                items = cast("tuple[Any, ...]", value)
+                return {"tuple": [plain(item) for item in items]}
             case list():
-                return [plain(item) for item in value]
+                listed = cast("list[Any]", value)
+                return [plain(item) for item in listed]
             case Mapping():
-                return {"pairs": [[plain(key), plain(item)] for key, item in value.items()]}
-        return _plain_record(value)
+                named = cast("Mapping[Any, Any]", value)
+                return {"pairs": [[plain(key), plain(item)] for key, item in named.items()]}
+            case _:
+                return _plain_record(value)
 
     def _plain_record(value: object) -> Any:
         kind = type(value)
@@ -75,7 +80,8 @@ def read_state(state: Mapping[str, Any], known: Iterable[object]) -> Any:
     def value(data: Any) -> Any:
         match data:
             case list():
-                return [value(item) for item in data]
+                listed = cast("list[Any]", data)
+                return [value(item) for item in listed]
             case {"known": place}:
                 return places[place]
             case {"array": number}:
@@ -90,7 +96,8 @@ def read_state(state: Mapping[str, Any], known: Iterable[object]) -> Any:
                 )
             case dict():
                 raise ValueError("this is not the checkpoint of a run")
-        return data
+            case _:
+                return data
 
     return value(json.loads(state[TEXT]))
 

@@ -27,8 +27,10 @@ class ActionQueue(Struct, eq=False):
     """
 
     near: float
-    entries: list[tuple[float, int, int, Action | None]] = field(default_factory=list)
-    written: list[float] = field(default_factory=list)
+    entries: list[tuple[float, int, int, Action | None]] = field(
+        default_factory=list[tuple[float, int, int, Action | None]]
+    )
+    written: list[float] = field(default_factory=list[float])
     count: int = 0
 
     @classmethod

@@ -37,9 +37,9 @@ class ExpectationMemory(Struct, eq=False):
 
     next: int = 0
     scale: float = 0.0
-    pinned: dict[float, Moment] = field(default_factory=dict)
-    failures: dict[int, Failure] = field(default_factory=dict)
-    held: dict[int, tuple[float, str]] = field(default_factory=dict)
+    pinned: dict[float, Moment] = field(default_factory=dict[float, Moment])
+    failures: dict[int, Failure] = field(default_factory=dict[int, Failure])
+    held: dict[int, tuple[float, str]] = field(default_factory=dict[int, tuple[float, str]])
 
 
 class ExpectationMonitor:

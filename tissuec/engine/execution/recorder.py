@@ -350,7 +350,8 @@ def sample_times(plan: Plan) -> Floats:
     judged = [time for e in expectations for time in (e.start, e.stop, *e.pinned)]
     wanted = np.concatenate([*streams, np.array(judged, dtype=float)])
     # Frames keep their times to the last bit, whatever else is logged.
-    frames = times_every(plan.output.every, duration) if len(plan.output.frames) else []
+    every = len(plan.output.frames) > 0
+    frames = times_every(plan.output.every, duration) if every else np.zeros(0)
     anchors = np.concatenate([frames, [event.time for event in plan.events]])
     return join_times(np.minimum(wanted, duration), anchors, SAME * duration)
 

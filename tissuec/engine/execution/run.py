@@ -64,7 +64,7 @@ class Outcome(Struct, frozen=True, eq=False):
     logged_events: tuple[tuple[float, LoggedEvent], ...]
     state: State
     notes: tuple[str, ...] = ()
-    held: Mapping[int, tuple[float, str]] = field(default_factory=dict)
+    held: Mapping[int, tuple[float, str]] = field(default_factory=dict[int, tuple[float, str]])
     signal: int | None = None
 
 

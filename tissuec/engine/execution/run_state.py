@@ -37,9 +37,11 @@ class RunState(Struct, eq=False):
     memory: ExpectationMemory
     initial: float = 0.0
     switched: float = 0.0
-    logged_events: list[tuple[float, LoggedEvent]] = field(default_factory=list)
+    logged_events: list[tuple[float, LoggedEvent]] = field(
+        default_factory=list[tuple[float, LoggedEvent]]
+    )
     looks: int = 0
-    engine: Mapping[str, Any] = field(default_factory=dict)
+    engine: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     @classmethod
     def begin(cls, network: Network, plan: Plan, memory: ExpectationMemory) -> Self:
@@ -82,7 +84,7 @@ def read_run_state(saved: Mapping[str, Any], network: Network, plan: Plan) -> Ru
 
 def _known(network: Network, plan: Plan) -> list[object]:
     """Return what a checkpoint need not hold, always in the same order."""
-    arrays = [getattr(network, name) for name in network.__struct_fields__]
+    arrays: list[object] = [getattr(network, name) for name in network.__struct_fields__]
     events = [*plan.events, *(event for trigger in plan.triggers for event in trigger.events)]
     actions = [event.action for event in events]
     spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]

@@ -6,7 +6,7 @@ terminal (SIGHUP).
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -70,7 +70,7 @@ def interruption(number: int | None) -> KeyboardInterrupt:
 
 
 @contextmanager
-def asked_to_stop(further: Interrupt | None = None) -> Iterator[StopRequest]:
+def asked_to_stop(further: Interrupt | None = None) -> Generator[StopRequest]:
     """Yield a question whether to stop: after a signal, or if ``further`` says so.
 
     Outside of the main thread, and where somebody else handles a signal, it is left alone.
@@ -86,14 +86,14 @@ def asked_to_stop(further: Interrupt | None = None) -> Iterator[StopRequest]:
 
 
 @contextmanager
-def ending() -> Iterator[None]:
+def ending() -> Generator[None]:
     """Let signals end the block as Ctrl-C does: files are closed."""
     with _handled(_end):
         yield
 
 
 @contextmanager
-def _handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+def _handled(handler: Callable[[int, FrameType | None], None]) -> Generator[None]:
     """Handle the signals that nobody else does, or that ``ending`` would."""
     ours = (signal.SIG_DFL, signal.default_int_handler, _end)
     former = {}
