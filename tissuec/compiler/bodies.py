@@ -114,12 +114,13 @@ def check_laws(
         to: Takes diagnostics.
     """
     for number in np.unique(law[rest <= 0.0]):
-        used = variables(laws[number].elastic) | variables(laws[number].viscous)
+        one = laws[int(number)]
+        used = variables(one.elastic) | variables(one.viscous)
         if "rest" in used:
             to.reject(
                 "TIS309",
                 f"a spring of {body.name} has no rest length, but its law "
-                f"({laws[number].name}) needs one",
+                f"({one.name}) needs one",
                 body.span,
                 hint="draw it longer, or use a law that depends on the elongation only",
             )

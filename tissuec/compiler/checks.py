@@ -33,7 +33,7 @@ from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import rests_pressed
 from tissuec.mechanics.state import State
 from tissuec.model import topology
-from tissuec.model.network import BodyPart, Floats, Indices, Network
+from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.script.plan import RELAXATION
@@ -306,14 +306,14 @@ def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
         return
     strain = breaking_strains(network.behaviour(), network.strength)
     for body in network.bodies:
-        springs = np.arange(body.springs.start, body.springs.stop)
+        springs = numbers_in(body.springs)
         springs = springs[np.isfinite(strain[springs])]
         is_typed = compiled.scene.bodies[key_of(body.name)].tables is not None
         if body.thread is not None or is_typed or not len(springs):
             continue
-        median = springs[np.argsort(strain[springs])[len(springs) // 2]]
+        median = int(springs[np.argsort(strain[springs])[len(springs) // 2]])
         if strain[median] > IMPLAUSIBLE:
-            yield _breaks_late(network, body, int(median), float(strain[median]))
+            yield _breaks_late(network, body, median, float(strain[median]))
 
 
 def _breaks_late(network: Network, body: BodyPart, spring: int, strain: float) -> Diagnostic:
@@ -458,6 +458,8 @@ def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
                     cut.span,
                     extents(state.position[_ends_of(cut, state)]),
                 )
+            case _:
+                pass
 
 
 def _goes_by(cut: Cut, state: State, moved: float) -> bool:
@@ -571,8 +573,9 @@ def _with_joined(network: Network, body: BodyPart) -> tuple[Indices, Indices]:
     """Return a body's nodes and springs, with springs that join it and nodes at their ends."""
     joined = network.ends[network.body_springs :]
     beside = ((joined >= body.nodes.start) & (joined < body.nodes.stop)).any(axis=1)
-    nodes = np.union1d(np.arange(body.nodes.start, body.nodes.stop), joined[beside])
-    springs = np.arange(body.springs.start, body.springs.stop)
+    own = numbers_in(body.nodes)
+    nodes = np.union1d(own, joined[beside])
+    springs = numbers_in(body.springs)
     further = network.body_springs + np.flatnonzero(beside)
     return nodes.astype(np.int64), np.append(springs, further)
 

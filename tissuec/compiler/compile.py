@@ -36,7 +36,7 @@ from tissuec.lang.syntax import Expect
 from tissuec.laws import LINEAR, is_open
 from tissuec.laws.evaluation import Behaviour
 from tissuec.meshes.generators import Celled
-from tissuec.model.network import BodyPart, Indices, JointPart, Network, Provenance
+from tissuec.model.network import BodyPart, Indices, JointPart, Network, Provenance, numbers_in
 from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup
 from tissuec.scene.findings import Findings
@@ -75,7 +75,8 @@ class Compiled(Struct, frozen=True, eq=False):
         """Yield sets, regions, and the nodes that carry the shapes of tools."""
         yield from self.groups.named()
         for tool in self.network.tools:
-            yield NamedGroup(tool.name, "nodes", np.arange(tool.nodes.start, tool.nodes.stop))
+            nodes = numbers_in(tool.nodes)
+            yield NamedGroup(tool.name, "nodes", nodes)
 
     def nodes_of(self, name: str) -> Indices:
         """Return the numbers of the nodes of a set or body, shape (node,).
@@ -272,7 +273,8 @@ def _behind_one_another(
     """Return parts as one array of rows of a shape; a single one as it is."""
     if len(parts) == 1:
         return np.asarray(parts[0], dtype=kind)
-    return np.concatenate([np.zeros((0, *shape), dtype=kind), *parts]).astype(kind, copy=False)
+    none = np.asarray(np.zeros((0, *shape)), dtype=kind)
+    return np.concatenate([none, *parts]).astype(kind, copy=False)
 
 
 def _shifted(nodes: NDArray[np.int32], first: int) -> NDArray[np.int32]:
@@ -310,10 +312,11 @@ def _events(script: Script) -> list[ScheduledAction]:
 
 def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[ScheduledAction]:
     """Return what lets bodies keep their volume as the Poisson's ratio of their tissue asks."""
-    events = []
+    events: list[ScheduledAction] = []
     for part, one in zip(network.bodies, built, strict=True):
         if one.poisson is not None:
-            whole = Group(part.name, np.arange(part.nodes.start, part.nodes.stop))
+            nodes = numbers_in(part.nodes)
+            whole = Group(part.name, nodes)
             preserve = Preserve(whole, one.poisson.modulus, one.poisson.span)
             events.append(ScheduledAction(0.0, preserve))
     return events

@@ -121,6 +121,8 @@ class Conditions:
                 case s.Call() if not _is_mathematical(part):
                     reading = self._read(part.function.key, part, part.arguments)
                     readings[place_of(part)] = reading
+                case _:
+                    pass
         return readings
 
     def _read(

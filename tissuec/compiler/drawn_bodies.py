@@ -150,7 +150,7 @@ def surface_mask(mesh: Mesh) -> Mask | None:
 
 def group_masks(mesh: Mesh) -> dict[str, Mask]:
     """Return which nodes belong to each group of a file, shape (node,), by its name."""
-    masks = {}
+    masks: dict[str, Mask] = {}
     for name, nodes in mesh.groups.items():
         masks[name] = np.zeros(len(mesh.position), dtype=bool)
         masks[name][nodes] = True
@@ -246,8 +246,8 @@ def _select_springs(drawing: Drawing, scope: Scope) -> NDArray[np.int64]:
                 "TIS302", f"{drawing.body.name} has no {part.name}", part.span,
                 hint=extents(drawing.mesh.position),
             )  # fmt: skip
-        for before in np.unique(found[chosen]):
-            other = drawing.body.spring_parts[before - 1]
+        for before in np.unique(found[chosen]).tolist():
+            other = drawing.body.spring_parts[int(before) - 1]
             if before and other.sides is None:
                 common = counted(int((found[chosen] == before).sum()), "spring")
                 scope.findings.reject(

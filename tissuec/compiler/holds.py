@@ -11,7 +11,7 @@ from msgspec import Struct
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
-from tissuec.model.network import Indices, ToolPart
+from tissuec.model.network import Indices, ToolPart, numbers_in
 from tissuec.script.plan import ScheduledAction, Trigger
 from tissuec.script.verbs import Group, Mover
 from tissuec.script.verbs.fix import Fix
@@ -78,9 +78,7 @@ class _HoldHistory:
         self.certain = shaped and not triggers
         followed = (event.action for trigger in triggers for event in trigger.events)
         self.may_free = any(isinstance(action, Free) for action in followed)
-        self.shapes = {
-            tool.name: np.arange(tool.nodes.start, tool.nodes.stop) for tool in tools
-        }
+        self.shapes: dict[str, Indices] = {tool.name: numbers_in(tool.nodes) for tool in tools}
         self.taken: dict[tuple[str, Span], HeldNodes] = {}
         self.driven: dict[tuple[str, Span], DrivenNodes] = {}
         self.fixed: dict[Span, Indices] = {}

@@ -4,6 +4,8 @@ Each node of the side with fewer nodes is joined to the nearest one of the other
 that are near.
 """
 
+from typing import Any
+
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
@@ -185,7 +187,7 @@ def nearest_pairs(
     few, many = (first, second) if len(first) <= len(second) else (second, first)
     tree, points = KDTree(position[many]), position[few]
     distance = tree.query(points)[0]
-    alike = tree.query_ball_point(points, distance * ALIKE)
+    alike: Any = tree.query_ball_point(points, distance * ALIKE)
     nearest = many[[min(places) for places in alike]]
     columns = (few, nearest) if few is first else (nearest, few)
     reach = np.linalg.norm(position[nearest] - position[few], axis=1)

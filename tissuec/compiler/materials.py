@@ -122,7 +122,9 @@ class MaterialReader:
         is_open = ~self.is_inner & (self.rule == _SAYS_NOTHING)
         if not is_open.any():
             return
-        first, second = (self.materials[k].name for k in self.end_parts[np.argmax(is_open)])
+        first, second = (
+            self.materials[int(k)].name for k in self.end_parts[np.argmax(is_open)].tolist()
+        )
         self.findings.reject(
             "TIS304",
             f"the material of springs from {first} to {second} is missing",
@@ -151,7 +153,7 @@ class MaterialReader:
     def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
         """Return the law of each spring by number, shape (spring,), and all laws."""
         laws = [LINEAR]
-        numbers = []
+        numbers: list[int] = []
         for material in self.materials:
             law = _law_of(material)
             if law not in laws:
@@ -162,7 +164,7 @@ class MaterialReader:
         first, second = (np.where(self.bends | self.is_typed, 0, e) for e in (first, second))
         is_mixed = (first != second) & (self.rule == _MEAN)
         if (mixed := np.flatnonzero(is_mixed)).size:
-            parts = sorted({self.materials[k].name for k in self.end_parts[mixed[0]]})
+            parts = sorted({self.materials[int(k)].name for k in self.end_parts[mixed[0]]})
             self.findings.reject(
                 "TIS309",
                 f"springs between {' and '.join(parts)} cannot be the mean of two laws",
@@ -260,7 +262,7 @@ class MaterialReader:
         ):
             if not half.any():
                 continue
-            parts = self.end_parts[np.argmax(half)]
+            parts: list[int] = self.end_parts[np.argmax(half)].tolist()
             given = [g for g in (self._found(name)[part] for part in parts) if g is not None]
             tables = self.body.tables
             where = tables.springs.name.span if tables and tables.springs else self.body.span

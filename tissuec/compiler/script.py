@@ -27,8 +27,8 @@ class Script(Struct):
         is_whole: Whether nothing was left out because it is wrong.
     """
 
-    events: list[ScheduledAction] = field(default_factory=list)
-    triggers: list[Trigger] = field(default_factory=list)
+    events: list[ScheduledAction] = field(default_factory=list[ScheduledAction])
+    triggers: list[Trigger] = field(default_factory=list[Trigger])
     is_whole: bool = True
 
 

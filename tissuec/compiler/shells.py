@@ -41,7 +41,8 @@ def hinges_of(
     body = drawing.body
     if body.shell is None:
         return None
-    given = [moduli[part] for part in np.unique(drawing.part).tolist()]
+    used: list[int] = np.unique(drawing.part).tolist()
+    given = [moduli[part] for part in used]
     if matter is None or any(m is None or not m.quantity.is_of_matter for m in given):
         findings.reject(
             "TIS304",

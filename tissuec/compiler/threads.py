@@ -68,7 +68,7 @@ def with_slipping(
         changed[name][slip] = np.inf
     for name in changed.keys() & {*TIMES, VISCOSITY}:  # knots neither relax nor yield
         changed[name][[hold, slip]] = np.inf
-    own = laws[law[hold]]
+    own = laws[int(law[hold])]
     if own.viscous != LINEAR.viscous:  # which cannot be switched off when it is tied
         changed["damping"][hold], law[hold] = 0.0, len(laws)
         linear = VISCOSITY_LAWS["linear"]()

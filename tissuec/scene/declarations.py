@@ -62,13 +62,15 @@ class Declarations(Struct):
     """
 
     library: Library
-    named: dict[str, dict[str, Declared]] = field(default_factory=dict)
-    single: dict[str, s.Block] = field(default_factory=dict)
-    tables: list[s.Table] = field(default_factory=list)
-    expects: list[s.Expect] = field(default_factory=list)
+    named: dict[str, dict[str, Declared]] = field(
+        default_factory=dict[str, dict[str, Declared]]
+    )
+    single: dict[str, s.Block] = field(default_factory=dict[str, s.Block])
+    tables: list[s.Table] = field(default_factory=list[s.Table])
+    expects: list[s.Expect] = field(default_factory=list[s.Expect])
     about: str = ""
     #: Words and rules that a second file declares as well, with their kinds.
-    again: list[tuple[str, s.Name]] = field(default_factory=list)
+    again: list[tuple[str, s.Name]] = field(default_factory=list[tuple[str, s.Name]])
 
     def of(self, kind: str) -> dict[str, Declared]:
         """Return the declarations of one kind."""

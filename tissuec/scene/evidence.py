@@ -103,7 +103,7 @@ def _source(clause: s.Clause, scope: Scope) -> tuple[str, bool]:
     name = clause.value
     if isinstance(name, s.Name) and name.quoted and name.words.lower() in ("", UNVERIFIED):
         return name.quoted, not name.words
-    quoted = []
+    quoted: list[Edit] = []
     if isinstance(name, s.Name) and not name.quoted:
         words = name.text.split()
         is_unverified = words[0].lower() == UNVERIFIED and len(words) > 1

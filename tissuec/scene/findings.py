@@ -4,7 +4,7 @@ What only follows from a mistake is not told: a name whose declaration is wrong 
 what asks for it is left aside in silence.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from typing import NoReturn
 
@@ -78,7 +78,7 @@ class Findings:
         raise Rejected
 
     @contextmanager
-    def item(self) -> Iterator[None]:
+    def item(self) -> Generator[None]:
         """Confine a rejection to one item, so that its neighbours are still looked at."""
         try:
             yield
@@ -86,7 +86,7 @@ class Findings:
             self.failures += 1
 
     @contextmanager
-    def together(self) -> Iterator[None]:
+    def together(self) -> Generator[None]:
         """Leave the present item at the end if anything was wrong or left out in between.
 
         Raises:

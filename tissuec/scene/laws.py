@@ -14,7 +14,14 @@ from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
-from tissuec.laws import MODULUS, SPRING_LAWS, VISCOSITY_LAWS, of_stress
+from tissuec.laws import (
+    MODULUS,
+    SPRING_LAWS,
+    VISCOSITY_LAWS,
+    SpringLaw,
+    ViscosityLaw,
+    of_stress,
+)
 from tissuec.laws.formula import (
     ONE,
     ZERO,
@@ -80,7 +87,7 @@ class Form(Struct, frozen=True):
 class LawKind(Struct, frozen=True):
     """Syntax of one of the two laws of a tissue: by name after ``word``, or as a formula."""
 
-    family: Family[type]
+    family: Family[type[SpringLaw]] | Family[type[ViscosityLaw]]
     word: str
     forms: tuple[Form, ...]
 
@@ -185,6 +192,7 @@ def read_law(kind: LawKind, item: Entry, scope: Scope) -> WrittenLaw:
 
 def _form_of(kind: LawKind, item: Entry) -> Form:
     """Return the free formula that an entry is called like."""
+    assert not isinstance(item, s.Rule | s.Timed | s.Expect), "an entry of a law has a name"
     return FORMS.get(item.name.key, kind.forms[0])
 
 
@@ -396,8 +404,12 @@ class FormulaScope(Scope):
             )
 
 
+def _quotient(above: Formula, below: Formula) -> Formula:
+    return above / below
+
+
 _JOIN: Mapping[str, Callable[[Formula, Formula], Formula]] = {
-    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": _quotient,
 }  # fmt: skip
 
 

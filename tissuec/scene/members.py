@@ -58,6 +58,8 @@ def _target(
         match item:
             case s.Sentence(phrase=None, clauses=(s.Clause("on", s.Name() as name),)):
                 return name, others
+            case _:
+                pass
     scope.findings.reject(
         "TIS312", '"acts" is followed by "on" and one set or body', item.span,
         hint=Hint(f"for example: {example}", *_with_on(item)),

@@ -50,7 +50,7 @@ def _text(value: Given, name: str, dimension: Dimension) -> str:
     """Return a value as a scene has it."""
     if isinstance(value, str):
         return value
-    if isinstance(value, Real) and not isinstance(value, bool):
+    if not isinstance(value, bool) and isinstance(value, Real):
         numbers, form = [float(value)], "{}"
     else:
         numbers, form = _vector(value, name), "({}, {}, {})"

@@ -77,7 +77,7 @@ def entries_of(cls: type) -> dict[str, Entry]:
         TypeError: A field has no kind of entry.
     """
     about = _attributes(cls.__doc__ or "")
-    entries = {}
+    entries: dict[str, Entry] = {}
     for field in fields(cls):
         kinds = getattr(field.type, "__metadata__", ())
         if not kinds:

@@ -57,10 +57,14 @@ class _Written(Struct):
 
     rules: RulesBlock | None = None
     about: str = ""
-    facts: dict[str, s.Sentence | s.Assign] = field(default_factory=dict)
-    numbers: dict[str, AssignedQuantity] = field(default_factory=dict)
-    laws: dict[str, WrittenLaw] = field(default_factory=dict)
-    known: dict[str, list[KnownQuantity]] = field(default_factory=dict)
+    facts: dict[str, s.Sentence | s.Assign] = field(
+        default_factory=dict[str, s.Sentence | s.Assign]
+    )
+    numbers: dict[str, AssignedQuantity] = field(default_factory=dict[str, AssignedQuantity])
+    laws: dict[str, WrittenLaw] = field(default_factory=dict[str, WrittenLaw])
+    known: dict[str, list[KnownQuantity]] = field(
+        default_factory=dict[str, list[KnownQuantity]]
+    )
     inherited: "_Written | None" = None
 
     def heir(self) -> "_Written":
