@@ -89,7 +89,7 @@ def position(
         rows: Number of rows with a limit; the error of all rows is added if there are more.
     """
     errors = position_errors(run, reference, network)
-    found = []
+    found: list[QuantityError] = []
     if rows:
         found.append(_worst_position("position", run, reference, network, bound, errors[:rows]))
     if rows < len(errors):
@@ -145,7 +145,7 @@ def support_forces(
         state: Present spring constants.
         groups: The nodes of each group at each row.
     """
-    found = []
+    found: list[QuantityError] = []
     for name, members in groups.items():
         own = np.array([-f[n].sum(axis=0) for f, n in zip(run.force, members, strict=True)])
         true = np.array(

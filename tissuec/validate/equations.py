@@ -154,7 +154,9 @@ class Equations:
         self.strength = state.strength[self.springs]
         self.crush = state.crush[self.springs]
         ends = network.ends[self.springs]
-        self._first, self._second = ends.T.astype(np.intp)
+        places = ends.T.astype(np.intp)
+        self._first: NDArray[np.intp] = places[0]
+        self._second: NDArray[np.intp] = places[1]
         self.incidence = incidence_matrix(ends, self.count)
         self._backwards = self.incidence.T.tocsr()
         self._reach = self.along(network.position)
@@ -300,7 +302,7 @@ class Equations:
             given = self.yielding.read(velocity)
             giving, wasted = self.yielding.rate(springs.stretch, springs.pull, given)
         return np.concatenate(
-            [own.ravel(), fall.ravel(), bending, giving, [work, lost + wasted]]
+            [own.ravel(), fall.ravel(), bending, giving, np.array([work, lost + wasted], float)]
         )
 
     def _bending(self, position: Floats, velocity: Floats) -> Floats:

@@ -110,7 +110,7 @@ def near_ties(
         shift: Allowed error of positions [m]; two ends give twice the change of length.
     """
     run, reference = strains
-    found = []
+    found: list[Miss] = []
     for miss in misses:
         spring = miss.number
         strain = float((reference if miss.in_run else run)[spring])

@@ -109,11 +109,12 @@ class ReferenceRun:
     def _steps(self, equations: Equations, y: Floats, stop: float) -> Iterator[Step]:
         """Yield steps that land on every sample, if the method can, and on the stop."""
         stepper = Stepper(equations, self.method, self.rtol, self._floor(), self.effort)
-        time, size = self.state.time, None
+        time = self.state.time
+        size: float | None = None
         while time < stop:
             lands = self.method in ONE_STEP
             leg = min(self.track.due, stop) if lands else stop
-            sizes = []
+            sizes: list[float] = []
             for step in stepper.steps(time, y, leg, self.track.scales, size):
                 yield step
                 y, time = step.after, step.stop

@@ -146,8 +146,12 @@ class Stepper:
         keywords: dict[str, Any] = {"rtol": self._rtol, "atol": self._allowed(scales)}
         if self._method in IMPLICIT:
             matrix = self._equations.jacobian
-            full = self._method == "LSODA"  # which knows full and banded matrices only
-            keywords["jac"] = (lambda t, z: matrix(t, z).toarray()) if full else matrix
+
+            def full(t: float, z: Floats) -> Floats:
+                return matrix(t, z).toarray()
+
+            # LSODA knows full and banded matrices only.
+            keywords["jac"] = full if self._method == "LSODA" else matrix
         make = getattr(integrate, self._method)
         return make(self._equations.rate, time, y, stop, first_step=first, **keywords)
 

@@ -74,7 +74,7 @@ def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
 
 def events(document: Document) -> list[str]:
     """Return how what broke and what fired match."""
-    lines = []
+    lines: list[str] = []
     for what, name in (("springs broke", "ruptures"), ("triggers fired", "triggers")):
         matching = document.get(name)
         if matching is not None and (matching["run"] or matching["reference"]):

@@ -140,7 +140,7 @@ class _Touched:
         ahead = corners[:, 1] - corners[:, 0]
         plane = kind == PLANE
         normal = _unit(np.where(plane[:, None], ahead, arm))
-        depth = np.where(plane, 0.0, pairs.radius) - (normal * arm).sum(axis=1)
+        depth: Floats = np.where(plane, 0.0, pairs.radius) - (normal * arm).sum(axis=1)
         inside = depth > 0.0
         self.node, self.kind, self.weight = (
             pairs.node[inside],
@@ -155,14 +155,17 @@ class _Touched:
         self.normal, self.depth, self.ahead = normal[inside], depth[inside], ahead[inside]
         # The place on a plane is straight below the node; what carries it is elsewhere.
         self.off = arm[inside]
-        self.arm = np.where(plane[inside, None], -self.depth[:, None] * self.normal, self.off)
+        self.arm: Floats = np.where(
+            plane[inside, None], -self.depth[:, None] * self.normal, self.off
+        )
         self.at = of.nodes[self.node]
         keys = np.stack([self.node, of.surface[pairs.shape[inside]]])
         distinct, group = np.unique(keys, axis=1, return_inverse=True)
         self.node_of_surface, self.group = distinct[0], group.reshape(-1)
         k, w = of.stiffness, of.layer
         shallow = self.depth < w
-        each = np.where(shallow, self.depth**2 / (2.0 * w), self.depth - 0.5 * w)
+        soft: Floats = self.depth**2 / (2.0 * w)
+        each: Floats = np.where(shallow, soft, self.depth - 0.5 * w)
         self.pressure = self.weight * k[self.node] * each
         largest = np.zeros(len(self.node_of_surface))
         np.maximum.at(largest, self.group, self.pressure)
@@ -213,10 +216,11 @@ class _Turning:
         there = (np.arange(3) < count)[:, :, None]
         middle = (touched.corners * there).sum(axis=1) / count
         self._arm = (touched.corners - middle[:, None]) * there
-        square = (self._arm**2).sum(axis=(1, 2))
-        twice = np.linalg.norm(cross(self._arm[:, 0], self._arm[:, 1]), axis=1)
+        square: Floats = (self._arm**2).sum(axis=(1, 2))
+        twice: Floats = np.linalg.norm(cross(self._arm[:, 0], self._arm[:, 1]), axis=1)
         # Neither a point nor a triangle without area.
-        wide = np.where(touched.kind == CAPSULE, square, twice) > 1e-6 * square
+        size: Floats = np.where(touched.kind == CAPSULE, square, twice)
+        wide = size > 1e-6 * square
         takes = wide & (touched.weight > 0.0) & (touched.kind != PLANE)
         outer = np.einsum("tai,taj->tij", self._arm, self._arm)
         inertia = square[:, None, None] * np.eye(3) - outer

@@ -46,7 +46,8 @@ class Folding:
         foot, along = corners[:, 0], corners[:, 1] - corners[:, 0]
         length = np.sqrt(_dot(along, along))
         axis = along / length[:, None]
-        slopes, normals = np.zeros_like(corners), []
+        normals: list[Any] = []
+        slopes = np.zeros_like(corners)
         counts, growing = np.ones_like(length), np.zeros_like(corners)
         for tip, sign, drawn in ((2, 1.0, self._squares[:, 0]), (3, -1.0, self._squares[:, 1])):
             reach = corners[:, tip] - foot
@@ -69,8 +70,9 @@ class Folding:
             growing[:, 1] += rate * cross(reach, upwards)
             growing[:, 0] -= rate * cross(reach - along, upwards)
         upper, lower = normals
-        sine, cosine = _dot(cross(lower, upper), axis), _dot(upper, lower)
-        fold = np.arctan2(np.real(sine), np.real(cosine)) - self._drawn
+        sine: Any = _dot(cross(lower, upper), axis)
+        cosine: Any = _dot(upper, lower)
+        fold = np.arctan2(np.asarray(sine).real, np.asarray(cosine).real) - self._drawn
         # d atan2(s, c) = c ds - s dc, for s² + c² = 1
         turned = fold + 1j * (cosine.real * sine.imag - sine.real * cosine.imag)
         return turned, counts, slopes, counts[:, None, None] * growing

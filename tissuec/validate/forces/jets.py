@@ -123,7 +123,8 @@ class JetForce:
         speed = np.sqrt(2.0 * thrust / (np.pi * jet.density)) * profile
         away = self._points(velocity) @ beam.along
         # (u - w)² of what is slower than the jet; what comes towards it meets no more than u.
-        flux = np.where(away < 0.0, speed * (speed - 2.0 * away), (speed - away) ** 2)
+        slower: Floats = (speed - away) ** 2
+        flux: Floats = np.where(away < 0.0, speed * (speed - 2.0 * away), slower)
         flux = np.where(away > speed, 0.0, flux) * smooth(ahead / (RISE * jet.bore))
         size = faces * area * slope**2 / self._parts
         along = np.where(slope < 0.0, -1.0, 1.0)[:, None] * normal
@@ -243,7 +244,7 @@ def points_of(parts: int) -> Floats:
     Edges are divided into ``parts``. Each of the n² equal triangles has three points, a sixth
     of the way in from two of its edges; the shape is (3 n², 3).
     """
-    found = []
+    found: list[Floats] = []
     for i in range(parts):
         for j in range(parts - i):
             corners = [np.array([[i, j], [i + 1, j], [i, j + 1]], float)]

@@ -6,10 +6,11 @@ found here in another way: slopes by forward differentiation, energies by adapti
 
 from collections.abc import Callable, Sequence
 from copy import copy
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from msgspec import Struct
+from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import quad_vec
 from scipy.interpolate import PchipInterpolator
 
@@ -21,7 +22,7 @@ QUADRATURE = 1e-13  # relative error of energies of free formulas
 ROUNDING, TINY = 1e-15, 1e-200
 
 
-class ForceRule(NamedTuple):
+class ForceRule(Struct, frozen=True):
     """The force of springs [N] as a function of their elongations [m].
 
     Each function takes them, c [N/m] and rest lengths [m], of shape (spring,).
@@ -37,7 +38,7 @@ class ForceRule(NamedTuple):
     energy: Callable[[Floats, Floats, Floats], Floats]
 
 
-class Dashpot(NamedTuple):
+class Dashpot(Struct, frozen=True):
     """The force of dashpots [N] as a function of elongations [m] and speeds [m/s].
 
     Each function takes both, d [N s/m] and rest lengths [m], of shape (spring,).
@@ -107,7 +108,9 @@ def _exponential(law: Any) -> ForceRule:
     def energy(e: Floats, c: Floats, rest: Floats) -> Floats:
         s = k * e / rest
         series = s * s / 2.0 * (1.0 + s / 3.0 * (1.0 + s / 4.0 * (1.0 + s / 5.0)))
-        return c * (rest / k) ** 2 * np.where(np.abs(s) < 1e-3, series, np.expm1(s) - s)
+        small: Floats = np.abs(s)
+        part = _either(small < 1e-3, series, np.expm1(s) - s)
+        return c * (rest / k) ** 2 * part
 
     return ForceRule(
         lambda e, c, rest: c * rest / k * np.expm1(k * e / rest),
@@ -199,11 +202,17 @@ def _free_spring(tree: Any) -> ForceRule:
     def both(e: Floats, c: Floats, rest: Floats) -> tuple[Floats, Floats]:
         return _like(e, *derived(tree, {"e": e, "c": c, "rest": rest}, "e"))
 
+    def force(e: Floats, c: Floats, rest: Floats) -> Floats:
+        return both(e, c, rest)[0]
+
+    def slope(e: Floats, c: Floats, rest: Floats) -> Floats:
+        return both(e, c, rest)[1]
+
     def energy(e: Floats, c: Floats, rest: Floats) -> Floats:
         # Forces are rounded to parts of c rest; finer looks would see nothing else.
         noise = ROUNDING * float(np.abs(c * rest * e).max(initial=0.0))
         found, _ = quad_vec(
-            lambda part: e * both(part * e, c, rest)[0],
+            lambda part: e * force(part * e, c, rest),
             0.0,
             1.0,
             epsrel=QUADRATURE,
@@ -211,20 +220,19 @@ def _free_spring(tree: Any) -> ForceRule:
         )
         return np.asarray(found)
 
-    return ForceRule(lambda *given: both(*given)[0], lambda *given: both(*given)[1], energy)
+    return ForceRule(force, slope, energy)
 
 
 def _free_dashpot(tree: Any) -> Dashpot:
     """Return what a free formula of e, w, d and rest says."""
 
-    def by(name: str, *given: Floats) -> tuple[Floats, Floats]:
-        known: dict[str, Floats] = dict(zip(("e", "w", "d", "rest"), given, strict=True))
-        return _like(known["w"], *derived(tree, known, name))
+    def by(name: str, e: Floats, w: Floats, d: Floats, rest: Floats) -> tuple[Floats, Floats]:
+        return _like(w, *derived(tree, {"e": e, "w": w, "d": d, "rest": rest}, name))
 
     return Dashpot(
-        lambda *given: by("w", *given)[0],
-        lambda *given: by("w", *given)[1],
-        lambda *given: by("e", *given)[1],
+        lambda e, w, d, rest: by("w", e, w, d, rest)[0],
+        lambda e, w, d, rest: by("w", e, w, d, rest)[1],
+        lambda e, w, d, rest: by("e", e, w, d, rest)[1],
     )
 
 
@@ -272,7 +280,7 @@ def derived(tree: Any, values: dict[str, Floats], name: str) -> tuple[Any, Any]:
         case "Choice":
             test, above, below = of(tree.test)[0], of(tree.above), of(tree.below)
             chosen = test >= 0.0
-            return np.where(chosen, above[0], below[0]), np.where(chosen, above[1], below[1])
+            return _either(chosen, above[0], below[0]), _either(chosen, above[1], below[1])
         case other:
             raise TypeError(f"a formula has no {other}")
 
@@ -307,7 +315,8 @@ class ReferenceLaws:
         rest: Floats,
     ):
         self._c, self._d, self.rest = stiffness, damping, rest
-        groups = [(laws[k], np.flatnonzero(law == k)) for k in np.unique(law[law > 0])]
+        used = map(int, np.unique(law[law > 0]))
+        groups = [(laws[k], np.flatnonzero(law == k)) for k in used]
         self._springs = [(spring_rule(one), chosen) for one, chosen in groups]
         self._dashpots = [(dashpot_rule(one), chosen) for one, chosen in groups]
 
@@ -356,6 +365,10 @@ class ReferenceLaws:
         for rule, chosen in groups:
             found[chosen] = getattr(rule, name)(*(each[chosen] for each in (*at, self.rest)))
         return found
+
+
+def _either(test: NDArray[np.bool_], one: ArrayLike, other: ArrayLike) -> Floats:
+    return np.where(test, one, other)
 
 
 def _resisting(slope: Floats) -> Floats:
