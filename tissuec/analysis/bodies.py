@@ -228,7 +228,7 @@ class _Examined:
     def _tissues(self) -> Iterator[str]:
         body = self.drawing.body
         tissues = [body.tissue, *(region.tissue or body.tissue for region in body.regions)]
-        used = (tissues[number] for number in np.unique(self.drawing.part))
+        used = (tissues[int(number)] for number in np.unique(self.drawing.part).tolist())
         own = (part.tissue for part in body.spring_parts)
         yield from dict.fromkeys(one.name for one in (*used, *own) if one is not None)
 
@@ -247,7 +247,8 @@ class _Examined:
             case "thread" | "bars":
                 length = float(self.drawing.length[self._bars()].sum())
                 return across and across * length, None, length
-        return None, None, None
+            case "points":
+                return None, None, None
 
     def _across(self) -> float | None:
         """Return the thickness of a wall [m], or the section of bars [m²]."""
@@ -273,7 +274,8 @@ class _Examined:
                 return self._of_solid()
             case "wall":
                 return self._of_wall()
-        return self._of_bars()
+            case "thread" | "bars":
+                return self._of_bars()
 
     def _of_solid(self) -> Elasticity:
         mesh, part = self.mesh, self.part

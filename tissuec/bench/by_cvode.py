@@ -2,9 +2,10 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
-from typing import ClassVar
+from importlib import import_module
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -31,7 +32,7 @@ class CvodeSolver(DrivenSolver, frozen=True):
         Raises:
             SolverFailed: CVODE cannot go on.
         """
-        from sksundae.cvode import CVODE  # pyright: ignore[reportMissingImports]
+        cvode: Any = import_module("sksundae.cvode")
 
         def fill(time: float, y: Floats, out: Floats) -> None:
             deadline.check()
@@ -44,7 +45,7 @@ class CvodeSolver(DrivenSolver, frozen=True):
             if narrow
             else {"linsolver": "gmres", "krylov_dim": KRYLOV}
         )
-        solver = CVODE(
+        solver = cvode.CVODE(
             fill,
             method=self.method,
             rtol=tolerance,
@@ -64,7 +65,7 @@ class CvodeSolver(DrivenSolver, frozen=True):
 
 
 @contextmanager
-def _silence() -> Iterator[None]:
+def _silence() -> Generator[None]:
     """Keep what the library prints by itself away from the tables and the JSON document."""
     sys.stdout.flush()
     kept, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from tissuec.bench.problem import BenchProblem
 from tissuec.bench.start import state_at_start
@@ -70,7 +71,8 @@ class MujocoSolver(Struct, frozen=True, eq=False):
             data.xfrc_applied[1 + load.nodes, :3] += load.at(0.0)
         started = clock.process_time()
         step = self._step(tolerance)
-        position, steps, time = [], 0, 0.0
+        position: list[NDArray[np.float64]] = []
+        steps, time = 0, 0.0
         for when in self.problem.times:
             count = ceil((when - time) / step * (1.0 - 1e-9))
             model.opt.timestep = (when - time) / count if count else step

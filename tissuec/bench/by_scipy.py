@@ -30,7 +30,8 @@ class SciPySolver(DrivenSolver, frozen=True):
             SolverFailed: SciPy's solver cannot go on.
         """
         with np.errstate(all="ignore"):
-            found = solve_ivp(
+            solve: Any = solve_ivp
+            found = solve(
                 kernel.function(deadline),
                 (kernel.start, kernel.stop),
                 kernel.initial,

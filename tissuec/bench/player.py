@@ -37,7 +37,8 @@ def walk(problem: BenchProblem, integrate: Integrate) -> SolverRun:
     run_state = RunState.begin(problem.network, problem.plan, frames.memory)
     stage = Stage(problem.network, problem.plan, frames, run_state)
     layout = KernelInputs(problem.network, watched=False, ledger=False)
-    state, legs, row = run_state.state, [], 0
+    state, row = run_state.state, 0
+    legs: list[_Leg] = []
     duration = problem.plan.simulation.duration
     stage.begin()
     while state.time < duration:

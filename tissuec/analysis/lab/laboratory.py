@@ -77,9 +77,9 @@ class Examination(Struct):
 
     tissue: Tissue
     coupons: tuple[Coupon, Coupon]
-    rows: list[TestRow] = field(default_factory=list)
+    rows: list[TestRow] = field(default_factory=list[TestRow])
     curves: list[list[StressStrainCurve]] = field(default_factory=lambda: [[], []])
-    notes: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list[str])
 
     @property
     def is_good(self) -> bool:

@@ -1,7 +1,7 @@
 """Results of the laboratory as CSV files."""
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from tissuec.analysis.lab.laboratory import Examination
@@ -41,7 +41,7 @@ def _rows(found: Examination) -> Iterator[tuple[object, ...]]:
         yield row.test, row.quantity, *values
 
 
-def _written(path: Path, heads: Sequence[str], rows: Iterator[tuple] | list[tuple]) -> Path:
+def _written(path: Path, heads: Sequence[str], rows: Iterable[tuple[object, ...]]) -> Path:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(heads)

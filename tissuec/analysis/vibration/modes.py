@@ -149,7 +149,8 @@ def _rigid(net: _Net) -> csc_matrix:
 
     Translations of a free piece come before its rotations.
     """
-    balance, found = net.balance, []
+    balance = net.balance
+    found: list[Freedom] = []
     for freedom in rigid_motions(balance, balance.start):
         alone = _scaled((freedom,), balance.mass)
         _, sizes, ways = np.linalg.svd(_pulls(net.operator, alone), full_matrices=False)

@@ -64,7 +64,7 @@ class Operator(Struct, frozen=True, eq=False, dict=True):
         """Return the order in which unknowns are eliminated, shape (n,)."""
         pattern = self.sparse.tocoo()
         nodes = np.ones(pattern.nnz, dtype=np.int8), (pattern.row // 3, pattern.col // 3)
-        joined = csr_matrix(nodes, shape=(self.size // 3,) * 2)
+        joined = csr_matrix(nodes, shape=(self.size // 3, self.size // 3))
         return (3 * dissected(self.places, joined)[:, None] + np.arange(3)).ravel()
 
 
@@ -148,6 +148,6 @@ def operator_of(balance: Balance, bars: Bars) -> Operator:
     root = diags_array(1.0 / np.sqrt(np.repeat(balance.mass, 3)))
     return Operator(
         csc_matrix(root @ stiffness.sparse @ root),
-        root @ stiffness.wide,
+        np.asarray(root @ stiffness.wide, dtype=float),
         bars.position[balance.free],
     )

@@ -1,6 +1,6 @@
 """Diagnostics about data, with the file and row, at the place that refers to them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from typing import NoReturn
 
@@ -18,7 +18,7 @@ class Complaints(Struct, frozen=True):
     """All errors of one file."""
 
     data: Data
-    found: list[Diagnostic] = field(default_factory=list)
+    found: list[Diagnostic] = field(default_factory=list[Diagnostic])
 
     @property
     def file(self) -> str:
@@ -41,7 +41,7 @@ class Complaints(Struct, frozen=True):
         raise CompileError([Diagnostic(code, message, span or self.data.span, hint)])
 
     @contextmanager
-    def part(self) -> Iterator[None]:
+    def part(self) -> Generator[None]:
         """Collect the errors of one part, and continue with the next."""
         try:
             yield

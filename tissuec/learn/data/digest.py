@@ -2,6 +2,7 @@
 
 from hashlib import file_digest
 from pathlib import Path
+from typing import Any
 
 from tissuec.core.files import open_regular
 
@@ -13,4 +14,5 @@ def digest_of(path: Path) -> str:
         OSError: It cannot be read, or is no regular file.
     """
     with open_regular(path) as file:
-        return file_digest(file, "sha256").hexdigest()
+        readable: Any = file  # which is buffered
+        return file_digest(readable, "sha256").hexdigest()

@@ -15,7 +15,7 @@ from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.logged import as_measured, find_log, is_position, title_of
 from tissuec.learn.data.nodes import nodes_of, owners
 from tissuec.learn.data.thinning import nearest_rows
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.results import access
 from tissuec.results.access import Dataset, Group
 from tissuec.script.fit_problem import Fit
@@ -155,7 +155,7 @@ class _Reader:
                 self.reject(f"{self.complaints.file} does not have one id per particle")
             return ids[rows] if changing else np.broadcast_to(ids, (len(rows), count))
         # Without ids they are those of the set, or of its body, in their order.
-        bodies = [np.arange(b.nodes.start, b.nodes.stop) for b in owners(self.network, nodes)]
+        bodies: list[Indices] = [numbers_in(b.nodes) for b in owners(self.network, nodes)]
         for whole in (nodes, *bodies):
             if len(whole) == count:
                 return np.broadcast_to(self.network.node_ids[whole], (len(rows), count))

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import h5py
-
 from tissuec.learn.data.complaints import Complaints
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.h5md import GROUPS, read_h5md
@@ -12,6 +10,7 @@ from tissuec.learn.data.results import read_result
 from tissuec.model.network import Network
 from tissuec.results.access import FAULTS, Group
 from tissuec.results.errors import ResultError
+from tissuec.results.hdf5 import open_file
 from tissuec.results.trajectory import Trajectory
 from tissuec.script.fit_problem import Fit
 
@@ -29,7 +28,7 @@ def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> 
         hint = "H5MD has the groups particles or observables"
         complaints.reject("TIS604", message, hint=hint)
     try:
-        with Trajectory(path) if kind == "result" else h5py.File(path, "r") as file:
+        with Trajectory(path) if kind == "result" else open_file(path, "r") as file:
             for fit in fits:
                 with complaints.part():
                     if isinstance(file, Trajectory):
@@ -45,7 +44,7 @@ def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> 
 def _kind(path: Path) -> str:
     """Return whose a file is; one that cannot be opened is left to what mends results."""
     try:
-        with h5py.File(path, "r") as file:
+        with open_file(path, "r") as file:
             if "tissuec" in file or "tissuec_view" in file.attrs:
                 return "result"
             return "h5md" if any(name in file for name in GROUPS) else "other"

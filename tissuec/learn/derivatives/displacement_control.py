@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tissuec.engine.execution.event_queue import ActionQueue
 from tissuec.engine.execution.sampling import SAME
-from tissuec.mechanics.state import State
+from tissuec.mechanics.state import PrescribedMotion, State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.settle import Settle
@@ -81,7 +81,7 @@ class TravelledDistance:
         wanted = min(displacement, self.greatest)
         place = int(np.argmax(self._sizes >= wanted))
         low, high = self._times[max(place - 1, 0)], self._times[place]
-        piece = self._list[self._pieces_of[place]]
+        piece = self._list[int(self._pieces_of[place])]
         while low < (middle := 0.5 * (low + high)) < high:
             if self._size(piece, middle) >= wanted:
                 high = middle
@@ -117,7 +117,7 @@ class TravelledDistance:
         if not len(back):
             return
         last = int(back[0])
-        piece = self._list[self._pieces_of[last]]
+        piece = self._list[int(self._pieces_of[last])]
         low = max(self._times[max(last - 1, 0)], piece.start)
         high = min(self._times[last + 1], piece.stop)
         while low < (middle := 0.5 * (low + high)) < high:
@@ -134,7 +134,7 @@ class TravelledDistance:
         """Return the start of the piece on which the nodes set out [s]."""
         away = np.flatnonzero(self._sizes > close)
         place = int(away[0]) if len(away) else 0
-        return self._list[self._pieces_of[place]].start
+        return self._list[int(self._pieces_of[place])].start
 
     def _size(self, piece: Interval, time: float) -> float:
         return float(piece.at(time)[0] @ self._direction)
@@ -161,7 +161,7 @@ def _mean_of(
     """Return how far nodes are from where they are drawn on a piece that begins now."""
     home, place = state.network.position[nodes], state.position[nodes]
     still = (place - home).sum(axis=0)
-    moved = []
+    moved: list[tuple[PrescribedMotion, Indices, Floats]] = []
     for motion in state.motions.values():
         mine = np.flatnonzero(np.isin(motion.nodes, nodes))
         if len(mine):

@@ -133,7 +133,10 @@ class DynamicModel:
             columns = slice(first, min(first + CHANGES, self.shaping.size))
             some = sparse.csr_matrix(change[:, columns])
 
-            def visit(sample: int, tx: Floats, tv: Floats, columns=columns, some=some) -> None:
+            def visit(
+                sample: int, tx: Floats, tv: Floats,
+                columns: slice = columns, some: sparse.csr_matrix = some,
+            ) -> None:  # fmt: skip
                 view = self._view(vector, samples, sample)
                 for look, part in by_sample.get(sample, ()):
                     found[part, columns] = push(look, view, tx, tv, order, some)

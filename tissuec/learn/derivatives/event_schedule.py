@@ -69,7 +69,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     motions: tuple[PrescribedMotion, ...]
     loads: tuple[Load, ...]
     changes: Mapping[str, ArrayChange]
-    _paths: dict[bytes, PrescribedPaths] = field(default_factory=dict)
+    _paths: dict[bytes, PrescribedPaths] = field(default_factory=dict[bytes, PrescribedPaths])
 
     @cached_property
     def alive_springs(self) -> NDArray[np.bool_]:

@@ -90,7 +90,7 @@ class Implicit(ByTableau):
                     dues.a[i] = own * own * dues.x[i] + own * dues.v[i]
                 if own != 0.0:
                     factor = self._factorised(act, state(i, stages), own, steps.times[row])
-                    dues.a[i] = factor.solve(dues.a[i], "T")
+                    dues.a[i] = factor.solve(dues.a[i], "T")  # pyright: ignore[reportCallIssue]  # the stub knows "N" only
                 pull_back(act.forces, state(i, stages), state(i, dues), by)
             leave_step(row, act.forces, steps, dues, due)
 

@@ -5,7 +5,7 @@ from scipy import sparse
 
 from tissuec.kernels.sensitivity import Forces, Links, NodeState
 from tissuec.learn.derivatives.kernels import blocks
-from tissuec.model.network import Floats
+from tissuec.model.network import Floats, Indices
 
 
 def solver(forces: Forces, at: NodeState, own: float) -> sparse.csc_matrix:
@@ -32,7 +32,9 @@ def _between(links: Links, blocks: Floats) -> sparse.csr_matrix:
     """Return the matrix of what blocks between two nodes do to accelerations."""
     low, high, inverse = links.low, links.high, links.inverse
     axes = np.arange(3)
-    rows, columns, entries = [], [], []
+    rows: list[Indices] = []
+    columns: list[Indices] = []
+    entries: list[Floats] = []
     for at, by, sign in (
         (low, low, -1.0),
         (low, high, 1.0),

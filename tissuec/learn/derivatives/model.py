@@ -63,7 +63,8 @@ class Slots(NamedTuple):
 
 def slots_of(series: tuple[Series, ...]) -> tuple[Slots, ...]:
     """Return where each series stands."""
-    found, start = [], 0
+    found: list[Slots] = []
+    start = 0
     for one in series:
         rows = len(one.times)
         width = int(np.prod(one.values.shape[1:]))

@@ -212,7 +212,7 @@ class Motion:
             inner = mine[(mine > leg.start + near) & (mine < leg.stop - near)]
             anchors = np.concatenate([anchors[:1], np.unique(inner), anchors[1:]])
         counts = np.maximum(1, np.ceil(np.diff(anchors) / step * (1.0 - 1e-12))).astype(int)
-        parts = [
+        parts: list[Floats] = [
             np.linspace(a, b, n + 1)[:-1]
             for a, b, n in zip(anchors, anchors[1:], counts, strict=False)
         ]

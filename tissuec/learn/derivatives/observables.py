@@ -31,7 +31,8 @@ class Places:
 
     def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return ones."""
-        found, rest = [], np.zeros_like(view.v)
+        found: list[ObservableDerivative] = []
+        rest = np.zeros_like(view.v)
         axes = np.eye(3) if self.along is None else self.along[None]
         for node in self.nodes:
             for axis in axes:
@@ -54,7 +55,7 @@ class Mean:
     def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return an equal share for every node."""
         nodes, rest = nodes_of(self.subject, view.leg), np.zeros_like(view.v)
-        found = []
+        found: list[ObservableDerivative] = []
         for axis in range(3):
             by = np.zeros_like(view.x)
             by[3 * nodes + axis] = 1.0 / len(nodes)

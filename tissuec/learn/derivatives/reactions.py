@@ -28,7 +28,8 @@ class Support:
     def slopes(self, view: StateView) -> list[ObservableDerivative]:
         """Return the derivatives, by what a force on these nodes depends on."""
         forces, at = self._pulled(view)
-        nodes, found = np.flatnonzero(forces.links.inverse), []
+        nodes = np.flatnonzero(forces.links.inverse)
+        found: list[ObservableDerivative] = []
         for axis in range(3):
             due = NodeState(*np.zeros((3, len(view.x))))
             due.a[3 * nodes + axis] = -1.0

@@ -140,7 +140,7 @@ class StaticModel:
         parts: list[list[tuple[Observable, slice]]] = [[] for _ in self._stands]
         for look, slot, rows in zip(self.looks, self.slots, self._rows, strict=True):
             for row, time in enumerate(rows):
-                parts[self._looked[time]].append((look, slot.of(row)))
+                parts[int(self._looked[time])].append((look, slot.of(row)))
         yield from zip(self._balanced(theta), parts, strict=True)
 
     def _balanced(self, theta: Floats) -> list[Equilibrium]:
@@ -149,7 +149,8 @@ class StaticModel:
         key = theta.tobytes()
         if self._known is None or self._known[0] != key:
             order, network = self.shaping.order, self.shaping.network(theta)
-            vector, found = self.shaping.vector(theta), []
+            vector = self.shaping.vector(theta)
+            found: list[Equilibrium] = []
             places = order.array(vector, "position").reshape(-1, 3)
             for stand in self._stands:
                 values = stand.leg.present(order.values(vector))

@@ -249,7 +249,7 @@ def check_gradient(
     try:
         problem.freeze(theta)
         _, slope = problem.gradient(theta)
-        found = []
+        found: list[Compared] = []
         for number in range(directions):
             way = random.standard_normal(problem.size)
             way /= np.linalg.norm(way)
@@ -384,9 +384,9 @@ def _fitted(session: LearnSession, like: Problem, theta: Floats) -> Iterator[Fit
         error = _relative(problem, theta)
         left = problem.left(theta) if np.isfinite(error) else np.full(len(problem.fits), np.inf)
         fits = session.fit_problem.fits
-        rest = {
-            fits[k].text: float(np.sqrt(np.mean(np.square(left[problem.fits == k]))))
-            for k in np.unique(problem.fits)
+        rest: dict[str, float] = {
+            fits[int(k)].text: float(np.sqrt(np.mean(np.square(left[problem.fits == k]))))
+            for k in np.unique(problem.fits).tolist()
         }
         experiment = trial.experiment
         yield Fitted(experiment.name, held_out, len(left), error, rest, experiment.digest)

@@ -89,7 +89,8 @@ def units(problem: Problem) -> list[str]:
         predicted = problem.predicted(theta)[problem.counted]
     except (Diverged, TissueError):
         return []
-    found, data = [], problem.data[problem.counted]
+    found: list[str] = []
+    data = problem.data[problem.counted]
     for k, fit in enumerate(problem.fit_problem.fits):
         mine = problem.fits == k
         sizes = [float(np.abs(some[mine]).max(initial=0.0)) for some in (data, predicted)]

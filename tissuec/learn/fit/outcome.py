@@ -116,4 +116,4 @@ class Learnt(Struct, frozen=True, eq=False):
     wall_time: float
     notes: tuple[str, ...] = ()
     failure: str = ""
-    words: Mapping[str, str] = field(default_factory=dict)
+    words: Mapping[str, str] = field(default_factory=dict[str, str])

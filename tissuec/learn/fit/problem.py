@@ -189,7 +189,8 @@ class Problem:
         """
         left = np.full(len(self.data), np.nan)
         left[self.counted] = self.left(theta) / self.spread[self.fits]
-        products, squares, pairs, clipped = 0.0, 0.0, 0, []
+        products, squares, pairs = 0.0, 0.0, 0
+        clipped: list[Floats] = []
         for rows in self._of_series(left):
             known = rows[np.isfinite(rows)]
             size = 1.4826 * float(np.median(np.abs(known))) if len(known) else 0.0
@@ -350,7 +351,7 @@ class Problem:
 
     def _means(self, fit: int) -> Floats:
         """Return the mean in time of each component that a fit measured."""
-        parts = []
+        parts: list[Floats] = []
         for trial in self.trials:
             for one in trial.experiment.series:
                 if one.fit.span == self.fit_problem.fits[fit].span:

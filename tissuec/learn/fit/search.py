@@ -429,13 +429,14 @@ class Search:
                 return 1e30, np.zeros_like(at)
             return error / scale, slope / scale
 
-        options = {"maxiter": ITERATIONS, "maxcor": 30, "ftol": tolerance, "gtol": 0.0}
+        options: Any = {"maxiter": ITERATIONS, "maxcor": 30, "ftol": tolerance, "gtol": 0.0}
+        limits: Any = np.stack(bounds, axis=1)
         found: Any = minimize(
             value,
             theta,
             jac=True,
             method="L-BFGS-B",
-            bounds=np.stack(bounds, axis=1),
+            bounds=limits,
             options=options,
         )
         return np.asarray(found.x)

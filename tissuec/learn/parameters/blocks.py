@@ -168,7 +168,8 @@ def _start_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     whole, along = adjust.per == "set", adjust.along
     axes = [""] if along is not None else [" x", " y", " z"]
     group = np.full(values.shape, -1, dtype=np.int64)
-    names, start = [], []
+    names: list[str] = []
+    start: list[float] = []
     for number, node in enumerate(adjust.members.tolist()):
         first = 0 if whole else number * len(axes)
         group[node] = first + np.arange(3) if along is None else first

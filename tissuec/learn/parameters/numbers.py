@@ -100,7 +100,7 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
             for name, factor in factors.items():
                 self.array(every, name)[:] = factor
             change = sparse.csr_matrix(sparse.diags(every) @ change)
-        parts = []
+        parts: list[Sparse] = []
         for name in VALUES:
             rows = sparse.csr_matrix(change[self.places[name]])
             places = rows.indptr.astype(np.int64), rows.indices.astype(np.int64)

@@ -110,7 +110,8 @@ def _changed_law(written: WrittenLaw, constants: Mapping[str, Any], scene: Scene
     own = {name: value for name, value in constants.items() if hasattr(written.law, name)}
     if not own:
         return written
-    law = replace(written.law, **own)  # type: ignore[type-var]  # every law is a Struct
+    former: Any = written.law  # which is a Struct
+    law: Any = replace(former, **own)
     return replace(written, law=law, force=law.force())
 
 

@@ -37,8 +37,8 @@ class Draft(Struct):
     name: str
     original: Tissue
     remark: str
-    numbers: dict[str, LearntNumber] = field(default_factory=dict)
-    constants: dict[str, LearntNumber] = field(default_factory=dict)
+    numbers: dict[str, LearntNumber] = field(default_factory=dict[str, LearntNumber])
+    constants: dict[str, LearntNumber] = field(default_factory=dict[str, LearntNumber])
 
     def add(self, what: str, number: LearntNumber) -> None:
         """Enter a number that was learnt."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
-from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.errors import CompileError, Diagnostic, TissueError
 from tissuec.core.source import Source, Span
 from tissuec.lang.printer import format_source
 from tissuec.learn.fit.outcome import Learnt
@@ -77,7 +77,7 @@ class _Composer:
         self.about = _about(learnt)
         self.scribe = TissueWriter(scene, self.about)
         self.known = {one.code for one in warnings_of(scene, {})}
-        self.problem: object = ""
+        self.problem: tuple[Diagnostic, ...] | str = ""
 
     def text(self) -> str:
         """Return the preset; one that only brings new warnings, where there is no other."""
