@@ -159,10 +159,10 @@ def _leftovers(
 def _by_part(
     side: str, what: str, alone: Indices, owner: Indices, names: list[str], ids: Indices
 ) -> list[Leftover]:
-    found = []
-    for part in np.unique(owner[alone]):
+    found: list[Leftover] = []
+    for part in np.unique(owner[alone]).tolist():
         members = alone[owner[alone] == part]
-        name = names[part] if part >= 0 else "a tool"
+        name = names[int(part)] if part >= 0 else "a tool"
         total = int((owner == part).sum())
         some = tuple(ids[members[:MOST_NAMED]].tolist())
         found.append(Leftover(side, name, what, len(members), total, some))

@@ -80,7 +80,8 @@ class Curves(Struct, frozen=True):
 def compare_curves(a: Trajectory, b: Trajectory) -> Curves:
     """Return how the logs and energies of two runs differ."""
     here, there = dict(_logs(a)), dict(_logs(b))
-    both, apart = [], []
+    both: list[LogDifference] = []
+    apart: list[str] = []
     only_a, only_b = _alone(here, there), _alone(there, here)
     for name in (name for name in here if name in there):
         one, other = here[name], there[name]

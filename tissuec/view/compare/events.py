@@ -85,7 +85,7 @@ def _entries(events: Iterable[Event], pair: Indices, *, odd: bool) -> list[Event
         pair: The pair of each spring, -1 without.
         odd: Whether springs without one get odd numbers, or even ones, below zero.
     """
-    found = []
+    found: list[EventEntry] = []
     for event in events:
         numbered = zip(pair[list(event.springs)].tolist(), event.springs, strict=True)
         springs = tuple(n if n >= 0 else -2 * s - 2 + odd for n, s in numbered)
@@ -119,7 +119,8 @@ def _meet(
     for entry in b:
         waiting.setdefault(key(entry), deque()).append(entry)
     nobody = waiting.pop(None, deque())
-    met, left = [], []
+    met: list[MatchedEvent] = []
+    left: list[EventEntry] = []
     for entry in a:
         partners = waiting.get(key(entry))
         if partners:

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.names import key_of
-from tissuec.model.network import Indices, Network
+from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.view.compare.sides import Side
 
 
@@ -86,9 +86,8 @@ def match_springs(a: Side, b: Side, nodes: MatchedIndices) -> MatchedIndices:
 
 
 def _node_parts(side: Side) -> dict[str, Indices]:
-    bodies = {
-        key_of(body.name): np.arange(body.nodes.start, body.nodes.stop)
-        for body in side.network.bodies
+    bodies: dict[str, Indices] = {
+        key_of(body.name): numbers_in(body.nodes) for body in side.network.bodies
     }
     return bodies | {key_of(name): indices for name, indices in tools_of(side)}
 

@@ -146,7 +146,7 @@ def _inelastic(network: Network, springs: Indices) -> dict[str, tuple[Floats, Di
     """Return what relaxes and flows by name; as much as nothing where nothing does."""
     memory, count = network.inelastic, len(springs)
     nothing, never = np.zeros(count), np.full(count, np.inf)
-    found = {}
+    found: dict[str, tuple[Floats, Dimension]] = {}
     for row, (constant, time) in enumerate(zip(CONSTANTS, TIMES, strict=True)):
         values, times = nothing, never
         if memory is not None and row < len(memory.constant):
@@ -162,13 +162,13 @@ def _grouped(
     places: tuple[SideParts, SideParts], pairs: MatchedIndices, what: str
 ) -> tuple[Indices, list[str]]:
     """Return a number for the part that each pair belongs to, and the names of the parts."""
-    keys = []
+    keys: list[Indices] = []
     for side, numbers in zip(places, (pairs.a, pairs.b), strict=True):
         part = side.of_nodes[:, None] if what == "node" else side.of_springs
         keys.append(part[numbers])
     width = keys[0].shape[1]
     rows, group = np.unique(np.concatenate(keys, axis=1), axis=0, return_inverse=True)
-    names = []
+    names: list[str] = []
     for row in rows:
         here, there = places[0].named(row[:width]), places[1].named(row[width:])
         names.append(here if here == there else f"{here} (b: {there})")
@@ -182,15 +182,15 @@ def _changes(
     """Yield the changes of one quantity, a part at a time."""
     relative = relative_difference(column.a, column.b, column.floor)
     different = relative > ROUNDING
-    found = []
-    for group in np.unique(groups[different]):
+    found: list[QuantityDifference] = []
+    for group in np.unique(groups[different]).tolist():
         inside = groups == group
         rows = np.flatnonzero(inside & different)
         worst = rows[np.argmax(relative[rows])]
         called = places.node if what == "node" else places.spring
         found.append(
             QuantityDifference(
-                column.quantity, names[group], what, len(rows), int(inside.sum()),
+                column.quantity, names[int(group)], what, len(rows), int(inside.sum()),
                 float(relative[worst]), called(int(pairs.a[worst])),
                 _plain(column.a[worst]), _plain(column.b[worst]),
                 _range(column.a[rows]), _range(column.b[rows]), column.dimension,
@@ -213,13 +213,13 @@ def _laws(
     here = np.array([number[code] for code in codes[0]])[a.law[pairs.a]]
     there = np.array([number[code] for code in codes[1]])[b.law[pairs.b]]
     groups, names = _grouped(places, pairs, "spring")
-    for group in np.unique(groups[here != there]):
+    for group in np.unique(groups[here != there]).tolist():
         inside = groups == group
         rows = np.flatnonzero(inside & (here != there))
         first = rows[0]
         laws = a.laws[a.law[pairs.a[first]]], b.laws[b.law[pairs.b[first]]]
         yield QuantityDifference(
-            "law", names[group], "spring", len(rows), int(inside.sum()), 1.0,
+            "law", names[int(group)], "spring", len(rows), int(inside.sum()), 1.0,
             places[0].spring(int(pairs.a[first])), laws[0].name, laws[1].name, (), (), None,
         )  # fmt: skip
 
@@ -238,7 +238,8 @@ def _origins(side: Side, array: str, entries: Indices) -> tuple[SourcePlace, ...
     if provenance is None:
         return ()
     rows, counts = np.unique(provenance.index[entries], return_counts=True)
-    chosen = [provenance.origins[row] for row in rows[np.argsort(-counts, kind="stable")]]
+    order: list[int] = rows[np.argsort(-counts, kind="stable")].tolist()
+    chosen = [provenance.origins[row] for row in order]
     given = (SourcePlace(o.span.place, o.how, shortened(o.span.one_line)) for o in chosen)
     return tuple(dict.fromkeys(given))[:MOST_ORIGINS]
 

@@ -1,8 +1,8 @@
 """A comparison as text for people."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from math import isfinite
-from typing import Any
+from typing import Any, cast
 
 from tissuec.core.errors import counted
 from tissuec.core.units import DIMENSION_NAMES, LENGTH, TIME, Dimension, show
@@ -36,7 +36,7 @@ def as_text(found: Comparison) -> list[str]:
         "motion": _motion(found),
         "provenance": _facts(found.provenance),
     }
-    same = []
+    same: list[str] = []
     for title, said in sections.items():
         if not title:
             continue
@@ -90,7 +90,9 @@ def _facts(facts: Sequence[StatedDifference]) -> Iterator[str]:
         if len(line) <= WIDEST or not isinstance(fact.a, list):
             yield line
             continue
-        for which, one, other in (("a", fact.a, fact.b), ("b", fact.b, fact.a)):
+        a = cast("list[Any]", fact.a)
+        b: Any = fact.b
+        for which, one, other in (("a", a, b), ("b", b, a)):
             yield from (f"{fact.name} in {which}: {text}" for text in one if text not in other)
 
 
@@ -98,7 +100,8 @@ def _value(value: Any) -> str:
     if value is None:
         return "none"
     if isinstance(value, list | tuple):
-        return ", ".join(map(str, value)) or "none"
+        items = cast("Iterable[object]", value)
+        return ", ".join(map(str, items)) or "none"
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -313,7 +316,7 @@ def _compared(motion: MotionDifference) -> str:
     first, last = (show(float(motion.times[row]), TIME) for row in (0, -1))
     times = counted(len(motion.times), "time")
     said = f"{counted(motion.nodes, 'node')} at {times}, {first} to {last}"
-    parts = []
+    parts: list[str] = []
     if not motion.nodes == motion.nodes_a == motion.nodes_b:
         parts.append(f"a has {motion.nodes_a} nodes, b {motion.nodes_b}")
     if motion.span_a != motion.span_b:

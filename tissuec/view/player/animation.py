@@ -31,7 +31,7 @@ def moments(times: Floats, rate: float, speed: float | None) -> Floats:
     duration = float(times[-1] - times[0])
     shown = duration / (speed or pace(duration))
     count = max(2, round(shown * rate) + 1) if duration > 0.0 else 1
-    at = np.linspace(times[0], times[-1], count)
+    at = np.linspace(float(times[0]), float(times[-1]), count)
     return np.interp(at, times, np.arange(len(times)))
 
 
@@ -61,7 +61,7 @@ def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress)
     few = chosen[np.unique(np.linspace(0, len(chosen) - 1, _SAMPLES).astype(int))]
     together = np.concatenate([painter.pixels(float(at)) for at in few])
     palette = Image.fromarray(together).quantize(_COLOURS, kmeans=1)
-    pictures = []
+    pictures: list[Image.Image] = []
     for number, at in enumerate(chosen):
         told(number, len(chosen))
         picture = Image.fromarray(painter.pixels(float(at)))
@@ -81,7 +81,7 @@ def need_ffmpeg() -> str:
         TissueError: There is none; says what to install.
     """
     try:
-        import imageio_ffmpeg
+        import imageio_ffmpeg  # pyright: ignore[reportMissingTypeStubs]
     except ImportError as error:
         if found := shutil.which("ffmpeg"):
             return found

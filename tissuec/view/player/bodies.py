@@ -46,7 +46,8 @@ def capsules(first: Floats, second: Floats, radius: Floats, *, sides: int = 24) 
     """
     axis, around = _frames(second - first, sides)
     quarter = np.linspace(0.0, np.pi / 2.0, sides // 4 + 1)
-    rings, normals = [], []
+    rings: list[Floats] = []
+    normals: list[Floats] = []
     for middle, angles in ((first, quarter - np.pi / 2.0), (second, quarter)):
         for angle in angles:
             normal = np.cos(angle) * around + np.sin(angle) * axis
@@ -68,7 +69,8 @@ def arrows(foot: Floats, arrow: Floats, thick: float, *, sides: int = 10) -> Tri
     slim = np.minimum(1.0, length / (9.0 * thick)) * thick
     head = np.minimum(6.0 * slim, 0.45 * length)
     axis, around = _frames(arrow, sides)
-    rings, normals = [], []
+    rings: list[Floats] = []
+    normals: list[Floats] = []
     for along, wide, slope in (
         (0.0 * length, slim, 0.0),
         (length - head, slim, 0.0),
@@ -92,7 +94,7 @@ def _frames(way: Floats, sides: int) -> tuple[Floats, Floats]:
 
 def _joined(rings: Floats, normals: Floats) -> TriangleMesh:
     """Return the triangles between rings of points, both of shape (ring, side, solid, 3)."""
-    count, sides = rings.shape[:2]
+    count, sides = len(rings), int(rings.shape[1])
     corner = np.arange(count * sides).reshape(count, sides)
     a, b = corner[:-1], np.roll(corner, -1, axis=1)[:-1]
     c, d = corner[1:], np.roll(corner, -1, axis=1)[1:]
@@ -106,7 +108,8 @@ _SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 def boxes(middle: Floats, half: float) -> TriangleMesh:
     """Return cubes around points, shape (box, 3), with half such edges [m]."""
-    corners, normals = [], []
+    corners: list[Floats] = []
+    normals: list[Floats] = []
     for axis in range(3):
         for sign in (-1.0, 1.0):
             square = np.zeros((4, 3))

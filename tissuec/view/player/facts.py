@@ -40,14 +40,16 @@ def provenance(trajectory: Trajectory) -> str:
 
 
 def _version(manifest: dict[str, Any], name: str) -> str:
-    return str((manifest.get("versions") or {}).get(name, ""))
+    versions: dict[str, Any] = manifest.get("versions") or {}
+    return str(versions.get(name, ""))
 
 
 def _method(manifest: dict[str, Any]) -> str:
     method = manifest.get("method")
     if not method:
         return ""
-    steps = (manifest.get("statistics") or {}).get("accepted")
+    statistics: dict[str, Any] = manifest.get("statistics") or {}
+    steps = statistics.get("accepted")
     return str(method) if steps is None else f"{method}, {steps} steps"
 
 

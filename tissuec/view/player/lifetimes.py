@@ -107,7 +107,7 @@ def sharpened_triangles(life: Floats, ends: Floats) -> Floats:
     ends = np.sort(ends[ends < FOREVER])
     life = life.copy()
     for row in np.flatnonzero(life[:, 1] < FOREVER) if len(ends) else ():
-        end = life[row, 1]
+        end = int(life[row, 1])
         first = int(np.searchsorted(ends, end - 1, side="right"))
         if first < len(ends) and ends[first] <= end:
             life[row, 1] = ends[first]

@@ -28,8 +28,8 @@ class Pack(Struct):
             "from", where it begins among all bytes; numbers are "low" + what is written.
     """
 
-    specs: dict[str, dict[str, Any]] = field(default_factory=dict)
-    _parts: list[bytes] = field(default_factory=list)
+    specs: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
+    _parts: list[bytes] = field(default_factory=list[bytes])
     _size: int = 0
 
     def add(self, name: str, numbers: NDArray[Any]) -> None:

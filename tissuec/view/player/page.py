@@ -176,7 +176,7 @@ def _view(film: PlayerData, options: Options) -> dict[str, Any]:
 
 def _surfaces(film: PlayerData, pack: Pack, step: float) -> list[dict[str, Any]]:
     """Pack smooth surfaces in the steps of the net."""
-    found = []
+    found: list[dict[str, Any]] = []
     for number, (name, pieces) in enumerate(film.surfaces.items()):
         parts = [_piece(piece, f"surface {number} {part}", pack, step)
                  for part, piece in enumerate(pieces)]  # fmt: skip

@@ -4,6 +4,7 @@ Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stag
 """
 
 from collections.abc import Iterator
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -60,7 +61,7 @@ def need_matplotlib() -> None:
         TissueError: It is missing; the message says what to install.
     """
     try:
-        import matplotlib  # noqa: F401
+        import_module("matplotlib")
     except ImportError as error:
         raise TissueError(
             'a picture needs matplotlib; install it: pip install "tissuec[plot]"'
@@ -131,7 +132,8 @@ class Painter:
             fades: Whether springs that broke a short while ago fade out, as in a film.
         """
         self.figure.clear()
-        sheet = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        figure: Any = self.figure
+        sheet = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         sheet.axis("off")
         width, height = self.size
         sheet.imshow(self._net(at, fades=fades), extent=(0, width, 0, height), aspect="auto")
@@ -175,7 +177,8 @@ class Painter:
         if not self.framing.follows:
             return self.home
         frames = np.arange(len(self.film.times))
-        shift = [np.interp(at, frames, column) for column in self.framing.middle.T]
+        middle = self.framing.middle.T
+        shift = [float(np.interp(at, frames, np.asarray(middle[axis]))) for axis in range(3)]
         return replace(self.home, target=self.home.target + shift)
 
     def _pixel(self, length: float) -> float:
@@ -221,7 +224,9 @@ class Painter:
         to_eye = np.array([0.0, 0.0, self.camera.distance]) - seen
         to_eye /= np.linalg.norm(to_eye, axis=-1, keepdims=True)
         away = (normal * to_eye).sum(axis=-1, keepdims=True) < 0.0
-        colour = lit(base, np.where(away, -normal, normal), to_eye, shine)
+        inwards: Floats = -normal
+        outer: Floats = np.where(away, inwards, normal)
+        colour = lit(base, outer, to_eye, shine)
         return ProjectedTriangles(seen, self._hazy(colour, seen, 0.3), np.ones(len(seen)))
 
     def _hazy(self, colour: Floats, seen: Floats, most: float) -> Floats:
@@ -358,7 +363,7 @@ class Painter:
         colour = np.broadcast_to(rgb(palette.STEEL), seen.shape)
         return ProjectedTriangles(seen, colour, np.full(2, 0.35))
 
-    def _annotate(self, sheet, time: float) -> None:
+    def _annotate(self, sheet: Any, time: float) -> None:
         width, height = self.size
         style = {"color": palette.INK, "va": "top", "fontsize": 11, "parse_math": False}
         sheet.text(14, height - 12, self.title, weight="bold", **style)
@@ -374,7 +379,7 @@ class Painter:
         if self.shows_springs:
             self._legend(sheet, width)
 
-    def _force_ruler(self, sheet) -> None:
+    def _force_ruler(self, sheet: Any) -> None:
         """Draw how long the arrow of a round force is."""
         force = near(0.7 * self.film.most_force)
         long, (size, unit) = self._pixel(force * self._reach), scaled(force, "N")
@@ -385,7 +390,7 @@ class Painter:
             text += f"; arrows end at {most / size:g} {unit}"
         sheet.text(24 + long, 36, text, color=palette.INK, fontsize=9)
 
-    def _legend(self, sheet, width: int) -> None:
+    def _legend(self, sheet: Any, width: int) -> None:
         long, style = 160.0, {"color": palette.INK, "fontsize": 9, "parse_math": False}
         left = width - 24 - long
         if self.colour == "law":

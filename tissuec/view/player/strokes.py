@@ -16,7 +16,7 @@ def ramp(colours: tuple[str, ...], value: Floats) -> Floats:
     """Return colours of dimensionless numbers from -1 to 1, shape (number, 3)."""
     table = np.array([rgb(text) for text in colours])
     place = np.linspace(-1.0, 1.0, len(table))
-    return np.stack([np.interp(value, place, column) for column in table.T], axis=1)
+    return np.stack([np.interp(value, place, table[:, k]) for k in range(3)], axis=1)
 
 
 def dashed(ends: Floats, dashes: Floats) -> tuple[Indices, Floats]:

@@ -11,8 +11,9 @@ from tissuec.model.network import Floats
 from tissuec.view.plots.page import Canvas
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
+
+    from tissuec.view.plots.drawing import Axes
 
 #: Of curves, one after the other: what tells them apart without colours.
 DASHES: tuple[Any, ...] = (
@@ -90,7 +91,7 @@ def name_curves(sheet: Canvas, axes: "Axes", lines: Sequence["Line2D"]) -> None:
     if together or len(lines) > _MOST_NAMES or max(map(len, names)) > _LONGEST_NAME:
         beside(axes, lines)
         return
-    marks = []
+    marks: list[Any] = []
     for line, text in zip(lines, names, strict=True):  # takes its room before it has its place
         mark = axes.annotate(
             text, (1.0, 0.5), xycoords="axes fraction", xytext=(5, 0),

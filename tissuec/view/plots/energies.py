@@ -132,7 +132,8 @@ def _can_be_stacked(books: EnergySeries) -> bool:
 
 def _stacked(books: EnergySeries) -> list[TimeCurve]:
     """Return the parts above one another, and a line for what was put in."""
-    curves, low = [], np.zeros(len(books.time))
+    curves: list[TimeCurve] = []
+    low = np.zeros(len(books.time))
     for name in STACK:
         part = np.maximum(books.parts[name], 0.0)
         if part.max() > _SHARE * _largest(books):

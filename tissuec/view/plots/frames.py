@@ -24,12 +24,12 @@ from tissuec.view.plots.solid import Mask, seen_springs, solid_nodes
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
 
     from tissuec.model.network import ToolPart
     from tissuec.results.trajectory import Trajectory
     from tissuec.scene.model import Tool
+    from tissuec.view.plots.drawing import Axes
 
 WIDTH, TALLEST = 180.0, 150.0  # of a page [mm]
 TITLE, AROUND = 6.0, 16.0  # of each panel, and of the scale of colours [mm]
@@ -119,7 +119,8 @@ def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[ChosenFram
         raise TissueError(
             f"{len(frames)} frames are too many for a page; at most {MOST} are possible"
         )
-    titles, before = [], -np.inf
+    titles: list[str] = []
+    before = -np.inf
     for frame in frames:
         between = [
             event
@@ -145,7 +146,7 @@ def telling_frames(trajectory: "Trajectory") -> list[int]:
         last = position[-1]
     way = np.cumsum(np.concatenate(steps))
     along = (times - times[0]) / (times[-1] - times[0]) + (way / way[-1] if way[-1] else 0.0)
-    wanted = np.linspace(along[0], along[-1], USUAL)
+    wanted = np.linspace(float(along[0]), float(along[-1]), USUAL)
     return [int(np.abs(along - place).argmin()) for place in wanted]
 
 
@@ -350,7 +351,7 @@ def _say_tensions(
         colours, ax=panels, location="bottom", shrink=0.5, aspect=40, pad=0.03, extend=beyond
     )
     bar.set_label(f"{scale.label('tension of the springs')}; negative: compression")
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
 
 
 def _surface(trajectory: "Trajectory", frame: int) -> tuple[Floats, Any]:
@@ -362,7 +363,9 @@ def _surface(trajectory: "Trajectory", frame: int) -> tuple[Floats, Any]:
             f"{bodies[0].name if bodies else 'BODY'} every 40 ms }} into the scene and run it "
             "again, or show the skin"
         )
-    points, triangles, count = [], [], 0
+    points: list[Floats] = []
+    triangles: list[Any] = []
+    count = 0
     for series in trajectory.surfaces.values():
         if len(series):
             number = int(np.abs(series.times - trajectory.times[frame]).argmin())
@@ -382,7 +385,7 @@ def _tools(trajectory: "Trajectory") -> tuple[tuple[Part, ...], list[str]]:
         compiled = origin_of(trajectory)
     except TissueError as error:
         return (), [f"{error}; tools are not drawn"]
-    parts = []
+    parts: list[Part] = []
     for tool in compiled.network.tools:
         declared = next(one for one in compiled.scene.tools.values() if one.name == tool.name)
         parts += _parts(trajectory, tool, declared)
@@ -391,7 +394,7 @@ def _tools(trajectory: "Trajectory") -> tuple[tuple[Part, ...], list[str]]:
 
 def _parts(trajectory: "Trajectory", tool: "ToolPart", declared: "Tool") -> list[Part]:
     """Return the shapes of a tool that have a radius, where they are recorded."""
-    found = []
+    found: list[Part] = []
     for number, shape in enumerate(declared.shapes):
         first = tool.nodes.start + 2 * number
         rows = np.searchsorted(trajectory.nodes, [first, first + 1])

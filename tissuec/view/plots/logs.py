@@ -50,7 +50,8 @@ class Logs(Struct, frozen=True):
 
     def panels(self, runs: Sequence[PlotSubject]) -> tuple[list[Panel], list[str]]:
         """Return what is drawn, and what there is to be said of what is not."""
-        panels, notes = [], []
+        panels: list[Panel] = []
+        notes: list[str] = []
         for name in self._names(runs):
             held = {run: run.content.logs[name] for run in runs if name in run.content.logs}
             notes += [f'{run.name} has no log "{name}"' for run in runs if run not in held]

@@ -9,7 +9,7 @@ from tissuec.results.recording import Event
 from tissuec.view.plots.scale import AxisUnit
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from tissuec.view.plots.drawing import Axes
 
 NEAR = 0.012  # of the time that is shown: events so close to each other share a mark
 SILENT = ("note", "end")
@@ -39,7 +39,7 @@ def mark_events(
     Returns:
         The texts, for `stagger`.
     """
-    texts = []
+    texts: list[Any] = []
     for time, text in happened:
         place = float(scale.of(time))
         for one in axes:

@@ -10,8 +10,9 @@ from tissuec.model.network import Floats, Network
 from tissuec.view.plots.projection import Projection
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
+
+    from tissuec.view.plots.drawing import Axes
 
 LAMP = np.array([-0.35, -0.55, 0.76])
 RIM = "#5a2a22"

@@ -80,7 +80,7 @@ Direction = Annotated[
 def options_of(member: type) -> dict[str, Option]:
     """Return the options of a plot by its fields."""
     hints = get_type_hints(member, include_extras=True)
-    found = {}
+    found: dict[str, Option] = {}
     for name, hint in hints.items():
         option = next((part for part in get_args(hint) if isinstance(part, Option)), None)
         if option is not None:

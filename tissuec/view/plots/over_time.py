@@ -19,10 +19,10 @@ from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import whole_decades
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
     from tissuec.results.trajectory import Trajectory
+    from tissuec.view.plots.drawing import Axes
 
 WIDTH = 180.0  # of a page [mm]
 PANEL = 42.0  # height of a panel [mm]

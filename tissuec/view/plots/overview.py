@@ -11,7 +11,7 @@ from tissuec.view.plots.energies import Energies
 from tissuec.view.plots.frames import Frames
 from tissuec.view.plots.logs import Logs
 from tissuec.view.plots.options import Direction
-from tissuec.view.plots.over_time import WIDTH, picture_of
+from tissuec.view.plots.over_time import WIDTH, Panel, picture_of
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.subjects import PlotSubject
 
@@ -62,7 +62,9 @@ class Overview(Struct, frozen=True):
     def _parts(self, subjects: Sequence[PlotSubject]) -> list[Picture]:
         """Return the pictures of what the result has, from above."""
         trajectory: Trajectory = subjects[0].content
-        parts, panels, notes = [], [], []
+        parts: list[Picture] = []
+        panels: list[Panel] = []
+        notes: list[str] = []
         if len(trajectory.times):
             parts.append(Frames(view=self.view).picture(subjects))
         if any(len(log.time) for log in trajectory.logs.values()):

@@ -3,9 +3,10 @@
 The same figure makes the same bytes: vector files carry no date, and their marks no chance.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from functools import cache
+from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +19,7 @@ from tissuec.core.palette import GRID, INK, PAPER
 from tissuec.core.printable import printable
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, FigureBase
+    from tissuec.view.plots import drawing
 
 MILLIMETRE = 1.0 / 25.4  # [inch]
 DPI = 150
@@ -66,11 +67,11 @@ class Canvas(Struct):
         later: What waits until the places of all axes are known.
     """
 
-    figure: "FigureBase"
-    notes: list[str] = field(default_factory=list)
-    later: list[Callable[[], None]] = field(default_factory=list)
+    figure: "drawing.Figure"
+    notes: list[str] = field(default_factory=list[str])
+    later: list[Callable[[], None]] = field(default_factory=list[Callable[[], None]])
 
-    def part(self, figure: "FigureBase") -> "Canvas":
+    def part(self, figure: "drawing.Figure") -> "Canvas":
         """Return a part of this sheet."""
         return Canvas(figure, self.notes, self.later)
 
@@ -108,7 +109,7 @@ def need_matplotlib() -> None:
         TissueError: matplotlib is not installed.
     """
     try:
-        import matplotlib.figure  # noqa: F401
+        import_module("matplotlib.figure")
     except ImportError as error:
         raise TissueError(
             'a plot needs matplotlib; install it: pip install "tissuec[plot]"'
@@ -116,18 +117,17 @@ def need_matplotlib() -> None:
 
 
 @contextmanager
-def style() -> Iterator[None]:
+def style() -> Generator[None]:
     """Draw in our style within the block, whatever a user has set; needs matplotlib."""
-    import matplotlib
+    matplotlib: Any = import_module("matplotlib")
 
     with matplotlib.rc_context():
-        own: Any = matplotlib.rcParamsDefault | STYLE
-        matplotlib.rcParams.update(own)
+        matplotlib.rcParams.update(matplotlib.rcParamsDefault | STYLE)
         yield
 
 
 @contextmanager
-def new_sheet(width: float, height: float) -> Iterator[Canvas]:
+def new_sheet(width: float, height: float) -> Generator[Canvas]:
     """Yield an empty sheet of a size [mm], and finish it behind the block.
 
     Raises:
@@ -194,7 +194,7 @@ def _page_class() -> type[Any]:
         notes: tuple[str, ...] = ()
 
         def __init__(self, *args: Any, **keywords: Any):
-            super().__init__(*args, **keywords)
+            super().__init__(*args, **keywords)  # pyright: ignore[reportUnknownMemberType]  # keywords
             FigureCanvasAgg(self)
 
         def savefig(self, fname: Any, **keywords: Any) -> None:
@@ -203,7 +203,7 @@ def _page_class() -> type[Any]:
             suffix = f".{keywords['format']}" if keywords.get("format") else suffix
             keywords.setdefault("metadata", FORMATS.get(suffix))
             with style():
-                super().savefig(fname, **keywords)
+                super().savefig(fname, **keywords)  # pyright: ignore[reportUnknownMemberType]  # keywords
 
         def _repr_png_(self) -> bytes:
             picture = BytesIO()
@@ -213,7 +213,7 @@ def _page_class() -> type[Any]:
     return Page
 
 
-def save(figure: "Figure", path: Path, *, dpi: float = DPI) -> None:
+def save(figure: "drawing.Figure", path: Path, *, dpi: float = DPI) -> None:
     """Write a figure to a file, in the format of its suffix.
 
     Args:

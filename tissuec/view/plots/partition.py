@@ -16,10 +16,10 @@ from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.ticks import plain_ticks
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.text import Text
 
     from tissuec.scene.words import NamedScale
+    from tissuec.view.plots.drawing import Axes
 
 _DARKEST, _LIGHTEST = 0.0, 0.6  # of AMOUNT: what paper does not swallow
 _BELL_POINTS = 201
@@ -35,7 +35,7 @@ def draw_partition(sheet: Canvas, axes: "Axes", named: "NamedScale") -> None:
     axis, words = named.scale.axis, named.scale.words
     scale = scale_along(named)
     colours = amounts(len(words))
-    names = []
+    names: list[Text] = []
     for number, (word, shape) in enumerate(words.items()):
         x, y = outline(axis, shape)
         axes.plot(
@@ -66,7 +66,8 @@ def amounts(count: int) -> Sequence[tuple[float, ...]]:
     from matplotlib.colors import LinearSegmentedColormap
 
     colours = LinearSegmentedColormap.from_list("amount", AMOUNT)
-    return [colours(x) for x in np.linspace(_DARKEST, _LIGHTEST, max(count, 2))]
+    shades: list[float] = np.linspace(_DARKEST, _LIGHTEST, max(count, 2)).tolist()
+    return [colours(shade) for shade in shades]
 
 
 def outline(axis: Axis, shape: Shape) -> tuple[Floats, Floats]:
@@ -112,8 +113,8 @@ def _stagger(names: Sequence["Text"]) -> None:
     ends = [-np.inf] * _ROWS
     boxes = [name.get_window_extent() for name in names]
     order = np.argsort([box.x0 for box in boxes], kind="stable")
-    for number in order:
-        box = boxes[number]
+    for number in order.tolist():
+        box = boxes[int(number)]
         level = next((n for n, end in enumerate(ends) if box.x0 > end + 4.0), _ROWS - 1)
         ends[level] = box.x1
         names[number].xyann = (0, 2 + 10 * level)  # type: ignore[attr-defined]

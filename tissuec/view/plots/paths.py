@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.errors import TissueError, counted
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats, Indices, numbers_in
 from tissuec.results.names import NODES
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import look
@@ -129,9 +129,8 @@ class Paths(Struct, frozen=True):
 def _usual(trajectory: "Trajectory") -> dict[str, Indices]:
     """Return the recorded sets of nodes and bodies of a result."""
     sets = {one.name: one.indices for one in trajectory.sets.values() if one.what == NODES}
-    bodies = {
-        name: np.arange(body.nodes.start, body.nodes.stop)
-        for name, body in trajectory.bodies.items()
+    bodies: dict[str, Indices] = {
+        name: numbers_in(body.nodes) for name, body in trajectory.bodies.items()
     }
     found = {
         name: nodes

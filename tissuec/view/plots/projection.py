@@ -58,7 +58,7 @@ class Projection(Struct, frozen=True):
 
         One that leads the other way has a minus.
         """
-        names = []
+        names: list[str] = []
         for direction in (self.right, self.up):
             axis = int(np.abs(direction).argmax())
             if abs(direction[axis]) < 1.0 - 1e-9:

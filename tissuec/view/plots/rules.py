@@ -27,11 +27,10 @@ from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import plain_ticks
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from tissuec.scene.vocabulary import RulesBlock as RulesBlock
     from tissuec.scene.vocabulary import Vocabulary
     from tissuec.scene.words import NamedScale
+    from tissuec.view.plots.drawing import Axes
 
 WIDTH, ROW, AROUND = 180.0, 72.0, 4.0  # [mm]
 _LINE = 46  # letters of a title
@@ -156,7 +155,7 @@ class Rules(Struct, frozen=True):
 
     def _fixed(self, vocabulary: "Vocabulary") -> dict[str, float]:
         """Return values of properties that are asked for."""
-        fixed = {}
+        fixed: dict[str, float] = {}
         for text in self.at:
             name, is_given, written = text.partition("=")
             if not is_given:
@@ -318,7 +317,7 @@ def _name_words(axes: "Axes", named: "NamedScale", scale: AxisUnit, which: str) 
     other = axes.secondary_xaxis("top") if which == "x" else axes.secondary_yaxis("right")
     words = named.scale.words
     places = [float(scale.of(named.scale.axis.value_of(shape))) for shape in words.values()]
-    turn = {"rotation": 90, "va": "center"} if which == "y" else {}
+    turn: dict[str, Any] = {"rotation": 90, "va": "center"} if which == "y" else {}
     setter = other.set_xticks if which == "x" else other.set_yticks
     setter(places, list(words), fontsize=7, style="italic", **turn)
     other.tick_params(length=2)

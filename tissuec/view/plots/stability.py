@@ -13,7 +13,7 @@ from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from tissuec.view.plots.drawing import Axes
 
 #: Kinds of verdicts: colour of the cell, and of the letters on it.
 COLOURS = {
@@ -92,7 +92,7 @@ def _explain(
 
     counts = Counter(verdict["kind"] for verdict in verdicts)
     order = [*COLOURS, *(kind for kind in counts if kind not in COLOURS)]
-    handles = []
+    handles: list[Patch] = []
     for kind in order:
         if counts[kind]:
             sign, meaning = signs.get(kind, (kind, ""))

@@ -14,7 +14,7 @@ from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from tissuec.view.plots.drawing import Axes
 
 WIDTH, ROW, LEGEND = 150.0, 65.0, 14.0  # [mm]
 PERCENT = AxisUnit(100.0, "%")

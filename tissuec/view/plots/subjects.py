@@ -1,10 +1,10 @@
 """Subjects of plots, read from files: results, words, and JSON of benches or laboratory."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from msgspec import Struct
 
@@ -45,7 +45,7 @@ def opened(
     overrides: Sequence[str] = (),
     libraries: Sequence[Path] = (),
     strict: bool = False,
-) -> Iterator[list[PlotSubject]]:
+) -> Generator[list[PlotSubject]]:
     """Yield the subjects of files, or of what has been read from them already.
 
     Results that are opened here are closed at the end of the block.
@@ -111,14 +111,15 @@ def _read_json(path: Path) -> Any:
 
 def _benched(document: Any, name: str, path: Path | None = None) -> PlotSubject:
     if isinstance(document, Mapping):
-        if "points" in document and "reference" in document:
-            return PlotSubject("bench", _scene(document) or name, document)
-        if "verdicts" in document and "methods" in document:
-            return PlotSubject("stress", name, document)
-        if "tissues" in document and all("curves" in one for one in document["tissues"]):
-            return PlotSubject("laboratory", name, document)
-        if document.get("ok") is False and "error" in document:
-            raise TissueError(f'"{path or name}" contains an error: {document["error"]}')
+        known = cast("Mapping[str, Any]", document)
+        if "points" in known and "reference" in known:
+            return PlotSubject("bench", _scene(known) or name, known)
+        if "verdicts" in known and "methods" in known:
+            return PlotSubject("stress", name, known)
+        if "tissues" in known and all("curves" in one for one in known["tissues"]):
+            return PlotSubject("laboratory", name, known)
+        if known.get("ok") is False and "error" in known:
+            raise TissueError(f'"{path or name}" contains an error: {known["error"]}')
     raise TissueError(
         f'"{path or name}" contains nothing to plot; plots accept the JSON of '
         '"tissuec bench SCENE --json", "tissuec lab FILE --json" or '

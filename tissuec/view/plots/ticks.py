@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.model.network import Floats
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from tissuec.view.plots.drawing import Axes
 
 _FEW_DECADES = 2.2
 _MOST_DECADES = 9
@@ -22,8 +22,12 @@ def plain_ticks(axes: "Axes", which: str = "x") -> None:
     low, high = sorted(axis.get_view_interval())
     if math.log10(high / low) < _FEW_DECADES:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}"))
+    axis.set_major_formatter(FuncFormatter(_plain))
     axis.set_minor_formatter(NullFormatter())
+
+
+def _plain(value: float, _: int | None) -> str:
+    return f"{value:.6g}"
 
 
 def whole_decades(axes: "Axes", values: Floats) -> None:

@@ -16,7 +16,7 @@ from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import plain_ticks
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from tissuec.view.plots.drawing import Axes
 
 SIZE = 180.0, 120.0  # [mm]
 

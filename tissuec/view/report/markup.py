@@ -31,7 +31,8 @@ def html(content: Content) -> Html:
             return Html(escape(printable(content)))
         case int():
             return Html(content)
-    return Html("".join(map(html, content)))
+        case _:
+            return Html("".join(map(html, content)))
 
 
 def element(tag: str, /, *content: Content, **attributes: str | int | bool | None) -> Html:

@@ -1,7 +1,7 @@
 """Checks that a file is the output of ``tissuec validate --json`` for the scene of a run."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate import summary
@@ -34,7 +34,8 @@ def _is_validation(document: Any) -> bool:
     try:
         if not isinstance(document, Mapping) or document["verdict"] not in summary.HEADINGS:
             return False
-        summary.as_text(document)
+        known = cast("Mapping[str, Any]", document)
+        summary.as_text(known)
     except (KeyError, TypeError, ValueError, AttributeError):
         return False
     return True

@@ -58,7 +58,7 @@ def rows(body: BodyProperties) -> Iterator[Row]:
 
 
 def _size(body: BodyProperties) -> str:
-    parts = []
+    parts: list[str] = []
     if body.density:
         parts.append(show(body.density, DENSITY, digits=4))
     if body.volume:

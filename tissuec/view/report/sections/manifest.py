@@ -1,7 +1,7 @@
 """The manifest of the file."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, element, folded, link, pairs
@@ -17,9 +17,10 @@ def section(story: ReportContent) -> Section:
 
 def _shown(story: ReportContent, name: str, value: Any) -> Content:
     if name == "sources" and isinstance(value, Mapping):
+        sources = cast("Mapping[str, Any]", value)
         links = [
             element("li", link(story.texts.key(source), source))
-            for source in value
+            for source in sources
             if source in story.texts.texts
         ]
         return element("ul", links) if links else "none"
@@ -29,11 +30,14 @@ def _shown(story: ReportContent, name: str, value: Any) -> Content:
 def _nested(value: Any) -> Content:
     match value:
         case Mapping() if value:
-            return pairs((str(key), _nested(one)) for key, one in value.items())
+            entries = cast("Mapping[Any, Any]", value)
+            return pairs((str(key), _nested(one)) for key, one in entries.items())
         case list() if value:
-            return element("ol", [element("li", _nested(one)) for one in value])
+            items = cast("list[Any]", value)
+            return element("ol", [element("li", _nested(one)) for one in items])
         case Mapping() | list() | None | "":
             return "none"
         case bool():
             return "yes" if value else "no"
-    return str(value)
+        case _:
+            return str(value)
