@@ -4,7 +4,7 @@ import os
 import shutil
 import signal
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard
@@ -329,7 +329,7 @@ def _is_text(scene: Scene) -> TypeGuard[str]:
 @contextmanager
 def _told(
     progress: bool | Callable[[float], None], name: str, duration: float
-) -> Iterator[Callable[[float], None] | None]:
+) -> Generator[Callable[[float], None] | None]:
     """Yield whom a run tells how far it is."""
     if not isinstance(progress, bool):
         yield progress

@@ -97,7 +97,7 @@ class Result(Struct, frozen=True):
     outcome: "Outcome"
     path: Path
     estimate: "ErrorEstimate | None" = None
-    views: Mapping[str, Path] = field(default_factory=dict)
+    views: Mapping[str, Path] = field(default_factory=dict[str, Path])
 
 
 def simulate(
@@ -148,8 +148,10 @@ def simulate(
             writer = ResultWriter(path, network, wishes(network, plan), manifest, text, groups)
         with writer:
             recorder = Recorder(network, plan, writer, tap=beside.take)
-            asked = {"progress": _both(progress, beside), "interrupt": stop, "threads": threads}
-            outcome = run(network, plan, recorder, resume=state, **asked)
+            outcome = run(
+                network, plan, recorder, progress=_both(progress, beside), interrupt=stop,
+                resume=state, threads=threads,
+            )  # fmt: skip
             finished = outcome.kind == "done"
             estimate = beside.estimate(stop) if finished else None
             if estimate is not None and len(estimate.times):

@@ -3,14 +3,14 @@
 import re
 from collections.abc import Callable
 from math import isfinite
-from typing import Any
+from typing import Any, cast
 
 import click
 
 from tissuec.core.units import TIME, parse_unit
 
 
-class OptionReader(click.ParamType):
+class OptionReader(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer click only
     """A value that a function reads from a text; its ValueError says what is wrong."""
 
     def __init__(self, read: Callable[[str], Any]):
@@ -30,7 +30,7 @@ class OptionReader(click.ParamType):
             self.fail(str(error), param, ctx)
 
 
-class TimeArgument(click.ParamType):
+class TimeArgument(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer click only
     """A time, in seconds or with its unit."""
 
     name = "time"
@@ -67,7 +67,7 @@ def seconds(text: str) -> float:
     return time
 
 
-class Pair(click.ParamType):
+class Pair(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer click only
     """Two numbers with a sign between."""
 
     def __init__(self, between: str, example: str, low: float, high: float):
@@ -83,7 +83,8 @@ class Pair(click.ParamType):
             ctx: Context of click.
         """
         if isinstance(value, tuple):
-            return value
+            given = cast("tuple[float, float]", value)
+            return given
         try:
             first, second = map(float, value.lower().split(self.between))
         except ValueError:

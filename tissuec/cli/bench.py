@@ -2,7 +2,7 @@
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import click
 
@@ -25,7 +25,7 @@ TOLERANCES = "1e-2,1e-3,1e-4,1e-5,1e-6,1e-8"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-class Tolerances(click.ParamType):
+class Tolerances(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer click only
     """Numbers between commas."""
 
     name = "X,X,…"
@@ -39,7 +39,8 @@ class Tolerances(click.ParamType):
             ctx: Context of click.
         """
         if isinstance(value, tuple):
-            return value
+            given = cast("tuple[float, ...]", value)
+            return given
         try:
             found = tuple(float(part) for part in value.split(","))
         except ValueError:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import click
 from msgspec import Struct
@@ -173,9 +173,11 @@ def print_json(document: Any) -> None:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        entries = cast("dict[Any, Any]", value)
+        return {str(key): _plain(item) for key, item in entries.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        items = cast("Sequence[Any]", value)
+        return [_plain(item) for item in items]
     if hasattr(value, "tolist"):
         return _plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):

@@ -39,15 +39,16 @@ def command(
     """
     from tissuec.view.compare.comparison import compare
     from tissuec.view.compare.data import as_dict
-    from tissuec.view.compare.sides import open_side
+    from tissuec.view.compare.sides import Side, open_side
     from tissuec.view.compare.text import as_text
 
     with ExitStack() as open_files:
-        sides = []
+        sides: list[Side] = []
         for path in (first, second):
-            sides.append(open_side(path, libraries))
-            if sides[-1].trajectory is not None:
-                open_files.enter_context(sides[-1].trajectory)
+            side = open_side(path, libraries)
+            sides.append(side)
+            if side.trajectory is not None:
+                open_files.enter_context(side.trajectory)
         if within is not None and any(side.trajectory is None for side in sides):
             raise click.UsageError("--within compares motions; give two results")
         found = compare(*sides)

@@ -7,6 +7,7 @@ into statements.
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import cast
 
 import click
 from click.shell_completion import CompletionItem, split_arg_string
@@ -73,9 +74,9 @@ def params(
 def _scenes(ctx: click.Context) -> Iterable[Path]:
     """Return the scenes that are named before the place of the cursor, or behind it."""
     named = [value for value in ctx.params.values() if value]
-    values = [
-        one for value in named for one in (value if isinstance(value, tuple) else [value])
-    ]
+    values: list[object] = []
+    for value in named:
+        values += cast("tuple[object, ...]", value) if isinstance(value, tuple) else [value]
     words = split_arg_string(os.environ.get("COMP_WORDS", ""))
     paths = [Path(str(value)) for value in (*values, *words)]
     return [path for path in dict.fromkeys(paths) if path.suffix == SUFFIX and path.is_file()]

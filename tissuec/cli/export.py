@@ -3,9 +3,10 @@
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
+from msgspec import Struct
 
 from tissuec.cli.arguments import TimeArgument
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
@@ -152,7 +153,7 @@ def _tables(
     return {"file": str(output), "tables": names}
 
 
-class _Series(NamedTuple):
+class _Series(Struct, frozen=True):
     """What there is a shape of in each frame."""
 
     times: "Floats"

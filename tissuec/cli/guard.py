@@ -57,6 +57,8 @@ def _judged(error: BaseException) -> tuple[int, str]:
             # What is read says so itself, as an error of the text or of the result.
             file = "the output" if error.filename is None else f'"{error.filename}"'
             return WRONG_TEXT, f"cannot write {file}: {error.strerror.lower()}"
+        case _:
+            pass
     if DEBUG in os.environ:
         raise error
     what = f"tissuec itself failed: {type(error).__name__}: {error}"

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -81,7 +81,7 @@ def _factor(unit: str) -> float:
     return found.factor
 
 
-def _facts(shape: "RepairedMesh") -> dict:
+def _facts(shape: "RepairedMesh") -> dict[str, Any]:
     """Return what is in a mesh file, repaired, in SI units."""
     from tissuec.geometry.edges import Edges, volume
 
@@ -126,7 +126,7 @@ def _scene(shape: "RepairedMesh", name: str, unit: str) -> str:
     )
 
 
-def _lines(facts: dict, unit: str) -> Iterator[str]:
+def _lines(facts: dict[str, Any], unit: str) -> Iterator[str]:
     """Yield what is in a file, in words."""
     parts = [
         counted(facts["nodes"], "node"),

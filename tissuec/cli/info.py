@@ -1,7 +1,8 @@
 """``tissuec info``"""
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import click
 
@@ -32,9 +33,13 @@ def _lines(document: dict[str, Any], indent: str) -> list[str]:
     lines: list[str] = []
     for key, value in document.items():
         if isinstance(value, dict):
-            lines.append(f"{indent}{key}:" if value else f"{indent}{key}: none")
-            lines += _lines(value, indent + "  ")
+            inner = cast("dict[str, Any]", value)
+            lines.append(f"{indent}{key}:" if inner else f"{indent}{key}: none")
+            lines += _lines(inner, indent + "  ")
         else:
-            text = ", ".join(map(str, value)) if isinstance(value, list | tuple) else value
+            text = value
+            if isinstance(value, list | tuple):
+                items = cast("Iterable[object]", value)
+                text = ", ".join(map(str, items))
             lines.append(f"{indent}{key}: {text}")
     return lines

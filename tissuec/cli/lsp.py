@@ -1,5 +1,6 @@
 """``tissuec lsp``"""
 
+from importlib import import_module
 from pathlib import Path
 
 import click
@@ -28,7 +29,7 @@ def command(
     if vsix is not None:
         return _write(vsix, settings)
     try:
-        import pygls.lsp.server  # noqa: F401  (told here, before anything else is loaded)
+        import_module("pygls.lsp.server")  # told here, before anything else is loaded
     except ImportError:
         raise TissueError(
             'the language server needs pygls: pip install "tissuec[lsp]"'

@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from msgspec import Struct
@@ -27,8 +27,10 @@ _LARGEST = 8192  # [px]
 _HEAVY = 25_000_000  # bytes of a page
 _MARK = b'name="generator" content="tissuec'
 
+F = TypeVar("F", bound=Callable[..., Any])
 
-def _picture(name: str, text: str) -> Callable:
+
+def _picture(name: str, text: str) -> Callable[[F], F]:
     kind = click.Path(path_type=Path, dir_okay=False)
     return click.option(f"--{name}", type=kind, help=text)
 
@@ -109,7 +111,8 @@ def command(
     for path in (*pages.values(), *pictures.values()):
         for result in results:
             keep_input(path, result)
-    wish, documents = ViewOptions(options, pictures, size, forces), []
+    wish = ViewOptions(options, pictures, size, forces)
+    documents: list[dict[str, Any]] = []
     for result in results:
         page = pages.get(result)
         if page is not None:
@@ -206,7 +209,7 @@ def _show(
     _check_extras(wish.pictures)
     with Trajectory.open(result) as trajectory:
         film = read_film(trajectory, wish.options)
-        document = {
+        document: dict[str, Any] = {
             "result": str(result),
             "frames": len(film.times),
             "nodes": film.node_count,
@@ -274,7 +277,7 @@ def _draw(
     if kind == "png":
         first, last = float(film.times[0]), float(film.times[-1])
         time = last if options.time is None else min(max(options.time, first), last)
-        picture = painter.draw(float(Timeline(film.times).frame_of(time)))
+        picture: Any = painter.draw(float(Timeline(film.times).frame_of(time)))
         picture.savefig(path, format="png", metadata={"Software": "tissuec"})
         settings.say(f"wrote {path}: t = {show(time, TIME)}")
         return {"file": str(path), "time": time}

@@ -144,7 +144,7 @@ def _symbols(view: View, phrase: Phrase) -> list[Symbol]:
     kinds = phrase.expected.names
     symbols = view.of_kind(*kinds)
     if phrase.block.kind == "tissue":
-        parent = {phrase.block.member} if "tissue" in kinds else set()
+        parent = [phrase.block.member] if "tissue" in kinds else []
         return [symbol for symbol in symbols if symbol.key not in parent]
     return symbols
 

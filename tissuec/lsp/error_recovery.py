@@ -11,6 +11,7 @@ from lark.utils import TextSlice
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
+from tissuec.lang.grammar import parsed
 from tissuec.lang.layout import Layout, lay_out
 from tissuec.lang.parser import reading
 from tissuec.lang.recovery import statement_at
@@ -66,7 +67,7 @@ def _read(layout: Layout, start: int, stop: int) -> tuple[s.Item, ...]:
     for _ in range(MOST_LEFT_OUT):
         try:
             with reading(layout) as parser:
-                module = parser.parse(TextSlice(text, start, stop), start="items")
+                module = parsed(parser, TextSlice(text, start, stop), "items")
             return cast(s.Module, module).items
         except UnexpectedInput as error:
             place = min(max(error.pos_in_stream or 0, start), stop - 1)

@@ -13,7 +13,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.words import written_name
 from tissuec.lsp.context import NUMBERS, ONE_NAMESPACE, SUBJECTS
 from tissuec.lsp.structure import Statement
-from tissuec.lsp.tokens import STRING, WORD, lexemes
+from tissuec.lsp.tokens import STRING, WORD, Lexeme, lexemes
 from tissuec.lsp.views import Symbol, View, view_of
 from tissuec.scene.declarations import NAMED, SINGLE
 from tissuec.scene.imports import Program
@@ -196,7 +196,7 @@ def _outlined(statement: Statement) -> Outlined | None:
         )
     if first not in (*NAMED, *NUMBERS, *SUBJECTS, "hedge", "table"):
         return None
-    name = []
+    name: list[Lexeme] = []
     for part in parts[1:]:
         if not part.is_name and not (first == "table" and part.text == "of"):
             break

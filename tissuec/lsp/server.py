@@ -4,7 +4,7 @@ import logging
 from collections import defaultdict
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
@@ -77,8 +77,9 @@ def _bound(server: Session, answer: Callable[[Session, Any], T]) -> Callable[[An
 
 def _initialised(server: Session, parameters: lsp.InitializeParams) -> None:
     options = parameters.initialization_options
-    given = options.get("libraries", ()) if isinstance(options, dict) else ()
-    server.desk.libraries += tuple(Path(str(folder)) for folder in given)
+    if isinstance(options, dict):
+        given = cast("dict[str, Any]", options)
+        server.desk.libraries += tuple(Path(str(one)) for one in given.get("libraries", ()))
 
 
 def _opened(server: Session, parameters: lsp.DidOpenTextDocumentParams) -> None:

@@ -37,7 +37,7 @@ class Session(LanguageServer):
     """One editor's session."""
 
     def __init__(self, libraries: tuple[Path, ...] = ()):
-        super().__init__(
+        super().__init__(  # pyright: ignore[reportUnknownMemberType]  # keywords of pygls
             "tissuec", __version__, text_document_sync_kind=lsp.TextDocumentSyncKind.Full
         )
         self.desk = Desk(libraries)

@@ -33,7 +33,7 @@ class Statement(Struct, eq=False):
     stop: int
     close: int
     is_head: bool = False
-    items: "list[Statement]" = field(default_factory=list)
+    items: "list[Statement]" = field(default_factory=lambda: [])
 
     @property
     def words(self) -> list[str]:

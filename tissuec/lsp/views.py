@@ -56,7 +56,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
     desk: Desk
     program: Program | None
     words: ResolvedProgram | None
-    _phrases: dict[int, list[Phrase]] = field(default_factory=dict)
+    _phrases: dict[int, list[Phrase]] = field(default_factory=dict[int, list[Phrase]])
 
     @cached_property
     def structure(self) -> Structure:
