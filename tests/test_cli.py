@@ -234,9 +234,11 @@ def test_a_run_by_relaxation_tells_its_method(scene):
 @pytest.mark.skipif(os.name == "nt", reason="signals as on POSIX")
 def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene):
     h5py = pytest.importorskip("h5py")
-    long = OSCILLATOR.replace("duration = 0.5 s", "duration = 3000 s").replace(
+    long = OSCILLATOR.replace(
+        "duration = 0.5 s", "duration = 40000 s; integrator is dop853"
+    ).replace(
         "trajectory every 50 ms; force of left every 10 ms; energy every 50 ms",
-        "trajectory every 30 s",
+        "trajectory every 400 s",
     )
     scene.write_text(long)
     (scene.parent / "my library").mkdir()

@@ -50,7 +50,12 @@ def load_parser(builder: object) -> Lark:
 
 
 def parsed(parser: Lark, text: str | TextSlice[str], start: str) -> Any:
-    """Return what the transformer of a parser makes of a text, from the rule ``start``.
+    """Return the result of the transformer of a parser for a text.
+
+    Args:
+        parser: With a transformer.
+        text: What is parsed.
+        start: The rule to begin with.
 
     Raises:
         lark.UnexpectedInput: The text is not one of the rule.

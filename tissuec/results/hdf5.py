@@ -33,13 +33,26 @@ def open_file(
 
 
 def set_attribute(owner: h5py.Group, name: str, value: Any, kind: Any = None) -> None:
-    """Write an attribute of a type: that of the value by default."""
+    """Write an attribute.
+
+    Args:
+        owner: The group or dataset.
+        name: Of the attribute.
+        value: Of the attribute.
+        kind: Type in the file; that of the value by default.
+    """
     attributes: Any = owner.attrs
     attributes.create(name, value, dtype=kind)
 
 
 def add_text(owner: h5py.Dataset, name: bytes, text: str) -> None:
-    """Add an attribute as ``attrs[name] = text`` does, in a third of the time."""
+    """Add an attribute as ``attrs[name] = text`` does, in a third of the time.
+
+    Args:
+        owner: The dataset.
+        name: Of the attribute.
+        text: Its value.
+    """
     _H5PY.h5a.create(owner.id, name, *_ONE_TEXT).write(np.array(text, dtype=TEXT))
 
 
@@ -53,13 +66,26 @@ def open_dataset(group: h5py.Group, path: str) -> Any:
 
 
 def copy_to(group: h5py.Group, path: str, file: h5py.File, name: str) -> None:
-    """Copy what stands at ``path`` into another file."""
+    """Copy an object into another file.
+
+    Args:
+        group: Of the object.
+        path: Of the object, from the group.
+        file: The other file.
+        name: Of the object there.
+    """
     owner: Any = group
     owner.copy(path, file, name=name)
 
 
 def change_attribute(attributes: Any, name: str, value: float) -> None:
-    """Change an attribute in place, so that the file does not grow."""
+    """Change an attribute in place, so that the file does not grow.
+
+    Args:
+        attributes: Of a group or dataset.
+        name: Of the attribute.
+        value: Its new value.
+    """
     attributes.modify(name, value)
 
 
