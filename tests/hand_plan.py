@@ -67,23 +67,23 @@ def log(measure, *subjects, every):
 
 
 def value(measure, *subjects):
-    """Return a function of a moment."""
+    """Return a function of a snapshot."""
     kind = MEASURES[measure]
-    return lambda moment: kind.value(kind.sample(subjects, moment))
+    return lambda snapshot: kind.value(kind.sample(subjects, snapshot))
 
 
 class Condition:
-    """A condition by a function of one moment."""
+    """A condition by a function of one snapshot."""
 
     def __init__(self, function):
         self.function = function
 
-    def __call__(self, moment):
-        return bool(self.function(moment))
+    def __call__(self, snapshot):
+        return bool(self.function(snapshot))
 
-    def holds(self, moments):
-        count = len(moments.time)
-        return np.array([self(moments.pick(place)) for place in range(count)], dtype=bool)
+    def holds(self, snapshots):
+        count = len(snapshots.time)
+        return np.array([self(snapshots.pick(place)) for place in range(count)], dtype=bool)
 
 
 def when(condition, *events):
@@ -91,8 +91,8 @@ def when(condition, *events):
 
 
 def expect(condition, start, stop=None, *, pinned=()):
-    def describe(moment):
-        return f"at {float(moment.time):g} s"
+    def describe(snapshot):
+        return f"at {float(snapshot.time):g} s"
 
     return Expectation(
         Condition(condition),

@@ -14,7 +14,7 @@ from tissuec.mechanics import observables
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.request import Request
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 
 MASSES = """language 1
 tissue rope {{ spring constant = 40 N/m; viscosity = {viscosity}; mass = 5 g
@@ -293,7 +293,7 @@ def test_joints_hold_pieces_together_and_leave_them_pieces():
     text = wound() + "set wound = [left, right]\nexpect count(pieces of wound) == 2 over run\n"
     _, _, outcome = ran(text + "expect gap(wound) between 3.9 mm and 4.1 mm over run\n")
     assert outcome.failures == ()
-    pieces = Moment.of(outcome.state).pieces
+    pieces = Snapshot.of(outcome.state).pieces
     assert len(np.unique(pieces)) == 2
     inside = compiled_scene(text + "expect count(springs of wound) == 4 at 0 s\n")
     assert len(inside.groups.springs_inside(np.arange(24))) == inside.network.spring_count

@@ -10,7 +10,7 @@ from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.geometry.intersections import crossings
 from tissuec.geometry.nearest import CAPSULE
 from tissuec.mechanics import observables
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 
 PIECES, RADIUS, STIFFNESS = 24, 10e-3, 2000.0
 AROUND_ROD = """language 1
@@ -344,8 +344,8 @@ def test_the_log_of_a_thread_has_its_pieces_and_the_knot_once_it_is_tied():
       from 0.6 s to 0.8 s: move right by (3, 0, 0) mm using smooth profile"""
     tied, recording, outcome = ran(OPEN_THREAD.replace("TIE", tie))
     (log,) = tied.plan.output.logs
-    moment = Moment.of(outcome.state)
-    names = log.measure.columns(log.subjects, moment)
+    snapshot = Snapshot.of(outcome.state)
+    names = log.measure.columns(log.subjects, snapshot)
     assert names == ("spring 1", "spring 2", "spring 3", "knot")
     _, pulls = recording.log_arrays("tension of strand")
     is_tied = time > 0.5 - 1e-9
@@ -506,7 +506,7 @@ def test_only_threads_are_tightened_and_tied():
     ]
 
 
-def test_moments_of_a_batch_have_their_own_rest_lengths():
+def test_snapshots_of_a_batch_have_their_own_rest_lengths():
     compiled, _, outcome = ran(OPEN.replace("SCRIPT", "at 0 s: fix cord"))
     state = outcome.state
     from tissuec.script.verbs.tighten import ChangeRestLength  # what the sentence reads to
@@ -525,10 +525,10 @@ def test_moments_of_a_batch_have_their_own_rest_lengths():
     event.action.apply(state, Nothing())
     times = np.array([0.0, 0.1, 0.2])
     many = [np.repeat(part[None], 3, axis=0) for part in (state.position, state.velocity)]
-    moment = Moment(state, times, *many, np.zeros(6, dtype=bool))
-    assert moment.tension[:, 0] == pytest.approx([0.0, 2.5, 5.0])
-    assert moment.pick(np.array([1, 2])).tension[:, 0] == pytest.approx([2.5, 5.0])
-    assert moment.energies.elastic == pytest.approx([0.0, 4 * 0.5 * 2.5**2 / 1e3, 0.05])
+    snapshot = Snapshot(state, times, *many, np.zeros(6, dtype=bool))
+    assert snapshot.tension[:, 0] == pytest.approx([0.0, 2.5, 5.0])
+    assert snapshot.pick(np.array([1, 2])).tension[:, 0] == pytest.approx([2.5, 5.0])
+    assert snapshot.energies.elastic == pytest.approx([0.0, 4 * 0.5 * 2.5**2 / 1e3, 0.05])
 
 
 # --- through surfaces -----------------------------------------------------------------------

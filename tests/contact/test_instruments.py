@@ -7,7 +7,7 @@ from tests.contact.scenes import contact_of, play
 from tests.validate.scenes import compiled_scene
 from tissuec.mechanics.state import State
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.tools import INSTRUMENTS
 
 #: A sample of each kind; ``SHAPED`` touch the block, from (0, 0, 0) to (20, 20, 10) mm.
@@ -64,7 +64,7 @@ def test_the_tool_touches_and_all_its_forces_are_answered(name):
     block, about = slice(network.body_nodes), network.position[tool.nodes].mean(axis=0)
     expected = np.cross(network.position[block] - about, total[block]).sum(axis=0)
     thing = Subject("thing", np.arange(tool.nodes.start, tool.nodes.stop), np.zeros(0, int))
-    twist = MEASURES["torque"].sample((thing,), Moment.of(start))
+    twist = MEASURES["torque"].sample((thing,), Snapshot.of(start))
     assert twist == pytest.approx(expected, abs=1e-14 * np.abs(moments).sum())
 
 

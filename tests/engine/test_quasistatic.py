@@ -77,8 +77,8 @@ def test_springs_rupture_at_the_relaxation_that_finds_them_overstretched():
 
 
 def test_conditions_are_asked_at_every_relaxation():
-    def stretched(moment):
-        return moment.position[3, 0] > 0.0399
+    def stretched(snapshot):
+        return snapshot.position[3, 0] > 0.0399
 
     network, plan = drawn_out(triggers=[when(stretched, event(0.0, "fix hand", DRAWN))])
     outcome, _ = carry_out(network, plan)
@@ -212,7 +212,7 @@ def test_what_hangs_by_a_spring_without_stiffness_falls_until_it_is_borne(name, 
 @pytest.mark.parametrize("count", [1, 4, 9])
 def test_a_run_that_is_resumed_gives_the_same_bytes(count, activities):
     network, plan = drawn_out(
-        expectations=[expect(lambda moment: True, 0.0, 1.0)],
+        expectations=[expect(lambda snapshot: True, 0.0, 1.0)],
         choices=RelaxationChoices(activities=activities),
     )
     _, undisturbed = carry_out(network, plan)

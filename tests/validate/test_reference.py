@@ -108,7 +108,7 @@ def test_events_are_found_on_states_not_on_interpolants():
     )  # fmt: skip
     fix = event(0.0, "fix left", {"left": [0]})
     w = np.sqrt(SPRING / MASS)
-    far = when(lambda moment: moment.position[1, 0] >= 0.1 + 0.8 / w)
+    far = when(lambda snapshot: snapshot.position[1, 0] >= 0.1 + 0.8 / w)
     solutions = [
         reference(network, make_plan(network, 0.2, [fix], triggers=triggers),
                   times_until(0.2, 2), rtol=1e-5)
@@ -247,7 +247,7 @@ def test_trigger_fires_when_its_condition_becomes_true(method):
     """A mass falls 1 m in √(2 / g); gravity is switched off then and it goes on evenly."""
     network = lonely()
     off = event(0.0, "change gravity", to=(0.0, 0.0, 0.0))
-    trigger = when(lambda moment: moment.position[0, 2] <= -1.0, off)
+    trigger = when(lambda snapshot: snapshot.position[0, 2] <= -1.0, off)
     plan = make_plan(network, 1.0, gravity=(0.0, 0.0, -9.81), triggers=[trigger])
     solution = reference(network, plan, times_until(1.0), method=method, rtol=1e-11)
     fall = np.sqrt(2.0 / 9.81)
@@ -263,7 +263,7 @@ def test_trigger_that_is_true_at_the_start_fires_at_once():
     off = event(0.0, "change gravity", to=(0.0, 0.0, 0.0))
     later = event(0.3, "change gravity", to=(0.0, 0.0, -1.0))
     plan = make_plan(
-        network, 1.0, gravity=(0, 0, -9.81), triggers=[when(lambda moment: True, off, later)]
+        network, 1.0, gravity=(0, 0, -9.81), triggers=[when(lambda snapshot: True, off, later)]
     )
     solution = reference(network, plan, times_until(1.0))
     assert [firing.time for firing in solution.firings] == [0.0]

@@ -38,7 +38,7 @@ NOT_MEASURED = {
 
 
 class Conditions:
-    """Turns conditions of ``when`` and ``expect`` into functions of a moment."""
+    """Turns conditions of ``when`` and ``expect`` into functions of a snapshot."""
 
     def __init__(
         self, groups: Groups, tools: Mapping[str, Tool], scope: Scope, *, duration: float

@@ -12,7 +12,7 @@ from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope, Truth
 from tissuec.scene.values import Value
 from tissuec.script.measures import Measure, Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 
 Place = tuple[int, int]  # where a node of a condition begins and ends in its text
 DIGITS = 8  # of measured values in messages: enough to see why "==" does not hold
@@ -22,7 +22,7 @@ class ObservedMeasure(Struct, frozen=True, eq=False):
     """One measure as a condition asks for it.
 
     Attributes:
-        time: Of an earlier moment [s]; None for the present one.
+        time: Of an earlier snapshot [s]; None for the present one.
         along: Unit vector onto which a vector is projected; None for its length.
     """
 
@@ -31,9 +31,9 @@ class ObservedMeasure(Struct, frozen=True, eq=False):
     time: float | None
     along: Floats | None
 
-    def value(self, moment: Moment) -> Floats:
-        """Return the number in SI units, shape (…) as the moment."""
-        then = moment if self.time is None else moment.pinned[self.time]
+    def value(self, snapshot: Snapshot) -> Floats:
+        """Return the number in SI units, shape (…) as the snapshot."""
+        then = snapshot if self.time is None else snapshot.pinned[self.time]
         sample = self.measure.sample(self.subjects, then)
         return self.measure.value(sample) if self.along is None else sample @ self.along
 
@@ -46,18 +46,21 @@ def place_of(node: s.Expression) -> Place:
 class MeasureScope(Scope):
     """A scope of measures.
 
-    Without a moment every measure has the value 1, so that units and names can be checked.
+    Without a snapshot every measure has the value 1, so that units and names can be checked.
     """
 
     is_known = False
 
     def __init__(
-        self, readings: Mapping[Place, ObservedMeasure], constants: Scope, moment: Moment | None
+        self,
+        readings: Mapping[Place, ObservedMeasure],
+        constants: Scope,
+        snapshot: Snapshot | None,
     ):
         super().__init__(constants.findings)
         self.readings = readings
         self.constants = constants
-        self.moment = moment
+        self.snapshot = snapshot
 
     def name(self, name: s.Name) -> Value:
         measured = place_of(name) in self.readings
@@ -81,31 +84,31 @@ class MeasureScope(Scope):
 
     def _measured(self, node: s.Call | s.Name) -> Value:
         reading = self.readings[place_of(node)]
-        value = 1.0 if self.moment is None else reading.value(self.moment)
+        value = 1.0 if self.snapshot is None else reading.value(self.snapshot)
         return Value.number(value, reading.measure.dimension)
 
 
 class CompiledCondition(Struct, frozen=True, eq=False):
-    """A condition as a function of a moment."""
+    """A condition as a function of a snapshot."""
 
     condition: s.Expression
     readings: Mapping[Place, ObservedMeasure]
     constants: Scope
 
-    def __call__(self, moment: Moment) -> bool:
+    def __call__(self, snapshot: Snapshot) -> bool:
         """Return whether the condition holds."""
-        return bool(self.holds(moment))
+        return bool(self.holds(snapshot))
 
-    def holds(self, moments: Moment) -> NDArray[np.bool_]:
-        """Return when the condition holds, shape (…) as a batch of moments."""
-        return np.asarray(self._at(moments).decide(self.condition))
+    def holds(self, snapshots: Snapshot) -> NDArray[np.bool_]:
+        """Return when the condition holds, shape (…) as a batch of snapshots."""
+        return np.asarray(self._at(snapshots).decide(self.condition))
 
-    def describe(self, moment: Moment) -> str:
+    def describe(self, snapshot: Snapshot) -> str:
         """Return a description of the measured value."""
-        return describe_sides(self.condition, self._at(moment))
+        return describe_sides(self.condition, self._at(snapshot))
 
-    def _at(self, moment: Moment) -> MeasureScope:
-        return MeasureScope(self.readings, self.constants, moment)
+    def _at(self, snapshot: Snapshot) -> MeasureScope:
+        return MeasureScope(self.readings, self.constants, snapshot)
 
 
 def describe_sides(condition: s.Expression, scope: Scope) -> str:

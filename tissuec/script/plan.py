@@ -12,7 +12,7 @@ from tissuec.forces import Imposed
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures import Measure, Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.verbs import Action
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
@@ -55,14 +55,14 @@ class ScheduledAction(Struct, frozen=True):
 
 
 class Condition(Protocol):
-    """A condition, which is true at some moments and false at others."""
+    """A condition, which is true at some snapshots and false at others."""
 
-    def __call__(self, moment: Moment) -> bool:
-        """Return whether it holds at a moment."""
+    def __call__(self, snapshot: Snapshot) -> bool:
+        """Return whether it holds at a snapshot."""
         ...
 
-    def holds(self, moments: Moment) -> NDArray[np.bool_]:
-        """Return when it holds, shape (…) as a batch of moments."""
+    def holds(self, snapshots: Snapshot) -> NDArray[np.bool_]:
+        """Return when it holds, shape (…) as a batch of snapshots."""
         ...
 
 
@@ -98,15 +98,15 @@ class Expectation(Struct, frozen=True, eq=False):
     """``expect condition at/from/until/over …``, evaluated during the run.
 
     Attributes:
-        condition: Called at each moment of judgement; may ask ``moment.past`` for values that
-            were pinned to earlier times.
+        condition: Called with a snapshot at each time of judgement, whose ``pinned`` holds
+            those of earlier times.
         start, stop: The interval of judgement [s]; equal for ``at``.
         pinned: Times that the condition asks for [s].
         span: The clause.
     """
 
     condition: Condition
-    describe: Callable[[Moment], str]  # what was measured, such as "gap(oviduct) = 8.1 mm"
+    describe: Callable[[Snapshot], str]  # what was measured, such as "gap(oviduct) = 8.1 mm"
     start: float
     stop: float
     pinned: tuple[float, ...]

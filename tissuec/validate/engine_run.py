@@ -13,7 +13,7 @@ from tissuec.engine.execution.run import Outcome, run
 from tissuec.engine.execution.signals import interruption
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
-from tissuec.script.measures.moment import EnergyBalance, Moment
+from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Output, Plan
 from tissuec.validate.crossings import Break
 from tissuec.validate.solution import TriggerFiring
@@ -117,9 +117,9 @@ class _SampleRecorder(Recorder):
         super().record(samples)
         state, ledger = self._standing
         none = np.zeros(self.network.spring_count, dtype=bool)
-        moment = Moment(state, samples.time, samples.position, samples.velocity, none)
+        snapshot = Snapshot(state, samples.time, samples.position, samples.velocity, none)
         ledger = replace(ledger, work=samples.work, dissipated=samples.dissipated)
-        tension = moment.tension
+        tension = snapshot.tension
         strain = np.maximum(tension / state.strength, -tension / state.crush)
         self._strain = np.maximum(self._strain, strain.max(axis=0, initial=0.0))
         self._rows.append(
@@ -127,9 +127,9 @@ class _SampleRecorder(Recorder):
                 samples.time,
                 samples.position,
                 samples.velocity,
-                moment.node_force,
-                ledger.balance(moment.energies),
-                ledger.size(moment.energies),
+                snapshot.node_force,
+                ledger.balance(snapshot.energies),
+                ledger.size(snapshot.energies),
             )
         )
 

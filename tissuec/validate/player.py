@@ -13,7 +13,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.script.measures.moment import EnergyBalance, Moment
+from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.settle import Settle
 from tissuec.validate.crossings import Break, Strains, first_true
@@ -139,7 +139,7 @@ class ReferenceRun:
 
         def true(time: float, y: Floats) -> list[int]:
             moved, velocity = equations.spread(time, y)
-            return self._true(self._moment(time, equations.drawn + moved, velocity, y))
+            return self._true(self._snapshot(time, equations.drawn + moved, velocity, y))
 
         def seizes(time: float, y: Floats) -> bool:
             moved, velocity = equations.spread(time, y)
@@ -228,20 +228,20 @@ class ReferenceRun:
         self.state.place_held()
         self.state.let_leak()
 
-    def _true(self, moment: Moment) -> list[int]:
-        return [n for n in self.waiting if self.plan.triggers[n].condition(moment)]
+    def _true(self, snapshot: Snapshot) -> list[int]:
+        return [n for n in self.waiting if self.plan.triggers[n].condition(snapshot)]
 
-    def _now(self) -> Moment:
+    def _now(self) -> Snapshot:
         state = self.state
         sums = np.array([self.work, self.lost])
-        return self._moment(state.time, state.position, state.velocity, sums)
+        return self._snapshot(state.time, state.position, state.velocity, sums)
 
-    def _moment(self, time: float, position: Floats, velocity: Floats, y: Floats) -> Moment:
+    def _snapshot(self, time: float, position: Floats, velocity: Floats, y: Floats) -> Snapshot:
         work, lost = y[-2:]
         sizes = abs(work), abs(lost), abs(self.switched), self.track.scales.energy
         ledger = EnergyBalance(self.initial, work, lost, self.switched, max(sizes))
         return replace(
-            Moment.of(self.state),
+            Snapshot.of(self.state),
             time=time,
             position=position,
             velocity=velocity,

@@ -13,7 +13,7 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder, wishes
 from tissuec.engine.execution.sampling import join_times, rows_at, rows_within
 from tissuec.engine.method import Samples
-from tissuec.script.measures.moment import EnergyBalance
+from tissuec.script.measures.snapshot import EnergyBalance
 from tissuec.script.plan import RELAXATION, ScheduledAction
 
 NEAR = 1e-12
@@ -152,9 +152,9 @@ def watched(every=0.1):
 @pytest.mark.parametrize("time", [0.37, 0.4, 1.0])
 def test_an_event_that_changes_a_log_leaves_its_times_and_is_kept_beside_them(time):
     recording = cut_at(time, **watched())
-    moments, force = recording.log_arrays("force of left")
+    times, force = recording.log_arrays("force of left")
     grid = np.linspace(0.0, 1.0, 11)
-    assert moments == pytest.approx(grid)
+    assert times == pytest.approx(grid)
     is_whole = grid < time - 1e-9
     # The tolerance of a run promises positions to 1e-9 of displacements below 1 m.
     assert force[is_whole, 0] == pytest.approx(-1.8 * np.cos(3.0 * grid[is_whole]), abs=9e-9)

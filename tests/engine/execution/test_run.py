@@ -195,7 +195,9 @@ def test_a_rupture_happens_at_the_time_of_the_closed_form_and_is_logged():
 def test_a_trigger_fires_once_at_the_first_time_its_condition_holds():
     network = oscillator(rest=1.0, velocity=[[0, 0, 0], [1.0, 0, 0]])
     tension = value("tension", subject("net", [], [0]))
-    trigger = when(lambda moment: tension(moment) > 1.5, event(0.125, "cut net", {"net": [0]}))
+    trigger = when(
+        lambda snapshot: tension(snapshot) > 1.5, event(0.125, "cut net", {"net": [0]})
+    )
     plan = make_plan(
         network,
         3.0,
@@ -214,8 +216,8 @@ def test_a_trigger_fires_once_at_the_first_time_its_condition_holds():
 def test_a_trigger_that_was_seen_to_be_true_fires_whatever_rounding_says_afterwards():
     network = chain(2, velocity=(1.0, 0.0, 0.0))
 
-    def true_on_the_way_only(moment):
-        return moment.position is not moment.state.position and moment.time > 0.5
+    def true_on_the_way_only(snapshot):
+        return snapshot.position is not snapshot.state.position and snapshot.time > 0.5
 
     trigger = when(true_on_the_way_only, event(0.0, "cut net", {"net": [0]}))
     outcome, _ = carry_out(network, make_plan(network, 1.0, triggers=[trigger]))
@@ -226,10 +228,10 @@ def test_a_trigger_that_was_seen_to_be_true_fires_whatever_rounding_says_afterwa
 def test_triggers_that_are_true_at_the_start_fire_there_in_written_order():
     network = chain(3)
     triggers = [
-        when(lambda moment: True, event(0.0, "cut last", {"last": [1]})),
-        when(lambda moment: False, event(0.0, "cut last", {"last": [1]})),
+        when(lambda snapshot: True, event(0.0, "cut last", {"last": [1]})),
+        when(lambda snapshot: False, event(0.0, "cut last", {"last": [1]})),
         when(
-            lambda moment: not moment.state.alive[1],
+            lambda snapshot: not snapshot.state.alive[1],
             event(0.0, "cut first", {"first": [0]}),
         ),
     ]
@@ -327,7 +329,7 @@ def test_the_energy_drift_of_a_whole_run_can_be_expected():
 
 
 def eventful(duration=2.0, **options):
-    """A net with a motion, a timed hold, a push, a trigger, a rupture and a pinned moment."""
+    """A net with a motion, a timed hold, a push, a trigger, a rupture and a pinned snapshot."""
     random = np.random.default_rng(2)
     ends = [(a, b) for a in range(6) for b in range(a)]
     network = make_net(

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from tests.hand_net import chain, make_net, start
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.gap import smallest_gap
-from tissuec.script.measures.moment import EnergyBalance, Moment
+from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 
 NOTHING = np.zeros(0, dtype=np.int64)
 
@@ -28,54 +28,54 @@ def tool(name):
     return Subject(name, None, NOTHING)
 
 
-def sample(name, moment, *subjects):
-    return MEASURES[name].sample(subjects, moment)
+def sample(name, snapshot, *subjects):
+    return MEASURES[name].sample(subjects, snapshot)
 
 
-def value(name, moment, *subjects):
-    return MEASURES[name].value(sample(name, moment, *subjects))
+def value(name, snapshot, *subjects):
+    return MEASURES[name].value(sample(name, snapshot, *subjects))
 
 
 @pytest.fixture
-def moment():
+def snapshot():
     """A chain of four, spread to x = 0, 2, 3, 5: the springs are stretched by 1, 0 and 1."""
     network = chain(4, mass=[1, 2, 3, 4], stiffness=[10, 20, 30], damping=[0, 0, 2])
     state = start(network)
     state.position[:, 0] = [0, 2, 3, 5]
     state.velocity[3] = (1.0, 0.0, 2.0)
     state.holders["forceps"] = np.array([2, 3])
-    return Moment.of(state)
+    return Snapshot.of(state)
 
 
-def test_nodes_of_sets_and_of_grips_are_counted(moment):
-    assert value("nodes", moment, nodes(0, 1, 3)) == 3
-    assert value("nodes", moment, tool("forceps")) == 2
-    assert value("nodes", moment, tool("empty")) == 0
+def test_nodes_of_sets_and_of_grips_are_counted(snapshot):
+    assert value("nodes", snapshot, nodes(0, 1, 3)) == 3
+    assert value("nodes", snapshot, tool("forceps")) == 2
+    assert value("nodes", snapshot, tool("empty")) == 0
 
 
-def test_only_springs_that_are_left_are_counted(moment):
-    moment.state.alive = np.array([True, False, True])
-    assert value("springs", moment, springs(0, 1)) == 1
-    assert value("springs", moment, tool("forceps")) == 1
+def test_only_springs_that_are_left_are_counted(snapshot):
+    snapshot.state.alive = np.array([True, False, True])
+    assert value("springs", snapshot, springs(0, 1)) == 1
+    assert value("springs", snapshot, tool("forceps")) == 1
 
 
-def test_pieces_are_counted_through_the_whole_net(moment):
-    assert value("pieces", moment, nodes(0, 3)) == 1
-    moment.state.alive = np.array([True, False, True])
-    whole = Moment.of(moment.state)
+def test_pieces_are_counted_through_the_whole_net(snapshot):
+    assert value("pieces", snapshot, nodes(0, 3)) == 1
+    snapshot.state.alive = np.array([True, False, True])
+    whole = Snapshot.of(snapshot.state)
     assert value("pieces", whole, nodes(0, 3)) == 2
     assert value("pieces", whole, nodes(0, 1)) == 1
 
 
-def test_the_support_force_is_minus_the_pull_of_the_springs(moment):
+def test_the_support_force_is_minus_the_pull_of_the_springs(snapshot):
     # Spring 2 pulls node 3 back with c e + d w = 30 · 1 + 2 · 1 = 32.
-    assert sample("force", moment, nodes(3)).tolist() == [32.0, 0.0, 0.0]
-    assert value("force", moment, nodes(3)) == 32.0
+    assert sample("force", snapshot, nodes(3)).tolist() == [32.0, 0.0, 0.0]
+    assert value("force", snapshot, nodes(3)) == 32.0
     # Inside the grip springs cancel; spring 1 is at rest.
-    assert sample("force", moment, tool("forceps")) == pytest.approx(np.zeros(3))
+    assert sample("force", snapshot, tool("forceps")) == pytest.approx(np.zeros(3))
     # On nodes 1 and 2 together spring 0 pulls with -10 and spring 2 with 32.
-    assert sample("force", moment, nodes(1, 2)).tolist() == [-22.0, 0.0, 0.0]
-    assert MEASURES["force"].columns((), moment) == ("x", "y", "z")
+    assert sample("force", snapshot, nodes(1, 2)).tolist() == [-22.0, 0.0, 0.0]
+    assert MEASURES["force"].columns((), snapshot) == ("x", "y", "z")
 
 
 def test_the_support_torque_is_that_of_the_forces_of_springs_about_the_middle():
@@ -84,7 +84,7 @@ def test_the_support_torque_is_that_of_the_forces_of_springs_about_the_middle():
         [(0, 0, 3), (0, 0, 0), (2, 0, 0), (2, 0, -4)], [(0, 1), (1, 2), (2, 3)],
         stiffness=[10, 50, 20], rest=[2.0, 1.0, 3.0],
     )  # fmt: skip
-    still = Moment.of(start(network))
+    still = Snapshot.of(start(network))
     bar = nodes(1, 2)
     # Forces on it: (0, 0, 10) at x = -1 and (0, 0, -20) at x = 1 about its middle.
     assert sample("force", still, bar).tolist() == [0.0, 0.0, 10.0]
@@ -93,69 +93,72 @@ def test_the_support_torque_is_that_of_the_forces_of_springs_about_the_middle():
     assert sample("torque", still, tool("empty")).tolist() == [0.0, 0.0, 0.0]
 
 
-def test_the_force_on_an_empty_grip_is_none(moment):
-    assert sample("force", moment, tool("empty")).tolist() == [0, 0, 0]
+def test_the_force_on_an_empty_grip_is_none(snapshot):
+    assert sample("force", snapshot, tool("empty")).tolist() == [0, 0, 0]
 
 
-def test_length_strain_and_tension_are_those_of_live_springs(moment):
-    assert value("length", moment, springs(0, 1, 2)) == 5.0
-    assert value("strain", moment, springs(0, 1, 2)) == 1.0
-    assert sample("tension", moment, springs(0, 1, 2)).tolist() == [10.0, 0.0, 32.0]
-    assert value("tension", moment, springs(0, 1, 2)) == 32.0
-    assert MEASURES["tension"].columns((springs(0, 2),), moment) == ("spring 500", "spring 502")
-    moment.state.alive = np.array([False, True, True])
-    assert value("length", moment, springs(0, 1, 2)) == 3.0
-    assert sample("tension", moment, springs(0)).tolist() == [0.0]
-    assert value("strain", moment, springs(0, 1)) == 0.0
+def test_length_strain_and_tension_are_those_of_live_springs(snapshot):
+    assert value("length", snapshot, springs(0, 1, 2)) == 5.0
+    assert value("strain", snapshot, springs(0, 1, 2)) == 1.0
+    assert sample("tension", snapshot, springs(0, 1, 2)).tolist() == [10.0, 0.0, 32.0]
+    assert value("tension", snapshot, springs(0, 1, 2)) == 32.0
+    assert MEASURES["tension"].columns((springs(0, 2),), snapshot) == (
+        "spring 500",
+        "spring 502",
+    )
+    snapshot.state.alive = np.array([False, True, True])
+    assert value("length", snapshot, springs(0, 1, 2)) == 3.0
+    assert sample("tension", snapshot, springs(0)).tolist() == [0.0]
+    assert value("strain", snapshot, springs(0, 1)) == 0.0
 
 
 def test_strain_counts_compression_and_passes_over_rest_lengths_of_zero():
     state = start(chain(3, rest=[4.0, 0.0]))
-    assert value("strain", Moment.of(state), springs(0, 1)) == 0.75
+    assert value("strain", Snapshot.of(state), springs(0, 1)) == 0.75
 
 
-def test_place_distance_and_speed(moment):
-    assert sample("position", moment, nodes(1, 3)).tolist() == [3.5, 0, 0]
-    assert value("distance", moment, nodes(0, 1), tool("forceps")) == 3.0
-    assert value("speed", moment, nodes(0, 1, 2, 3)) == pytest.approx(np.sqrt(5))
-    assert value("speed", moment, tool("empty")) == 0.0
-    assert np.isnan(value("distance", moment, nodes(0), tool("empty")))
+def test_place_distance_and_speed(snapshot):
+    assert sample("position", snapshot, nodes(1, 3)).tolist() == [3.5, 0, 0]
+    assert value("distance", snapshot, nodes(0, 1), tool("forceps")) == 3.0
+    assert value("speed", snapshot, nodes(0, 1, 2, 3)) == pytest.approx(np.sqrt(5))
+    assert value("speed", snapshot, tool("empty")) == 0.0
+    assert np.isnan(value("distance", snapshot, nodes(0), tool("empty")))
 
 
-def test_energies_are_of_free_nodes_and_live_springs(moment):
-    network = moment.state.network
-    assert value("elastic energy", moment, springs(0, 1, 2)) == 20.0
-    assert value("kinetic energy", moment, nodes(2, 3)) == 0.0  # both are held
-    moment.state.holders.clear()
+def test_energies_are_of_free_nodes_and_live_springs(snapshot):
+    network = snapshot.state.network
+    assert value("elastic energy", snapshot, springs(0, 1, 2)) == 20.0
+    assert value("kinetic energy", snapshot, nodes(2, 3)) == 0.0  # both are held
+    snapshot.state.holders.clear()
     everything = nodes(0, 1, 2, 3, network=network)
-    assert value("kinetic energy", Moment.of(moment.state), everything) == 0.5 * 4 * 5
-    assert value("energy", Moment.of(moment.state), everything) == 30.0
+    assert value("kinetic energy", Snapshot.of(snapshot.state), everything) == 0.5 * 4 * 5
+    assert value("energy", Snapshot.of(snapshot.state), everything) == 30.0
 
 
-def test_ruptured_counts_springs_that_broke_by_themselves(moment):
-    broken = replace(moment, ruptured=np.array([True, False, True]))
+def test_ruptured_counts_springs_that_broke_by_themselves(snapshot):
+    broken = replace(snapshot, ruptured=np.array([True, False, True]))
     assert value("ruptured", broken, springs(0, 1, 2)) == 2
     assert value("ruptured", broken, springs(1)) == 0
 
 
-def test_energy_drift_is_what_is_missing_over_the_largest_energy(moment):
-    moment.state.holders.clear()
+def test_energy_drift_is_what_is_missing_over_the_largest_energy(snapshot):
+    snapshot.state.holders.clear()
     energy = 30.0
     ledger = EnergyBalance(initial=10.0, work=25.0, dissipated=3.0, switched=-4.0, scale=50.0)
-    drift = value("energy drift", replace(moment, ledger=ledger))
+    drift = value("energy drift", replace(snapshot, ledger=ledger))
     assert drift == pytest.approx(abs(energy - (10 + 25 - 3 - 4)) / 50)
-    assert value("energy drift", replace(moment, ledger=EnergyBalance())) == 0.0
+    assert value("energy drift", replace(snapshot, ledger=EnergyBalance())) == 0.0
     with pytest.raises(ValueError, match="not integrated"):
-        value("energy drift", moment)
+        value("energy drift", snapshot)
 
 
 def test_the_gap_is_the_smallest_distance_between_pieces_and_none_for_one_piece():
     position = [(0, 0, 0), (1, 0, 0), (1, 3, 4), (2, 3, 4), (50, 0, 0)]
     network = make_net(position, [(0, 1), (2, 3)])
-    moment = Moment.of(start(network))
-    assert value("gap", moment, nodes(0, 1, 2, 3, 4)) == 5.0
-    assert value("gap", moment, nodes(0, 1)) == 0.0
-    assert value("gap", moment, nodes(0, 4)) == 50.0
+    snapshot = Snapshot.of(start(network))
+    assert value("gap", snapshot, nodes(0, 1, 2, 3, 4)) == 5.0
+    assert value("gap", snapshot, nodes(0, 1)) == 0.0
+    assert value("gap", snapshot, nodes(0, 4)) == 50.0
 
 
 @pytest.mark.parametrize("count", [3, 64, 65, 300])
@@ -170,7 +173,7 @@ def test_the_gap_is_found_whatever_the_order_of_the_nodes(count):
 
 
 @pytest.mark.parametrize("name", sorted(MEASURES))
-def test_a_batch_of_moments_gives_what_each_of_them_gives(name):
+def test_a_batch_of_snapshots_gives_what_each_of_them_gives(name):
     network = chain(5, stiffness=3.0, damping=0.5)
     state = start(network, gravity=(0, 0, -9.81))
     state.alive = np.array([True, False, True, True])
@@ -180,7 +183,7 @@ def test_a_batch_of_moments_gives_what_each_of_them_gives(name):
         1.0, np.array([1.0, 2, 3]), np.array([0.5, 1, 2]), 0.3, np.array([4.0, 5, 6])
     )
     ruptured = np.zeros(4, dtype=bool)
-    batch = Moment(state, np.array([1.0, 2, 3]), *motion, ruptured, ledger)
+    batch = Snapshot(state, np.array([1.0, 2, 3]), *motion, ruptured, ledger)
     everything = nodes(*range(5), network=network)
     subjects = (everything, nodes(1, 2))[: MEASURES[name].subjects]
     rows = MEASURES[name].sample(subjects, batch)

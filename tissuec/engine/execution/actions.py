@@ -15,7 +15,7 @@ from tissuec.engine.execution.run_state import RunState
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.script.measures.moment import EnergyBalance, Moment
+from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan
 from tissuec.script.verbs import ActionFailed, LoggedEvent
 from tissuec.script.verbs.tie import seized, slipped
@@ -72,11 +72,11 @@ class Stage:
             for name in self.run_state.state.seize():
                 self._log(seized(name, self.run_state.state.knots[name]))
             self._carry_out()
-            fired = true or self.true_triggers(self.moment())
+            fired = true or self.true_triggers(self.snapshot())
             while fired:
                 self._fire(fired)
                 self._carry_out()
-                fired = self.true_triggers(self.moment())
+                fired = self.true_triggers(self.snapshot())
         return len(self.run_state.logged_events) > before
 
     def enter(self) -> None:
@@ -97,13 +97,13 @@ class Stage:
         """Pass changes by events to the recorder, just after them; arguments as of `leave`."""
         self.recorder.record_jumps(self._with_ledger(work, dissipated))
 
-    def _with_ledger(self, work: float, dissipated: float) -> Moment:
-        """Return the present moment, with a ledger if one is kept."""
-        moment, run_state = self.moment(), self.run_state
+    def _with_ledger(self, work: float, dissipated: float) -> Snapshot:
+        """Return the present snapshot, with a ledger if one is kept."""
+        snapshot, run_state = self.snapshot(), self.run_state
         if not self.plan.needs_ledger:
-            return moment
+            return snapshot
         ledger = EnergyBalance(run_state.initial, work, dissipated, run_state.switched)
-        return moment.with_ledger(ledger)
+        return snapshot.with_ledger(ledger)
 
     def look_at_rest(self) -> None:
         """Note it if the net rests at an unstable equilibrium, before anything happens."""
@@ -116,31 +116,31 @@ class Stage:
         for found in crossed_surfaces(self.run_state):
             self._log(found)
 
-    def moment(self) -> Moment:
-        """Return the present moment, without a ledger."""
-        return replace(Moment.of(self.run_state.state), ruptured=self.run_state.ruptured)
+    def snapshot(self) -> Snapshot:
+        """Return the present snapshot, without a ledger."""
+        return replace(Snapshot.of(self.run_state.state), ruptured=self.run_state.ruptured)
 
-    def moment_at(self, time: Floats | float, position: Floats, velocity: Floats) -> Moment:
-        """Return a moment before the next event, or a batch of moments.
+    def snapshot_at(self, time: Floats | float, position: Floats, velocity: Floats) -> Snapshot:
+        """Return a snapshot before the next event, or a batch of snapshots.
 
         Args:
             time: Time [s], shape (…).
             position: Of all nodes [m], shape (…, node, 3).
             velocity: Of all nodes [m/s], shape (…, node, 3).
         """
-        return replace(self.moment(), time=time, position=position, velocity=velocity)
+        return replace(self.snapshot(), time=time, position=position, velocity=velocity)
 
-    def true_triggers(self, moment: Moment) -> list[int]:
+    def true_triggers(self, snapshot: Snapshot) -> list[int]:
         """Return the waiting triggers whose conditions hold, in written order."""
         triggers = self.plan.triggers
         return [
-            number for number in self.run_state.waiting if triggers[number].condition(moment)
+            number for number in self.run_state.waiting if triggers[number].condition(snapshot)
         ]
 
-    def may_be_true(self, moments: Moment) -> bool:
-        """Return whether the condition of a waiting trigger holds at any moment of a batch."""
+    def may_be_true(self, snapshots: Snapshot) -> bool:
+        """Return whether the condition of a waiting trigger holds in a batch of snapshots."""
         conditions = (self.plan.triggers[number].condition for number in self.run_state.waiting)
-        return any(condition.holds(moments).any() for condition in conditions)
+        return any(condition.holds(snapshots).any() for condition in conditions)
 
     def _carry_out(self) -> None:
         state, queue = self.run_state.state, self.run_state.queue

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from tissuec.engine.execution.sampling import rows_at, rows_within
 from tissuec.model.network import Floats
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Expectation
 
 
@@ -30,14 +30,14 @@ class ExpectationMemory(Struct, eq=False):
     Attributes:
         next: The first sample that has not come yet.
         scale: Largest energy so far [J].
-        pinned: Moments that expectations look back to, by their times [s].
+        pinned: Snapshots that expectations look back to, by their times [s].
         failures: By the place of the expectation.
         held: When an expectation was judged last [s] and what was measured then, by its place.
     """
 
     next: int = 0
     scale: float = 0.0
-    pinned: dict[float, Moment] = field(default_factory=dict[float, Moment])
+    pinned: dict[float, Snapshot] = field(default_factory=dict[float, Snapshot])
     failures: dict[int, Failure] = field(default_factory=dict[int, Failure])
     held: dict[int, tuple[float, str]] = field(default_factory=dict[int, tuple[float, str]])
 
@@ -68,24 +68,24 @@ class ExpectationMonitor:
             if self._lasts(expectation) and expectation.stop - self.near <= time:
                 due[self.times >= expectation.stop - 2.0 * self.near] = False
 
-    def leave(self, moment: Moment, memory: ExpectationMemory) -> None:
-        """Judge the intervals that end at a moment, before its events."""
+    def leave(self, snapshot: Snapshot, memory: ExpectationMemory) -> None:
+        """Judge the intervals that end at a snapshot, before its events."""
         for number, expectation in enumerate(self.expectations):
-            ends_now = abs(expectation.stop - float(moment.time)) <= self.near
+            ends_now = abs(expectation.stop - float(snapshot.time)) <= self.near
             if ends_now and self._lasts(expectation):
-                self._judge(number, replace(moment, pinned=memory.pinned), memory, ends=True)
+                self._judge(number, replace(snapshot, pinned=memory.pinned), memory, ends=True)
 
-    def sample(self, moment: Moment, rows: slice, memory: ExpectationMemory) -> None:
+    def sample(self, snapshot: Snapshot, rows: slice, memory: ExpectationMemory) -> None:
         """Evaluate expectations at a batch of samples.
 
         Args:
-            moment: The batch.
+            snapshot: The batch.
             rows: Its place in ``times``.
             memory: Results so far, changed in place.
         """
         for time, place in self._pinned_at.items():
             if rows.start <= place < rows.stop:
-                then = moment.pick(np.array([place - rows.start])).pick(
+                then = snapshot.pick(np.array([place - rows.start])).pick(
                     0
                 )  # a copy of the state
                 memory.pinned[time] = replace(then, pinned={})
@@ -96,10 +96,10 @@ class ExpectationMonitor:
             if not len(places) or number in memory.failures:
                 continue
             ends = rows.start + places == self._last[number]
-            holds = expectation.condition.holds(moment.pick(places))
+            holds = expectation.condition.holds(snapshot.pick(places))
             # What is measured is told of the first failure, and of the end.
             for place, is_last in zip(places[~holds | ends], ends[~holds | ends], strict=True):
-                self._judge(number, moment.pick(int(place)), memory, ends=bool(is_last))
+                self._judge(number, snapshot.pick(int(place)), memory, ends=bool(is_last))
 
     def unreached(self, memory: ExpectationMemory) -> tuple[int, ...]:
         """Return the expectations that were not judged to their end, by their places.
@@ -116,14 +116,14 @@ class ExpectationMonitor:
         return expectation.start < expectation.stop - self.near
 
     def _judge(
-        self, number: int, moment: Moment, memory: ExpectationMemory, *, ends: bool
+        self, number: int, snapshot: Snapshot, memory: ExpectationMemory, *, ends: bool
     ) -> None:
         expectation = self.expectations[number]
         if number in memory.failures:
             return
-        time = float(moment.time)
-        if not expectation.condition(moment):
+        time = float(snapshot.time)
+        if not expectation.condition(snapshot):
             memory.held.pop(number, None)
-            memory.failures[number] = Failure(number, time, expectation.describe(moment))
+            memory.failures[number] = Failure(number, time, expectation.describe(snapshot))
         elif ends:
-            memory.held[number] = time, expectation.describe(moment)
+            memory.held[number] = time, expectation.describe(snapshot)

@@ -8,7 +8,7 @@ from tissuec.core.errors import counted
 from tissuec.core.units import ENERGY, show
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
-from tissuec.script.measures.moment import EnergyBalance
+from tissuec.script.measures.snapshot import EnergyBalance
 
 if TYPE_CHECKING:
     from tissuec.engine.method import Statistics

@@ -23,7 +23,7 @@ from tissuec.geometry.surfaces import entries_of
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.recording import MOST_JUMPING, LogChannel, Recording, SurfaceChannel
-from tissuec.script.measures.moment import EnergyBalance, Moment
+from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan, times_every
 from tissuec.script.verbs import LoggedEvent
 
@@ -132,9 +132,9 @@ class Writer(Protocol):
 
 
 class _Observed(NamedTuple):
-    """What makes a row of a log at a moment, and what takes both sides of an event."""
+    """What makes a row of a log at a snapshot, and what takes both sides of an event."""
 
-    row: Callable[[Moment], Floats]
+    row: Callable[[Snapshot], Floats]
     jump: Callable[[float, Floats, Floats], None]
 
 
@@ -193,31 +193,31 @@ class Recorder:
             self.writer.holds(state.time, self._holders)
         self._before, self._left = self._left, ()
 
-    def leave(self, moment: Moment) -> None:
+    def leave(self, snapshot: Snapshot) -> None:
         """Judge expectations that end now, before the events of this time change anything."""
-        self.record_jumps(moment)
-        moment = self._scaled(moment)
-        self._judge.leave(moment, self.memory)
-        self._left = [observed.row(moment) for observed in self._observed]
+        self.record_jumps(snapshot)
+        snapshot = self._scaled(snapshot)
+        self._judge.leave(snapshot, self.memory)
+        self._left = [observed.row(snapshot) for observed in self._observed]
 
     @property
     def awaits_jumps(self) -> bool:
         """Return whether it is not recorded yet what the last events changed."""
         return len(self._before) > 0
 
-    def record_jumps(self, moment: Moment) -> None:
+    def record_jumps(self, snapshot: Snapshot) -> None:
         """Record how the last events changed logged quantities.
 
         Args:
-            moment: Just after them, at the same time; with a ledger if one is kept.
+            snapshot: Just after them, at the same time; with a ledger if one is kept.
         """
         if not self.awaits_jumps:
             return
-        moment = self._scaled(moment)
+        snapshot = self._scaled(snapshot)
         for observed, before in zip(self._observed, self._before, strict=True):
-            after = observed.row(moment)
+            after = observed.row(snapshot)
             if len(before) <= MOST_JUMPING and not _is_same_row(before, after):
-                observed.jump(float(moment.time), before, after)
+                observed.jump(float(snapshot.time), before, after)
         self._before = ()
 
     def happened(self, time: float, logged_event: LoggedEvent) -> None:
@@ -243,13 +243,13 @@ class Recorder:
         first = self.memory.next
         rows = slice(first, first + len(samples.time))
         self.memory.next = rows.stop
-        moment = self._moment(samples, self._state)
-        parts: dict[float, Moment] = {}
+        snapshot = self._snapshot(samples, self._state)
+        parts: dict[float, Snapshot] = {}
 
-        def part(rate: float) -> Moment | None:
+        def part(rate: float) -> Snapshot | None:
             due = self._due[rate][rows] if rate in self._due else np.zeros(0, dtype=bool)
             if rate not in parts and due.any():
-                parts[rate] = moment if due.all() else moment.pick(np.flatnonzero(due))
+                parts[rate] = snapshot if due.all() else snapshot.pick(np.flatnonzero(due))
             return parts.get(rate)
 
         self._write_frames(part)
@@ -257,52 +257,54 @@ class Recorder:
         self._write_errors(samples, rows)
         self._write_logs(part)
         self._write_energies(part)
-        self._judge.sample(moment, rows, self.memory)
+        self._judge.sample(snapshot, rows, self.memory)
 
-    def _moment(self, samples: Samples, state: State) -> Moment:
+    def _snapshot(self, samples: Samples, state: State) -> Snapshot:
         motion = samples.time, samples.position, samples.velocity
-        moment = Moment(state, *motion, self._ruptured, None, self.memory.pinned)
+        snapshot = Snapshot(state, *motion, self._ruptured, None, self.memory.pinned)
         if not self.plan.needs_ledger:
-            return moment
+            return snapshot
         ledger = replace(self._ledger, work=samples.work, dissipated=samples.dissipated)
-        sizes = ledger.size(moment.energies)
+        sizes = ledger.size(snapshot.energies)
         scale = np.maximum.accumulate(np.concatenate([[self.memory.scale], sizes]))
         self.memory.scale = float(scale[-1])
-        return moment.with_ledger(replace(ledger, scale=scale[1:]))
+        return snapshot.with_ledger(replace(ledger, scale=scale[1:]))
 
-    def _scaled(self, moment: Moment) -> Moment:
-        """Return a single moment with the scale by which its energy balance is judged."""
-        ledger = moment.ledger
+    def _scaled(self, snapshot: Snapshot) -> Snapshot:
+        """Return a single snapshot with the scale by which its energy balance is judged."""
+        ledger = snapshot.ledger
         if ledger is None:
-            return moment
-        scale = np.maximum(ledger.size(moment.energies), self.memory.scale)
-        return moment.with_ledger(replace(ledger, scale=scale))
+            return snapshot
+        scale = np.maximum(ledger.size(snapshot.energies), self.memory.scale)
+        return snapshot.with_ledger(replace(ledger, scale=scale))
 
-    def _write_frames(self, part: Callable[[float], Moment | None]) -> None:
+    def _write_frames(self, part: Callable[[float], Snapshot | None]) -> None:
         output = self.plan.output
-        if len(output.frames) and (moment := part(output.every)) is not None:
-            time, force = np.asarray(moment.time), moment.node_force
-            self.writer.frames(time, moment.position, moment.velocity, force, moment.tension)
+        if len(output.frames) and (snapshot := part(output.every)) is not None:
+            time, force = np.asarray(snapshot.time), snapshot.node_force
+            self.writer.frames(
+                time, snapshot.position, snapshot.velocity, force, snapshot.tension
+            )
 
-    def _write_surfaces(self, part: Callable[[float], Moment | None]) -> None:
+    def _write_surfaces(self, part: Callable[[float], Snapshot | None]) -> None:
         for surface in self.plan.output.surfaces:
-            if (moment := part(surface.every)) is not None:
-                self.writer.surface(surface.body, np.asarray(moment.time), moment.position)
+            if (snapshot := part(surface.every)) is not None:
+                self.writer.surface(surface.body, np.asarray(snapshot.time), snapshot.position)
 
     def _write_errors(self, samples: Samples, rows: slice) -> None:
         output = self.plan.output
         if len(output.frames) and (due := self._due[output.every][rows]).any():
             self.writer.errors(samples.time[due], samples.error[due, None])
 
-    def _write_logs(self, part: Callable[[float], Moment | None]) -> None:
+    def _write_logs(self, part: Callable[[float], Snapshot | None]) -> None:
         for log in self.plan.output.logs:
-            if (moment := part(log.every)) is not None:
-                rows = log.measure.sample(log.subjects, moment)
-                self.writer.log(log.name, np.asarray(moment.time), rows)
+            if (snapshot := part(log.every)) is not None:
+                rows = log.measure.sample(log.subjects, snapshot)
+                self.writer.log(log.name, np.asarray(snapshot.time), rows)
 
-    def _write_energies(self, part: Callable[[float], Moment | None]) -> None:
-        if (moment := part(self.plan.output.energy)) is not None:
-            self.writer.energies(np.asarray(moment.time), _energies(moment))
+    def _write_energies(self, part: Callable[[float], Snapshot | None]) -> None:
+        if (snapshot := part(self.plan.output.energy)) is not None:
+            self.writer.energies(np.asarray(snapshot.time), _energies(snapshot))
 
 
 def wishes(network: Network, plan: Plan) -> Recording:
@@ -310,7 +312,7 @@ def wishes(network: Network, plan: Plan) -> Recording:
     output = plan.output
     shown = np.zeros(network.node_count, dtype=bool)
     shown[output.frames] = True
-    start = Moment.of(plan.start(network))
+    start = Snapshot.of(plan.start(network))
     channels = tuple(
         LogChannel(
             log.name,
@@ -365,12 +367,12 @@ def _observed(plan: Plan, writer: Writer) -> Iterator[_Observed]:
         yield _Observed(_energies, writer.energy_jump)
 
 
-def _energies(moment: Moment) -> Floats:
-    """Return a row of the energy table for each time of a moment [J], shape (…, 6)."""
-    ledger = moment.ledger
+def _energies(snapshot: Snapshot) -> Floats:
+    """Return a row of the energy table for each time of a snapshot [J], shape (…, 6)."""
+    ledger = snapshot.ledger
     assert ledger is not None, "an energy table needs the ledger"
-    switched = np.full(np.shape(moment.time), ledger.switched)
-    columns = (*moment.energies, ledger.work, ledger.dissipated, switched)
+    switched = np.full(np.shape(snapshot.time), ledger.switched)
+    columns = (*snapshot.energies, ledger.work, ledger.dissipated, switched)
     return np.stack(columns, axis=-1)
 
 

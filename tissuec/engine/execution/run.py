@@ -22,7 +22,7 @@ from tissuec.engine.execution.run_state import RunState, read_run_state
 from tissuec.engine.execution.signals import Interrupt, StopRequest, asked_to_stop
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
-from tissuec.script.measures.moment import EnergyBalance
+from tissuec.script.measures.snapshot import EnergyBalance
 from tissuec.script.plan import RELAXATION, Plan
 from tissuec.script.verbs import LoggedEvent
 
@@ -210,13 +210,13 @@ class _Loop:
     def _watch(self, time: float, position: Floats, velocity: Floats) -> bool:
         if self.recorder.awaits_jumps:
             self.stage.record_jumps(*self._sums())
-        found = self.stage.true_triggers(self.stage.moment_at(time, position, velocity))
+        found = self.stage.true_triggers(self.stage.snapshot_at(time, position, velocity))
         # The engine closes in on the earliest time that is true: the last such answer counts.
         self.true = found or self.true
         return bool(found) or bool(self.run_state.state.seizing(time, position, velocity))
 
     def _survey(self, time: Floats, position: Floats, velocity: Floats) -> bool:
-        return self.stage.may_be_true(self.stage.moment_at(time, position, velocity))
+        return self.stage.may_be_true(self.stage.snapshot_at(time, position, velocity))
 
     def _sums(self) -> tuple[float, float]:
         """Return work and dissipated energy until now [J]; zero where they are not kept."""

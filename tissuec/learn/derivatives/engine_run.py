@@ -9,7 +9,7 @@ from tissuec.engine.execution.sampling import SAME, join_times
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.model import Slots
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Output, Plan
 
 _NONE: Indices = np.zeros(0, dtype=np.int64)
@@ -54,24 +54,24 @@ class ObservingRecorder(Recorder):
         """Look at the next samples of ``times``."""
         assert self._state is not None, "enter comes first"
         first, last = np.searchsorted(self.times, samples.time[[0, -1]])
-        moment = self._moment(samples, self._state)
+        snapshot = self._snapshot(samples, self._state)
         for one, slot, places in zip(self._series, self._slots, self._places, strict=True):
             rows = np.flatnonzero((places >= first) & (places <= last))
             if len(rows):
-                seen = _seen(one, slot.width, moment.pick(places[rows] - first))
+                seen = _seen(one, slot.width, snapshot.pick(places[rows] - first))
                 self.found[slot.of(int(rows[0])).start : slot.of(int(rows[-1])).stop] = seen
 
 
-def _seen(one: Series, width: int, moment: Moment) -> Floats:
-    """Return what a series is of at some moments, one after the other."""
+def _seen(one: Series, width: int, snapshot: Snapshot) -> Floats:
+    """Return what a series is of at some snapshots, one after the other."""
     fit = one.fit
     if fit.measure is None:
-        values = moment.position[..., one.nodes, :]
+        values = snapshot.position[..., one.nodes, :]
     else:
-        values = fit.measure.sample(fit.subjects, moment)
+        values = fit.measure.sample(fit.subjects, snapshot)
     if fit.along is not None:
         values = values @ fit.along
-    rows = values.reshape(len(moment.position), -1)
+    rows = values.reshape(len(snapshot.position), -1)
     if fit.measure is not None and rows.shape[1] != width:
         rows = fit.measure.value(rows)
     return rows.ravel()

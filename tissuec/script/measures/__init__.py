@@ -1,6 +1,6 @@
 """Measures: what can be logged, expected or waited for; one small file each.
 
-A member is a class that is never instantiated. Its ``sample`` takes a moment that may be a
+A member is a class that is never instantiated. Its ``sample`` takes a snapshot that may be a
 batch of samples, and its docstring is what the reference says about it.
 """
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tissuec.core.registry import Family
 from tissuec.core.units import Dimension
 from tissuec.model.network import Indices
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 
 
 class Subject(Struct, frozen=True, eq=False):
@@ -50,13 +50,13 @@ class Measure(Protocol):
     takes: str
 
     @staticmethod
-    def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
+    def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
         """Return what the components of ``sample`` are called in a log."""
         ...
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> NDArray[np.float64]:
-        """Return the components in SI units, shape (…, column), with the axes of the moment."""
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> NDArray[np.float64]:
+        """Return the components in SI units, shape (…, column), axes as of the snapshot."""
         ...
 
     @staticmethod

@@ -7,9 +7,9 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.position import Position
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("distance")
@@ -22,6 +22,6 @@ class Distance(Scalar):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        first, second = (Position.sample((subject,), moment) for subject in subjects)
-        return one_column(np.linalg.norm(second - first, axis=-1), moment)
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        first, second = (Position.sample((subject,), snapshot) for subject in subjects)
+        return one_column(np.linalg.norm(second - first, axis=-1), snapshot)

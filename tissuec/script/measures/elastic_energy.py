@@ -6,8 +6,8 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("elastic energy")
@@ -20,9 +20,9 @@ class ElasticEnergy(Scalar):
     takes = "any"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        springs = moment.intact(subjects[0])
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        springs = snapshot.intact(subjects[0])
         energy = observables.elastic_energy(
-            moment.state, moment.position, moment.velocity, springs
+            snapshot.state, snapshot.position, snapshot.velocity, springs
         )
-        return one_column(energy, moment)
+        return one_column(energy, snapshot)

@@ -7,8 +7,8 @@ from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.elastic_energy import ElasticEnergy
 from tissuec.script.measures.kinetic_energy import KineticEnergy
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("energy")
@@ -21,5 +21,7 @@ class Energy(Scalar):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        return KineticEnergy.sample(subjects, moment) + ElasticEnergy.sample(subjects, moment)
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        return KineticEnergy.sample(subjects, snapshot) + ElasticEnergy.sample(
+            subjects, snapshot
+        )

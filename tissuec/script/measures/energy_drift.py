@@ -7,8 +7,8 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("energy drift")
@@ -25,16 +25,16 @@ class EnergyDrift(Scalar):
     takes = "any"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        """Return the drift of a moment, dimensionless, shape (…, 1).
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        """Return the drift of a snapshot, dimensionless, shape (…, 1).
 
         Raises:
             ValueError: The run keeps no energy ledger.
         """
-        if moment.ledger is None:
+        if snapshot.ledger is None:
             raise ValueError("the energies were not integrated")
-        balance = np.abs(moment.ledger.balance(moment.energies))
-        scale = np.asarray(moment.ledger.scale, dtype=float)
+        balance = np.abs(snapshot.ledger.balance(snapshot.energies))
+        scale = np.asarray(snapshot.ledger.scale, dtype=float)
         return one_column(
-            np.where(scale > 0.0, balance / np.where(scale > 0.0, scale, 1.0), 0.0), moment
+            np.where(scale > 0.0, balance / np.where(scale > 0.0, scale, 1.0), 0.0), snapshot
         )

@@ -6,7 +6,7 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.measures.vector import Vector
 
 
@@ -24,9 +24,9 @@ class Force(Vector):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        nodes = moment.nodes(subjects[0])
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        nodes = snapshot.nodes(subjects[0])
         # Subtracted, so that no force is 0 and not -0.
         return 0.0 - observables.force_on(
-            moment.state, moment.time, moment.position, moment.velocity, nodes
+            snapshot.state, snapshot.time, snapshot.position, snapshot.velocity, nodes
         )

@@ -9,8 +9,8 @@ from tissuec.core import units
 from tissuec.core.vectors import dot
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 CHUNK = 64
 """Points compared at a time with those ahead: small beside the caches for any body."""
@@ -29,12 +29,12 @@ class Gap(Scalar):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        nodes = moment.nodes(subjects[0])
-        position, piece = moment.position[..., nodes, :], moment.pieces[nodes]
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        nodes = snapshot.nodes(subjects[0])
+        position, piece = snapshot.position[..., nodes, :], snapshot.pieces[nodes]
         states = position.reshape(-1, *position.shape[-2:])
         gaps = np.array([smallest_gap(state, piece) for state in states])
-        return one_column(gaps.reshape(position.shape[:-2]), moment)
+        return one_column(gaps.reshape(position.shape[:-2]), snapshot)
 
 
 def smallest_gap(position: Floats, piece: NDArray[np.int32]) -> float:

@@ -6,8 +6,8 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("kinetic energy")
@@ -20,8 +20,8 @@ class KineticEnergy(Scalar):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        nodes = moment.nodes(subjects[0])
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        nodes = snapshot.nodes(subjects[0])
         return one_column(
-            observables.kinetic_energy(moment.state, moment.velocity, nodes), moment
+            observables.kinetic_energy(snapshot.state, snapshot.velocity, nodes), snapshot
         )

@@ -6,8 +6,8 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("length")
@@ -20,8 +20,8 @@ class Length(Scalar):
     takes = "springs"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        springs = moment.intact(subjects[0])
-        ends = moment.state.network.ends[springs]
-        total = observables.lengths(ends, moment.position).sum(axis=-1)
-        return one_column(total, moment)
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        springs = snapshot.intact(subjects[0])
+        ends = snapshot.state.network.ends[springs]
+        total = observables.lengths(ends, snapshot.position).sum(axis=-1)
+        return one_column(total, snapshot)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("nodes")
@@ -19,5 +19,5 @@ class Nodes(Scalar):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        return one_column(len(moment.nodes(subjects[0])), moment)
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        return one_column(len(snapshot.nodes(subjects[0])), snapshot)

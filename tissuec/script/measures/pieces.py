@@ -7,8 +7,8 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("pieces")
@@ -25,6 +25,6 @@ class Pieces(Scalar):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        found = moment.pieces[moment.nodes(subjects[0])]
-        return one_column(len(np.unique(found)), moment)
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        found = snapshot.pieces[snapshot.nodes(subjects[0])]
+        return one_column(len(np.unique(found)), snapshot)

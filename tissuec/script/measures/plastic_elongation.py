@@ -8,7 +8,7 @@ from tissuec.core import units
 from tissuec.forces.branches import flat
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.measures.tension import Tension
 
 
@@ -26,12 +26,12 @@ class PlasticElongation:
     columns = Tension.columns
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         springs = subjects[0].springs
-        memory = moment.state.memory(springs)
+        memory = snapshot.state.memory(springs)
         if memory is None:
-            return np.zeros((*moment.velocity.shape[:-2], len(springs)))
-        return memory.flowed(flat(moment.velocity))
+            return np.zeros((*snapshot.velocity.shape[:-2], len(springs)))
+        return memory.flowed(flat(snapshot.velocity))
 
     @staticmethod
     def value(sample: Floats) -> Floats:

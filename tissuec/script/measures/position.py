@@ -7,7 +7,7 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.measures.vector import Vector
 
 
@@ -21,8 +21,8 @@ class Position(Vector):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        nodes = moment.nodes(subjects[0])
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        nodes = snapshot.nodes(subjects[0])
         if not len(nodes):
-            return np.full((*np.shape(moment.time), 3), np.nan)
-        return moment.position[..., nodes, :].mean(axis=-2)
+            return np.full((*np.shape(snapshot.time), 3), np.nan)
+        return snapshot.position[..., nodes, :].mean(axis=-2)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("pressure")
@@ -19,9 +19,9 @@ class Pressure(Scalar):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        enclosure = moment.state.enclosure(subjects[0].name)
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        enclosure = snapshot.state.enclosure(subjects[0].name)
         if enclosure is None:
-            return one_column(0.0, moment)
-        each = enclosure.pressures(moment.time, moment.position) * enclosure.drawn
-        return one_column(each.sum(axis=-1) / enclosure.drawn.sum(), moment)
+            return one_column(0.0, snapshot)
+        each = enclosure.pressures(snapshot.time, snapshot.position) * enclosure.drawn
+        return one_column(each.sum(axis=-1) / enclosure.drawn.sum(), snapshot)

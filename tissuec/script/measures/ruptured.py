@@ -7,8 +7,8 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("ruptured")
@@ -24,7 +24,7 @@ class Ruptured(Scalar):
     takes = "any"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         return one_column(
-            np.count_nonzero(moment.ruptured[moment.springs(subjects[0])]), moment
+            np.count_nonzero(snapshot.ruptured[snapshot.springs(subjects[0])]), snapshot
         )

@@ -7,14 +7,14 @@ from numpy.typing import ArrayLike
 
 from tissuec.model.network import Floats
 from tissuec.script.measures import Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 
 
 class Scalar:
     """Base of the measures that have one component."""
 
     @staticmethod
-    def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
+    def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
         return ("value",)
 
     @staticmethod
@@ -22,14 +22,14 @@ class Scalar:
         return sample[..., 0]
 
 
-def one_column(value: ArrayLike, moment: Moment) -> Floats:
+def one_column(value: ArrayLike, snapshot: Snapshot) -> Floats:
     """Return a number per sample, or the same one for all samples, as a column.
 
     Args:
         value: In any unit, shape (…) or a number.
-        moment: The samples.
+        snapshot: The samples.
 
     Returns:
         The numbers in the same unit, shape (…, 1).
     """
-    return np.broadcast_to(np.asarray(value, dtype=float), np.shape(moment.time))[..., None]
+    return np.broadcast_to(np.asarray(value, dtype=float), np.shape(snapshot.time))[..., None]

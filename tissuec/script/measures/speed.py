@@ -7,8 +7,8 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("speed")
@@ -21,7 +21,7 @@ class Speed(Scalar):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        velocity = moment.velocity[..., moment.nodes(subjects[0]), :]
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        velocity = snapshot.velocity[..., snapshot.nodes(subjects[0]), :]
         speed = np.linalg.norm(velocity, axis=-1)
-        return one_column(speed.max(axis=-1, initial=0.0), moment)
+        return one_column(speed.max(axis=-1, initial=0.0), snapshot)

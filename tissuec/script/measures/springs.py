@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("springs")
@@ -19,5 +19,5 @@ class Springs(Scalar):
     takes = "any"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        return one_column(len(moment.intact(subjects[0])), moment)
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        return one_column(len(snapshot.intact(subjects[0])), snapshot)

@@ -8,8 +8,8 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("strain")
@@ -26,11 +26,11 @@ class Strain(Scalar):
     takes = "any"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        springs = moment.intact(subjects[0])
-        rest = observables.rest_lengths(moment.state, moment.velocity, springs)
-        ends = moment.state.network.ends[springs]
-        stretched = np.abs(observables.elongation(ends, moment.position, rest))
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        springs = snapshot.intact(subjects[0])
+        rest = observables.rest_lengths(snapshot.state, snapshot.velocity, springs)
+        ends = snapshot.state.network.ends[springs]
+        stretched = np.abs(observables.elongation(ends, snapshot.position, rest))
         has_length = rest > 0.0
         strain = np.where(has_length, stretched / np.where(has_length, rest, 1.0), 0.0)
-        return one_column(strain.max(axis=-1, initial=0.0), moment)
+        return one_column(strain.max(axis=-1, initial=0.0), snapshot)

@@ -8,7 +8,7 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("tension")
@@ -25,25 +25,25 @@ class Tension:
     takes = "springs"
 
     @staticmethod
-    def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
-        network, springs = moment.state.network, subjects[0].springs
+    def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
+        network, springs = snapshot.state.network, subjects[0].springs
         knots = [thread.hold for thread in network.threads.values() if not thread.closed]
         names = zip(springs, network.spring_ids[springs], strict=True)
         return tuple("knot" if one in knots else f"spring {number}" for one, number in names)
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        springs, state = subjects[0].springs, (moment.position, moment.velocity)
-        tension = observables.tension(moment.state, *state, springs)
-        for name, thread in moment.state.network.threads.items():
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        springs, state = subjects[0].springs, (snapshot.position, snapshot.velocity)
+        tension = observables.tension(snapshot.state, *state, springs)
+        for name, thread in snapshot.state.network.threads.items():
             (knot,) = np.nonzero(springs == thread.hold)
             if not len(knot):
                 continue
             # While a knot slips, the spring beside it bears what it bears.
             tension[..., knot] += observables.tension(
-                moment.state, *state, np.array([thread.slip])
+                snapshot.state, *state, np.array([thread.slip])
             )
-            if not thread.closed and name not in moment.state.knots:
+            if not thread.closed and name not in snapshot.state.knots:
                 tension[..., knot] = np.nan
         return tension
 

@@ -8,7 +8,7 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.measures.vector import Vector
 
 
@@ -27,12 +27,12 @@ class Torque(Vector):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        nodes = moment.nodes(subjects[0])
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        nodes = snapshot.nodes(subjects[0])
         if not len(nodes):
-            return np.zeros((*np.shape(moment.time), 3))
-        about = moment.position[..., nodes, :].mean(axis=-2)
+            return np.zeros((*np.shape(snapshot.time), 3))
+        about = snapshot.position[..., nodes, :].mean(axis=-2)
         # Subtracted, so that no torque is 0 and not -0.
         return 0.0 - observables.torque_on(
-            moment.state, moment.time, moment.position, moment.velocity, nodes, about
+            snapshot.state, snapshot.time, snapshot.position, snapshot.velocity, nodes, about
         )

@@ -6,14 +6,14 @@ import numpy as np
 
 from tissuec.model.network import Floats
 from tissuec.script.measures import Subject
-from tissuec.script.measures.moment import Moment
+from tissuec.script.measures.snapshot import Snapshot
 
 
 class Vector:
     """Base of the measures whose components are x, y and z and whose value is the length."""
 
     @staticmethod
-    def columns(subjects: Sequence[Subject], moment: Moment) -> tuple[str, ...]:
+    def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
         return ("x", "y", "z")
 
     @staticmethod

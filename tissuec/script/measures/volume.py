@@ -6,8 +6,8 @@ from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.enclosed import surface_of
-from tissuec.script.measures.moment import Moment
 from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("volume")
@@ -23,8 +23,8 @@ class Volume(Scalar):
     takes = "nodes"
 
     @staticmethod
-    def sample(subjects: Sequence[Subject], moment: Moment) -> Floats:
-        enclosure = surface_of(moment.state.network, subjects[0].name)
+    def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        enclosure = surface_of(snapshot.state.network, subjects[0].name)
         if enclosure is None:
-            return one_column(0.0, moment)
-        return one_column(enclosure.volumes(moment.position).sum(axis=-1), moment)
+            return one_column(0.0, snapshot)
+        return one_column(enclosure.volumes(snapshot.position).sum(axis=-1), snapshot)

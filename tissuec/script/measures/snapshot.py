@@ -1,7 +1,7 @@
 """A view of a run at one time, or at several: what conditions, logs and expectations look at.
 
-Arrays of a moment may have leading axes, written ``…``: a batch of samples between two events
-is one moment. What is not asked for is not computed.
+Arrays of a snapshot may have leading axes, written ``…``: a batch of samples between two events
+is one snapshot. What is not asked for is not computed.
 """
 
 from collections.abc import Mapping
@@ -47,7 +47,7 @@ class EnergyBalance(Struct, frozen=True, eq=False):
         return energies.total - due
 
     def size(self, energies: observables.Energies) -> Floats:
-        """Return how large the energies of this moment are [J], shape (…).
+        """Return how large the energies of this snapshot are [J], shape (…).
 
         The gravity energy is left out: where it is zero is a matter of the drawing.
         """
@@ -58,7 +58,7 @@ class EnergyBalance(Struct, frozen=True, eq=False):
         return largest
 
 
-class Moment(Struct, frozen=True, eq=False, dict=True):
+class Snapshot(Struct, frozen=True, eq=False, dict=True):
     """The state at a time, and what follows from it.
 
     Attributes:
@@ -68,7 +68,7 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
         position, velocity: State [m], [m/s], shape (…, node, 3).
         ruptured: True for springs that broke by themselves until now, shape (spring,).
         ledger: Energies of the run; None where they are not kept.
-        pinned: Moments that conditions may look back to, by their times [s].
+        pinned: Snapshots that conditions may look back to, by their times [s].
     """
 
     state: State
@@ -77,15 +77,15 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
     velocity: Floats
     ruptured: NDArray[np.bool_]
     ledger: EnergyBalance | None = None
-    pinned: Mapping[float, "Moment"] = field(default_factory=dict[float, "Moment"])
+    pinned: Mapping[float, "Snapshot"] = field(default_factory=dict[float, "Snapshot"])
 
     def __post_init__(self) -> None:
         if self.state.reelings:  # rest lengths are those of this time
             force_setattr(self, "state", self.state.at(self.time))
 
     @classmethod
-    def of(cls, state: State) -> "Moment":
-        """Return the moment of a situation's own state, with nothing ruptured or pinned."""
+    def of(cls, state: State) -> "Snapshot":
+        """Return the snapshot of a situation's own state, with nothing ruptured or pinned."""
         none = np.zeros(state.network.spring_count, dtype=bool)
         return cls(state, state.time, state.position, state.velocity, none)
 
@@ -141,15 +141,15 @@ class Moment(Struct, frozen=True, eq=False, dict=True):
         springs = self.springs(subject)
         return springs[self.state.alive[springs]]
 
-    def with_ledger(self, ledger: EnergyBalance) -> "Moment":
-        """Return this moment with a ledger, and with all that was computed already."""
+    def with_ledger(self, ledger: EnergyBalance) -> "Snapshot":
+        """Return this snapshot with a ledger, and with all that was computed already."""
         other = replace(self, ledger=ledger)
         computed = {name: value for name, value in vars(self).items() if name in _COMPUTED}
         vars(other).update(computed)
         return other
 
-    def pick(self, chosen: int | Indices) -> "Moment":
-        """Return one moment of a batch, or several, along its only leading axis.
+    def pick(self, chosen: int | Indices) -> "Snapshot":
+        """Return one snapshot of a batch, or several, along its only leading axis.
 
         Args:
             chosen: An index, or indices of shape (n,).
