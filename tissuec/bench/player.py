@@ -10,7 +10,7 @@ from tissuec.bench.frames import PositionRecorder
 from tissuec.bench.kernel import Kernel
 from tissuec.bench.problem import BenchProblem
 from tissuec.bench.trial import SolverRun
-from tissuec.engine.execution.actions import Stage
+from tissuec.engine.execution.event_handler import EventHandler
 from tissuec.engine.execution.run_state import RunState
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.mechanics.state import State
@@ -35,12 +35,12 @@ def walk(problem: BenchProblem, integrate: Integrate) -> SolverRun:
     started = clock.process_time()
     frames = PositionRecorder(problem)
     run_state = RunState.begin(problem.network, problem.plan, frames.memory)
-    stage = Stage(problem.network, problem.plan, frames, run_state)
+    handler = EventHandler(problem.network, problem.plan, frames, run_state)
     layout = KernelInputs(problem.network, watched=False, ledger=False)
     state, row = run_state.state, 0
     legs: list[_Leg] = []
     duration = problem.plan.simulation.duration
-    stage.begin()
+    handler.begin()
     while state.time < duration:
         kernel = Kernel(layout, state, min(run_state.queue.next, duration))
         stop = int(np.searchsorted(problem.times, kernel.stop))
@@ -49,7 +49,7 @@ def walk(problem: BenchProblem, integrate: Integrate) -> SolverRun:
         rows, end = integrate(kernel, times)
         legs.append(_Leg(kernel, held, row, rows))
         kernel.leave(state, end)
-        stage.happen()
+        handler.handle()
         row = stop
     seconds = clock.process_time() - started
     position = np.empty((len(problem.times), problem.network.node_count, 3))

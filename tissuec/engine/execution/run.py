@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from msgspec import Struct, field
 
-from tissuec.engine.execution.actions import Stage
+from tissuec.engine.execution.event_handler import EventHandler
 from tissuec.engine.execution.expectations import Failure
 from tissuec.engine.execution.failure_messages import explain
 from tissuec.engine.execution.notes import notes
@@ -120,7 +120,7 @@ class _Loop:
     """One run under way."""
 
     run_state: RunState
-    stage: Stage
+    handler: EventHandler
 
     def __init__(
         self,
@@ -141,23 +141,23 @@ class _Loop:
     def begin(self) -> None:
         """Start at 0 s with the events of that time."""
         self.run_state = RunState.begin(self.network, self.plan, self.recorder.memory)
-        self.stage = Stage(self.network, self.plan, self.recorder, self.run_state)
-        self.stage.begin()
+        self.handler = EventHandler(self.network, self.plan, self.recorder, self.run_state)
+        self.handler.begin()
         self.engine.restart(self.run_state.state)
-        self.stage.enter()
+        self.handler.enter()
 
     def go_on(self, saved: Mapping[str, Any]) -> None:
         """Start from a checkpoint."""
         self.run_state = read_run_state(saved, self.network, self.plan)
         self.recorder.memory = self.run_state.memory
-        self.stage = Stage(self.network, self.plan, self.recorder, self.run_state)
+        self.handler = EventHandler(self.network, self.plan, self.recorder, self.run_state)
         self.engine.restore(self.run_state.state, self.run_state.engine)
-        self.stage.enter()
+        self.handler.enter()
 
     def finish(self) -> tuple[Kind, str]:
         """Step to the end; return how that went."""
         state, duration = self.run_state.state, self.plan.simulation.duration
-        while not self.stage.failure:
+        while not self.handler.failure:
             until = min(self.run_state.queue.next, duration)
             watch = self._watch if self._is_watched() else None
             survey = self._survey if watch and not state.is_slipping else None
@@ -171,22 +171,22 @@ class _Loop:
                     return "interrupted", self._interrupted()
                 continue
             sums = self._sums()
-            self.stage.leave(*sums)
+            self.handler.leave(*sums)
             if reason.kind == "reached":
-                self.stage.look_at_rest()
-                self.stage.look_at_threads()
+                self.handler.look_at_rest()
+                self.handler.look_at_threads()
             true = self.true if reason.kind == "triggered" else None
             self.true = []
-            if self.stage.happen(ruptured=reason.springs, true=true):
+            if self.handler.handle(ruptured=reason.springs, true=true):
                 self.engine.restart(state)
-                self.stage.enter()
+                self.handler.enter()
                 # A net without inertia is elsewhere after events: where it is relaxed again.
                 if not self.relaxes or state.time >= duration:
-                    self.stage.record_jumps(*sums)
-            if state.time >= duration and not self.stage.failure:
+                    self.handler.record_jumps(*sums)
+            if state.time >= duration and not self.handler.failure:
                 self.engine.finish(state)
                 return "done", f"done: {duration:g} s were simulated"
-        return "stuck", self.stage.failure
+        return "stuck", self.handler.failure
 
     def notes(self) -> tuple[str, ...]:
         """Return what a fixed step did to the energy, and how it was kept."""
@@ -209,14 +209,14 @@ class _Loop:
 
     def _watch(self, time: float, position: Floats, velocity: Floats) -> bool:
         if self.recorder.awaits_jumps:
-            self.stage.record_jumps(*self._sums())
-        found = self.stage.true_triggers(self.stage.snapshot_at(time, position, velocity))
+            self.handler.record_jumps(*self._sums())
+        found = self.handler.true_triggers(self.handler.snapshot_at(time, position, velocity))
         # The engine closes in on the earliest time that is true: the last such answer counts.
         self.true = found or self.true
         return bool(found) or bool(self.run_state.state.seizing(time, position, velocity))
 
     def _survey(self, time: Floats, position: Floats, velocity: Floats) -> bool:
-        return self.stage.may_be_true(self.stage.snapshot_at(time, position, velocity))
+        return self.handler.may_be_true(self.handler.snapshot_at(time, position, velocity))
 
     def _sums(self) -> tuple[float, float]:
         """Return work and dissipated energy until now [J]; zero where they are not kept."""

@@ -36,7 +36,7 @@ def _leaking(enclosure: Enclosure, cells: int) -> str:
     return f"{torn} of {enclosure.name} {verb} torn and no longer {holds} pressure"
 
 
-class Stage:
+class EventHandler:
     """Carries out events on a run state and informs the recorder.
 
     Args:
@@ -54,11 +54,11 @@ class Stage:
 
     def begin(self) -> None:
         """Carry out the events of 0 s; the energy after them is the initial one."""
-        self.happen()
+        self.handle()
         if self.plan.needs_ledger:
             self.run_state.initial, self.run_state.switched = self._energy(), 0.0
 
-    def happen(self, *, ruptured: Indices | None = None, true: list[int] | None = None) -> bool:
+    def handle(self, *, ruptured: Indices | None = None, true: list[int] | None = None) -> bool:
         """Carry out what is due at the present time; return whether anything happened.
 
         Args:
