@@ -14,7 +14,7 @@ from tissuec.core.errors import CompileError
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.fuzzy.inference import Inference
+from tissuec.fuzzy.inference_results import Inference
 from tissuec.fuzzy.rulebase import RuleBase
 from tissuec.lang.printer import format_source
 from tissuec.lang.render import render

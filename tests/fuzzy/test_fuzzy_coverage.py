@@ -9,7 +9,7 @@ from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.conditions import And, Is, Not, Or
 from tissuec.fuzzy.conflicts import Conflict, conflicts
 from tissuec.fuzzy.coverage import coverage
-from tissuec.fuzzy.inference import Inference, NoRule
+from tissuec.fuzzy.inference_results import Inference, NoRule
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.fuzzy.piecewise import points, trapezoid, triangle
 from tissuec.fuzzy.rulebase import RuleBase

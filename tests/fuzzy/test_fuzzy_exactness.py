@@ -18,7 +18,7 @@ from tests.examples import examples
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity
 from tissuec.fuzzy.conditions import And, Is, Not, Or
-from tissuec.fuzzy.inference import NoRule
+from tissuec.fuzzy.inference_results import NoRule
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.fuzzy.piecewise import points
 from tissuec.fuzzy.rulebase import RuleBase

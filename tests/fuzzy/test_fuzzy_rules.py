@@ -9,7 +9,7 @@ from tests.growth import calls
 from tissuec.fuzzy.axis import Axis, OutOfRange
 from tissuec.fuzzy.conditions import And, Is, Not, Or, canonical, negations
 from tissuec.fuzzy.hedges import Power, Shift, hedged
-from tissuec.fuzzy.inference import Inference, NoRule
+from tissuec.fuzzy.inference_results import Inference, NoRule
 from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.piecewise import triangle
 from tissuec.fuzzy.rulebase import RuleBase

@@ -19,7 +19,7 @@ from tissuec.fuzzy.centroid import centre_of_gravity, weighted_mean
 from tissuec.fuzzy.conditions import Is, atoms, degree, negations
 from tissuec.fuzzy.duals import fsum, snapped
 from tissuec.fuzzy.gradual import Saying, gradual_mean, progress
-from tissuec.fuzzy.inference import AtomDegree, Firing, Inference, NoRule
+from tissuec.fuzzy.inference_results import AtomDegree, Firing, Inference, NoRule
 from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.rules import Quantity, Rule
 from tissuec.fuzzy.sets import FAINTEST, AnyShape, Powered, Shape

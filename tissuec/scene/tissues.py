@@ -12,7 +12,7 @@ from tissuec.core.fields import Measure
 from tissuec.core.source import Span
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.gradual import FARTHEST
-from tissuec.fuzzy.inference import Firing, Inference, NoRule
+from tissuec.fuzzy.inference_results import Firing, Inference, NoRule
 from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
 from tissuec.laws import MODULUS, REST, E, stress_in

@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Plan
-from tissuec.validate.player import ReferenceRun
+from tissuec.validate.reference_run import ReferenceRun
 from tissuec.validate.solution import Reference, Track
 
 FINEST = 1e-13  # the smallest error per step that rounding leaves room for
@@ -44,12 +44,12 @@ def reference(
     """
     started = clock.monotonic()
     track = Track(np.asarray(times, dtype=float), network.node_count)
-    walk = ReferenceRun(network, plan, track, method, rtol or default_rtol(plan))
-    walk.go(progress or (lambda time: None))
-    walk.effort.wall_time = clock.monotonic() - started
+    run = ReferenceRun(network, plan, track, method, rtol or default_rtol(plan))
+    run.go(progress or (lambda time: None))
+    run.effort.wall_time = clock.monotonic() - started
     return Reference(
         method=method,
-        rtol=walk.rtol,
+        rtol=run.rtol,
         times=track.times,
         position=track.position,
         velocity=track.velocity,
@@ -58,9 +58,9 @@ def reference(
         displacement=track.sizes[:, 0],
         speed=track.sizes[:, 1],
         energies=track.energies,
-        initial=walk.initial,
-        breaks=tuple(walk.breaks),
-        firings=tuple(walk.firings),
-        strain=walk.strain,
-        effort=walk.effort,
+        initial=run.initial,
+        breaks=tuple(run.breaks),
+        firings=tuple(run.firings),
+        strain=run.strain,
+        effort=run.effort,
     )

@@ -8,7 +8,7 @@ from tests.view.explorer.scripts import INFER, script  # noqa: F401  # a fixture
 from tests.view.explorer.vocabularies import facts, of_file, vocabulary
 from tissuec.core.resources import library
 from tissuec.core.units import DIMENSION_NAMES, show, shown_units
-from tissuec.fuzzy.inference import Inference
+from tissuec.fuzzy.inference_results import Inference
 from tissuec.fuzzy.operators import CHOICES
 from tissuec.scene.tissues import why
 

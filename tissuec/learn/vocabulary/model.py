@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
 from tissuec.fuzzy.duals import slopes_of
-from tissuec.fuzzy.inference import Inference
+from tissuec.fuzzy.inference_results import Inference
 from tissuec.fuzzy.scale import Scale
 from tissuec.lang import syntax as s
 from tissuec.learn.vocabulary.drift import Drift, drift

@@ -16,7 +16,7 @@ from tissuec.core.units import show
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.conditions import atoms
 from tissuec.fuzzy.hedges import hedged
-from tissuec.fuzzy.inference import Inference
+from tissuec.fuzzy.inference_results import Inference
 from tissuec.model.network import Floats
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.options import Option, reader
