@@ -31,7 +31,7 @@ from tissuec.scene.learn_entries import (
     learn_schema,
 )
 from tissuec.scene.parameters import CONSTANTS
-from tissuec.scene.quantities import QUANTITIES, Quantity
+from tissuec.scene.quantities import QUANTITIES, TissueQuantity
 from tissuec.scene.schema import entries_of
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import INSTRUMENTS
@@ -175,11 +175,11 @@ def quantity_table() -> str:
     return table(("quantity", "is", "applies to", "per length", "without it"), rows)
 
 
-def _spreads(quantity: Quantity) -> str:
+def _spreads(quantity: TissueQuantity) -> str:
     return " or ".join(map(code, quantity.spreads))
 
 
-def _rest(quantity: Quantity) -> str:
+def _rest(quantity: TissueQuantity) -> str:
     if quantity.default is None:
         return "an error"
     return code("none" if quantity.default == quantity.none else f"{quantity.default:g}")

@@ -13,7 +13,7 @@ from tissuec.fuzzy.inference_results import Inference, NoRule
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.fuzzy.piecewise import points, trapezoid, triangle
 from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import Conclusion, Quantity, Rule
+from tissuec.fuzzy.rules import ConcludedQuantity, Conclusion, Rule
 from tissuec.fuzzy.scale import evenly, shaped
 from tissuec.fuzzy.sets import Gaussian, Powered, Word
 
@@ -31,7 +31,7 @@ def when(text, name="p", words=THREE):
 def base(*conditions, properties=("p",), operators=Operators()):  # noqa: B008  (immutable)
     return RuleBase(
         {name: Axis(name, 0.0, 1.0) for name in properties},
-        {"q": Quantity(AXIS)},
+        {"q": ConcludedQuantity(AXIS)},
         tuple(Rule(condition, (LOW,)) for condition in conditions),
         operators,
     )
@@ -60,7 +60,7 @@ def test_a_hole_is_given_in_values_on_a_log_scale():
     axis = Axis("p", 1.0, 100.0, log=True)
     words = shaped(axis, {"low": triangle(1, 1, 10)}).words
     rules = RuleBase(
-        {"p": axis}, {"q": Quantity(AXIS)}, (Rule(when("low", words=words), (LOW,)),)
+        {"p": axis}, {"q": ConcludedQuantity(AXIS)}, (Rule(when("low", words=words), (LOW,)),)
     )
     hole = coverage(rules, "q").hole
     assert hole is not None

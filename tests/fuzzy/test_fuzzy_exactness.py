@@ -22,7 +22,7 @@ from tissuec.fuzzy.inference_results import NoRule
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.fuzzy.piecewise import points
 from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import Conclusion, Quantity, Rule
+from tissuec.fuzzy.rules import ConcludedQuantity, Conclusion, Rule
 from tissuec.fuzzy.sets import Word
 
 PROMISE = 1e-12  # of the range, the largest error allowed
@@ -204,7 +204,7 @@ class System:
     def base(self) -> RuleBase:
         return RuleBase(
             {n: a for n, a in self.axes.items() if n.startswith("p")},
-            {n: Quantity(a) for n, a in self.axes.items() if n.startswith("q")},
+            {n: ConcludedQuantity(a) for n, a in self.axes.items() if n.startswith("q")},
             tuple(
                 Rule(
                     self.tree(c),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity
-from tissuec.fuzzy.hedges import Power, Shift, has_effect, hedged, moves
+from tissuec.fuzzy.hedges import PowerHedge, Shift, has_effect, hedged, moves
 from tissuec.fuzzy.piecewise import Piecewise, points, trapezoid, triangle
 from tissuec.fuzzy.scale import evenly
 from tissuec.fuzzy.sets import Gaussian, Powered
@@ -99,19 +99,19 @@ def test_a_word_that_peaks_at_the_end_cannot_move_further_out():
 
 def test_a_power_has_an_effect_unless_the_word_is_sharp_and_never_moves_a_fact():
     sharp = trapezoid(0.2, 0.2, 0.4, 0.4).within(0.0, 1.0)
-    assert has_effect(Power(2.0), WORDS["low"], UNIT)
-    assert has_effect(Power(2.0), Gaussian(0.3, 0.1), UNIT)
-    assert not has_effect(Power(2.0), sharp, UNIT)
-    assert not has_effect(Power(1.0), WORDS["low"], UNIT)
-    assert not moves(Power(2.0), WORDS["low"], UNIT)
+    assert has_effect(PowerHedge(2.0), WORDS["low"], UNIT)
+    assert has_effect(PowerHedge(2.0), Gaussian(0.3, 0.1), UNIT)
+    assert not has_effect(PowerHedge(2.0), sharp, UNIT)
+    assert not has_effect(PowerHedge(1.0), WORDS["low"], UNIT)
+    assert not moves(PowerHedge(2.0), WORDS["low"], UNIT)
 
 
 def test_powers_multiply_and_commute_with_shifts():
     word = WORDS["high"]
     shifted = hedged([VERY], word, UNIT)
-    assert hedged([Power(2.0), Power(3.0)], word, UNIT) == Powered(word, 6.0)
-    assert hedged([Power(2.0), VERY], word, UNIT) == Powered(shifted, 2.0)
-    assert hedged([VERY, Power(2.0)], word, UNIT) == Powered(shifted, 2.0)
+    assert hedged([PowerHedge(2.0), PowerHedge(3.0)], word, UNIT) == Powered(word, 6.0)
+    assert hedged([PowerHedge(2.0), VERY], word, UNIT) == Powered(shifted, 2.0)
+    assert hedged([VERY, PowerHedge(2.0)], word, UNIT) == Powered(shifted, 2.0)
 
 
 def test_a_bell_moves_its_mean_and_keeps_its_width():
@@ -146,7 +146,7 @@ def test_nonsense_hedges_are_refused():
         Shift(0.5, "sideways")  # type: ignore[arg-type]
     for exponent in (0.0, -1.0, float("inf"), float("nan")):
         with pytest.raises(ValueError, match="above zero"):
-            Power(exponent)
+            PowerHedge(exponent)
 
 
 # --- laws on any set ---

@@ -8,12 +8,12 @@ import pytest
 from tests.growth import calls
 from tissuec.fuzzy.axis import Axis, OutOfRange
 from tissuec.fuzzy.conditions import And, Is, Not, Or, canonical, negations
-from tissuec.fuzzy.hedges import Power, Shift, hedged
+from tissuec.fuzzy.hedges import PowerHedge, Shift, hedged
 from tissuec.fuzzy.inference_results import Inference, NoRule
 from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.piecewise import triangle
 from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import Conclusion, Quantity, Rule
+from tissuec.fuzzy.rules import ConcludedQuantity, Conclusion, Rule
 from tissuec.fuzzy.scale import evenly, shaped
 from tissuec.fuzzy.sets import Gaussian, Word
 
@@ -70,7 +70,7 @@ def base(*rules, operators=Operators(), otherwise=None):  # noqa: B008  (immutab
     return RuleBase(
         {name: SCALES[name].axis for name in UNIT},
         {
-            name: Quantity(scale.axis, (otherwise or {}).get(name))
+            name: ConcludedQuantity(scale.axis, (otherwise or {}).get(name))
             for name, scale in SCALES.items()
             if name not in UNIT
         },
@@ -263,10 +263,10 @@ def test_gradual_rules_change_everywhere_along_the_scale_and_count_each():
 
 
 def test_a_power_hedge_acts_in_conditions_and_is_refused_in_conclusions():
-    squared = rule(when("hardness", "soft", Power(2.0)), viscosity="low")
+    squared = rule(when("hardness", "soft", PowerHedge(2.0)), viscosity="low")
     told = base(squared).infer({"hardness": 0.5 - 0.4 / 3})["viscosity"]
     assert told.fired[0].degree == pytest.approx(0.16)
-    wrong = Conclusion("viscosity", word("viscosity", "low", Power(2.0)))
+    wrong = Conclusion("viscosity", word("viscosity", "low", PowerHedge(2.0)))
     with pytest.raises(ValueError, match="power hedge is not allowed in a conclusion"):
         base(Rule(when("hardness", "soft"), (wrong,)))
 
@@ -323,7 +323,7 @@ def test_a_word_given_as_a_fact_wakes_no_neighbour_through_rounding():
     out = SCALES["viscosity"].axis
     low = (Conclusion("viscosity", word("viscosity", "low")),)
     rules = tuple(Rule(Is("stiffness", Word(w, s)), low) for w, s in scale.words.items())
-    system = RuleBase({"stiffness": axis}, {"viscosity": Quantity(out)}, rules)
+    system = RuleBase({"stiffness": axis}, {"viscosity": ConcludedQuantity(out)}, rules)
     for number, shape in enumerate(scale.words.values()):
         told = system.infer({"stiffness": axis.value_of(shape)})["viscosity"]
         assert [(f.rule, f.degree) for f in told.fired] == [(number, 1.0)]
@@ -334,7 +334,7 @@ def test_a_concluded_set_counts_only_within_the_range_of_its_quantity():
     wide = Conclusion("share", Word("low", triangle(-1.0, 0.0, 1.0)))
     system = RuleBase(
         {"hardness": SCALES["hardness"].axis},
-        {"share": Quantity(axis)},
+        {"share": ConcludedQuantity(axis)},
         (Rule(when("hardness", "soft"), (wide,)),),
     )
     assert value(system.infer({"hardness": 0.0})["share"]) == pytest.approx(1 / 3)

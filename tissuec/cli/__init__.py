@@ -7,7 +7,7 @@ from importlib import import_module
 
 import click
 
-from tissuec.cli.common import Group, Settings
+from tissuec.cli.common import CommandGroup, Settings
 from tissuec.cli.guard import run_guarded
 from tissuec.core.errors import alternatives
 from tissuec.core.version import __version__
@@ -48,7 +48,7 @@ COMMANDS = {
 HIDDEN = ("companion",)
 
 
-class LazyGroup(Group):
+class LazyGroup(CommandGroup):
     """A group that imports a command only when it is called, to start quickly."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:

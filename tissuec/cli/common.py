@@ -122,7 +122,7 @@ class Command(click.Command):
             return WRONG_TEXT
 
 
-class Group(Command, click.Group):
+class CommandGroup(Command, click.Group):
     """A group of commands that takes the global flags too."""
 
 

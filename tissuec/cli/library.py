@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, Group, Settings, aligned, echo, print_json
+from tissuec.cli.common import DONE, Command, CommandGroup, Settings, aligned, echo, print_json
 from tissuec.cli.completing import shipped_names
 from tissuec.core import resources
 from tissuec.core.errors import TissueError, did_you_mean
@@ -12,7 +12,7 @@ from tissuec.core.errors import TissueError, did_you_mean
 KINDS = {"scenes": "scenes to run", "tissues": "tissues to use", "fuzzy": "vocabularies"}
 
 
-@click.group(cls=Group, invoke_without_command=True)
+@click.group(cls=CommandGroup, invoke_without_command=True)
 @click.pass_context
 def command(ctx: click.Context, settings: Settings) -> int:
     """List the shipped library, or copy a part of it to edit.

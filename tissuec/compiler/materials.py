@@ -40,7 +40,7 @@ from tissuec.scene.quantities import (
     QUANTITIES,
     SHARES,
     YOUNGS_MODULUS,
-    Quantity,
+    TissueQuantity,
 )
 from tissuec.scene.written_numbers import LARGEST_SHARE
 
@@ -659,7 +659,7 @@ class MaterialReader:
         )
 
 
-def _instead_of(quantity: Quantity) -> str:
+def _instead_of(quantity: TissueQuantity) -> str:
     """Return what of springs, or in words of strain, stands for a stress."""
     if quantity.instead == "fraction force":
         return "a breaking strain or the breaking force"

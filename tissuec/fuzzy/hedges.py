@@ -17,8 +17,8 @@ and stays. In full, with "inner" for the side that faces the middle of the range
 Each piece is an increasing map of the axis, so that points keep their order; middles of words
 keep theirs because they move by one fraction towards one target on either side.
 
-A :class:`Power` raises degrees to a power (Zadeh's concentration and dilation). It moves no
-peak, and leaves the centre of a symmetric triangle where it was: only conditions may use it.
+A :class:`PowerHedge` raises degrees to a power (Zadeh's concentration and dilation). It moves
+no peak, and leaves the centre of a symmetric triangle where it was: only conditions may use it.
 """
 
 from collections.abc import Sequence
@@ -46,7 +46,7 @@ class Shift(Struct, frozen=True):
             raise ValueError("a shift is either outward or inward")
 
 
-class Power(Struct, frozen=True):
+class PowerHedge(Struct, frozen=True):
     """Raise every degree to a power."""
 
     exponent: float
@@ -56,7 +56,7 @@ class Power(Struct, frozen=True):
             raise ValueError("a power must be above zero and finite")
 
 
-Hedge: TypeAlias = Shift | Power
+Hedge: TypeAlias = Shift | PowerHedge
 
 
 def hedged(hedges: Sequence[Hedge], shape: AnyShape, axis: Axis) -> AnyShape:
@@ -98,7 +98,7 @@ def moves(hedge: Hedge, shape: AnyShape, axis: Axis) -> bool:
 
 
 def _apply(hedge: Hedge, shape: AnyShape, axis: Axis) -> AnyShape:
-    if isinstance(hedge, Power):
+    if isinstance(hedge, PowerHedge):
         base, exponent = _split(shape)
         return Powered(base, exponent * hedge.exponent)
     if isinstance(shape, Powered):

@@ -21,7 +21,7 @@ from tissuec.fuzzy.duals import fsum, snapped
 from tissuec.fuzzy.gradual import Saying, gradual_mean, progress
 from tissuec.fuzzy.inference_results import AtomDegree, Firing, Inference, NoRule
 from tissuec.fuzzy.operators import Operators
-from tissuec.fuzzy.rules import Quantity, Rule
+from tissuec.fuzzy.rules import ConcludedQuantity, Rule
 from tissuec.fuzzy.sets import FAINTEST, AnyShape, Powered, Shape
 
 
@@ -56,7 +56,7 @@ class RuleBase(Struct, frozen=True, dict=True):
     """
 
     properties: Mapping[str, Axis]
-    quantities: Mapping[str, Quantity]
+    quantities: Mapping[str, ConcludedQuantity]
     rules: tuple[Rule, ...]
     operators: Operators = field(default_factory=Operators)
 
@@ -203,7 +203,7 @@ def _corners(
 
 
 def _bearings(
-    quantities: Mapping[str, Quantity], rules: Iterable[Rule]
+    quantities: Mapping[str, ConcludedQuantity], rules: Iterable[Rule]
 ) -> dict[str, list[_Bearing]]:
     """Return the conclusions on each quantity, with sets that span its range exactly."""
     bearings: dict[str, list[_Bearing]] = {name: [] for name in quantities}

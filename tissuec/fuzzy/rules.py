@@ -28,7 +28,7 @@ class Rule(Struct, frozen=True):
             raise ValueError("a rule needs a conclusion")
 
 
-class Quantity(Struct, frozen=True):
+class ConcludedQuantity(Struct, frozen=True):
     """A concluded quantity: its range, and the word used where no rule fires."""
 
     axis: Axis

@@ -29,7 +29,7 @@ FAULTS = (
 _MOST_COMPRESSED = 1100  # times; what gzip can do at most is 1032
 
 
-class Group:
+class ResultGroup:
     """A group of a result, or the whole file.
 
     Args:
@@ -54,13 +54,13 @@ class Group:
         """Return the path of the group in the file."""
         return str(self.raw.name or "/")
 
-    def member(self, path: str) -> "Group | Dataset":
+    def member(self, path: str) -> "ResultGroup | Dataset":
         """Return the member at ``path``; ResultError if there is none."""
         full = path if path.startswith("/") else f"{self.path.rstrip('/')}/{path}"
         with reading(self.file, full):
             found: Any = self.raw.get(path)
             if isinstance(found, h5py.Group):
-                return Group(found, self.file, self.sums)
+                return ResultGroup(found, self.file, self.sums)
             if isinstance(found, h5py.Dataset) and found.shape is not None:
                 return Dataset(found, full, self.file, self.sums.get(full))
         damaged(self.file, f'"{full}" is missing')
@@ -104,7 +104,7 @@ class Dataset:
         return data
 
 
-def check_structure(file: Group) -> None:
+def check_structure(file: ResultGroup) -> None:
     """Hold the kinds and sizes that a file states against those of its datasets."""
     for path, known in file.sums.items():
         with reading(file.file, path):
@@ -123,7 +123,7 @@ def _is_there(found: Any) -> bool:
     return size <= stored * (_MOST_COMPRESSED if filters > 1 else 1)  # one is the checksum
 
 
-def _opened(file: Group, path: str) -> Any:
+def _opened(file: ResultGroup, path: str) -> Any:
     """Return a dataset as h5py's lower layer has it."""
     try:
         return hdf5.open_dataset(file.raw, path)
@@ -137,35 +137,37 @@ def read_sums(file: h5py.File, name: str) -> dict[str, DatasetSum]:
     Raises:
         ValueError: The table is larger than the file; it becomes a ``ResultError``.
     """
-    found = dataset(Group(file, name, {}), SUMS)
+    found = dataset(ResultGroup(file, name, {}), SUMS)
     with reading(name, SUMS):
         if not _is_there(found.raw.id):
             raise ValueError("it is larger than the file")
         return sums_of_text(_decoded(found.raw[()]))
 
 
-def dataset(parent: Group, path: str) -> Dataset:
+def dataset(parent: ResultGroup, path: str) -> Dataset:
     """Return the dataset at ``path``; ResultError if there is none."""
     found = parent.member(path)
     return found if isinstance(found, Dataset) else damaged(parent.file, f'"{path}" is a group')
 
 
-def group(parent: Group, path: str) -> Group:
+def group(parent: ResultGroup, path: str) -> ResultGroup:
     """Return the group at ``path``; ResultError if there is none."""
     found = parent.member(path)
     return (
-        found if isinstance(found, Group) else damaged(parent.file, f'"{path}" is not a group')
+        found
+        if isinstance(found, ResultGroup)
+        else damaged(parent.file, f'"{path}" is not a group')
     )
 
 
-def groups(parent: Group) -> list[Group]:
+def groups(parent: ResultGroup) -> list[ResultGroup]:
     """Return the groups in a group in the order of their numbers."""
     return sorted(
         (group(parent, name) for name in parent), key=lambda one: attribute(one, "number", int)
     )
 
 
-def groups_below(parent: Group) -> list[str]:
+def groups_below(parent: ResultGroup) -> list[str]:
     """Return the paths of all groups within a group."""
     found: list[str] = []
     with reading(parent.file, parent.path):
@@ -175,40 +177,40 @@ def groups_below(parent: Group) -> list[str]:
     return found
 
 
-def array(parent: Group, path: str) -> NDArray[Any]:
+def array(parent: ResultGroup, path: str) -> NDArray[Any]:
     """Return all entries of a dataset, with the unit and shape of the dataset."""
     return dataset(parent, path).whole()
 
 
-def number(parent: Group, path: str) -> float:
+def number(parent: ResultGroup, path: str) -> float:
     """Return the one number that a dataset holds."""
     data = array(parent, path)
     with reading(parent.file, path):
         return float(data)
 
 
-def text(parent: Group, path: str) -> str:
+def text(parent: ResultGroup, path: str) -> str:
     """Return the text that a dataset holds."""
     data = array(parent, path)
     with reading(parent.file, path):
         return _decoded(data[()])
 
 
-def texts(parent: Group, path: str) -> list[str]:
+def texts(parent: ResultGroup, path: str) -> list[str]:
     """Return the list of texts that a dataset holds."""
     data = array(parent, path)
     with reading(parent.file, path):
         return [_decoded(entry) for entry in data]
 
 
-def json(parent: Group, path: str) -> Any:
+def json(parent: ResultGroup, path: str) -> Any:
     """Return the contents of a text of JSON."""
     written = text(parent, path)
     with reading(parent.file, path):
         return plain.loads(written)
 
 
-def attribute(member: Dataset | Group, name: str, kind: type[T]) -> T:
+def attribute(member: Dataset | ResultGroup, name: str, kind: type[T]) -> T:
     """Return an attribute; ResultError if there is none of that type.
 
     Args:
@@ -229,7 +231,7 @@ def _python(value: Any) -> object:
     return found.decode() if isinstance(found, bytes) else found
 
 
-def attribute_or(member: Dataset | Group, name: str, default: T) -> T:
+def attribute_or(member: Dataset | ResultGroup, name: str, default: T) -> T:
     """Return an attribute converted to the type of a default; the default if it is missing.
 
     Args:

@@ -21,7 +21,7 @@ from tissuec.model.network import (
     ToolShape,
 )
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.store import LARGE, Store
 from tissuec.results.surface_table import read_surfaces
@@ -141,7 +141,7 @@ def _write_names(
     store.texts(f"{path}/name", [part.name for part in parts], f"name of each {what}")
 
 
-def read_network(file: Group, source: Source) -> Network:
+def read_network(file: ResultGroup, source: Source) -> Network:
     """Return the network in ``file``; its bodies come from the whole of ``source``."""
     arrays: dict[str, Any] = {name: access.array(file, f"{NETWORK}/{name}") for name in ARRAYS}
     group = access.group(file, f"{NETWORK}/bodies")
@@ -180,7 +180,7 @@ def read_network(file: Group, source: Source) -> Network:
     )
 
 
-def _read_joints(file: Group, span: Span) -> tuple[JointPart, ...]:
+def _read_joints(file: ResultGroup, span: Span) -> tuple[JointPart, ...]:
     if not _holds(file, "joints"):
         return ()
     group = access.group(file, f"{NETWORK}/joints")
@@ -191,7 +191,7 @@ def _read_joints(file: Group, span: Span) -> tuple[JointPart, ...]:
     )
 
 
-def _read_threads(bodies: Group, count: int) -> list[ThreadBody | None]:
+def _read_threads(bodies: ResultGroup, count: int) -> list[ThreadBody | None]:
     """Return which bodies are threads."""
     if "thread" not in bodies:
         return [None] * count
@@ -205,7 +205,7 @@ def _read_threads(bodies: Group, count: int) -> list[ThreadBody | None]:
     ]
 
 
-def _read_tools(file: Group, span: Span) -> tuple[ToolPart, ...]:
+def _read_tools(file: ResultGroup, span: Span) -> tuple[ToolPart, ...]:
     """Return the tools that have shapes."""
     if not _holds(file, "tools"):
         return ()
@@ -225,7 +225,7 @@ def _read_tools(file: Group, span: Span) -> tuple[ToolPart, ...]:
     )
 
 
-def _holds(file: Group, name: str) -> bool:
+def _holds(file: ResultGroup, name: str) -> bool:
     """Return whether a result says something of its network."""
     return f"{NETWORK}/{name}" in file
 
@@ -239,7 +239,7 @@ def write_recording(store: Store, recording: Recording) -> None:
     store.group(RECORDING).attrs["single"] = recording.single
 
 
-def read_recording(file: Group) -> Recording:
+def read_recording(file: ResultGroup) -> Recording:
     """Return what is recorded in ``file``."""
     group = access.group(file, RECORDING)
     logs: list[LogChannel] = [read_channel(file, path) for path in read_channels(file).values()]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tissuec.core.version import __version__
 from tissuec.model.network import Network
 from tissuec.results import access
-from tissuec.results.access import Dataset, Group
+from tissuec.results.access import Dataset, ResultGroup
 from tissuec.results.arrays import ARRAYS
 from tissuec.results.errors import ResultError
 from tissuec.results.store import Store, member_name
@@ -81,7 +81,7 @@ def write_checkpoint(store: Store, checkpoint: Checkpoint) -> None:
     )
 
 
-def read_checkpoint(file: Group) -> Checkpoint | None:
+def read_checkpoint(file: ResultGroup) -> Checkpoint | None:
     """Return the last checkpoint in ``file``; None if there never was one.
 
     Raises:
@@ -99,7 +99,7 @@ def read_checkpoint(file: Group) -> Checkpoint | None:
     return Checkpoint(state, rows, access.array(group, "alive"), wall_time, scene)
 
 
-def _check_version(group: Group) -> None:
+def _check_version(group: ResultGroup) -> None:
     """Refuse the checkpoint of another version, which might go on otherwise."""
     written = access.json(group, "version") if "version" in group else None
     if written != [FORMAT, __version__]:
@@ -127,7 +127,7 @@ def truncate(store: Store, checkpoint: Checkpoint) -> None:
         store.truncate(path, rows)
 
 
-def _value(group: Group, dataset: Dataset) -> Value:
+def _value(group: ResultGroup, dataset: Dataset) -> Value:
     if dataset.dtype.kind in "SO":
         return access.text(group, dataset.path)
     data = dataset.whole()

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.recording import NamedGroup
 from tissuec.results.store import Store, member_name
 
@@ -23,13 +23,13 @@ def write_groups(store: Store, groups: Sequence[NamedGroup]) -> None:
         store.label(path, **attributes, number=number)  # the place in the scene's order
 
 
-def read_groups(file: Group) -> tuple[NamedGroup, ...]:
+def read_groups(file: ResultGroup) -> tuple[NamedGroup, ...]:
     """Return all sets and regions, in the order of the scene."""
     found: dict[int, NamedGroup] = {}
 
-    def visit(parent: Group) -> None:
+    def visit(parent: ResultGroup) -> None:
         for member in map(parent.member, parent):
-            if isinstance(member, Group):
+            if isinstance(member, ResultGroup):
                 visit(member)
                 continue
             name, what, body = (

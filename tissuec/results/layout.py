@@ -25,7 +25,7 @@ def mark_layout(file: h5py.File) -> None:
     file.create_group("tissuec").attrs[_MARK] = LAYOUT_VERSION
 
 
-def open_result(path: Path) -> access.Group:
+def open_result(path: Path) -> access.ResultGroup:
     """Return the result file at ``path``, open for reading, also while its run goes on.
 
     Raises:
@@ -52,7 +52,7 @@ def _state(path: Path) -> tuple[int, int] | None:
     return None
 
 
-def _open_whole(path: Path) -> access.Group:
+def _open_whole(path: Path) -> access.ResultGroup:
     try:
         file = _open(path)
     except OSError as error:
@@ -60,7 +60,7 @@ def _open_whole(path: Path) -> access.Group:
     try:
         with access.reading(str(path), "/"):
             _check_mark(file, path)
-        result = access.Group(file, str(path), access.read_sums(file, str(path)))
+        result = access.ResultGroup(file, str(path), access.read_sums(file, str(path)))
         access.check_structure(result)
     except BaseException:
         file.close()
@@ -129,7 +129,7 @@ def _is_marked(file: h5py.File) -> bool:
 
 def _check_mark(file: h5py.File, path: Path) -> None:
     if VIEW in file.attrs:
-        name = access.attribute(access.Group(file, str(path), {}), VIEW, str)
+        name = access.attribute(access.ResultGroup(file, str(path), {}), VIEW, str)
         raise ResultError(
             f'"{path}" is the ParaView file for the surface of {name} in '
             f'"{linked_file(file, "VTKHDF")}"; use that file'

@@ -9,7 +9,7 @@ import numpy as np
 from tissuec.core.errors import counted
 from tissuec.model.network import Floats
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.tables import JUMPS, read_channel, read_channels
 
 MOST_NAMED = 6  # columns
@@ -54,7 +54,7 @@ class Log:
         description: One sentence.
     """
 
-    def __init__(self, file: Group, path: str):
+    def __init__(self, file: ResultGroup, path: str):
         channel = read_channel(file, path)
         self.name, self.columns = channel.name, channel.columns
         self.unit, self.description = channel.unit, channel.description
@@ -102,7 +102,7 @@ class Log:
 class Logs(Mapping[str, Log]):
     """All logs of a file by name, in the order of the scene."""
 
-    def __init__(self, file: Group):
+    def __init__(self, file: ResultGroup):
         self._file = file
         self._paths = read_channels(file)
 

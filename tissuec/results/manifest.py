@@ -17,7 +17,7 @@ from tissuec.core.plugins import plugins
 from tissuec.core.printable import printable
 from tissuec.core.version import __version__
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.store import Store
 
 MANIFEST = "/tissuec/manifest"
@@ -70,7 +70,7 @@ def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
     store.label(MANIFEST, **attributes)
 
 
-def read_manifest(file: Group) -> dict[str, Any]:
+def read_manifest(file: ResultGroup) -> dict[str, Any]:
     """Return the manifest of ``file``."""
     return access.json(file, MANIFEST)
 

@@ -7,7 +7,7 @@ import numpy as np
 from tissuec.core.source import Source, Span
 from tissuec.model.network import Origin, Provenance
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.store import Store
 
 ORIGINS = "/tissuec/network/origins"
@@ -37,7 +37,7 @@ def write_origins(store: Store, provenance: Mapping[str, Provenance]) -> None:
         store.array(f"{ORIGINS}/of/{name}", row[one.index], text, compress=True)
 
 
-def read_origins(file: Group, texts: Mapping[str, Source]) -> dict[str, Provenance]:
+def read_origins(file: ResultGroup, texts: Mapping[str, Source]) -> dict[str, Provenance]:
     """Return the origins of each array by its name; nothing from files without them.
 
     Args:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tissuec.model.network import Indices
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.mesh import Cells
 from tissuec.results.store import CHUNK, FEW, LARGE, GrowingDataset, Store
 
@@ -142,7 +142,7 @@ def _chunk_of(cells: int) -> int:
     return LARGE if cells >= LARGE else CHUNK
 
 
-def read_cells(file: Group, part: int, springs: NDArray[np.integer]) -> Cells:
+def read_cells(file: ResultGroup, part: int, springs: NDArray[np.integer]) -> Cells:
     """Return the cells that a part of a file draws.
 
     Args:
@@ -161,7 +161,7 @@ def read_cells(file: Group, part: int, springs: NDArray[np.integer]) -> Cells:
     return Cells(vertices, lines, triangles, drawn)
 
 
-def read_table(file: Group, root: str, kind: str, part: int, width: int) -> NDArray[Any]:
+def read_table(file: ResultGroup, root: str, kind: str, part: int, width: int) -> NDArray[Any]:
     """Return the points of the cells of one kind in a part, indices of shape (cell, width).
 
     Args:

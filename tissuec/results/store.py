@@ -104,9 +104,9 @@ class Store:
             self._sums = access.read_sums(self.file, str(self.path))
 
     @property
-    def content(self) -> access.Group:
+    def content(self) -> access.ResultGroup:
         """Return the contents of the last commit, for reading."""
-        return access.Group(self.file, str(self.path), self._sums)
+        return access.ResultGroup(self.file, str(self.path), self._sums)
 
     def __contains__(self, path: str) -> bool:
         """Return whether there is a dataset at ``path``."""

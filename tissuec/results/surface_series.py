@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.hdf5 import copy_to
 from tissuec.results.surface_table import read_surfaces, read_triangles
 
@@ -24,7 +24,7 @@ class SurfaceSeries:
         path: Its group in the file.
     """
 
-    def __init__(self, file: Group, path: str):
+    def __init__(self, file: ResultGroup, path: str):
         channel = read_surfaces(file)[path]
         self.name, self.kind = channel.body, channel.kind
         self.entries, self.path = channel.entries, path
@@ -71,7 +71,7 @@ class SurfaceSeries:
 class Surfaces(Mapping[str, SurfaceSeries]):
     """All smooth surfaces of a file by the names of their bodies, in the order of the scene."""
 
-    def __init__(self, file: Group):
+    def __init__(self, file: ResultGroup):
         self._file = file
         self._paths = {channel.body: path for path, channel in read_surfaces(file).items()}
 

@@ -16,7 +16,7 @@ from tissuec.geometry.surfaces.refinement import Refinement
 from tissuec.geometry.surfaces.skin import BodySkin, Skin
 from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.finite import check_finite, check_shape, check_times
 from tissuec.results.parts import CellTables, read_table
 from tissuec.results.polydata import step_columns, write_head
@@ -162,7 +162,7 @@ def _tables(triangles: Indices) -> tuple[Indices, Indices, Indices, Indices]:
     return vertices, lines, triangles, strips
 
 
-def read_surfaces(file: Group) -> dict[str, SurfaceChannel]:
+def read_surfaces(file: ResultGroup) -> dict[str, SurfaceChannel]:
     """Return the surfaces in ``file`` by their paths, in the order of the scene."""
     if SURFACE_ROOT not in file:
         return {}
@@ -176,12 +176,12 @@ def read_surfaces(file: Group) -> dict[str, SurfaceChannel]:
     }
 
 
-def _entries(group: Group) -> dict[str, Any]:
+def _entries(group: ResultGroup) -> dict[str, Any]:
     with access.reading(group.file, group.path):
         return dict(json.loads(access.attribute(group, "entries", str)))
 
 
-def read_triangles(file: Group, path: str, part: int) -> NDArray[Any]:
+def read_triangles(file: ResultGroup, path: str, part: int) -> NDArray[Any]:
     """Return the triangles in a part of a surface.
 
     They are point indices without a unit, of shape (triangle, 3).

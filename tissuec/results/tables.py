@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from tissuec.core.errors import counted
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.recording import ENERGIES, Event, LogChannel
 from tissuec.results.store import CHUNK, FEW, TEXT, Store, member_name
 
@@ -185,7 +185,7 @@ def companion_table(store: Store) -> LogTable:
     return LogTable(store, COMPANION_PATH, LogChannel("companion", ("distance",), "m", text))
 
 
-def read_channels(file: Group) -> dict[str, str]:
+def read_channels(file: ResultGroup) -> dict[str, str]:
     """Return the path of every log by its name, in the order of the scene."""
     if LOGS not in file:
         return {}
@@ -193,7 +193,7 @@ def read_channels(file: Group) -> dict[str, str]:
     return {access.attribute(group, "name", str): group.path for group in logs}
 
 
-def read_channel(file: Group, path: str) -> LogChannel:
+def read_channel(file: ResultGroup, path: str) -> LogChannel:
     """Return the description of the log at ``path``."""
     group = access.group(file, path)
     value, columns = access.dataset(group, "value"), access.dataset(group, "columns")
@@ -207,7 +207,7 @@ def read_channel(file: Group, path: str) -> LogChannel:
     )
 
 
-def read_events(file: Group) -> tuple[Event, ...]:
+def read_events(file: ResultGroup) -> tuple[Event, ...]:
     """Return all events, in the order in which they were written."""
     group = access.group(file, EVENTS)
     springs = access.array(group, "springs").tolist()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.finite import check_finite
 from tissuec.results.store import FEW, TEXT, Store
 
@@ -115,7 +115,7 @@ class HoldTable:
         )
 
 
-def read_holds(file: Group) -> tuple[HoldInterval, ...]:
+def read_holds(file: ResultGroup) -> tuple[HoldInterval, ...]:
     """Return who held what since when, in order."""
     group = access.group(file, HOLDS)
     nodes = access.array(group, "nodes")

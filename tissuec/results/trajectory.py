@@ -14,7 +14,7 @@ import numpy as np
 from tissuec.core.source import Source
 from tissuec.model.network import BodyPart, Floats, Indices, Network, Provenance
 from tissuec.results import access
-from tissuec.results.access import Group
+from tissuec.results.access import ResultGroup
 from tissuec.results.arrays import RECORDING, read_network
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
 from tissuec.results.errors import ResultError
@@ -60,7 +60,7 @@ class Trajectory:
         self._drawn: tuple[int, Cells] | None = None  # of the part that was asked for last
 
     @property
-    def _file(self) -> Group:
+    def _file(self) -> ResultGroup:
         if not self.is_open:
             raise ResultError(f'"{self.path}" is closed; read the data before closing it')
         return self._opened

@@ -17,7 +17,13 @@ from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, KnownQuantity
-from tissuec.scene.quantities import KNOWABLE, OF_MATTER, POISSONS_RATIO, QUANTITIES, Quantity
+from tissuec.scene.quantities import (
+    KNOWABLE,
+    OF_MATTER,
+    POISSONS_RATIO,
+    QUANTITIES,
+    TissueQuantity,
+)
 from tissuec.scene.written_numbers import limits_of
 
 KNOWN, UNVERIFIED = "known", "unverified"
@@ -70,7 +76,7 @@ def _is_plain(item: s.Sentence | s.Assign) -> bool:
     return item.phrase is None
 
 
-def _quantity(name: s.Name, scope: Scope) -> Quantity:
+def _quantity(name: s.Name, scope: Scope) -> TissueQuantity:
     key = key_of(name.key.removeprefix(KNOWN))
     if key in KNOWABLE:
         return KNOWABLE[key]
@@ -91,7 +97,7 @@ def _quantity(name: s.Name, scope: Scope) -> Quantity:
     scope.findings.reject("TIS303", message, name.span, hint=hint)
 
 
-def _limits(quantity: Quantity) -> Measure:
+def _limits(quantity: TissueQuantity) -> Measure:
     """Return what can be known: also of what no mesh has, such as a Poisson's ratio of 1/2."""
     if key_of(quantity.name) == POISSONS_RATIO:
         return Measure(quantity.dimension, above=-1.0, at_most=0.5)
@@ -114,7 +120,7 @@ def _source(clause: s.Clause, scope: Scope) -> tuple[str, bool]:
     scope.findings.reject("TIS312", "a source must be in quotes", clause.span, hint=hint)
 
 
-def _example(quantity: Quantity) -> str:
+def _example(quantity: TissueQuantity) -> str:
     unit = suggested_unit(quantity.dimension)
     low, high = (f"{number} {unit}".rstrip() for number in ("0.3", "0.4"))
     return f"{KNOWN} {quantity.name} from {low} to {high} {_SOURCE}"

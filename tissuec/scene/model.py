@@ -16,7 +16,7 @@ from tissuec.model.network import Floats
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.learn_model import WrittenFitProblem
 from tissuec.scene.parameters import Constants
-from tissuec.scene.quantities import Quantity, Spread
+from tissuec.scene.quantities import Spread, TissueQuantity
 from tissuec.scene.vocabulary import Vocabulary
 from tissuec.script.plan import Simulation
 from tissuec.script.tools import Instrument, Shape
@@ -46,7 +46,7 @@ class AssignedQuantity(Struct, frozen=True):
         fired: The rules that spoke, strongest first.
     """
 
-    quantity: Quantity
+    quantity: TissueQuantity
     value: float
     spread: Spread
     length: float | None
@@ -64,7 +64,7 @@ class KnownQuantity(Struct, frozen=True):
         is_verified: Whether the source could be looked up.
     """
 
-    quantity: Quantity
+    quantity: TissueQuantity
     stated: tuple[float, ...]
     source: str
     is_verified: bool

@@ -21,7 +21,7 @@ SHEAR_MODULUS = "shear modulus"
 Spread = Literal["each spring", "each node", "whole body", "matter"]
 
 
-class Quantity(Struct, frozen=True):
+class TissueQuantity(Struct, frozen=True):
     """A quantity of the network.
 
     Attributes:
@@ -61,29 +61,31 @@ def _matter(
     *,
     none: float | None = None,
     **more: Any,
-) -> Quantity:
+) -> TissueQuantity:
     """Return a quantity of matter, from which one of springs or nodes follows."""
-    return Quantity(name, dimension, array, ("matter",), none=none, instead=instead, **more)
+    return TissueQuantity(
+        name, dimension, array, ("matter",), none=none, instead=instead, **more
+    )
 
 
 def _springs(
     name: str, dimension: Dimension, scales: int, default: float, *, may_be_zero: bool = False
-) -> Quantity:
+) -> TissueQuantity:
     """Return a quantity of each spring that may be left out; "none" is what it is then."""
     spread: tuple[Spread, ...] = ("each spring",)
-    return Quantity(name, dimension, name, spread, scales, default, default, may_be_zero)
+    return TissueQuantity(name, dimension, name, spread, scales, default, default, may_be_zero)
 
 
-def _branches() -> Iterator[Quantity]:
+def _branches() -> Iterator[TissueQuantity]:
     for constant, time in zip(CONSTANTS, TIMES, strict=True):
         yield _springs(constant, units.STIFFNESS, -1, 0.0, may_be_zero=True)
         yield _springs(time, units.TIME, 0, inf)
 
 
-QUANTITIES: dict[str, Quantity] = {
+QUANTITIES: dict[str, TissueQuantity] = {
     key_of(quantity.name): quantity
     for quantity in (
-        Quantity(
+        TissueQuantity(
             "spring constant",
             units.STIFFNESS,
             "stiffness",
@@ -91,7 +93,7 @@ QUANTITIES: dict[str, Quantity] = {
             scales=-1,
             may_be_zero=True,
         ),
-        Quantity(
+        TissueQuantity(
             "viscosity",
             units.VISCOSITY,
             "damping",
@@ -99,12 +101,12 @@ QUANTITIES: dict[str, Quantity] = {
             scales=-1,
             may_be_zero=True,
         ),
-        Quantity("mass", units.MASS, "mass", ("each node", "whole body")),
-        Quantity("fraction force", units.FORCE, "strength", ("each spring",), none=inf),
-        Quantity(
+        TissueQuantity("mass", units.MASS, "mass", ("each node", "whole body")),
+        TissueQuantity("fraction force", units.FORCE, "strength", ("each spring",), none=inf),
+        TissueQuantity(
             "crushing force", units.FORCE, "crush", ("each spring",), default=inf, none=inf
         ),
-        Quantity(
+        TissueQuantity(
             "prestress", units.NUMBER, "rest", ("each spring",), default=0.0, may_be_zero=True
         ),
         *_branches(),
@@ -131,7 +133,7 @@ QUANTITIES: dict[str, Quantity] = {
     )
 }
 #: What can be known of matter: its quantities, and what only a laboratory measures.
-KNOWABLE: dict[str, Quantity] = {
+KNOWABLE: dict[str, TissueQuantity] = {
     **{key: quantity for key, quantity in QUANTITIES.items() if quantity.is_of_matter},
     TIMES[0]: QUANTITIES[TIMES[0]],  # the same on every mesh
     SHEAR_MODULUS: _matter("shear modulus", units.PRESSURE, "", ""),

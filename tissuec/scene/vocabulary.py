@@ -13,8 +13,7 @@ from tissuec.fuzzy.conflicts import conflicts
 from tissuec.fuzzy.hedges import Hedge
 from tissuec.fuzzy.operators import CHOICES, Operators
 from tissuec.fuzzy.rulebase import RuleBase
-from tissuec.fuzzy.rules import Conclusion, Rule
-from tissuec.fuzzy.rules import Quantity as RuleQuantity
+from tissuec.fuzzy.rules import ConcludedQuantity, Conclusion, Rule
 from tissuec.fuzzy.sets import Word
 from tissuec.lang import syntax as s
 from tissuec.scene.declarations import Declarations, Declared
@@ -133,7 +132,7 @@ class RulesReader:
         )
         return RulesBlock(self.name.text, base, tuple(spans), self.block.head)
 
-    def _quantity(self, scale: QuantityScale) -> RuleQuantity:
+    def _quantity(self, scale: QuantityScale) -> ConcludedQuantity:
         otherwise = None
         if scale.otherwise is not None and scale.otherwise.phrase is not None:
             phrase = scale.otherwise.phrase
@@ -146,7 +145,7 @@ class RulesReader:
                 self.scope,
                 in_conclusion=True,
             )
-        return RuleQuantity(scale.named.scale.axis, otherwise)
+        return ConcludedQuantity(scale.named.scale.axis, otherwise)
 
     def _operator(self, item: s.Item, chosen: dict[str, str]) -> None:
         if (

@@ -9,7 +9,7 @@ from msgspec import Struct
 from tissuec.core.errors import Edit, Hint, Note, did_you_mean
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
-from tissuec.fuzzy.hedges import Hedge, Power, Shift, has_effect, hedged
+from tissuec.fuzzy.hedges import Hedge, PowerHedge, Shift, has_effect, hedged
 from tissuec.fuzzy.scale import Scale
 from tissuec.fuzzy.sets import Powered, Word
 from tissuec.lang import syntax as s
@@ -41,7 +41,7 @@ def read_hedge(item: s.Item, scope: Scope) -> Hedge:
                 if direction in DIRECTIONS:
                     return Shift(_plain(arguments[0], scope), direction)  # type: ignore[arg-type]
             case s.Call(function=s.Name(key="power")) if len(arguments) == 1:
-                return Power(_plain(arguments[0], scope))
+                return PowerHedge(_plain(arguments[0], scope))
             case _:
                 pass
     except ValueError as error:
@@ -78,7 +78,7 @@ def read_word(
     )
     shape = scale.scale.words[rest]
     chosen = [hedges[part] for part in front]
-    if in_conclusion and any(isinstance(hedge, Power) for hedge in chosen):
+    if in_conclusion and any(isinstance(hedge, PowerHedge) for hedge in chosen):
         scope.findings.reject(
             "TIS204",
             f'"{name.text}": a power hedge is not allowed in a conclusion',

@@ -7,13 +7,13 @@ from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import AssignedQuantity
-from tissuec.scene.quantities import POISSONS_RATIO, QUANTITIES, SHARES, Quantity
+from tissuec.scene.quantities import POISSONS_RATIO, QUANTITIES, SHARES, TissueQuantity
 
 LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body together
 LARGEST_POISSON = 0.499  # at 1/2 a solid would keep its volume exactly, and never move
 
 
-def limits_of(quantity: Quantity) -> Measure:
+def limits_of(quantity: TissueQuantity) -> Measure:
     """Return between which limits a quantity can be written."""
     if quantity.name == "prestress":
         return Measure(quantity.dimension, above=-10.0, at_most=0.99)

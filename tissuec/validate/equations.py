@@ -60,7 +60,7 @@ class SpringStates(NamedTuple):
     pull: Floats
 
 
-class Energies(NamedTuple):
+class ReferenceEnergies(NamedTuple):
     """Energies at a moment [J]: of the free nodes, and of all living springs."""
 
     kinetic: float
@@ -375,7 +375,7 @@ class Equations:
 
     def energies(
         self, time: float, moved: Floats, velocity: Floats, springs: SpringStates | None = None
-    ) -> Energies:
+    ) -> ReferenceEnergies:
         """Return the energies of a state [J]; ``springs`` is computed if it is not given."""
         inside = self._inside(time)
         pressed = (e.energy(inside, self.drawn + moved) for e in self.fields)
@@ -384,13 +384,15 @@ class Equations:
         stored = self.behaviour_at(time).energy(stretch).sum()
         stored += self.yielding.energy(stretch, self.yielding.read(velocity)) + sum(pressed)
         place = (self.drawn + moved)[self.free]
-        return Energies(
+        return ReferenceEnergies(
             kinetic=0.5 * float(self.mass @ (own * own).sum(axis=1)),
             elastic=float(stored),
             gravity=-float(self.mass @ (place @ self.gravity)),
         )
 
-    def scales(self, moved: Floats, velocity: Floats, energies: Energies) -> ErrorScales:
+    def scales(
+        self, moved: Floats, velocity: Floats, energies: ReferenceEnergies
+    ) -> ErrorScales:
         """Return the scales of the errors of a state of the bodies."""
         moved, velocity = moved[: self.bodies], velocity[: self.bodies]
         return ErrorScales(

@@ -8,7 +8,7 @@ from msgspec import Struct
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
 from tissuec.validate.crossings import Break
-from tissuec.validate.equations import Energies, Equations, ErrorScales, SpringStates
+from tissuec.validate.equations import Equations, ErrorScales, ReferenceEnergies, SpringStates
 from tissuec.validate.stepping import Effort
 
 Holders = tuple[Mapping[str, Indices], ...]
@@ -88,7 +88,7 @@ class Track:
 
     def measure(
         self, equations: Equations, time: float, y: Floats, springs: SpringStates | None = None
-    ) -> Energies:
+    ) -> ReferenceEnergies:
         """Update the largest displacement, speed and energy with a state; return its energies.
 
         Args:

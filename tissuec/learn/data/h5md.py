@@ -17,7 +17,7 @@ from tissuec.learn.data.nodes import nodes_of, owners
 from tissuec.learn.data.thinning import nearest_rows
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.results import access
-from tissuec.results.access import Dataset, Group
+from tissuec.results.access import Dataset, ResultGroup
 from tissuec.script.fit_problem import Fit
 
 PARTICLES, OBSERVABLES = "particles", "observables"
@@ -32,7 +32,7 @@ _SMALL = {
 }
 
 
-def read_h5md(fit: Fit, file: Group, network: Network, complaints: Complaints) -> Series:
+def read_h5md(fit: Fit, file: ResultGroup, network: Network, complaints: Complaints) -> Series:
     """Return the series of a fit in an H5MD file.
 
     Positions of nodes are those of the particles with their ids. Anything else is the
@@ -67,7 +67,7 @@ def read_h5md(fit: Fit, file: Group, network: Network, complaints: Complaints) -
 class _Reader:
     """One fit in one file."""
 
-    def __init__(self, fit: Fit, file: Group, network: Network, complaints: Complaints):
+    def __init__(self, fit: Fit, file: ResultGroup, network: Network, complaints: Complaints):
         self.fit, self.file, self.network = fit, file, network
         self.complaints = complaints
 
@@ -76,7 +76,7 @@ class _Reader:
 
     # --- observables --------------------------------------------------------------------------
 
-    def observables(self) -> dict[str, Group]:
+    def observables(self) -> dict[str, ResultGroup]:
         """Return all observables that have times, by their paths in the group."""
         if OBSERVABLES not in self.file:
             return {}
@@ -88,7 +88,7 @@ class _Reader:
             if "value" in group and getattr(group.member("value"), "shape", ())
         }
 
-    def observable(self, group: Group) -> Series:
+    def observable(self, group: ResultGroup) -> Series:
         """Return one observable."""
         value = access.dataset(group, "value")
         times, rows = self.times(group, len(value))
@@ -120,7 +120,7 @@ class _Reader:
             self.reject(f"no node of {names} is a particle of {self.complaints.file}")
         return Series(self.fit, times, nodes[seen], places[:, seen])
 
-    def particles(self, nodes: Indices) -> Group:
+    def particles(self, nodes: Indices) -> ResultGroup:
         """Return the group of particles that the nodes are among."""
         every = access.group(self.file, PARTICLES) if PARTICLES in self.file else ()
         groups = [name for name in every if f"{name}/position/value" in every]
@@ -134,7 +134,7 @@ class _Reader:
         self.reject(f'{self.complaints.file} has no particles "{names[0]}" that move', hint)
 
     def matches(
-        self, group: Group, nodes: Indices, count: int, rows: Indices
+        self, group: ResultGroup, nodes: Indices, count: int, rows: Indices
     ) -> tuple[Indices, Indices, Indices]:
         """Return which particle is which node: frames, nodes and particles, shape (match,)."""
         ids = self.ids(group, nodes, count, rows)
@@ -146,7 +146,7 @@ class _Reader:
         frame, particle = np.nonzero(own[order][place] == ids)
         return frame, order[place[frame, particle]], particle
 
-    def ids(self, group: Group, nodes: Indices, count: int, rows: Indices) -> Indices:
+    def ids(self, group: ResultGroup, nodes: Indices, count: int, rows: Indices) -> Indices:
         """Return the ids of particles in chosen frames, shape (row, particle)."""
         changing = "id/value" in group  # as the order of particles does
         if "id" in group:
@@ -166,7 +166,7 @@ class _Reader:
 
     # --- times and units ----------------------------------------------------------------------
 
-    def times(self, group: Group, count: int) -> tuple[Floats, Indices]:
+    def times(self, group: ResultGroup, count: int) -> tuple[Floats, Indices]:
         """Return the times that are used [s], and which rows they are."""
         if "time" not in group:
             self.reject(f'"{group.path}" of {self.complaints.file} has no times')

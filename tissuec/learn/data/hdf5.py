@@ -8,7 +8,7 @@ from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.h5md import GROUPS, read_h5md
 from tissuec.learn.data.results import read_result
 from tissuec.model.network import Network
-from tissuec.results.access import FAULTS, Group
+from tissuec.results.access import FAULTS, ResultGroup
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import open_file
 from tissuec.results.trajectory import Trajectory
@@ -34,7 +34,7 @@ def read_hdf5(fits: Sequence[Fit], network: Network, complaints: Complaints) -> 
                     if isinstance(file, Trajectory):
                         series.append(read_result(fit, file, network, complaints))
                     else:
-                        whole = Group(file, str(path), {})
+                        whole = ResultGroup(file, str(path), {})
                         series.append(read_h5md(fit, whole, network, complaints))
     except (ResultError, OSError) as error:
         complaints.reject("TIS604", f"{complaints.file} cannot be read: {error}")

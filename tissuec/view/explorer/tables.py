@@ -15,7 +15,7 @@ from tissuec.core.units import SYMBOLS, Dimension, describe, parse_unit, shown_u
 from tissuec.fuzzy import conditions as c
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
-from tissuec.fuzzy.rules import Quantity
+from tissuec.fuzzy.rules import ConcludedQuantity
 from tissuec.fuzzy.sets import FAINTEST, REACH, AnyShape, Gaussian, Powered, Word
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
@@ -187,7 +187,7 @@ class _Writer:
         return {"word": _READING.sub("", word.text), "shape": number}
 
 
-def _within(word: Word, quantity: Quantity) -> Word:
+def _within(word: Word, quantity: ConcludedQuantity) -> Word:
     """Return a concluded word with the part of its set that lies in the range."""
     assert not isinstance(word.shape, Powered)
     return Word(word.text, word.shape.within(*quantity.axis.bounds))

@@ -45,7 +45,7 @@ class EnergySeries(NamedTuple):
 
 
 @PLOTS.member("energies")
-class Energies(Struct, frozen=True):
+class EnergyPlot(Struct, frozen=True):
     """Energies over time: a stack that reaches what was put in, and how far it fails to.
 
     Attributes:

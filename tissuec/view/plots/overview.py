@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.view.plots import PLOTS
-from tissuec.view.plots.energies import Energies
+from tissuec.view.plots.energies import EnergyPlot
 from tissuec.view.plots.frames import Frames
 from tissuec.view.plots.logs import Logs
 from tissuec.view.plots.options import Direction
@@ -75,7 +75,7 @@ class Overview(Struct, frozen=True):
                 notes.append(f"{left} more: tissuec plot {trajectory.path} --kind logs")
         heights = [0.9] * len(panels)
         if trajectory.energies is not None and len(trajectory.energies.time):
-            panels += Energies().panels(subjects)[:1]
+            panels += EnergyPlot().panels(subjects)[:1]
             heights.append(1.1)
         if panels:
             parts.append(picture_of(panels, subjects, notes=notes, heights=heights))
