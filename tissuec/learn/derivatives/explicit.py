@@ -11,7 +11,7 @@ from tissuec.learn.derivatives.tableaus import ByTableau
 from tissuec.model.network import Floats, Indices
 
 
-class Explicit(ByTableau):
+class ExplicitStepping(ByTableau):
     """Steps by a tableau whose stages follow from those before."""
 
     def run(self, act: LegForces, times: Floats, state: NodeState) -> StepStates:

@@ -46,7 +46,7 @@ class Unsolved(Diverged):
         return f"no solution was found for the step at {show(float(self.args[0]), TIME)}"
 
 
-class Implicit(ByTableau):
+class ImplicitStepping(ByTableau):
     """Steps by a tableau whose stages are found one after the other."""
 
     def __init__(self, name: str, laws: Laws):

@@ -8,8 +8,8 @@ import numpy as np
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method_choice import measured_facts
 from tissuec.kernels.sensitivity import Laws
-from tissuec.learn.derivatives.explicit import Explicit
-from tissuec.learn.derivatives.implicit import Implicit
+from tissuec.learn.derivatives.explicit import ExplicitStepping
+from tissuec.learn.derivatives.implicit import ImplicitStepping
 from tissuec.learn.derivatives.stepping import Stepping
 from tissuec.model.network import Network
 from tissuec.script.plan import AUTOMATIC, Plan
@@ -55,7 +55,8 @@ def choose(
         else:
             step = swing(member.order) / rate if rate else duration / 20
     step = min(step, duration) if np.isfinite(step) else duration
-    return ChosenMethod((Implicit if member.implicit else Explicit)(name, laws), step)
+    stepping = ImplicitStepping if member.implicit else ExplicitStepping
+    return ChosenMethod(stepping(name, laws), step)
 
 
 def swing(order: int) -> float:
