@@ -25,7 +25,31 @@ GROUPS = {
 }
 
 TETRAHEDRON = "OFF\n4 4 0\n0 0 0\n9 0 0\n0 9 0\n0 0 9\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
-HEAD = "Metadata-Version: 2.1\n"
+
+
+def install(folder, name, version, groups):
+    """Write the metadata of a package whose modules are in a folder already.
+
+    Args:
+        groups: Pairs of a name and a module, by groups of entry points.
+    """
+    metadata = folder / f"{name.replace('-', '_')}-{version}.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text(
+        f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n"
+    )
+    (metadata / "entry_points.txt").write_text(
+        "\n".join(
+            f"[{group}]\n" + "".join(f"{name} = {module}\n" for name, module in members)
+            for group, members in groups.items()
+        )
+    )
+
+
+def break_in(folder):
+    """Install a package that says to have a mesh, and that cannot be imported."""
+    (folder / "broken.py").write_text("import nowhere\n")
+    install(folder, "broken", "0.3", {"tissuec.mesh": [("a", "broken")]})
 
 
 @pytest.fixture(scope="module")
@@ -41,17 +65,7 @@ def site(tmp_path_factory):
             (package / name / home.name).write_text(block.text, encoding="utf-8")
             module = f"tissue_extras.{name}.{home.stem}"
             groups.setdefault(GROUPS[home.parent.as_posix()], []).append((home.stem, module))
-    metadata = folder / "tissue_extras-2.5.dist-info"
-    metadata.mkdir()
-    (metadata / "METADATA").write_text(
-        "Metadata-Version: 2.1\nName: tissue-extras\nVersion: 2.5\n"
-    )
-    (metadata / "entry_points.txt").write_text(
-        "\n".join(
-            f"[{group}]\n" + "".join(f"{name} = {module}\n" for name, module in members)
-            for group, members in groups.items()
-        )
-    )
+    install(folder, "tissue-extras", "2.5", groups)
     return folder
 
 
@@ -117,11 +131,22 @@ def test_nothing_is_known_of_a_package_that_is_not_installed(tmp_path):
 
 
 def test_a_package_that_cannot_be_imported_is_named(tmp_path):
-    (tmp_path / "broken.py").write_text("import nowhere\n")
-    metadata = tmp_path / "broken-0.3.dist-info"
-    metadata.mkdir()
-    (metadata / "METADATA").write_text(HEAD + "Name: broken\nVersion: 0.3\n")
-    (metadata / "entry_points.txt").write_text("[tissuec.mesh]\na = broken\n")
+    break_in(tmp_path)
     (tmp_path / "ring.tis").write_text(scenes()["ring.tis"], encoding="utf-8")
     said = call(tmp_path, tmp_path, "check", "ring.tis", code=2)
     assert "the package broken 0.3 cannot add a mesh: importing broken fails" in said
+
+
+def test_a_package_that_cannot_be_imported_is_named_each_time(tmp_path):
+    break_in(tmp_path)
+    code = (
+        "from tissuec.core.plugins import BrokenPlugIn\n"
+        "from tissuec.meshes.generators import MESHES\n"
+        "for _ in range(2):\n"
+        "    try:\n"
+        "        len(MESHES)\n"
+        "    except BrokenPlugIn as error:\n"
+        "        print(error)\n"
+    )
+    said = call_python(tmp_path, tmp_path, code)
+    assert said.count("the package broken 0.3 cannot add a mesh") == 2

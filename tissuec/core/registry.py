@@ -21,7 +21,7 @@ class Family(Mapping[str, T], Generic[T]):
         kind: What one member is called in messages, such as "mesh".
 
     Raises:
-        BrokenPlugIn: On first use, if a plug-in cannot be imported.
+        BrokenPlugIn: On every use, if a plug-in cannot be imported.
     """
 
     def __init__(self, package: str, kind: str):
@@ -43,10 +43,14 @@ class Family(Mapping[str, T], Generic[T]):
 
     def _complete_members(self) -> dict[str, Any]:
         if not self._complete:
-            self._complete = True
-            for module in pkgutil.iter_modules(import_module(self.package).__path__):
-                import_module(f"{self.package}.{module.name}")
-            plugins.load(self.kind)
+            self._complete = True  # for modules that look up members while they are imported
+            try:
+                for module in pkgutil.iter_modules(import_module(self.package).__path__):
+                    import_module(f"{self.package}.{module.name}")
+                plugins.load(self.kind)
+            except BaseException:
+                self._complete = False
+                raise
         return self._members
 
     def __getitem__(self, name: str) -> T:
