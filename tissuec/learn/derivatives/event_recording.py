@@ -23,7 +23,7 @@ from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
-from tissuec.script.verbs import Action
+from tissuec.script.verbs import VERBS, Action
 from tissuec.script.verbs.change import ChangeMotion, ChangeParameter
 
 _NONE: Floats = np.zeros(0)
@@ -161,7 +161,7 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
     for kind in dict.fromkeys(type(action).__module__ for action in actions):
         verb = kind.removeprefix("tissuec.script.verbs.")
         if verb not in _DERIVED and not (at_rest and verb == "settle"):
-            return _UNKNOWN.get(verb, f"the effect of {verb.rpartition('.')[2]} is not derived")
+            return _UNKNOWN.get(verb, f"the verb {_word(kind)} has no exact derivatives")
     if plan.contact is not None:
         return "contact is not smooth"
     if plan.forces:
@@ -177,6 +177,12 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
     if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):
         return "a spin is set during the script"
     return ""
+
+
+def _word(module: str) -> str:
+    """Return the verb that a module defines, or the name of the module if it defines none."""
+    words = (word for word, verb in VERBS.items() if verb.__module__ == module)
+    return next(words, module.rpartition(".")[2])
 
 
 def _every(plan: Plan) -> Sequence[ScheduledAction]:
