@@ -88,13 +88,13 @@ def draw_cart(cart: Taught) -> plt.Figure:
     )
     above.plot(at, seen, ".", color=GREY, markersize=2.5, label="measured")
     for part, colour, name in (
-        (~last, LEARNT, "learnt from"),
-        (last, HELD_OUT, "foretold, held out"),
+        (~last, LEARNT, "learned from"),
+        (last, HELD_OUT, "predicted, held out"),
     ):
         above.plot(at[part], predicted[part], color=colour, linewidth=1.0, label=name)
         below.plot(at[part], (seen - predicted)[part], ".", color=colour, markersize=2.5)
-    above.set(ylabel="place of the cart [px]")
-    below.set(xlabel="time [s]", ylabel="left [px]")
+    above.set(ylabel="position of the cart [px]")
+    below.set(xlabel="time [s]", ylabel="residual [px]")
     above.legend(frameon=False, fontsize=8, ncols=3, loc="lower right", markerscale=3)
     bare(above, below)
     return figure
