@@ -100,6 +100,10 @@ MISTAKES = {
     "tissue misspelt": M("tissue is gum", "tissue is gumm", "TIS301", "gumm", '"gum"'),
     "word misspelt": M("is soft;", "is sofft;", "TIS201", "sofft", '"soft"'),
     "entry misspelt": M("radius =", "raduis =", "TIS303", "raduis", '"radius"'),
+    "entry by another word": M(
+        "spring constant = 40 N/m", "stiffness = 40 N/m", "TIS303", "stiffness",
+        '"spring constant"',
+    ),
     "part misspelt": M("environment {", "enviroment {", "TIS303", "enviroment", "environment"),
     "verb misspelt": M("fix root", "fixx root", "TIS404", "fixx", '"fix"'),
     "set misspelt": M("grasp tip", "grasp tipp", "TIS301", "tipp", '"tip"'),

@@ -44,6 +44,9 @@ from tissuec.scene.written_numbers import read_given
 MOST_PARENTS = 50
 _NAMED = s.Sentence | s.Assign | s.Block | s.Function
 
+#: Entries by words that other programs have for them.
+_MEANT = {"stiffness": "spring constant", "damping": "viscosity"}
+
 #: What rules say about each quantity.
 Answers: TypeAlias = Mapping[str, Inference | NoRule]
 
@@ -268,6 +271,8 @@ class TissueReader:
         self.findings.pass_over_doubtful(name.key)
         known = (*self.vocabulary.properties, *LISTED, *BY_ENTRY, KNOWN, "described", "about")
         hint = alternatives(name.key, known, what="entries")
+        if meant := _MEANT.get(name.key):
+            hint = Hint(f'did you mean "{meant}"?  {hint}', Edit(meant))
         if rules is not None:
             message = f'"{name.text}" is neither a property of vocabulary {rules.name} '
             self.findings.reject("TIS202", f"{message}nor a quantity", name.span, hint=hint)
