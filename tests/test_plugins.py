@@ -52,6 +52,94 @@ def break_in(folder):
     install(folder, "broken", "0.3", {"tissuec.mesh": [("a", "broken")]})
 
 
+#: Verbs whose actions answer what checks ask.
+VERBS_MODULE = """
+from math import inf
+from typing import ClassVar
+
+from msgspec import Struct
+
+from tissuec.core import units
+from tissuec.core.source import Span
+from tissuec.script.verbs import VERBS, Group, LoggedEvent
+from tissuec.script.verbs.holding import Taken, sentence, take
+
+
+@VERBS.member("weaken")
+class Weaken(Struct, frozen=True):
+    forms: ClassVar[tuple[str, ...]] = ("weaken SET to FORCE",)
+    group: Group
+    force: float
+    span: Span
+
+    @classmethod
+    def read(cls, order):
+        return cls(order.springs(), order.number("to", units.FORCE), order.span)
+
+    def breakable(self, network):
+        return self.group.indices
+
+    def apply(self, state, queue):
+        state.strength = state.strength.copy()
+        state.strength[self.group.indices] = self.force
+        return (LoggedEvent("weaken", (), sentence(self.span), self.span),)
+
+
+@VERBS.member("clamp")
+class Clamp(Struct, frozen=True):
+    forms: ClassVar[tuple[str, ...]] = ("clamp SET",)
+    group: Group
+    span: Span
+
+    @classmethod
+    def read(cls, order):
+        return cls(order.nodes(), order.span)
+
+    def holding(self):
+        return Taken(self.group.name, self.group.indices)
+
+    def apply(self, state, queue):
+        take(state, self.group.name, self.group.indices)
+        return (LoggedEvent("clamp", (), sentence(self.span), self.span),)
+
+
+@VERBS.member("throw")
+class Throw(Struct, frozen=True):
+    forms: ClassVar[tuple[str, ...]] = ("throw SET",)
+    shift: ClassVar[float] = inf
+    group: Group
+    span: Span
+
+    @classmethod
+    def read(cls, order):
+        return cls(order.nodes(), order.span)
+
+    def apply(self, state, queue):
+        state.velocity[self.group.indices] = 20.0
+        return (LoggedEvent("throw", (), sentence(self.span), self.span),)
+"""
+PAIR = """language 1
+tissue cord { spring constant = 100 N/m; viscosity = 0.5 N*s/m; mass = 1 g }
+body pair { mesh is explicit; tissue is cord }
+table nodes of pair in mm with columns "id x" { 1 0; 2 20 }
+table springs of pair with columns "a b" { 1 2 }
+set wall = nodes of pair where id == 1
+set end = nodes of pair where id == 2
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 20 ms }
+"""
+
+
+@pytest.fixture(scope="module")
+def clinic(tmp_path_factory):
+    """Return a folder in which a package of verbs is installed."""
+    folder = tmp_path_factory.mktemp("clinic")
+    (folder / "clinic_verbs.py").write_text(VERBS_MODULE, encoding="utf-8")
+    members = [(word, "clinic_verbs") for word in ("weaken", "clamp", "throw")]
+    install(folder, "clinic-verbs", "0.1", {"tissuec.verb": members})
+    return folder
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """Return a folder in which a package is installed that has the examples of the page."""
@@ -121,6 +209,33 @@ def test_actions_of_a_package_are_kept_for_a_run_that_goes_on(site, tmp_path):
         "assert type(read_state(write_state(blank, []), [])) is Shrink and 'shrink' in VERBS\n"
     )
     call_python(tmp_path, site, code)
+
+
+def test_a_verb_of_a_package_lets_springs_break(clinic, tmp_path):
+    (tmp_path / "pair.tis").write_text(
+        PAIR
+        + """script {
+  at 0 s: { fix wall; weaken pair to 0.1 N }
+  from 0 s to 20 ms: move end by (2, 0, 0) mm using constant speed
+}
+expect ruptured(pair) == 1 at 20 ms
+"""
+    )
+    assert "1 of 1 hold" in call(tmp_path, clinic, "run", "pair.tis", "--strict")
+
+
+@pytest.mark.parametrize(
+    ("order", "follows"),
+    [
+        ("clamp end", "release end"),
+        ("throw end", "cut pair along plane through (100, 0, 0) mm facing (1, 0, 0)"),
+    ],
+)
+def test_checks_know_what_a_verb_of_a_package_holds_and_moves(order, follows, clinic, tmp_path):
+    (tmp_path / "pair.tis").write_text(
+        f"{PAIR}script {{ at 0 s: fix wall; at 1 ms: {order}; at 10 ms: {follows} }}\n"
+    )
+    assert "pair.tis: good" in call(tmp_path, clinic, "check", "pair.tis", "--strict")
 
 
 def test_nothing_is_known_of_a_package_that_is_not_installed(tmp_path):

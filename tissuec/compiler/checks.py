@@ -37,15 +37,9 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.script.plan import RELAXATION
-from tissuec.script.verbs import Action, ActionFailed
-from tissuec.script.verbs.change import ChangeParameter
+from tissuec.script.verbs import Action, ActionFailed, Breaking, Shifting
 from tissuec.script.verbs.cut import Cut
-from tissuec.script.verbs.move import Move
-from tissuec.script.verbs.push import Push
 from tissuec.script.verbs.settle import Settle
-from tissuec.script.verbs.tie import Tie
-from tissuec.script.verbs.tighten import is_of_joints
-from tissuec.script.verbs.turn import Turn
 
 Check = Callable[[Compiled], Iterator[Diagnostic]]
 MOST_SPRINGS_NAMED = 3
@@ -360,13 +354,10 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     breakable = np.isfinite(network.strength) | np.isfinite(network.crush)
     followed = (event for trigger in plan.triggers for event in trigger.events)
     for event in (*plan.events, *followed):
-        match event.action:
-            case ChangeParameter(array="strength" | "crush", is_factor=False, group=changed):
-                breakable[changed.indices] = True
-            case Tie(group=tied) if is_of_joints(network, tied):
-                breakable[tied.indices] = True
-            case _:
-                pass
+        if isinstance(event.action, Breaking):
+            breakable[event.action.breakable(network)] = True
+    # Knots of threads slip instead of breaking.
+    breakable[[thread.hold for thread in network.threads.values()]] = False
     for name in _ruptured(compiled.scene.declarations):
         if groups.is_known(name) and not breakable[groups.springs(name).indices].any():
             yield Diagnostic(
@@ -447,10 +438,8 @@ def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     moved = 0.0  # [m]
     for event in compiled.plan.events:
         match event.action:
-            case Move(vectors=(shift,)):
-                moved += float(np.linalg.norm(shift))
-            case Move() | Turn() | Push():
-                return
+            case Shifting(shift=shift):
+                moved += shift
             case Cut() as cut if _goes_by(cut, state, moved):
                 yield Diagnostic(
                     "W410",

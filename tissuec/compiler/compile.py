@@ -43,8 +43,7 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 from tissuec.script.fit_problem import FitProblem
 from tissuec.script.plan import RELAXATION, Expectation, Plan, ScheduledAction, Simulation
-from tissuec.script.verbs import Demanding, Group
-from tissuec.script.verbs.change import ChangeParameter
+from tissuec.script.verbs import Breaking, Demanding, Group
 from tissuec.script.verbs.preserve import Preserve
 from tissuec.script.verbs.tie import Tie
 
@@ -323,14 +322,11 @@ def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[Schedul
 
 
 def _can_break(network: Network, script: Script) -> bool:
-    """Return whether a spring can rupture, from the start or after a ``change``, or slip."""
-    actions = [event.action for event in _events(script)]
-    if any(isinstance(action, Tie) for action in actions):
-        return True
-    changes = (action for action in actions if isinstance(action, ChangeParameter))
+    """Return whether a spring can rupture or slip, from the start or after an action."""
     limits = (network.strength, network.crush)
     return any(bool(np.isfinite(limit).any()) for limit in limits) or any(
-        change.array in ("strength", "crush") for change in changes
+        isinstance(event.action, Breaking) and len(event.action.breakable(network)) > 0
+        for event in _events(script)
     )
 
 

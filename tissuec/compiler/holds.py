@@ -13,15 +13,17 @@ from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Indices, ToolPart, numbers_in
 from tissuec.script.plan import ScheduledAction, Trigger
-from tissuec.script.verbs import Group, Mover
-from tissuec.script.verbs.fix import Fix
-from tissuec.script.verbs.free import Free
-from tissuec.script.verbs.grasp import Grasp
-from tissuec.script.verbs.hold import Hold
-from tissuec.script.verbs.move import Move
-from tissuec.script.verbs.release import Release
-from tissuec.script.verbs.stop import Stop
-from tissuec.script.verbs.turn import Turn
+from tissuec.script.verbs import Mover
+from tissuec.script.verbs.holding import (
+    Driven,
+    Fixed,
+    Freed,
+    HoldChange,
+    Holding,
+    Released,
+    Stopped,
+    Taken,
+)
 
 _NOTHING = np.zeros(0, dtype=np.int64)
 
@@ -76,8 +78,8 @@ class _HoldHistory:
 
     def __init__(self, tools: Sequence[ToolPart], triggers: Sequence[Trigger], shaped: bool):
         self.certain = shaped and not triggers
-        followed = (event.action for trigger in triggers for event in trigger.events)
-        self.may_free = any(isinstance(action, Free) for action in followed)
+        followed = (change_of(event) for trigger in triggers for event in trigger.events)
+        self.may_free = any(isinstance(change, Freed) for change in followed)
         self.shapes: dict[str, Indices] = {tool.name: numbers_in(tool.nodes) for tool in tools}
         self.taken: dict[tuple[str, Span], HeldNodes] = {}
         self.driven: dict[tuple[str, Span], DrivenNodes] = {}
@@ -85,38 +87,38 @@ class _HoldHistory:
 
     def tell(self, event: ScheduledAction) -> Iterator[Diagnostic]:
         """Enter an event, and yield what is wrong with it."""
-        match event.action:
-            case Fix(group=group, span=span):
-                self.fixed[span] = group.indices
-            case Grasp(group=group, tool=tool, span=span):
-                self._take(tool, group.indices, event.time, span)
-            case Hold(group=group, span=span):
-                self._take(group.name, group.indices, event.time, span)
-            case Move(mover=mover, span=span) | Turn(mover=mover, span=span) as motion:
+        time, span = event.time, event.action.span
+        match change_of(event):
+            case Fixed(nodes=nodes):
+                self.fixed[span] = nodes
+            case Taken(holder=holder, nodes=nodes):
+                self._take(holder, nodes, time, span)
+            case Driven(mover=mover, duration=duration):
                 nodes = self._moved(mover)
                 if self.certain and mover.nodes is None and not len(nodes):
-                    yield _idle(mover, event.time, span)
-                self._take(mover.name, nodes, event.time, span)
-                lasting = np.inf if motion.duration is None else motion.duration
-                new = DrivenNodes(mover.name, nodes, event.time, event.time + lasting, span)
+                    yield _idle(mover, time, span)
+                self._take(mover.name, nodes, time, span)
+                lasting = np.inf if duration is None else duration
+                new = DrivenNodes(mover.name, nodes, time, time + lasting, span)
                 yield from _conflicts(new, tuple(self.driven.values()))
                 self.driven[mover.name, span] = new
                 if not self.may_free:
                     yield from self._fixed(new)
-            case Stop(what="moving" | "turning", name=name):
+            case Stopped(mover=name):
                 self._end(lambda old: old.mover == name)
-            case Release(group=None, tool=tool):
-                yield from self._released(event.action, event.time)
-                self._end(lambda old: old.mover == tool)
-            case Release(group=Group(indices=nodes)) | Free(group=Group(indices=nodes)):
-                if isinstance(event.action, Release):
-                    yield from self._released(event.action, event.time)
-                self._end(lambda old: bool(np.isin(old.nodes, nodes).all()))
-                if isinstance(event.action, Free):
-                    self.fixed = {
-                        span: np.setdiff1d(fixed, nodes) for span, fixed in self.fixed.items()
-                    }
-            case _:
+            case Released(group=group, tool=tool) as release:
+                if self.certain:
+                    yield from _unheld(release, event, tuple(self.taken.values()))
+                if group is None:
+                    self._end(lambda old: old.mover == tool)
+                else:
+                    self._let_go(group.indices)
+            case Freed(nodes=nodes):
+                self._let_go(nodes)
+                self.fixed = {
+                    span: np.setdiff1d(fixed, nodes) for span, fixed in self.fixed.items()
+                }
+            case None:
                 pass
 
     def _take(self, holder: str, nodes: Indices, time: float, span: Span) -> None:
@@ -146,9 +148,13 @@ class _HoldHistory:
     def _end(self, is_over: Callable[[DrivenNodes], bool]) -> None:
         self.driven = {key: old for key, old in self.driven.items() if not is_over(old)}
 
-    def _released(self, release: Release, time: float) -> Iterator[Diagnostic]:
-        if self.certain:
-            yield from _unheld(release, time, tuple(self.taken.values()))
+    def _let_go(self, nodes: Indices) -> None:
+        self._end(lambda old: bool(np.isin(old.nodes, nodes).all()))
+
+
+def change_of(event: ScheduledAction) -> HoldChange | None:
+    """Return what an event changes about which nodes are held or driven, if anything."""
+    return event.action.holding() if isinstance(event.action, Holding) else None
 
 
 def _idle(mover: Mover, time: float, span: Span) -> Diagnostic:
@@ -173,7 +179,9 @@ def _conflicts(new: DrivenNodes, driven: Sequence[DrivenNodes]) -> Iterator[Diag
             )
 
 
-def _unheld(release: Release, time: float, taken: Sequence[HeldNodes]) -> Iterator[Diagnostic]:
+def _unheld(
+    release: Released, event: ScheduledAction, taken: Sequence[HeldNodes]
+) -> Iterator[Diagnostic]:
     who = release.tool
     mine = [t for t in taken if who is None or t.holder == who]
     if release.group is not None:
@@ -185,6 +193,7 @@ def _unheld(release: Release, time: float, taken: Sequence[HeldNodes]) -> Iterat
     reason = "it has not grasped anything" if who else "nothing holds it"
     places = ", ".join(f"by {t.holder} since {show(t.time, TIME)}" for t in taken)
     yield Diagnostic(
-        "TIS401", f"{subject} at {show(time, TIME)}: {reason}", release.span,
+        "TIS401", f"{subject} at {show(event.time, TIME)}: {reason}",
+        event.action.span,
         f"other holds: {places}" if places else "grasp or hold it first",
     )  # fmt: skip

@@ -1,7 +1,9 @@
 """Verbs of the script: one file each, with the reading and the action of its sentence.
 
 A verb is a class registered by its word. ``read`` turns an ``Order`` (one sentence) into a
-frozen action that holds network indices and SI numbers; ``apply`` carries it out.
+frozen action that holds network indices and SI numbers; ``apply`` carries it out. What checks
+ask before a run, actions answer by methods of their own: ``Demanding``, ``Breaking`` and
+``Shifting`` here, and ``Holding`` in ``holding``.
 """
 
 from collections.abc import Container, Sequence
@@ -62,6 +64,25 @@ class Demanding(Protocol):
 
     def flaw(self, network: Network) -> str:
         """Return why it can never be done, empty if it can."""
+        ...
+
+
+@runtime_checkable
+class Breaking(Protocol):
+    """An action after which springs may break that could not before, or a knot may slip."""
+
+    def breakable(self, network: Network) -> Indices:
+        """Return the springs that it gives a breaking or a crushing force, shape (n,)."""
+        ...
+
+
+@runtime_checkable
+class Shifting(Protocol):
+    """An action that moves nodes, also of others than its own."""
+
+    @property
+    def shift(self) -> float:
+        """Return how far a node moves at most [m]; infinite if that is not known."""
         ...
 
 

@@ -13,7 +13,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.forces.branches import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
 from tissuec.mechanics.state import State
-from tissuec.model.network import Floats, Network
+from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 
@@ -54,6 +54,11 @@ class ChangeParameter(Struct, frozen=True):
     number: float  # in SI units
     is_factor: bool
     span: Span
+
+    def breakable(self, network: Network) -> Indices:
+        """Return the springs that get a breaking or a crushing force, shape (n,)."""
+        sets = self.array in ("strength", "crush") and not self.is_factor
+        return self.group.indices if sets else self.group.indices[:0]
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         chosen = self.group.indices

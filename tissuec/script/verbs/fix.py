@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
-from tissuec.script.verbs.holding import FIX, sentence, take
+from tissuec.script.verbs.holding import FIX, Fixed, sentence, take
 
 
 @VERBS.member("fix")
@@ -24,6 +24,9 @@ class Fix(Struct, frozen=True):
     @classmethod
     def read(cls, order: Order) -> Self:
         return cls(order.nodes(), order.span)
+
+    def holding(self) -> Fixed:
+        return Fixed(self.group.indices)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         take(state, FIX, self.group.indices)

@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
-from tissuec.script.verbs.holding import let_go, sentence
+from tissuec.script.verbs.holding import Freed, let_go, sentence
 
 
 @VERBS.member("free")
@@ -24,6 +24,9 @@ class Free(Struct, frozen=True):
     @classmethod
     def read(cls, order: Order) -> Self:
         return cls(order.nodes(), order.span)
+
+    def holding(self) -> Freed:
+        return Freed(self.group.indices)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         text = sentence(self.span)

@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
-from tissuec.script.verbs.holding import sentence, take
+from tissuec.script.verbs.holding import Taken, sentence, take
 from tissuec.script.verbs.motion import joined
 
 
@@ -30,6 +30,9 @@ class Grasp(Struct, frozen=True):
         if tool is None:
             order.reject("TIS304", '"grasp" needs a tool', hint="write: grasp SET with TOOL")
         return cls(order.nodes(), tool, order.span)
+
+    def holding(self) -> Taken:
+        return Taken(self.tool, self.group.indices)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         motion = state.motions.get(self.tool)

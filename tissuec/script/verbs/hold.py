@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
-from tissuec.script.verbs.holding import held_by, let_go, sentence, take
+from tissuec.script.verbs.holding import Taken, held_by, let_go, sentence, take
 
 
 class EndHold(Struct, frozen=True):
@@ -43,6 +43,9 @@ class Hold(Struct, frozen=True):
     @classmethod
     def read(cls, order: Order) -> Self:
         return cls(order.nodes(), order.duration, order.span)
+
+    def holding(self) -> Taken:
+        return Taken(self.group.name, self.group.indices)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         take(state, self.group.name, self.group.indices)

@@ -5,16 +5,70 @@ and rests, and one that is driven follows its new path, whoever else holds it.
 """
 
 from collections.abc import Callable
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
+from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
+from tissuec.script.verbs import Group, Mover
 
 FIX = "fix"
 _NOTHING = np.zeros(0, dtype=np.int64)
+
+
+class Fixed(Struct, frozen=True, eq=False):
+    """Nodes are held until they are freed, whatever else is released."""
+
+    nodes: Indices
+
+
+class Taken(Struct, frozen=True, eq=False):
+    """Nodes are held by a tool or set until they are released."""
+
+    holder: str
+    nodes: Indices
+
+
+class Driven(Struct, frozen=True, eq=False):
+    """A mover takes and drives its nodes, for a time [s] or without an end (None)."""
+
+    mover: Mover
+    duration: float | None
+
+
+class Stopped(Struct, frozen=True, eq=False):
+    """The motion of a mover ends."""
+
+    mover: str
+
+
+class Released(Struct, frozen=True, eq=False):
+    """A tool, or whoever holds them (None), releases nodes, or all that it holds (None)."""
+
+    group: Group | None
+    tool: str | None
+
+
+class Freed(Struct, frozen=True, eq=False):
+    """Every hold on nodes ends."""
+
+    nodes: Indices
+
+
+HoldChange: TypeAlias = Fixed | Taken | Driven | Stopped | Released | Freed
+
+
+@runtime_checkable
+class Holding(Protocol):
+    """An action that changes which nodes are held or driven."""
+
+    def holding(self) -> HoldChange | None:
+        """Return what it changes; None if nothing."""
+        ...
 
 
 def sentence(span: Span) -> str:

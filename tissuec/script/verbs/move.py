@@ -13,7 +13,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Mover, Order
-from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.holding import Driven, sentence
 from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
 
 
@@ -47,6 +47,14 @@ class Move(Struct, frozen=True):
         profiles = order.profiles(default="", columns=len(vectors))
         refuse_jump(order, profiles)
         return cls(order.mover(), vectors, profiles, order.duration, order.span)
+
+    def holding(self) -> Driven:
+        return Driven(self.mover, self.duration)
+
+    @property
+    def shift(self) -> float:
+        """Return the length of the vector [m]; infinite for a path in a table."""
+        return float(np.linalg.norm(self.vectors[0])) if len(self.vectors) == 1 else np.inf
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         if not len(driven_by(state, self.mover)):

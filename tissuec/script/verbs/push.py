@@ -1,5 +1,6 @@
 """``push`` and ``pull``: external forces on nodes."""
 
+from math import inf
 from typing import ClassVar, Self
 
 from msgspec import Struct
@@ -70,6 +71,11 @@ class Push(Struct, frozen=True):
             force = force / max(len(group.indices), 1)
         profile = order.profiles(default="constant")[0]
         return cls(group, force, profile, order.duration, order.span)
+
+    @property
+    def shift(self) -> float:
+        """Return that it is not known how far nodes move."""
+        return inf
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)

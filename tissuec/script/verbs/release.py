@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
-from tissuec.script.verbs.holding import FIX, gripped, let_go, sentence
+from tissuec.script.verbs.holding import FIX, Released, gripped, let_go, sentence
 
 
 @VERBS.member("release")
@@ -36,6 +36,9 @@ class Release(Struct, frozen=True):
                 word="from",
             )
         return cls(None, order.mover().name, order.span)
+
+    def holding(self) -> Released:
+        return Released(self.group, self.tool)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         nodes = gripped(state, self.tool or "") if self.group is None else self.group.indices

@@ -8,7 +8,7 @@ from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Order
-from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.holding import Stopped, sentence
 from tissuec.script.verbs.irrigate import stop_irrigating
 from tissuec.script.verbs.motion import stop_shifting, stop_turning
 from tissuec.script.verbs.push import stop_pushing
@@ -59,6 +59,9 @@ class Stop(Struct, frozen=True):
         is_mover = what in ("moving", "turning")
         named = order.mover(after=what) if is_mover else order.nodes(after=what)
         return cls(what, named.name, order.span)
+
+    def holding(self) -> Stopped | None:
+        return Stopped(self.name) if self.what in ("moving", "turning") else None
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         text = sentence(self.span)

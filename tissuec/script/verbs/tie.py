@@ -11,7 +11,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import FORCE, LENGTH, show
 from tissuec.mechanics.state import State
 from tissuec.model.knots import Knot
-from tissuec.model.network import Network
+from tissuec.model.network import Indices, Network
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.tighten import is_of_joints, not_to_be_drawn
@@ -81,6 +81,11 @@ class Tie(Struct, frozen=True):
                 f"allow its rupture, or write the force: with {self.kind} of 2 N"
             )
         return ""
+
+    def breakable(self, network: Network) -> Indices:
+        """Return the springs of its knots, shape (n,)."""
+        thread = network.threads.get(self.group.name)
+        return self.group.indices if thread is None else np.array([thread.hold])
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         if is_of_joints(state.network, self.group):

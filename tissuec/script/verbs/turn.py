@@ -1,5 +1,6 @@
 """``turn``: nodes that are turned about an axis."""
 
+from math import inf
 from typing import ClassVar, Self
 
 import numpy as np
@@ -12,7 +13,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Mover, Order
-from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.holding import Driven, sentence
 from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
 from tissuec.script.verbs.move import nothing_to_move, refuse_jump
 
@@ -52,6 +53,14 @@ class Turn(Struct, frozen=True):
             order.duration,
             order.span,
         )
+
+    def holding(self) -> Driven:
+        return Driven(self.mover, self.duration)
+
+    @property
+    def shift(self) -> float:
+        """Return that it is not known how far nodes move."""
+        return inf
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         nodes = driven_by(state, self.mover)
