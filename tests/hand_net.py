@@ -78,7 +78,7 @@ def start(network, *, gravity=(0.0, 0.0, 0.0), drag=0.0):
 
 
 class Diary:
-    """An queue that only remembers."""
+    """A queue that only remembers."""
 
     def __init__(self):
         self.added = []
@@ -89,6 +89,9 @@ class Diary:
 
     def land(self, times):
         self.landings |= set(map(float, times))
+
+    def end(self, ended):
+        self.ended = ended
 
     def play(self, state, until):
         """Carry out what was added up to a time, driven nodes being on their paths."""

@@ -215,3 +215,14 @@ def test_actions_that_nothing_is_known_of_have_no_exact_derivatives():
     plan = replace(compiled.plan, events=(ScheduledAction(0.0, OfAnotherPackage()),))
     said = "the verb test_freezing has no exact derivatives"
     assert refusal(plan, compiled.network) == said
+
+
+def test_what_ends_a_run_does_not_end_a_prediction(folder):
+    whole = scene(folder, "nothing")
+    ended = sheet(PUSH + "  at 30 ms: end the run", sets=TOOLS, file=folder / "sheet.tis")
+    models = [
+        moving(one, adjusts_of(one)[:1], measured_of(one), method="velocity verlet", step=1e-3)
+        for one in (whole, ended)
+    ]
+    nothing = np.zeros(1)
+    assert np.array_equal(*(model.predict(nothing) for model in models))

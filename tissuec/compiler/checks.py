@@ -37,7 +37,7 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.script.plan import RELAXATION
-from tissuec.script.verbs import Action, ActionFailed, Breaking, Shifting
+from tissuec.script.verbs import Action, ActionFailed, Breaking, LoggedEvent, Shifting
 from tissuec.script.verbs.cut import Cut
 from tissuec.script.verbs.settle import Settle
 
@@ -531,12 +531,15 @@ def state_at_start(compiled: Compiled, *, settles: bool = False) -> State:
 
 
 class _InitialQueue:
-    """An queue for looking at 0 s only."""
+    """A queue for looking at 0 s only."""
 
     def add(self, time: float, action: Action) -> None:
         pass
 
     def land(self, times: Floats) -> None:
+        pass
+
+    def end(self, ended: LoggedEvent) -> None:
         pass
 
 

@@ -112,8 +112,8 @@ class QuasiStatic:
                 return Interruption("paused", state.time)
 
     def finish(self, state: State) -> None:
-        """Record the samples that are left."""
-        self._take_samples(state, np.inf)
+        """Record the sample at the final time, after every event there."""
+        self._take_samples(state, np.nextafter(state.time, np.inf))
 
     def checkpoint(self) -> dict[str, Any]:
         """Return the numbers that ``restore`` continues from."""

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from tissuec.model.network import Floats
 from tissuec.script.plan import ScheduledAction
-from tissuec.script.verbs import Action
+from tissuec.script.verbs import Action, LoggedEvent
 
 _ENTERED, _WRITTEN = 0, 1
 
@@ -32,6 +32,9 @@ class ReferenceQueue:
         """Enter times at which a derivative jumps [s]."""
         for time in times:
             self._enter(float(time), _ENTERED, None)
+
+    def end(self, ended: LoggedEvent) -> None:
+        """Ignore what ends the run: a reference lasts as long as it is asked for."""
 
     def script(self, events: Sequence[ScheduledAction], start: float) -> None:
         """Enter written events, counted from a start [s]."""

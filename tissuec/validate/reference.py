@@ -26,6 +26,7 @@ def reference(
     *,
     method: str = "DOP853",
     rtol: float | None = None,
+    until: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Reference:
     """Return the solution of a plan.
@@ -37,6 +38,7 @@ def reference(
         method: One of SciPy's: DOP853, RK45, RK23, Radau, BDF or LSODA.
         rtol: Error per step relative to the largest displacement, speed and energy so far; a
             thousandth of the tolerance by default.
+        until: Time at which the run ended early [s]; its whole duration by default.
         progress: Called with the simulated time [s] after each step.
 
     Raises:
@@ -45,7 +47,7 @@ def reference(
     started = clock.monotonic()
     track = Track(np.asarray(times, dtype=float), network.node_count)
     run = ReferenceRun(network, plan, track, method, rtol or default_rtol(plan))
-    run.go(progress or (lambda time: None))
+    run.go(plan.simulation.duration if until is None else until, progress)
     run.effort.wall_time = clock.monotonic() - started
     return Reference(
         method=method,

@@ -61,17 +61,17 @@ class ReferenceRun:
         self.firings: list[TriggerFiring] = []
         self.effort = Effort()
 
-    def go(self, progress: Callable[[float], None]) -> None:
-        """Run from 0 s to the end."""
-        state = self.state
+    def go(self, stop: float, progress: Callable[[float], None] | None = None) -> None:
+        """Run from 0 s to an end [s], and tell the simulated time [s] after each step."""
+        state, progress = self.state, progress or (lambda time: None)
         self._happen(_NOTHING, [])
         self.initial, self.switched = standing_energy(state), 0.0
-        while state.time < self.duration:
-            until = min(self.calendar.next, self.duration)
+        while state.time < stop:
+            until = min(self.calendar.next, stop)
             equations = Equations(state, until)
             ending = self._at_once(equations) or self._stretch(equations, until, progress)
             self._happen(ending.broken, ending.fired)
-        self._look_now(Equations(state, self.duration))
+        self._look_now(Equations(state, stop))
 
     # --- stretches between events -------------------------------------------------------------
 

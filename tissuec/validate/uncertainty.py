@@ -62,6 +62,7 @@ def known_reference(
     method: str,
     rtol: float | None,
     progress: Progress,
+    until: float | None = None,
 ) -> EstimatedReference:
     """Return a reference that is as accurate as the tolerance requires, if possible.
 
@@ -72,6 +73,7 @@ def known_reference(
         method: One of SciPy's methods.
         rtol: Error per step; None: a thousandth of the tolerance, and finer where necessary.
         progress: Called with a stage and the simulated time [s].
+        until: See ``reference``.
     """
 
     def solve(network: Network, times: Floats, error: float) -> Reference:
@@ -82,6 +84,7 @@ def known_reference(
             times,
             method=method,
             rtol=error,
+            until=until,
             progress=lambda time: progress(stage, time),
         )
 

@@ -3,9 +3,12 @@
 import time as clock
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
+from tissuec.script.verbs.end import without_end
 from tissuec.validate.compare import QuantityError
+from tissuec.validate.early_end import end_of_reference, without_later
 from tissuec.validate.engine_run import Observed, observe, output_times, thinned
 from tissuec.validate.events import Matching
 from tissuec.validate.forces import FORMULAS
@@ -83,7 +86,20 @@ def validate(
         why, took = (run.outcome.message,), clock.monotonic() - started
         tolerance = plan.simulation.tolerance
         return Validation("diverged", why, tolerance, len(every), run, None, took)
-    known = known_reference(network, plan, times, method=method, rtol=rtol, progress=progress)
+    known = known_reference(
+        network,
+        without_end(plan),
+        run.times,
+        method=method,
+        rtol=rtol,
+        progress=progress,
+        until=end_of_reference(plan, run),
+    )
+    known = replace(
+        known,
+        reference=without_later(known.reference, run),
+        second=without_later(known.second, run),
+    )
     judge = Judge(compiled, run, known)
     return Validation(
         judge.verdict,

@@ -30,6 +30,7 @@ from tissuec.engine.execution.recorder import Recorder, Samples, sample_times
 from tissuec.matter.elasticity import wall_springs
 from tissuec.model.network import BodyPart, Floats, Network
 from tissuec.script.plan import Output, Plan
+from tissuec.script.verbs.end import without_end
 
 FINER = 4.0  # times; where errors fall as much, the difference is 3/4 of the error at least
 FINEST_FINER = 100.0  # times: of the third run
@@ -209,21 +210,36 @@ class Companion:
     def _rows(self, interrupt: Callable[[], bool]) -> Floats:
         """Return the positions of the companion, NaN where it did not come to."""
         if self._process is not None and self._folder is not None:
-            while self._process.poll() is None and not interrupt():
-                with suppress(subprocess.TimeoutExpired):
-                    self._process.wait(POLLED)
+            rows = self._folder / ROWS
             with suppress(OSError, ValueError):
-                return np.array(np.load(self._folder / ROWS, mmap_mode="r"))
+                while self._process.poll() is None and not interrupt():
+                    with suppress(subprocess.TimeoutExpired):
+                        self._process.wait(POLLED)
+                    if self._ended and self._is_enough(np.load(rows, mmap_mode="r")):
+                        break
+                return np.array(np.load(rows, mmap_mode="r"))
         return self._stepped(FINER, interrupt)
 
+    @property
+    def _ended(self) -> bool:
+        """Return whether the run ended before its duration."""
+        return not np.isfinite(self._own[-1]).all()
+
+    def _is_enough(self, rows: Floats) -> bool:
+        """Return whether the companion has come as far as the run."""
+        asked = np.flatnonzero(np.isfinite(self._own).all(axis=(1, 2)))
+        return not len(asked) or bool(np.isfinite(rows[asked[-1]]).all())
+
     def _stepped(self, factor: float, interrupt: Callable[[], bool]) -> Floats:
-        """Return positions with smaller steps, by ``stepped``."""
+        """Return positions with smaller steps, by ``stepped``, as far as the run has come."""
+        rows = np.full_like(self._own, np.nan)
         return stepped(
             self.network,
             self.plan,
             self.times,
             factor,
-            interrupt=interrupt,
+            rows=rows,
+            interrupt=lambda: interrupt() or (self._ended and self._is_enough(rows)),
             threads=self.threads,
         )
 
@@ -333,7 +349,7 @@ def finer(plan: Plan, factor: float) -> Plan:
     else:
         simulation = replace(simulation, step=2.0 * simulation.step / factor)
     return replace(
-        plan,
+        without_end(plan),
         simulation=simulation,
         expectations=(),
         output=Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf),

@@ -93,6 +93,10 @@ class EventHandler:
         """
         self.recorder.leave(self._with_ledger(work, dissipated))
 
+    def end(self, work: float, dissipated: float) -> None:
+        """Let the recorder evaluate what would last longer; arguments as of `leave`."""
+        self.recorder.end(self._with_ledger(work, dissipated))
+
     def record_jumps(self, work: float, dissipated: float) -> None:
         """Pass changes by events to the recorder, just after them; arguments as of `leave`."""
         self.recorder.record_jumps(self._with_ledger(work, dissipated))

@@ -10,7 +10,7 @@ from msgspec import Struct, field
 from tissuec.engine.execution.sampling import SAME
 from tissuec.model.network import Floats
 from tissuec.script.plan import Plan, ScheduledAction
-from tissuec.script.verbs import Action
+from tissuec.script.verbs import Action, LoggedEvent
 
 _ADDED, _SCRIPTED = 0, 1
 
@@ -24,6 +24,7 @@ class ActionQueue(Struct, eq=False):
             None only asks for a step to land there.
         written: Times of the script, ascending [s]; an added time near one of them is it.
         count: How many entries there were.
+        ended: What ended the run, once something has.
     """
 
     near: float
@@ -32,6 +33,7 @@ class ActionQueue(Struct, eq=False):
     )
     written: list[float] = field(default_factory=list[float])
     count: int = 0
+    ended: LoggedEvent | None = None
 
     @classmethod
     def of(cls, plan: Plan) -> Self:
@@ -49,6 +51,10 @@ class ActionQueue(Struct, eq=False):
         """Ask for steps to land on times [s]."""
         for time in times:
             self._enter(float(time), _ADDED, None)
+
+    def end(self, ended: LoggedEvent) -> None:
+        """End the run after everything that happens at the present time."""
+        self.ended = ended
 
     def script(self, events: Iterable[ScheduledAction], start: float) -> None:
         """Add written events, their times counted from ``start`` [s]."""

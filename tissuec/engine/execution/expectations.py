@@ -75,6 +75,19 @@ class ExpectationMonitor:
             if ends_now and self._lasts(expectation):
                 self._judge(number, replace(snapshot, pinned=memory.pinned), memory, ends=True)
 
+    def end(self, snapshot: Snapshot, memory: ExpectationMemory) -> None:
+        """Judge the intervals that have begun: they end now.
+
+        Args:
+            snapshot: At the end of the run.
+            memory: Results so far, changed in place.
+        """
+        for number, expectation in enumerate(self.expectations):
+            time = float(snapshot.time)
+            if expectation.start - self.near <= time <= expectation.stop:
+                self._judge(number, replace(snapshot, pinned=memory.pinned), memory, ends=True)
+                self._due[number][memory.next :] = False
+
     def sample(self, snapshot: Snapshot, rows: slice, memory: ExpectationMemory) -> None:
         """Evaluate expectations at a batch of samples.
 

@@ -200,6 +200,10 @@ class Recorder:
         self._judge.leave(snapshot, self.memory)
         self._left = [observed.row(snapshot) for observed in self._observed]
 
+    def end(self, snapshot: Snapshot) -> None:
+        """Judge the expectations under way at the end of a run that was ended early."""
+        self._judge.end(self._scaled(snapshot), self.memory)
+
     @property
     def awaits_jumps(self) -> bool:
         """Return whether it is not recorded yet what the last events changed."""

@@ -139,7 +139,7 @@ class _Scene(Struct, frozen=True, eq=False):
 
     def model(self, experiment: Experiment) -> Model:
         """Return what predicts an experiment."""
-        series, plan = experiment.series, self.compiled.plan
+        series, plan = experiment.series, self.shaping.compiled.plan
         fit_problem, shaping = self.fit_problem, self.shaping
         laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
         looks = [look_of(one.fit, one.nodes, laws) for one in series]

@@ -26,6 +26,7 @@ from tissuec.learn.parameters.substitution import UsePlace, recompiled
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.findings import Findings
 from tissuec.script.fit_problem import WORDS, FitProblem
+from tissuec.script.verbs.end import without_end
 
 SIGMA = 0.5  # of words, in the numbers that move them
 REACH, DIFFERENCE = 2.0, 10.0  # of logarithms, and of differences in units of their scale
@@ -72,6 +73,7 @@ class Parametrisation:
         words: WordParameters | None = None,
         scales: Mapping[int, float] = MappingProxyType({}),
     ):
+        compiled = replace(compiled, plan=without_end(compiled.plan))
         self._written, self.words = compiled, words
         adjusts = [adjust for adjust in fit_problem.adjusts if adjust.what != WORDS]
         blocks = [block_of(adjust, compiled) for adjust in adjusts]

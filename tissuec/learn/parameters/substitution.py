@@ -12,6 +12,7 @@ from tissuec.core.names import key_of
 from tissuec.laws.formula import as_formula
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenLaw
+from tissuec.script.verbs.end import without_end
 
 
 class UsePlace(Struct, frozen=True):
@@ -118,7 +119,10 @@ def _changed_law(written: WrittenLaw, constants: Mapping[str, Any], scene: Scene
 def recompiled(compiled: Compiled, given: Numbers, constants: Numbers) -> Compiled:
     """Return a compiled scene with other numbers; see ``changed``.
 
+    Nothing ends its run early: data says until when there is something to compare.
+
     Raises:
         CompileError: The numbers make no scene.
     """
-    return compile_scene(changed(compiled.scene, given, constants), Findings())
+    found = compile_scene(changed(compiled.scene, given, constants), Findings())
+    return replace(found, plan=without_end(found.plan))

@@ -39,6 +39,10 @@ class EventQueue(Protocol):
         """Let steps end at absolute times [s], shape (n,), at which a derivative jumps."""
         ...
 
+    def end(self, ended: LoggedEvent) -> None:
+        """End the run after everything that happens at the present time."""
+        ...
+
 
 class Action(Protocol):
     """An action at one time; immutable, so that a plan can be run many times."""

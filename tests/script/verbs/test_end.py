@@ -1,0 +1,166 @@
+"""The order to end the run."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+import tissuec
+from tests.validate.scenes import compiled_scene, validated
+from tissuec.engine.execution.companion import Companion
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run import run
+
+ROPE = """language 1
+tissue gut {{ spring constant = 2 N/m; viscosity = 1 mN*s/m; fraction force = {strength} }}
+body rope {{ mesh is explicit; tissue is gut; rupture is allowed }}
+table nodes of rope in mm with columns "id x mass in g" {{
+  1 0 4
+  2 12 4
+  3 20 4
+}}
+table springs of rope with columns "a b rest length in mm" {{
+  1 2 10
+  2 3 10
+}}
+set wall = nodes of rope where id == 1
+set tip = nodes of rope where id == 3
+environment {{ gravity = (0, 0, 0) m/s^2; contact is off; damping = 0 N*s/m }}
+script {{
+  at 0 s: fix wall
+  at 0.1 s: push tip with (10, 0, 0) mN
+  {end}
+}}
+simulate {{ duration = 0.5 s; {method} }}
+output {{ trajectory every 20 ms; position of tip every 1 ms; energy every 10 ms }}
+{expect}
+"""
+
+
+def rope(end="", *, strength="1 kN", method="tolerance = 1e-6", expect=""):
+    return ROPE.format(end=end, strength=strength, method=method, expect=expect)
+
+
+def carried_out(text):
+    compiled = compiled_scene(text)
+    recording = MemoryRecording()
+    return run(compiled.network, compiled.plan, Recorder(*_of(compiled), recording)), recording
+
+
+def _of(compiled):
+    return compiled.network, compiled.plan
+
+
+WHEN = "when position(tip along (1, 0, 0)) > 24 mm: end the run"
+
+
+def test_a_run_that_is_ended_is_the_beginning_of_one_that_is_not():
+    whole, all_rows = carried_out(rope())
+    outcome, rows = carried_out(rope("at 0.3 s: end the run"))
+    assert (whole.kind, outcome.kind) == ("done", "done")
+    assert outcome.state.time == 0.3
+    assert outcome.ended.span.text == "end the run"
+    assert "ended at 300 ms of 500 ms by scene.tis:" in outcome.message
+    time, position = rows.log_arrays("position of tip")
+    assert time[-1] == 0.3
+    assert len(time) == 301
+    expected = all_rows.log_arrays("position of tip")[1][:301]
+    # Steps land on 0.3 s in one of them only: apart by no more than both are wrong.
+    assert np.abs(position - expected).max() < 2e-6 * 0.01
+
+
+def test_events_after_the_end_do_not_happen():
+    end = "at 0.2 s: end the run\n  at 0.3 s: change gravity to (0, 0, -9.81) m/s^2"
+    outcome, _ = carried_out(rope(end))
+    assert [event.kind for _, event in outcome.logged_events] == ["fix", "push", "end"]
+
+
+def test_what_stands_behind_it_at_the_same_time_still_happens():
+    end = "at 0.2 s: end the run\n  at 0.2 s: fix tip"
+    outcome, _ = carried_out(rope(end))
+    assert [event.kind for _, event in outcome.logged_events] == ["fix", "push", "end", "fix"]
+
+
+@pytest.mark.parametrize(
+    "method", ["tolerance = 1e-6", "integrator is relaxation; step = 5 ms"]
+)
+def test_a_condition_ends_a_run_at_its_time(method):
+    outcome, rows = carried_out(rope(WHEN, method=method))
+    assert outcome.kind == "done"
+    assert 0.1 <= outcome.state.time < 0.5
+    tip = outcome.state.position[2, 0]
+    assert tip >= 0.024 - 1e-12
+    assert rows.log_arrays("position of tip")[0][-1] <= outcome.state.time
+    assert rows.energy_arrays()[0][-1] <= outcome.state.time
+
+
+def test_it_can_end_at_0_s():
+    outcome, rows = carried_out(rope("at 0 s: end the run"))
+    assert outcome.state.time == 0.0
+    assert list(rows.frame_arrays()[0]) == [0.0]
+
+
+def test_expectations_are_judged_up_to_the_end():
+    expect = (
+        "expect position(tip) < 1 m over run\n"
+        "expect position(tip) < 24.5 mm over run\n"
+        "expect position(tip) < 23 mm over run\n"
+        "expect position(tip) < 1 m at 0.4 s"
+    )
+    outcome, _ = carried_out(rope(WHEN, expect=expect))
+    assert [failure.expectation for failure in outcome.failures] == [2]
+    assert outcome.unreached == (3,)
+    assert outcome.held[0][0] == outcome.state.time
+
+
+def test_its_error_is_estimated_up_to_the_end():
+    compiled = compiled_scene(rope(WHEN))
+    with Companion(*_of(compiled), "inline") as beside:
+        recorder = Recorder(*_of(compiled), MemoryRecording(), tap=beside.take)
+        outcome = run(*_of(compiled), recorder)
+        estimate = beside.estimate()
+    assert estimate.state == "kept"
+    assert 0.15 < estimate.times[-1] <= outcome.state.time
+    assert 0.0 < estimate.error < 1e-6
+
+
+def test_a_companion_that_never_meets_the_condition_goes_as_far_as_the_run():
+    compiled = compiled_scene(rope(WHEN))
+    plan = replace(compiled.plan, triggers=())
+    with Companion(compiled.network, plan, "inline") as beside:
+        run(*_of(compiled), Recorder(*_of(compiled), MemoryRecording(), tap=beside.take))
+        estimate = beside.estimate()
+    assert estimate.state == "kept"
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        "at 0.3 s: end the run",
+        WHEN,
+        "when count(pieces of rope) > 1: end the run",
+        "when speed(tip) > 0.1 m/s: { after 0 s: change viscosity of rope by 2; "
+        "after 20.5 ms: end the run }",
+    ],
+)
+def test_scipy_agrees(end):
+    found = validated(rope(end, strength="8 mN" if "pieces" in end else "1 kN"))
+    assert found.run.outcome.ended is not None
+    assert found.verdict == "kept"
+    assert found.comparison.quantities[0].error > 0.0
+    assert not found.comparison.ruptures.misses
+    assert not found.comparison.triggers.misses
+
+
+def test_a_result_file_says_what_ended_the_run(tmp_path):
+    result = tissuec.run(rope(WHEN), out=tmp_path / "end.h5")
+    assert result.events[-1].kind == "end"
+    assert result.events[-1].cause == "end the run"
+    assert result.promise.state == "kept"
+    assert result.times[-1] < 0.2
+
+
+def test_only_the_run_can_be_ended():
+    (finding,) = tissuec.check(rope("at 0.1 s: end tip"))
+    assert "only the run can" in str(finding)
+    assert "end the run" in str(finding)

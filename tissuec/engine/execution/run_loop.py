@@ -1,0 +1,189 @@
+"""The loop over the events of a run, and what happens at each of them.
+
+At one time things happen in this order: expectations whose interval ends are judged; springs
+rupture; ends of motions come, and whatever else earlier actions have entered; then the events
+of the script as they are written; then the triggers that have become true. Samples at that time
+show what is after all of it.
+"""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+from tissuec.core.units import TIME, show
+from tissuec.engine.execution.event_handler import EventHandler
+from tissuec.engine.execution.failure_messages import explain
+from tissuec.engine.execution.notes import notes
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.execution.run_state import RunState, read_run_state
+from tissuec.model.network import Floats, Network
+from tissuec.script.measures.snapshot import EnergyBalance
+from tissuec.script.plan import RELAXATION, Plan
+
+if TYPE_CHECKING:
+    from tissuec.engine.engine import Engine, Pause
+    from tissuec.engine.method import Interruption
+    from tissuec.engine.quasistatic import QuasiStatic
+
+Kind = Literal["done", "diverged", "stuck", "interrupted"]
+
+
+class RunLoop:
+    """One run under way.
+
+    Args:
+        network, plan: Of the run.
+        recorder: A new one, of the same network and plan.
+        threads: See ``Method``.
+
+    Attributes:
+        ending: How the run ended, and a sentence about it; None while it goes on.
+    """
+
+    run_state: RunState
+    handler: EventHandler
+
+    def __init__(self, network: Network, plan: Plan, recorder: Recorder, threads: int):
+        self.network, self.plan, self.recorder = network, plan, recorder
+        self.engine = _make_engine(network, plan, recorder, threads)
+        self.ending: tuple[Kind, str] | None = None
+        self._true: list[int] = []
+        self._relaxes = plan.simulation.integrator == RELAXATION
+
+    def begin(self) -> None:
+        """Start at 0 s with the events of that time."""
+        self._attach(RunState.begin(self.network, self.plan, self.recorder.memory))
+        self.handler.begin()
+        self.engine.restart(self.run_state.state)
+        self.handler.enter()
+        self._look_for_end()
+
+    def resume(self, saved: Mapping[str, Any]) -> None:
+        """Start from a checkpoint.
+
+        Raises:
+            ValueError: This is not the checkpoint of a run.
+        """
+        run_state = read_run_state(saved, self.network, self.plan)
+        self.recorder.memory = run_state.memory
+        self._attach(run_state)
+        self.engine.restore(run_state.state, run_state.engine)
+        self.handler.enter()
+
+    def checkpoint(self) -> dict[str, Any]:
+        """Return what ``resume`` goes on from; only between two steps."""
+        saved = self.engine.checkpoint()
+        assert saved is not None, "the engine pauses between steps only"
+        self.run_state.engine = saved
+        return self.run_state.write(self.network, self.plan)
+
+    def advance(self, pause: "Pause") -> "Interruption":
+        """Step to the next event, which is not handled yet, or to a pause."""
+        state = self.run_state.state
+        until = min(self.run_state.queue.next, self.plan.simulation.duration)
+        watch = self._watch if self._is_watched() else None
+        survey = self._survey if watch and not state.is_slipping else None
+        return self.engine.advance(state, until, watch, pause, survey)
+
+    def handle(self, reason: "Interruption") -> None:
+        """Carry out everything that happens at the time to which the run has come.
+
+        Args:
+            reason: Why ``advance`` came back; not for a pause.
+        """
+        state, duration = self.run_state.state, self.plan.simulation.duration
+        if reason.kind == "diverged" or reason.kind == "stuck":
+            self.ending = reason.kind, explain(reason, state)
+            return
+        sums = self._sums()
+        self.handler.leave(*sums)
+        if reason.kind == "reached":
+            self.handler.look_at_rest()
+            self.handler.look_at_threads()
+        true = self._true if reason.kind == "triggered" else None
+        self._true = []
+        if self.handler.handle(ruptured=reason.springs, true=true):
+            self.engine.restart(state)
+            self.handler.enter()
+            # A net without inertia is elsewhere after events: where it is relaxed again.
+            if not self._relaxes or state.time >= duration:
+                self.handler.record_jumps(*sums)
+        self._look_for_end()
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what a fixed step did to the energy, and how it was kept."""
+        simulation = self.plan.simulation
+        if simulation.step is None or self._relaxes:
+            return ()
+        run_state = self.run_state
+        ledger = EnergyBalance(run_state.initial, *self._sums(), run_state.switched)
+        kept = ledger if self.plan.needs_ledger else None
+        return notes(self.engine.statistics, run_state.state, kept)
+
+    def _attach(self, run_state: RunState) -> None:
+        self.run_state = run_state
+        self.handler = EventHandler(self.network, self.plan, self.recorder, run_state)
+
+    def _look_for_end(self) -> None:
+        """End the run if it failed, was ended by an action, or has lasted its duration."""
+        state, duration = self.run_state.state, self.plan.simulation.duration
+        ended = self.run_state.queue.ended
+        if self.handler.failure:
+            self.ending = "stuck", self.handler.failure
+        elif ended is not None or state.time >= duration:
+            self.engine.finish(state)
+            message = f"done: {duration:g} s were simulated"
+            if ended is not None:
+                self.handler.end(*self._sums())
+                at = f"{show(state.time, TIME, digits=6)} of {show(duration, TIME)}"
+                message = f"done: ended at {at} by {ended.span.place}: {ended.cause}"
+            self.ending = "done", message
+
+    def _is_watched(self) -> bool:
+        """Return whether states on the way to the next event must be looked at."""
+        waits = self.run_state.waiting or self.recorder.awaits_jumps
+        return bool(waits) or self.run_state.state.is_slipping
+
+    def _watch(self, time: float, position: Floats, velocity: Floats) -> bool:
+        if self.recorder.awaits_jumps:
+            self.handler.record_jumps(*self._sums())
+        found = self.handler.true_triggers(self.handler.snapshot_at(time, position, velocity))
+        # The engine closes in on the earliest time that is true: the last such answer counts.
+        self._true = found or self._true
+        return bool(found) or bool(self.run_state.state.seizing(time, position, velocity))
+
+    def _survey(self, time: Floats, position: Floats, velocity: Floats) -> bool:
+        return self.handler.may_be_true(self.handler.snapshot_at(time, position, velocity))
+
+    def _sums(self) -> tuple[float, float]:
+        """Return work and dissipated energy until now [J]; zero where they are not kept."""
+        saved = self.engine.checkpoint() if self.plan.needs_ledger else None
+        return (
+            (0.0, 0.0)
+            if saved is None
+            else (float(saved["ledger"][0]), float(saved["ledger"][1]))
+        )
+
+
+def _make_engine(
+    network: Network, plan: Plan, recorder: Recorder, threads: int
+) -> "Engine | QuasiStatic":
+    """Return a new engine; imported only here, because it brings much along."""
+    from tissuec.engine.engine import Engine
+    from tissuec.engine.method import Method
+
+    simulation = plan.simulation
+    method = Method(
+        simulation.integrator,
+        simulation.tolerance,
+        simulation.step,
+        simulation.duration,
+        ledger=plan.needs_ledger,
+        watch_strength=plan.breakable,
+        choices=simulation.choices,
+        threads=threads,
+    )
+    if method.name == RELAXATION:
+        from tissuec.engine.quasistatic import QuasiStatic
+
+        return QuasiStatic(network, method, recorder.times, recorder.record)
+    return Engine(network, method, recorder.times, recorder.record)

@@ -1,0 +1,49 @@
+"""``end the run``: nothing happens any more after this time."""
+
+from typing import ClassVar, Self
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.core.source import Span
+from tissuec.mechanics.state import State
+from tissuec.script.plan import Plan, ScheduledAction
+from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Order
+from tissuec.script.verbs.holding import sentence
+
+OBJECT = "the run"
+
+
+@VERBS.member("end")
+class End(Struct, frozen=True):
+    """Ends the run at this time, after everything else that happens then.
+
+    Together with ``when`` a run lasts no longer than what it is made for: ``when count(pieces
+    of vessel) > 1: end the run``. The summary and the event log name the sentence. An
+    expectation over an interval is judged up to this time, and one about a later time is not
+    reached.
+    """
+
+    forms: ClassVar[tuple[str, ...]] = ("end the run",)
+    span: Span
+
+    @classmethod
+    def read(cls, order: Order) -> Self:
+        if order.words.lower() != OBJECT:
+            order.reject("TIS404", f'"{order.words}" cannot be ended; only the run can')
+        return cls(order.span)
+
+    def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
+        ended = LoggedEvent("end", (), sentence(self.span), self.span)
+        queue.end(ended)
+        return (ended,)
+
+
+def without_end(plan: Plan) -> Plan:
+    """Return a plan whose run lasts for its whole duration, whatever happens."""
+
+    def others(events: tuple[ScheduledAction, ...]) -> tuple[ScheduledAction, ...]:
+        return tuple(event for event in events if not isinstance(event.action, End))
+
+    triggers = tuple(replace(one, events=others(one.events)) for one in plan.triggers)
+    return replace(plan, events=others(plan.events), triggers=triggers)
