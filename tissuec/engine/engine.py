@@ -57,6 +57,7 @@ from tissuec.kernels.records import (
     SURPASSED,
     UNDERFLOW,
     UNSOLVED,
+    VIEWED,
     Progress,
 )
 from tissuec.mechanics import observables
@@ -115,6 +116,8 @@ class Engine:
         self._trial = MethodTrial()
         self._stale = True
         self._segment: float | None = None
+        # The step that is made and not taken over, and what interrupts in it.
+        self._viewed: tuple[AcceptedStep, Interruption | None] | None = None
         self._asked = 0  # evaluations when a pause was last offered
         self._net: RecordTable | None = None  # what acts, once it is asked for
         self._listed_at = np.nan  # when what is near shapes was listed [s]
@@ -176,7 +179,7 @@ class Engine:
         self._equip(state)
         self._forget_net()
         self._tables: dict[type[Any], RecordTable] = {}  # of further records
-        self._stale, self._segment = False, None
+        self._stale, self._segment, self._viewed = False, None, None
         if not self._progress.step:
             step = first_step(self._inputs, self._integrator, self.method.duration)
             self._update(step=step)
@@ -188,6 +191,7 @@ class Engine:
         watch: Watch | None = None,
         pause: Pause | None = None,
         survey: Survey | None = None,
+        view: float = np.inf,
     ) -> Interruption:
         """Step to ``until``, landed on exactly, or to the first interruption.
 
@@ -205,6 +209,9 @@ class Engine:
             survey: Tells whether the condition may hold at any of several times, given arrays
                 of shapes (time,) and (time, node, 3). With it, many steps of a small net are
                 looked at together, and one by one only where it may hold.
+            view: Come back "viewed" as soon as ``look`` can tell the state at this time [s],
+                unless something interrupts before it. The steps are the same as without, and
+                the state remains where it is.
 
         Raises:
             ValueError: ``until`` is before the time of the state.
@@ -213,17 +220,52 @@ class Engine:
             self.restart(state)
         if (failure := self._refusal()) is not None:
             return failure
+        if self._viewed is not None:
+            within, found = self._viewed
+            if view <= (within.end if found is None else found.time):
+                return Interruption("viewed", view)
         if until < state.time:
             raise ValueError(f"cannot step back from {state.time:g} s to {until:g} s")
         resumed = self._segment is not None and self._progress.time < self._segment
         if not resumed and (early := self._at_once(state, watch)) is not None:
             return early
         with np.errstate(all="ignore"):
-            result = self._advance(state, until, watch, pause, survey)
+            result = self._advance(state, until, watch, pause, survey, view)
+        if result.kind == "viewed":
+            return result
         self._synchronise(state)
         self._flush()
         self._stale = result.kind not in ("reached", "paused")
         return result
+
+    def look(self, time: float) -> tuple[Floats, Floats, Floats]:
+        """Return positions [m], velocities [m/s] and the ledger [J] at a time in a viewed step.
+
+        The shapes are (node, 3) twice, and (2,).
+
+        Args:
+            time: From the one that was viewed last on, up to the end of its step [s].
+
+        Raises:
+            ValueError: No step is viewed.
+        """
+        if self._viewed is None:
+            raise ValueError("no step is viewed")
+        x, v, ledger = self._viewed[0].state(time)
+        return self._inputs.outwards(x), self._inputs.outwards(v), ledger
+
+    def take_over(self, state: State) -> None:
+        """Go on to the end of a viewed step, so that its samples are recorded.
+
+        ``look`` remains possible, and so is a checkpoint then, unless something interrupts in
+        the step: samples up to there are recorded when the run goes on.
+        """
+        if self._viewed is None or self._viewed[1] is not None:
+            return
+        while self._progress.pending:
+            self._call(0, evaluations=0)
+            self._flush()
+        self._synchronise(state)
 
     def finish(self, state: State) -> None:
         """Record the sample at the final time, after every event there."""
@@ -492,9 +534,16 @@ class Engine:
         watch: Watch | None,
         pause: Pause | None,
         survey: Survey | None,
+        view: float,
     ) -> Interruption:
         """Call the loop over steps again and again until something interrupts."""
         closely = -np.inf  # until when steps are looked at one by one [s]
+        self._task = self._task._replace(viewed=view)
+        if self._viewed is not None:
+            (within, found), self._viewed = self._viewed, None
+            if found is not None:
+                self._cut(within, found.time)
+                return found
         while True:
             if self._segment is None or self._progress.time >= self._segment:
                 if self._progress.time >= until:
@@ -509,7 +558,7 @@ class Engine:
                     closely = self._progress.end
                     self._bring_back(*kept)
                     continue
-                if reason != SURPASSED:
+                if reason not in (SURPASSED, VIEWED):
                     self._update(glanced=0)
                 if reason == HELD:
                     continue
@@ -518,9 +567,13 @@ class Engine:
             if reason == FULL:
                 self._synchronise(state)
                 self._flush()
-            elif reason in (HELD, SURPASSED):
-                found = self._inside(reason == SURPASSED, watch)
+            elif reason in (HELD, SURPASSED, VIEWED):
+                within, found = self._inside(reason == SURPASSED, watch)
+                if view <= (within.end if found is None else found.time):
+                    self._viewed = within, found
+                    return Interruption("viewed", view)
                 if found is not None:
+                    self._cut(within, found.time)
                     return found
             elif reason == STRAYED and self._listed_at != self._progress.time:
                 self._forget_net()
@@ -562,16 +615,18 @@ class Engine:
         for array, kept in zip(arrays_of(self._work), arrays, strict=True):
             array[:] = kept
 
-    def _call(self, hold: int) -> int:
+    def _call(self, hold: int, evaluations: int | None = None) -> int:
         """Run the loop over steps once on the backend that is due.
 
         Args:
             hold: As in ``Task``.
+            evaluations: Likewise; by default as many as take a while.
         """
         backend = self._backend
         limit = self._asked + CALL_SPRINGS[backend] // (len(self._inputs.springs.ids) + 100)
         if self.method.name == AUTOMATIC and self.method.step is None:
             limit = min(limit, self._trial.look)
+        limit = limit if evaluations is None else evaluations
         task = self._task._replace(until=self._inputs.until, evaluations=limit, hold=hold)
         self._buffer.make_room(hold)
         work, net, buffer = self._work, self._acting(), self._buffer.buffer
@@ -616,8 +671,10 @@ class Engine:
         """Have what acts, and the lists of what is near, made anew when they are needed."""
         self._net, self._listed_around = None, None
 
-    def _inside(self, surpassed: bool, watch: Watch | None) -> Interruption | None:
-        """Return the first rupture or trigger within the accepted step, and move there."""
+    def _inside(
+        self, surpassed: bool, watch: Watch | None
+    ) -> tuple[AcceptedStep, Interruption | None]:
+        """Return the accepted step, and the first rupture or trigger in it."""
         inside = bound_inside(self._integrator)
         work = self._table(self._work)
         within = AcceptedStep(inside, self._progress, work, self._acting(), self._inputs)
@@ -625,12 +682,10 @@ class Engine:
         stop = within.end if rupture is None else rupture[0]
         triggered = None if watch is None else self._trigger(within, watch, stop)
         if triggered is not None and (rupture is None or triggered < stop):
-            self._cut(within, triggered)
-            return Interruption("triggered", triggered)
+            return within, Interruption("triggered", triggered)
         if rupture is None:
-            return None
-        self._cut(within, stop)
-        return Interruption("ruptured", stop, springs=rupture[1])
+            return within, None
+        return within, Interruption("ruptured", stop, springs=rupture[1])
 
     def _trigger(self, within: AcceptedStep, watch: Watch, stop: float) -> float | None:
         """Return the first time up to ``stop`` at which the condition is seen to hold."""

@@ -9,7 +9,7 @@ from tissuec.engine.integrators.procedures import Choices
 from tissuec.model.network import Floats, Indices
 
 Backend = Literal["interpreted", "compiled"]
-Kind = Literal["reached", "paused", "ruptured", "triggered", "diverged", "stuck"]
+Kind = Literal["reached", "paused", "viewed", "ruptured", "triggered", "diverged", "stuck"]
 
 
 class Method(Struct, frozen=True):
@@ -56,7 +56,8 @@ class Interruption(Struct, frozen=True, eq=False):
     """Why the engine returned, at ``time`` [s], which is that of the state.
 
     Attributes:
-        kind: "reached" the end asked for; "paused" because the caller wished so; springs
+        kind: "reached" the end asked for; "paused" because the caller wished so; a step is
+            made that holds the time to be "viewed"; springs
             "ruptured" at this very time; a watched condition became true ("triggered"); the
             motion "diverged", and the state keeps the last good state; the engine is
             "stuck", since steps became too small.

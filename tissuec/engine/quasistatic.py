@@ -61,6 +61,7 @@ class QuasiStatic:
         self._reason = f'"{RELAXATION}" was requested'
         self._stale = True
         self._smallest, self._largest = np.inf, 0.0
+        self._viewed = np.zeros((0, 3)), np.zeros((0, 3))
 
     @property
     def statistics(self) -> Statistics:
@@ -90,6 +91,7 @@ class QuasiStatic:
         watch: Watch | None = None,
         pause: Pause | None = None,
         survey: Survey | None = None,
+        view: float = np.inf,
     ) -> Interruption:
         """Step to ``until`` or to the first interruption; see ``Engine.advance``.
 
@@ -99,6 +101,8 @@ class QuasiStatic:
             watch: Condition that interrupts.
             pause: Returns whether to return between two relaxations.
             survey: Not used.
+            view: Come back "viewed" as soon as the state at this time [s] is known, which is
+                that of the last relaxation up to it.
         """
         while True:
             if self._stale and (found := self._relax(state, state.time, watch)):
@@ -106,10 +110,20 @@ class QuasiStatic:
             if state.time >= until:
                 return Interruption("reached", state.time)
             self._take_samples(state, np.nextafter(state.time, np.inf))
+            if view < self._next(state.time, until):
+                self._viewed = state.position.copy(), state.velocity.copy()
+                return Interruption("viewed", view)
             if found := self._relax(state, self._next(state.time, until), watch):
                 return found
             if pause is not None and pause(state.time):
                 return Interruption("paused", state.time)
+
+    def look(self, time: float) -> tuple[Floats, Floats, Floats]:
+        """Return the state at a viewed time [s]; see ``Engine.look``."""
+        return *self._viewed, np.array([self._work, self._lost])
+
+    def take_over(self, state: State) -> None:
+        """Do nothing: all samples up to a viewed time are recorded."""
 
     def finish(self, state: State) -> None:
         """Record the sample at the final time, after every event there."""

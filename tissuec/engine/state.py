@@ -176,6 +176,7 @@ def new_task(
         until=0.0,
         evaluations=0,
         hold=0,
+        viewed=inf,
         fixed=0,
         longest=inf,
         budget=integrator.safety * tolerance / duration if duration else inf,

@@ -48,6 +48,7 @@ from tissuec.kernels.records import (
     SURPASSED,
     UNDERFLOW,
     UNSOLVED,
+    VIEWED,
     Buffer,
     Floats,
     Net,
@@ -224,6 +225,9 @@ def drive(
                 prepared = 1
             if suspect and surpasses(time, end, current, work, net):
                 reason = SURPASSED
+                break
+            if end >= task.viewed:
+                reason = VIEWED
                 break
             if task.hold > 0 and glanced >= GLANCES * task.hold:
                 reason = HELD

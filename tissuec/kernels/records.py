@@ -297,6 +297,7 @@ class Task(NamedTuple):
     # Come back after so many accepted steps, before the samples of the last one are taken, with
     # states within them; 0: do not
     hold: int
+    viewed: float  # come back likewise with the step that ends here or later [s]
     fixed: int  # 1: keep the size of the steps
     longest: float  # step that still follows the prescribed paths, unless fixed [s]
     budget: float  # local error allowed per second, relative to the motion [1/s]
@@ -363,4 +364,6 @@ class Buffer(NamedTuple):
 GLANCES = 4  # states of each step, at equal distances, the last at its end
 LOOKED = 4  # place in ``Work.effort`` of evaluations for looks inside of steps
 # Why the stepping code came back.
-REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED = range(9)
+REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED, VIEWED = (
+    range(10)
+)
