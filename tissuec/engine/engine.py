@@ -220,10 +220,8 @@ class Engine:
             self.restart(state)
         if (failure := self._refusal()) is not None:
             return failure
-        if self._viewed is not None:
-            within, found = self._viewed
-            if view <= (within.end if found is None else found.time):
-                return Interruption("viewed", view)
+        if view <= self.viewable:
+            return Interruption("viewed", view)
         if until < state.time:
             raise ValueError(f"cannot step back from {state.time:g} s to {until:g} s")
         resumed = self._segment is not None and self._progress.time < self._segment
@@ -253,6 +251,14 @@ class Engine:
             raise ValueError("no step is viewed")
         x, v, ledger = self._viewed[0].state(time)
         return self._inputs.outwards(x), self._inputs.outwards(v), ledger
+
+    @property
+    def viewable(self) -> float:
+        """Return up to when ``look`` can tell the state [s]; minus infinity if it cannot."""
+        if self._viewed is None:
+            return -np.inf
+        within, found = self._viewed
+        return within.end if found is None else found.time
 
     def take_over(self, state: State) -> None:
         """Go on to the end of a viewed step, so that its samples are recorded.
@@ -569,9 +575,10 @@ class Engine:
                 self._flush()
             elif reason in (HELD, SURPASSED, VIEWED):
                 within, found = self._inside(reason == SURPASSED, watch)
-                if view <= (within.end if found is None else found.time):
-                    self._viewed = within, found
+                self._viewed = within, found
+                if view <= self.viewable:
                     return Interruption("viewed", view)
+                self._viewed = None
                 if found is not None:
                     self._cut(within, found.time)
                     return found

@@ -122,6 +122,11 @@ class QuasiStatic:
         """Return the state at a viewed time [s]; see ``Engine.look``."""
         return *self._viewed, np.array([self._work, self._lost])
 
+    @property
+    def viewable(self) -> float:
+        """Return minus infinity: every viewed time comes after that of the state."""
+        return -np.inf
+
     def take_over(self, state: State) -> None:
         """Do nothing: all samples up to a viewed time are recorded."""
 

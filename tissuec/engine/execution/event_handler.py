@@ -91,19 +91,24 @@ class EventHandler:
         Args:
             work, dissipated: Of the energy ledger until now [J].
         """
-        self.recorder.leave(self._with_ledger(work, dissipated))
+        self.recorder.leave(self.with_ledger(self.snapshot(), work, dissipated))
 
     def end(self, work: float, dissipated: float) -> None:
         """Let the recorder evaluate what would last longer; arguments as of `leave`."""
-        self.recorder.end(self._with_ledger(work, dissipated))
+        self.recorder.end(self.with_ledger(self.snapshot(), work, dissipated))
 
     def record_jumps(self, work: float, dissipated: float) -> None:
         """Pass changes by events to the recorder, just after them; arguments as of `leave`."""
-        self.recorder.record_jumps(self._with_ledger(work, dissipated))
+        self.recorder.record_jumps(self.with_ledger(self.snapshot(), work, dissipated))
 
-    def _with_ledger(self, work: float, dissipated: float) -> Snapshot:
-        """Return the present snapshot, with a ledger if one is kept."""
-        snapshot, run_state = self.snapshot(), self.run_state
+    def with_ledger(self, snapshot: Snapshot, work: float, dissipated: float) -> Snapshot:
+        """Return a snapshot before the next event, with a ledger if one is kept.
+
+        Args:
+            snapshot: Of the run, at one time.
+            work, dissipated: Of the energy ledger until then [J].
+        """
+        run_state = self.run_state
         if not self.plan.needs_ledger:
             return snapshot
         ledger = EnergyBalance(run_state.initial, work, dissipated, run_state.switched)

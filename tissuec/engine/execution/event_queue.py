@@ -1,8 +1,8 @@
 """Future events of a run, in order."""
 
 import heapq
-from bisect import bisect_left
-from collections.abc import Iterable, Iterator
+from bisect import bisect_left, insort
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Self
 
 from msgspec import Struct, field
@@ -39,8 +39,8 @@ class ActionQueue(Struct, eq=False):
     def of(cls, plan: Plan) -> Self:
         """Return the script of a plan, all of which is still to come."""
         near = SAME * plan.simulation.duration
-        queue = cls(near, written=[event.time for event in plan.events])
-        queue.script(plan.events, 0.0)
+        queue = cls(near)
+        queue.write(plan.events)
         return queue
 
     def add(self, time: float, action: Action) -> None:
@@ -55,6 +55,12 @@ class ActionQueue(Struct, eq=False):
     def end(self, ended: LoggedEvent) -> None:
         """End the run after everything that happens at the present time."""
         self.ended = ended
+
+    def write(self, events: Sequence[ScheduledAction]) -> None:
+        """Add written events to the script, their times counted from 0 s."""
+        for event in events:
+            insort(self.written, event.time)
+        self.script(events, 0.0)
 
     def script(self, events: Iterable[ScheduledAction], start: float) -> None:
         """Add written events, their times counted from ``start`` [s]."""

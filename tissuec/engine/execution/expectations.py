@@ -3,6 +3,7 @@
 import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from tissuec.engine.execution.sampling import rows_at, rows_within
 from tissuec.model.network import Floats
@@ -61,6 +62,14 @@ class ExpectationMonitor:
         }
         self._due = [rows_within(times, e.start, e.stop, near) for e in expectations]
         self._last = [int(due.nonzero()[0].max(initial=-1)) for due in self._due]
+
+    def due(self) -> tuple[NDArray[np.bool_], ...]:
+        """Return at which samples each expectation is judged, shape (sample,) each."""
+        return tuple(due.copy() for due in self._due)
+
+    def set_due(self, due: tuple[NDArray[np.bool_], ...]) -> None:
+        """Judge each expectation at some samples only, shape (sample,) each."""
+        self._due = [one.copy() for one in due]
 
     def enter(self, time: float) -> None:
         """Exclude the samples from now on from the intervals that have ended."""

@@ -4,10 +4,19 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import Event
+
+
+class RecordedRows(Struct, frozen=True, eq=False):
+    """What a recording holds: batches of rows by table, events, and which springs exist."""
+
+    tables: Mapping[str, tuple[tuple[NDArray[Any], ...], ...]] = {}
+    events: tuple[Event, ...] = ()
+    alive: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
 
 class MemoryRecording:
@@ -69,6 +78,16 @@ class MemoryRecording:
     def checkpoint(self, saved: Mapping[str, Any]) -> None:
         """Keep a checkpoint in place of the previous one."""
         self.state = dict(saved)
+
+    def rows(self) -> RecordedRows:
+        """Return what was recorded so far."""
+        tables = {name: tuple(batches) for name, batches in self._rows.items()}
+        return RecordedRows(tables, tuple(self.events), self._alive)
+
+    def bring_back(self, rows: RecordedRows) -> None:
+        """Hold what was recorded at some time, and nothing else."""
+        self._rows = {name: list(batches) for name, batches in rows.tables.items()}
+        self.events, self._alive = list(rows.events), rows.alive
 
     def frame_arrays(self) -> tuple[NDArray[Any], ...]:
         """Return time [s], position [m], velocity [m/s], force [N], tension [N] and alive.

@@ -10,7 +10,7 @@ log, whose times remain as they were asked for.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from msgspec.structs import replace
@@ -29,6 +29,10 @@ from tissuec.script.verbs import LoggedEvent
 
 ROUNDING = 1e-12
 """Part of the size of a row: a smaller change comes from another order of summation."""
+
+
+#: Gives the samples that are due at a rate [s], or None.
+Part: TypeAlias = Callable[[float], Snapshot | None]
 
 
 class Samples(Protocol):
@@ -138,6 +142,13 @@ class _Observed(NamedTuple):
     jump: Callable[[float, Floats, Floats], None]
 
 
+class RecorderState(NamedTuple):
+    """What a recorder knows beside its memory: what is due, and jumps still to be recorded."""
+
+    due: tuple[NDArray[np.bool_], ...]
+    before: Sequence[Floats]
+
+
 class Recorder:
     """Receives samples and events of one run and records what the plan requests.
 
@@ -196,13 +207,13 @@ class Recorder:
     def leave(self, snapshot: Snapshot) -> None:
         """Judge expectations that end now, before the events of this time change anything."""
         self.record_jumps(snapshot)
-        snapshot = self._scaled(snapshot)
+        snapshot = self.scaled(snapshot)
         self._judge.leave(snapshot, self.memory)
         self._left = [observed.row(snapshot) for observed in self._observed]
 
     def end(self, snapshot: Snapshot) -> None:
         """Judge the expectations under way at the end of a run that was ended early."""
-        self._judge.end(self._scaled(snapshot), self.memory)
+        self._judge.end(self.scaled(snapshot), self.memory)
 
     @property
     def awaits_jumps(self) -> bool:
@@ -217,7 +228,7 @@ class Recorder:
         """
         if not self.awaits_jumps:
             return
-        snapshot = self._scaled(snapshot)
+        snapshot = self.scaled(snapshot)
         for observed, before in zip(self._observed, self._before, strict=True):
             after = observed.row(snapshot)
             if len(before) <= MOST_JUMPING and not _is_same_row(before, after):
@@ -229,6 +240,15 @@ class Recorder:
         springs = tuple(int(spring) for spring in logged_event.springs)
         place = logged_event.span.place
         self.writer.event(time, logged_event.kind, springs, logged_event.cause, place)
+
+    def state(self) -> RecorderState:
+        """Return what `bring_back` needs beside the memory."""
+        return RecorderState(self._judge.due(), self._before)
+
+    def bring_back(self, state: RecorderState) -> None:
+        """Go back to what was known at some time; the memory of then is set already."""
+        self._judge.set_due(state.due)
+        self._before, self._left = state.before, ()
 
     @property
     def unreached(self) -> tuple[int, ...]:
@@ -256,8 +276,8 @@ class Recorder:
                 parts[rate] = snapshot if due.all() else snapshot.pick(np.flatnonzero(due))
             return parts.get(rate)
 
-        self._write_frames(part)
-        self._write_surfaces(part)
+        self.write_frames(part)
+        self.write_surfaces(part)
         self._write_errors(samples, rows)
         self._write_logs(part)
         self._write_energies(part)
@@ -274,7 +294,7 @@ class Recorder:
         self.memory.scale = float(scale[-1])
         return snapshot.with_ledger(replace(ledger, scale=scale[1:]))
 
-    def _scaled(self, snapshot: Snapshot) -> Snapshot:
+    def scaled(self, snapshot: Snapshot) -> Snapshot:
         """Return a single snapshot with the scale by which its energy balance is judged."""
         ledger = snapshot.ledger
         if ledger is None:
@@ -282,7 +302,8 @@ class Recorder:
         scale = np.maximum(ledger.size(snapshot.energies), self.memory.scale)
         return snapshot.with_ledger(replace(ledger, scale=scale))
 
-    def _write_frames(self, part: Callable[[float], Snapshot | None]) -> None:
+    def write_frames(self, part: Part) -> None:
+        """Write what is due of the trajectory, ``part`` being the samples of a rate."""
         output = self.plan.output
         if len(output.frames) and (snapshot := part(output.every)) is not None:
             time, force = np.asarray(snapshot.time), snapshot.node_force
@@ -290,7 +311,8 @@ class Recorder:
                 time, snapshot.position, snapshot.velocity, force, snapshot.tension
             )
 
-    def _write_surfaces(self, part: Callable[[float], Snapshot | None]) -> None:
+    def write_surfaces(self, part: Part) -> None:
+        """Write what is due of smooth surfaces, ``part`` being the samples of a rate."""
         for surface in self.plan.output.surfaces:
             if (snapshot := part(surface.every)) is not None:
                 self.writer.surface(surface.body, np.asarray(snapshot.time), snapshot.position)
@@ -300,13 +322,13 @@ class Recorder:
         if len(output.frames) and (due := self._due[output.every][rows]).any():
             self.writer.errors(samples.time[due], samples.error[due, None])
 
-    def _write_logs(self, part: Callable[[float], Snapshot | None]) -> None:
+    def _write_logs(self, part: Part) -> None:
         for log in self.plan.output.logs:
             if (snapshot := part(log.every)) is not None:
                 rows = log.measure.sample(log.subjects, snapshot)
                 self.writer.log(log.name, np.asarray(snapshot.time), rows)
 
-    def _write_energies(self, part: Callable[[float], Snapshot | None]) -> None:
+    def _write_energies(self, part: Part) -> None:
         if (snapshot := part(self.plan.output.energy)) is not None:
             self.writer.energies(np.asarray(snapshot.time), _energies(snapshot))
 

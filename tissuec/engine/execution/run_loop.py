@@ -6,7 +6,8 @@ of the script as they are written; then the triggers that have become true. Samp
 show what is after all of it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Any, Literal
 
 from tissuec.core.units import TIME, show
@@ -17,7 +18,7 @@ from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run_state import RunState, read_run_state
 from tissuec.model.network import Floats, Network
 from tissuec.script.measures.snapshot import EnergyBalance
-from tissuec.script.plan import RELAXATION, Plan
+from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
 
 if TYPE_CHECKING:
     from tissuec.engine.engine import Engine, Pause
@@ -49,9 +50,14 @@ class RunLoop:
         self._true: list[int] = []
         self._relaxes = plan.simulation.integrator == RELAXATION
 
-    def begin(self) -> None:
-        """Start at 0 s with the events of that time."""
+    def begin(self, further: Sequence[ScheduledAction] = ()) -> None:
+        """Start at 0 s with the events of that time.
+
+        Args:
+            further: Events beside those of the plan.
+        """
         self._attach(RunState.begin(self.network, self.plan, self.recorder.memory))
+        self.run_state.queue.write(further)
         self.handler.begin()
         self.engine.restart(self.run_state.state)
         self.handler.enter()
@@ -76,13 +82,18 @@ class RunLoop:
         self.run_state.engine = saved
         return self.run_state.write(self.network, self.plan)
 
-    def advance(self, pause: "Pause") -> "Interruption":
-        """Step to the next event, which is not handled yet, or to a pause."""
+    def advance(self, pause: "Pause", view: float = inf) -> "Interruption":
+        """Step to the next event, which is not handled yet, or to a pause or view.
+
+        Args:
+            pause, view: See ``Engine.advance``.
+        """
         state = self.run_state.state
         until = min(self.run_state.queue.next, self.plan.simulation.duration)
         watch = self._watch if self._is_watched() else None
         survey = self._survey if watch and not state.is_slipping else None
-        return self.engine.advance(state, until, watch, pause, survey)
+        view = view if view < until else inf
+        return self.engine.advance(state, until, watch, pause, survey, view)
 
     def handle(self, reason: "Interruption") -> None:
         """Carry out everything that happens at the time to which the run has come.
@@ -94,7 +105,7 @@ class RunLoop:
         if reason.kind == "diverged" or reason.kind == "stuck":
             self.ending = reason.kind, explain(reason, state)
             return
-        sums = self._sums()
+        sums = self.sums()
         self.handler.leave(*sums)
         if reason.kind == "reached":
             self.handler.look_at_rest()
@@ -109,13 +120,22 @@ class RunLoop:
                 self.handler.record_jumps(*sums)
         self._look_for_end()
 
+    def sums(self) -> tuple[float, float]:
+        """Return work and dissipated energy until now [J]; zero where they are not kept."""
+        saved = self.engine.checkpoint() if self.plan.needs_ledger else None
+        return (
+            (0.0, 0.0)
+            if saved is None
+            else (float(saved["ledger"][0]), float(saved["ledger"][1]))
+        )
+
     def notes(self) -> tuple[str, ...]:
         """Return what a fixed step did to the energy, and how it was kept."""
         simulation = self.plan.simulation
         if simulation.step is None or self._relaxes:
             return ()
         run_state = self.run_state
-        ledger = EnergyBalance(run_state.initial, *self._sums(), run_state.switched)
+        ledger = EnergyBalance(run_state.initial, *self.sums(), run_state.switched)
         kept = ledger if self.plan.needs_ledger else None
         return notes(self.engine.statistics, run_state.state, kept)
 
@@ -133,7 +153,7 @@ class RunLoop:
             self.engine.finish(state)
             message = f"done: {duration:g} s were simulated"
             if ended is not None:
-                self.handler.end(*self._sums())
+                self.handler.end(*self.sums())
                 at = f"{show(state.time, TIME, digits=6)} of {show(duration, TIME)}"
                 message = f"done: ended at {at} by {ended.span.place}: {ended.cause}"
             self.ending = "done", message
@@ -145,7 +165,7 @@ class RunLoop:
 
     def _watch(self, time: float, position: Floats, velocity: Floats) -> bool:
         if self.recorder.awaits_jumps:
-            self.handler.record_jumps(*self._sums())
+            self.handler.record_jumps(*self.sums())
         found = self.handler.true_triggers(self.handler.snapshot_at(time, position, velocity))
         # The engine closes in on the earliest time that is true: the last such answer counts.
         self._true = found or self._true
@@ -153,15 +173,6 @@ class RunLoop:
 
     def _survey(self, time: Floats, position: Floats, velocity: Floats) -> bool:
         return self.handler.may_be_true(self.handler.snapshot_at(time, position, velocity))
-
-    def _sums(self) -> tuple[float, float]:
-        """Return work and dissipated energy until now [J]; zero where they are not kept."""
-        saved = self.engine.checkpoint() if self.plan.needs_ledger else None
-        return (
-            (0.0, 0.0)
-            if saved is None
-            else (float(saved["ledger"][0]), float(saved["ledger"][1]))
-        )
 
 
 def _make_engine(
