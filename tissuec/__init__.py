@@ -1,15 +1,15 @@
 """tissuec: a tissue-description language, its compiler, and a validated soft-tissue simulator.
 
 From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile``, ``modes``,
-``properties`` and ``examine``. What stands behind these names is imported when one of them is
-first used.
+``properties``, ``examine`` and ``start``. What stands behind these names is imported when one
+of them is first used.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tissuec.api import check, compile, examine, load, modes, properties, run
+    from tissuec.api import check, compile, examine, load, modes, properties, run, start
     from tissuec.core.errors import (
         CompileError,
         Diagnostic,
@@ -40,10 +40,20 @@ __all__ = [
     "modes",
     "properties",
     "run",
+    "start",
 ]
 
 _HOMES = {
-    "tissuec.api": ("check", "compile", "examine", "load", "modes", "properties", "run"),
+    "tissuec.api": (
+        "check",
+        "compile",
+        "examine",
+        "load",
+        "modes",
+        "properties",
+        "run",
+        "start",
+    ),
     "tissuec.results.errors": ("PlaceError", "ResultError"),
     "tissuec.core.version": ("__version__",),
     "tissuec.view.notebook": ("Trajectory",),

@@ -29,11 +29,13 @@ if TYPE_CHECKING:
     from tissuec.engine.execution.run import Outcome
     from tissuec.scene.overrides import Given
     from tissuec.scene.request import Request
+    from tissuec.stepping.stepped_run import SteppedRun
     from tissuec.view.notebook import Trajectory
 
 #: The text of a scene, or the file that holds it.
 Scene: TypeAlias = "str | os.PathLike[str]"
 TEXT = "scene"  # what a text is called in messages
+UNUSED = ("W501", "W502")  # findings about params and sets that nothing in a text uses
 
 
 def load(path: str | os.PathLike[str]) -> "Trajectory":
@@ -129,6 +131,39 @@ def run(
             shutil.rmtree(folder, ignore_errors=True)
         raise
     return trajectory
+
+
+def start(
+    scene: Scene,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    params: "Mapping[str, Given] | None" = None,
+    threads: int | None = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+    **more: "Given",
+) -> "SteppedRun":
+    """Return a run of a scene at 0 s, which goes on when it is told to.
+
+    Args:
+        scene: As of `run`.
+        out: The result file that is written when the run is closed; None for none.
+        params, threads, libraries, more: As those of `run`.
+
+    Raises:
+        CompileError: The text is wrong; the message is all findings with their places.
+        SimulationError: What happens at 0 s ends the run.
+    """
+    from tissuec.pipeline import compile_request
+    from tissuec.stepping.stepped_run import SteppedRun
+
+    request = _request(scene, {**(params or {}), **more}, libraries)
+    compiled, found = compile_request(request)
+    for finding in found:
+        if finding.code not in UNUSED:  # what the script does not use may be used later
+            _warn(str(finding))
+    return SteppedRun(
+        compiled, request, out=None if out is None else Path(out), threads=threads
+    )
 
 
 def check(

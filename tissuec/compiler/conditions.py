@@ -52,7 +52,7 @@ class Conditions:
 
     def condition(self, node: s.Expression) -> Condition:
         """Return a condition that looks at the present only; rejects pinned times."""
-        readings = self._readings(node)
+        readings = self.readings(node)
         for reading in readings.values():
             if reading.measure is MEASURES[LEDGER]:
                 self.findings.reject(
@@ -71,7 +71,7 @@ class Conditions:
 
     def expectation(self, item: s.Expect) -> Expectation:
         """Return an ``expect`` clause with its interval."""
-        readings = self._readings(item.condition)
+        readings = self.readings(item.condition)
         judgement = self._judgement(item.condition, readings)
         pinned = tuple(sorted({r.time for r in readings.values() if r.time is not None}))
         if not item.clauses and readings and all(r.time is not None for r in readings.values()):
@@ -111,7 +111,7 @@ class Conditions:
 
     # --- measures -----------------------------------------------------------------------------
 
-    def _readings(self, node: s.Expression) -> dict[Place, ObservedMeasure]:
+    def readings(self, node: s.Expression) -> dict[Place, ObservedMeasure]:
         """Return every measure in a condition by the place of its node."""
         readings: dict[Place, ObservedMeasure] = {}
         for part in walk(node, enters=_is_mathematical):

@@ -209,6 +209,12 @@ def si_unit(dimension: Dimension) -> str:
     return "*".join(parts)
 
 
+def written_unit(dimension: Dimension) -> str:
+    """Return the SI unit of a dimension as it can stand behind a number."""
+    # A number cannot be followed by the 1 of 1/s.
+    return "Hz" if dimension == FREQUENCY else si_unit(dimension)
+
+
 #: Display scales for people: thousandths and millionths get their own symbol.
 _SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
     LENGTH: ((1e-6, "um"), (1e-3, "mm"), (1.0, "m"), (1e3, "km")),
@@ -225,8 +231,7 @@ _SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
 
 def suggested_unit(dimension: Dimension) -> str:
     """Return the unit to propose where one was forgotten: ``mm`` rather than ``m``."""
-    # A number cannot be followed by the 1 of 1/s.
-    return {LENGTH: "mm", FREQUENCY: "Hz"}.get(dimension) or si_unit(dimension)
+    return "mm" if dimension == LENGTH else written_unit(dimension)
 
 
 def units_shown(dimension: Dimension) -> list[str]:

@@ -119,7 +119,10 @@ class QuasiStatic:
                 return Interruption("paused", state.time)
 
     def look(self, time: float) -> tuple[Floats, Floats, Floats]:
-        """Return the state at a viewed time [s]; see ``Engine.look``."""
+        """Return positions [m], velocities [m/s] and the ledger [J] at a viewed ``time`` [s].
+
+        The shapes are (node, 3) twice, and (2,); see ``Engine.look``.
+        """
         return *self._viewed, np.array([self._work, self._lost])
 
     @property

@@ -364,6 +364,5 @@ class Buffer(NamedTuple):
 GLANCES = 4  # states of each step, at equal distances, the last at its end
 LOOKED = 4  # place in ``Work.effort`` of evaluations for looks inside of steps
 # Why the stepping code came back.
-REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED, VIEWED = (
-    range(10)
-)
+REACHED, PAUSED, HELD, FULL, SURPASSED, UNDERFLOW, OUTSIZE, UNSOLVED, STRAYED = range(9)
+VIEWED = 9

@@ -146,6 +146,10 @@ class Findings:
     def warnings(self) -> list[Diagnostic]:
         return [d for d in self._found if d.severity == "warning"]
 
+    def clear(self) -> None:
+        """Forget what was found so far; doubtful names remain so."""
+        self._found.clear()
+
     def raise_errors(self) -> None:
         """Report all errors so far, in the order of the text.
 

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tissuec.core.names import key_of
-from tissuec.core.units import FREQUENCY, NUMBER, Dimension, si_unit
+from tissuec.core.units import NUMBER, Dimension, written_unit
 from tissuec.scene.parameters import Parameter
 
 #: A text as in a scene, such as "0.9 s"; or one number or three, in SI units.
@@ -56,7 +56,7 @@ def _text(value: Given, name: str, dimension: Dimension) -> str:
         numbers, form = _vector(value, name), "({}, {}, {})"
     if not all(map(isfinite, numbers)):
         raise ValueError(f"{name} = {value} is not a usable number")
-    unit = "Hz" if dimension == FREQUENCY else si_unit(dimension)
+    unit = written_unit(dimension)
     if any(exponent != int(exponent) for exponent in dimension):
         raise ValueError(
             f"the unit of {name} cannot be written as a product of powers; write it as text"

@@ -1,9 +1,9 @@
 """Runs that are stepped by somebody who looks and acts in between.
 
 Looking changes nothing: states are evaluated inside the steps that the run makes anyway. An
-action changes where steps end, from the last event before it on, as a run that knows of it from
-the start would have it: the run goes back to that event and comes again. So a motion is that of
-the same actions written into the script, to the last bit.
+action changes where steps end, from the last scheduled event before it on, as a run that knows
+of it from the start would have it: the run goes back to that event and comes again. So a motion
+is that of the same actions written into the script, to the last bit.
 """
 
 from collections.abc import Mapping, Sequence
@@ -56,7 +56,7 @@ class SavedRun(Struct, frozen=True, eq=False):
     Attributes:
         time: At which it is looked at [s].
         actions: What was ordered, with the times.
-        bases: Where the run can go back to; the last one is after the last event.
+        bases: Where the run can go back to; the last one is after the last scheduled event.
         ahead: The end of the step in which the time lies; None where events interrupt it.
         looked: Positions [m] and velocities [m/s], shape (node, 3) each, and the ledger [J],
             shape (2,), at the time; None where the state itself is at that time.
@@ -208,13 +208,14 @@ class StepwiseRun:
                 if reason.kind == "paused":
                     break
                 loop.handle(reason)
-                self._keep()
+                if reason.kind == "reached":  # other times depend on what is ordered later
+                    self._keep()
         self.time, self._looked = loop.run_state.state.time, None
         if stop.answered:
             raise interruption(stop.signal)
 
     def _keep(self) -> None:
-        """Keep the state after events: whatever is ordered later, the run was here."""
+        """Keep the state after scheduled events, at which the run was whatever comes later."""
         if self._loop.ending is None:
             self._bases.append(self._checkpoint())
             while len(self._bases) > 2 and self._bases[1].time < self._bases[-1].time:

@@ -1,0 +1,253 @@
+"""Stepping from Python gives the motion of a run to the last bit, whatever comes between."""
+
+import pickle
+import random
+
+import numpy as np
+import pytest
+
+import tissuec
+from tissuec.core.errors import CompileError
+from tissuec.engine.integrators import INTEGRATORS
+
+ROPE = """language 1
+param lift = 3 mm between 0 mm and 10 mm
+tissue gut {{ spring constant = 2 N/m; viscosity = 1 mN*s/m; fraction force = {strength} }}
+body rope {{ mesh is explicit; tissue is gut; rupture is allowed }}
+table nodes of rope in mm with columns "id x mass in g" {{
+  1 0 4
+  2 12 4
+  3 20 4
+  4 31 4
+}}
+table springs of rope with columns "a b rest length in mm" {{
+  1 2 10
+  2 3 10
+  3 4 10
+}}
+set wall = nodes of rope where id == 1
+set middle = nodes of rope where id == 2
+set tip = nodes of rope where id == 4
+tool tongs {{ kind is forceps }}
+environment {{ gravity = (0, 0, -1) m/s^2; contact is off; damping = 0 N*s/m }}
+script {{
+  at 0 s: fix wall
+  from 0.05 s to 0.2 s: push tip with (4, 0, 0) mN using smooth profile
+  when position(tip along (1, 0, 0)) > 34 mm: change viscosity of rope by 3
+}}
+simulate {{ duration = 0.5 s; {method} }}
+output {{ trajectory every 20 ms; position of tip every 1 ms; energy every 7 ms }}
+expect position(tip) < 1 m over run
+"""
+STEPS = "step = 1 ms; integrator is "
+
+
+def rope(*, strength="1 kN", method="tolerance = 1e-5"):
+    return ROPE.format(strength=strength, method=method)
+
+
+def assert_same(sim, scene):
+    """Compare a run that was stepped to its end with one of a scene."""
+    result = tissuec.run(scene, companion="off")
+    rows = result.logs["position of tip"]
+    time, value = sim.log("position of tip")
+    assert np.array_equal(time, rows.time)
+    assert np.array_equal(value, rows.value)
+    assert np.array_equal(sim.position[-1], value[-1])
+    mine = [(event.time, event.kind, event.springs) for event in sim.events]
+    assert mine == [(event.time, event.kind, event.springs) for event in result.events]
+
+
+METHODS = [
+    "tolerance = 1e-5",
+    *(
+        (STEPS if method.promises is False else "tolerance = 1e-5; integrator is ") + name
+        for name, method in INTEGRATORS.items()
+        if not method.conservative
+    ),
+    STEPS + "relaxation",
+]
+
+
+@pytest.mark.parametrize(
+    ("method", "strength"),
+    [
+        *((method, "1 kN") for method in METHODS),
+        *((method, "6 mN") for method in METHODS if "relaxation" not in method),
+    ],
+)
+def test_a_thousand_steps_are_a_run(method, strength):
+    scene = rope(method=method, strength=strength)
+    try:
+        tissuec.compile(scene)
+    except CompileError as refused:
+        pytest.skip(str(refused).splitlines()[0])
+    sim = tissuec.start(scene)
+    for _ in range(1000):
+        sim.step("0.5 ms")
+    assert sim.time == 0.5
+    assert_same(sim, scene)
+
+
+def test_what_is_ordered_becomes_a_script_which_runs_the_same():
+    sim = tissuec.start(rope())
+    sim.grasp("tip", with_="tongs")
+    sim.step("31.7 ms")
+    sim.move("tongs", by=(0.001, 0, 0.002), over="40 ms")
+    sim.step(0.05)
+    sim.release("tongs")
+    sim.change("viscosity", of="rope", by=0.5)
+    sim.order("push middle with (0, 2, 0) mN on each node", over=0.1)
+    sim.push("tip", with_=0.003, along=(0, 1, 0))
+    sim.run_until("0.3 s")
+    sim.stop("pushing tip")
+    sim.cut("rope", along="plane", through=(0.025, 0, 0), facing=(1, 0, 0))
+    sim.change("gravity", to=(0, 0, -2))
+    sim.hold("tip", over="20 ms")
+    sim.step(1.0)
+    assert sim.time == 0.5
+    assert "  at 0.0 s: grasp tip with tongs\n" in sim.script()
+    moved = "move tongs by (0.001, 0, 0.002) m using constant speed"
+    assert f"  from 0.0317 s to 0.0717 s: {moved}\n" in sim.script()
+    assert_same(sim, sim.script())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_saving_restoring_and_forking_on_the_way_change_nothing(seed):
+    draw, sim = random.Random(seed), tissuec.start(rope(strength="8 mN"))
+    orders = [
+        lambda: sim.push("tip", with_=(draw.uniform(-1, 1) * 4e-3, 0, 1e-3), over="30 ms"),
+        lambda: sim.change("viscosity", of="rope", by=draw.uniform(0.5, 2)),
+        lambda: sim.change("fraction force", of="rope", to=draw.uniform(5e-3, 20e-3)),
+        lambda: sim.move("middle", by=(0, draw.uniform(-1, 1) * 1e-3, 0), over="15 ms"),
+        lambda: sim.release("middle") if len(sim.snapshot.state.holders) > 2 else None,
+        lambda: sim.settle("tip") if draw.random() < 0.2 else None,
+    ]
+    saved = [sim.save()]
+    while not sim.ended:
+        sim.step(draw.choice([1e-4, 1e-3, 0.01, 0.05]))
+        if not sim.ended and draw.random() < 0.3:
+            for _ in range(draw.randint(1, 2)):
+                draw.choice(orders)()
+        match draw.randrange(6):
+            case 0:
+                saved.append(sim.save())
+            case 1:
+                sim = sim.fork()
+            case 2 if draw.random() < 0.3:
+                sim.restore(draw.choice(saved))
+            case 3 if draw.random() < 0.3:
+                sim.restore(pickle.loads(pickle.dumps(draw.choice(saved))))
+            case _:
+                sim.position  # noqa: B018
+    assert_same(sim, sim.script())
+
+
+def test_two_forks_go_their_own_ways():
+    sim = tissuec.start(rope())
+    sim.step("0.1 s")
+    other = sim.fork()
+    other.push("tip", with_=(0, 0, 0.1))
+    for one in (sim, other):
+        one.step("0.1 s")
+    assert sim.measure("position(tip along (0, 0, 1))") < 0.0
+    assert other.measure("position(tip along (0, 0, 1))") > 0.0
+    assert "push tip with (0, 0, 0.1)" not in sim.script()
+    sim.run_until(0.5)
+    assert_same(sim, rope())
+
+
+def test_what_is_seen_belongs_to_the_present_time():
+    sim = tissuec.start(rope())
+    sim.step("123.4 ms")
+    time, rows = sim.log("position of tip")
+    assert time[-1] == 0.123
+    later = sim.fork()
+    later.run_until(0.124)
+    assert sim.position[3] == pytest.approx(
+        rows[-1] + 0.4 * (later.position[3] - rows[-1]),
+        abs=1e-6,  # curved within 1 ms
+    )
+    x, z = (sim.measure(f"position(tip along {axis})") for axis in ("(1, 0, 0)", "(0, 0, 1)"))
+    assert [x, 0.0, z] == pytest.approx(sim.position[3])
+    assert sim.tension.shape == sim.alive.shape == (3,)
+    assert sim.force.shape == sim.velocity.shape == (4, 3)
+    with pytest.raises(ValueError, match="read-only"):
+        sim.position[0] = 0.0
+
+
+def test_a_result_is_written_as_a_run_writes_it(tmp_path):
+    with tissuec.start(rope(), out=tmp_path / "new" / "by_hand.h5", lift="4 mm") as sim:
+        sim.step("0.1 s")
+        sim.push("tip", with_="10 mN", along=(0, 1, 0))
+        sim.step("0.15 s")
+        tip = sim.position[3]
+    result = tissuec.load(tmp_path / "new" / "by_hand.h5")
+    assert result.events[-1].kind == "end"
+    assert result.events[-1].time == 0.25
+    assert result.times[-1] == pytest.approx(0.24)
+    assert result.logs["position of tip"].value[-1] == pytest.approx(tip, abs=1e-8)
+    assert result.promise.state == "kept"
+
+
+def test_without_a_file_nothing_is_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with tissuec.start(rope()) as sim:
+        sim.step("1 ms")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_scene_without_a_script_gets_one():
+    text = rope()
+    start, end = text.index("script {"), text.index("simulate {")
+    sim = tissuec.start(text[:start] + text[end:])
+    sim.fix("wall")
+    sim.run_until("0.5 s")
+    assert_same(sim, sim.script())
+
+
+def test_orders_that_are_wrong_say_where_and_leave_the_run_as_it_is():
+    sim = tissuec.start(rope())
+    sim.step("10 ms")
+    with pytest.raises(CompileError, match=r'no set called "tipp"'):
+        sim.push("tipp", with_=(0, 0, 1))
+    with pytest.raises(CompileError, match=r"has no unit"):
+        sim.order("push tip with (0, 0, 1)")
+    with pytest.raises(CompileError, match='"leap" is not a verb'):
+        sim.order("leap")
+    with pytest.raises(ValueError, match="not a text"):
+        sim.push("tip", with_=(0, 0))
+    with pytest.raises(ValueError, match="usable number"):
+        sim.push("tip", with_=(0, 0, np.nan))
+    with pytest.raises(AttributeError, match='no "leap"'):
+        sim.leap("tip")
+    with pytest.raises(CompileError, match="is not a measure"):
+        sim.measure("weight(tip)")
+    with pytest.raises(KeyError, match="the logs are: position of tip"):
+        sim.log("force of tip")
+    with pytest.raises(ValueError, match="longer"):
+        sim.step(0.0)
+    with pytest.raises(ValueError, match="cannot step back"):
+        sim.run_until("5 ms")
+    with pytest.raises(CompileError, match="the time must be"):
+        sim.step("3 mm")
+    sim.run_until(0.5)
+    with pytest.raises(ValueError, match=r"the run has ended; done: 0\.5 s"):
+        sim.step("1 ms")
+    with pytest.raises(ValueError, match="the run has ended"):
+        sim.settle()
+    assert_same(sim, rope())
+
+
+def test_a_run_that_cannot_go_on_says_so_and_can_be_restored():
+    sim = tissuec.start(rope())
+    sim.step("10 ms")
+    saved = sim.save()
+    sim.free("wall")
+    sim.settle()
+    with pytest.raises(tissuec.SimulationError, match="there is no equilibrium"):
+        sim.step("1 ms")
+    assert "no equilibrium" in sim.ended
+    sim.restore(saved)
+    sim.run_until("0.5 s")
+    assert_same(sim, rope())
