@@ -384,7 +384,7 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
         KeyboardInterrupt, SystemExit: The run was interrupted.
     """
     from tissuec.engine.execution.signals import exit_code
-    from tissuec.view.summaries.run import accuracy
+    from tissuec.results.wording import accuracy, failure
 
     if outcome.kind == "interrupted":
         if outcome.signal in (None, signal.SIGINT):
@@ -395,13 +395,10 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
         yield SimulationError(f"{name}: {outcome.message}")
     promise = trajectory.promise
     if promise.state in ("broken", "unknown"):
-        yield SimulationError(f"{name}: {accuracy(promise, promise.tolerance)}")
+        yield SimulationError(f"{name}: {accuracy(promise)}")
     for judged in trajectory.expectations:
         if judged.state == "fails":
-            when = "" if judged.time is None else f" at {judged.time:g} s"
-            yield ExpectationError(
-                f"{judged.place}: {judged.expect}\n  failed{when}: {judged.measured}"
-            )
+            yield ExpectationError("\n  failed ".join(failure(judged)))
 
 
 def _warn(message: str) -> None:

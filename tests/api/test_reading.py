@@ -164,16 +164,16 @@ def test_a_closed_result_says_that_it_is_closed():
 
 def test_it_says_what_it_holds(pulled, parts):
     lines = repr(pulled).splitlines()
-    assert lines.pop(2).startswith("  promise: kept, error ")
+    assert lines.pop(2).startswith("  accuracy: ")
     assert lines == [
         '<Trajectory "scene.vtkhdf">',
         "  outcome: done: 0.2 s were simulated",
-        "  frames: 21, 0 s to 200 ms, of 3 nodes and 2 springs",
+        "  frames: 21, 0 s to 200 ms, of 3 nodes, 2 springs",
         "  body: pair, 3 nodes, 2 springs",
         "  sets: wall (1 node), bob (1 node), far spring (1 spring)",
         "  logs: position of bob [m], energies [J]",
         "  events: 1 fix, 1 move, 1 end, 1 cut",
-        "  expectations: 1 hold",
+        "  expectations: 1 of 1 hold",
     ]
     assert "joint: seam, 3 springs" in repr(parts)
     assert repr(pulled.position) == "<21 x 3 x 3 numbers [m], float64, read when indexed>"

@@ -146,7 +146,7 @@ def test_a_run_that_cannot_go_on_says_so_or_is_an_error():
 
 
 def test_an_expectation_that_fails_says_so_or_is_an_error():
-    with pytest.warns(tissuec.TissueWarning, match="failed at 0.12 s: position"):
+    with pytest.warns(tissuec.TissueWarning, match="failed at 120 ms: position"):
         trajectory = tissuec.run(PULL, pull="0.5 mm")
     (judged,) = trajectory.expectations
     assert (judged.state, judged.time, judged.place) == ("fails", 0.12, "scene:20")

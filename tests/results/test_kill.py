@@ -109,7 +109,7 @@ def test_a_full_disk_is_said_and_leaves_every_flushed_frame(tmp_path, limit):
     child = start(tmp_path / "a.vtkhdf", limit)
     *flushed, message, _ = child.communicate()[0].strip().split("\n")
     assert "a.partial.vtkhdf" in message
-    assert re.search(r"\d+\.\d kB are needed, \d+\.\d [kMG]B are free", message)
+    assert re.search(r"[\d.]+ kB are needed, [\d.]+ [kMG]B are free", message)
     if flushed:
         assert_whole(tmp_path / "a.partial.vtkhdf", at_least=int(flushed[-1]))
     with Trajectory.open(tmp_path / "a.partial.vtkhdf") as read:

@@ -5,7 +5,8 @@ from typing import Any
 from tissuec.bench.bench import BenchResult
 from tissuec.bench.points import MeasuredPoint
 from tissuec.bench.ratios import Ratio
-from tissuec.core.errors import counted
+from tissuec.core.columns import aligned
+from tissuec.results.wording import net
 
 POINTS = ("method", "tolerance", "error", "time", "evaluations")
 RATIOS = ("error", "best other", "time", "automatic", "ratio", "best of ours", "time", "ratio")
@@ -15,11 +16,11 @@ def as_text(bench: BenchResult) -> list[str]:
     """Return tables and remarks, line by line."""
     network, truth = bench.problem.network, bench.truth
     lines = [
-        f"{counted(network.body_nodes, 'node')}, {counted(network.spring_count, 'spring')}; "
+        f"{net(network.body_nodes, network.spring_count)}; "
         f"errors relative to {truth.method} with tolerance {truth.tolerance:g}, "
         f"accurate to {bench.floor:.1e}",
         "",
-        *columns([POINTS, *(_point(point, bench.floor) for point in bench.points)]),
+        *aligned([POINTS, *(_point(point, bench.floor) for point in bench.points)]),
     ]
     if rows := [_ratio(ratio) for ratio in bench.ratios()]:
         lines += [
@@ -27,7 +28,7 @@ def as_text(bench: BenchResult) -> list[str]:
             "times at the same error, and their ratio (time of the other solver / time of "
             "tissuec):",
         ]
-        lines += columns([RATIOS, *rows])
+        lines += aligned([RATIOS, *rows])
     remarks = [f"{gap.name} at {gap.tolerance:g}: {gap.why}" for gap in bench.gaps]
     return [*lines, *([""] if remarks or bench.left_out else []), *remarks, *bench.left_out]
 
@@ -70,15 +71,6 @@ def as_dict(bench: BenchResult) -> dict[str, Any]:
         ],
         "left_out": list(bench.left_out),
     }
-
-
-def columns(rows: list[tuple[str, ...]]) -> list[str]:
-    """Return rows with their cells under one another."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
 
 
 def seconds(value: float) -> str:

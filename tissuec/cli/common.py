@@ -222,24 +222,6 @@ def summary(errors: int, warnings: int) -> str:
     return ", ".join(counted(number, what) for number, what in counts if number)
 
 
-def aligned(rows: Sequence[Sequence[str]], least: Sequence[int]) -> list[str]:
-    """Return rows in columns that are as wide as their widest cell needs.
-
-    Args:
-        rows: Their cells; the last of each row has no column, so it may be as long as it is.
-        least: The least width of each column, two blanks to the next one included.
-    """
-    widths = list(least)
-    for row in rows:
-        for column, cell in enumerate(row[:-1]):
-            widths[column] = max(widths[column], len(cell) + 2)
-    return [
-        "".join(cell.ljust(width) for cell, width in zip(row[:-1], widths, strict=False))
-        + row[-1]
-        for row in rows
-    ]
-
-
 def keep_input(output: Path, given: Path) -> None:
     """Refuse to overwrite an input file, by whatever name or link.
 

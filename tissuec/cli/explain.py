@@ -12,12 +12,12 @@ from tissuec.cli.common import (
     DONE,
     Command,
     Settings,
-    aligned,
     echo,
     print_json,
     report,
     scene_options,
 )
+from tissuec.core.columns import aligned
 from tissuec.core.data import as_data
 from tissuec.core.errors import TissueError, did_you_mean
 
@@ -178,7 +178,7 @@ def _print_body(body: "BodyProperties") -> None:
 
     echo(f"\n{wording.head(body)}")
     for line in aligned(list(wording.rows(body)), COLUMNS[:2]):
-        echo(f"  {line.rstrip()}")
+        echo(f"  {line}")
     for note in body.notes:
         echo(f"  note: {note}")
 

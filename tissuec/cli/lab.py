@@ -12,13 +12,13 @@ from tissuec.cli.common import (
     FAILED,
     Command,
     Settings,
-    aligned,
     echo,
     print_json,
     report,
     scene_options,
 )
 from tissuec.cli.completing import shipped_names
+from tissuec.core.columns import aligned
 from tissuec.core.errors import TissueError
 from tissuec.core.units import LENGTH
 from tissuec.view.plots.options import reader

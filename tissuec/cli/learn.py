@@ -25,7 +25,7 @@ from tissuec.cli.common import (
 )  # fmt: skip
 from tissuec.core.errors import CompileError, did_you_mean
 from tissuec.engine.execution.signals import SIGNALLED, exit_code
-from tissuec.view.summaries import run as wording
+from tissuec.results import wording
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
@@ -308,8 +308,8 @@ def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
             echo(f"FAILED {demand.span.place}: {demand.span.one_line}", err=True)
             echo(f"       {measured}", err=True)
     if verdicts:
-        failed = sum(not verdict.holds for verdict in verdicts)
-        settings.say(f"expectations: {wording.expectations(len(verdicts), failed, 0)}")
+        states = ["holds" if verdict.holds else "fails" for verdict in verdicts]
+        settings.say(f"expectations: {wording.expectations(states)}")
     if not learnt.converged:
         echo(
             f"FAILED: {learnt.reason}; increase passes, or start closer to the solution",

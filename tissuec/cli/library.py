@@ -4,9 +4,10 @@ from pathlib import Path
 
 import click
 
-from tissuec.cli.common import DONE, Command, CommandGroup, Settings, aligned, echo, print_json
+from tissuec.cli.common import DONE, Command, CommandGroup, Settings, echo, print_json
 from tissuec.cli.completing import shipped_names
 from tissuec.core import resources
+from tissuec.core.columns import aligned
 from tissuec.core.errors import TissueError, did_you_mean
 
 KINDS = {"scenes": "scenes to run", "tissues": "tissues to use", "fuzzy": "vocabularies"}

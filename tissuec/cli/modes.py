@@ -9,13 +9,13 @@ from tissuec.cli.common import (
     DONE,
     Command,
     Settings,
-    aligned,
     echo,
     keep_input,
     print_json,
     report,
     scene_options,
 )
+from tissuec.core.columns import aligned
 from tissuec.core.units import FREQUENCY
 from tissuec.view.plots.options import reader
 

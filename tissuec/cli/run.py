@@ -1,8 +1,7 @@
 """``tissuec run``"""
 
 import gc
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,15 +22,15 @@ from tissuec.cli.common import (
     report,
     scene_options,
 )  # fmt: skip
-from tissuec.core.data import as_data
-from tissuec.core.errors import CompileError, TissueError, counted
+from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.signals import SIGNALLED, exit_code
-from tissuec.view.summaries import run as wording
+from tissuec.results import wording
+from tissuec.results.promise import Promise
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
-    from tissuec.engine.execution.companion import ErrorEstimate, Mode
+    from tissuec.engine.execution.companion import Mode
     from tissuec.model.network import Network
     from tissuec.pipeline import Result
     from tissuec.scene.request import Request
@@ -154,6 +153,7 @@ def _run_one(
     resume: bool, companion: "Mode", threads: int | None, overrides: tuple[str, ...],
     libraries: tuple[Path, ...], strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
+    from tissuec.compiler.manifest import outcome_facts
     from tissuec.core.progress import compiling
     from tissuec.pipeline import compile_request
     from tissuec.results.errors import PlaceError
@@ -189,20 +189,24 @@ def _run_one(
             echo(f"error: {error}", err=True)
         code = WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
         return code, document | {"error": str(error)}
-    interrupted = result.outcome.kind == "interrupted"
-    code = exit_code(result.outcome.signal) if interrupted else _CODES[result.outcome.kind]
-    estimate = result.estimate
-    is_off = strict and estimate is not None and estimate.since is not None
-    if code == DONE and (result.outcome.failures or is_off):
+    outcome = result.outcome
+    interrupted = outcome.kind == "interrupted"
+    code = exit_code(outcome.signal) if interrupted else _CODES[outcome.kind]
+    facts = {
+        **outcome_facts(compiled.plan, outcome, result.estimate),
+        "wall_time": outcome.wall_time,
+    }
+    is_off = strict and Promise.of(facts).since is not None
+    if code == DONE and (outcome.failures or is_off):
         code = FAILED
-    document |= _document(compiled, result) | {
+    document |= _document(compiled, result, facts) | {
         "ok": code == DONE,
         "diagnostics": as_json(warnings),
     }
     if interrupted:
         document["go_on_with"] = again
     if not settings.json:
-        _tell(path, compiled, result, settings)
+        _tell(path, compiled, result, facts, settings)
         if interrupted:
             settings.say(f"  resume with: {again}")
     return code, document
@@ -229,48 +233,46 @@ def _with_progress(
         )
 
 
-def _tell(path: Path, compiled: "Compiled", result: "Result", settings: Settings) -> None:
+def _tell(
+    path: Path, compiled: "Compiled", result: "Result", facts: Mapping[str, Any],
+    settings: Settings,
+) -> None:  # fmt: skip
     """Say on stderr what came out."""
+    from tissuec.results.recording import ExpectationResult
+
     outcome, network = result.outcome, compiled.network
-    statistics = outcome.statistics
     if outcome.kind in ("done", "interrupted"):
         settings.say(f"{path}: {outcome.message}")
     else:
         echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
-    changes = [(change.time, change.method) for change in statistics.changes]
-    methods = wording.methods(changes or [(0.0, statistics.method)])
     net = wording.net(network.body_nodes, network.spring_count)
-    steps = wording.stepping(
-        methods, statistics.accepted, statistics.backend, statistics.threads, outcome.wall_time
-    )
-    settings.say(f"  {net}; {steps}")
+    settings.say(f"  {net}; {wording.stepping(facts)}")
     for note in outcome.notes:
         settings.say(f"  note: {note}")
-    counts: Counter[str] = Counter()
     slipped: set[str] = set()
     for time, logged_event in outcome.logged_events:
-        counts[logged_event.kind] += len(logged_event.springs)
         # What slips once may go on doing so in many small steps.
         is_first = logged_event.kind == "slip" and logged_event.cause not in slipped
         if is_first:
             slipped.add(logged_event.cause)
         if settings.verbose or is_first or logged_event.kind in ("trigger", "note"):
-            springs = _springs(compiled.network, logged_event.springs)
+            springs = _springs(network, logged_event.springs)
             what = f"{logged_event.kind}{springs}: {logged_event.cause}"
             settings.say(f"  {show(time, TIME)}: {what} ({logged_event.span.place})")
-    for kind, count in counts.items():
-        if count:
-            settings.say(f"  {kind}: {counted(count, 'spring')}")
-    expectations = compiled.plan.expectations
-    for failure in outcome.failures:
-        span = expectations[failure.expectation].span
-        echo(f"  FAILED {span.place}: {span.one_line}", err=True)
-        echo(f"         at {show(failure.time, TIME)}: {failure.measured}", err=True)
+    for line in wording.springs_of_events(
+        (e.kind, e.springs) for _, e in outcome.logged_events
+    ):
+        settings.say(f"  {line}")
+    expectations = [ExpectationResult(**one) for one in facts["expectations"]]
+    for one in expectations:
+        if one.state == "fails":
+            expectation, measured = wording.failure(one)
+            echo(f"  FAILED {expectation}\n         {measured}", err=True)
     if expectations:
-        numbers = len(expectations), len(outcome.failures), len(outcome.unreached)
-        settings.say(f"  expectations: {wording.expectations(*numbers)}")
-    if result.estimate is not None:
-        _tell_accuracy(result.estimate, settings)
+        said = wording.expectations([one.state for one in expectations])
+        settings.say(f"  expectations: {said}")
+    if "promise" in facts:
+        _tell_accuracy(Promise.of(facts), settings)
     settings.say(f"  result: {result.path}")
     for name, view in result.views.items():
         settings.say(f"  surface of {name}: {view}")
@@ -285,19 +287,20 @@ def _springs(network: "Network", springs: Sequence[int]) -> str:
     return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
 
 
-def _tell_accuracy(estimate: "ErrorEstimate", settings: Settings) -> None:
+def _tell_accuracy(promise: Promise, settings: Settings) -> None:
     """Say how accurate positions are, loudly where they are not as promised."""
-    said = wording.accuracy(estimate, estimate.allowed)
-    if estimate.since is not None:
+    said = wording.accuracy(promise)
+    if promise.since is not None:
         echo(f"  warning: {said}", err=True)
     else:
-        took = f"; checked in {estimate.seconds:.2f} s" if len(estimate.times) else ""
+        took = "" if promise.error is None else f"; checked in {promise.seconds:.2f} s"
         settings.say(f"  accuracy: {said}{took}")
 
 
-def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
-    outcome = result.outcome
-    expectations = compiled.plan.expectations
+def _document(
+    compiled: "Compiled", result: "Result", facts: Mapping[str, Any]
+) -> dict[str, Any]:
+    outcome, expectations = result.outcome, facts["expectations"]
     return {
         "result": str(result.path),
         "surfaces": {name: str(view) for name, view in result.views.items()},
@@ -306,8 +309,8 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
         "wall_time": outcome.wall_time,
         "nodes": compiled.network.body_nodes,
         "springs": compiled.network.spring_count,
-        "statistics": as_data(outcome.statistics),
-        "notes": list(outcome.notes),
+        "statistics": facts["statistics"],
+        "notes": facts["notes"],
         "events": [
             {
                 "time": t,
@@ -320,14 +323,11 @@ def _document(compiled: "Compiled", result: "Result") -> dict[str, Any]:
         ],
         "expectations": len(expectations),
         "failures": [
-            {
-                "expect": expectations[f.expectation].span.one_line,
-                "time": f.time,
-                "measured": f.measured,
-            }
-            for f in outcome.failures
+            {name: one[name] for name in ("expect", "time", "measured")}
+            for one in expectations
+            if one["state"] == "fails"
         ],
-        "promise": "not checked" if result.estimate is None else result.estimate.promise,
-        "error_estimate": None if result.estimate is None else result.estimate.as_dict(),
-        "unreached": [expectations[number].span.one_line for number in outcome.unreached],
+        "promise": str(Promise.of(facts)),
+        "error_estimate": facts.get("promise"),
+        "unreached": [one["expect"] for one in expectations if one["state"] == "not reached"],
     }

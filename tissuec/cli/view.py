@@ -13,6 +13,7 @@ from tissuec.cli.arguments import Pair, TimeArgument
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, show_page
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.units import TIME, show
+from tissuec.results.wording import size
 from tissuec.view.player.options import COLOURS, Options
 
 if TYPE_CHECKING:
@@ -252,7 +253,7 @@ def _write_page(
     except OSError:
         aside.unlink(missing_ok=True)
         raise
-    settings.say(f"wrote {page}: {counted(len(film.times), 'frame')}, {_size(len(data))}")
+    settings.say(f"wrote {page}: {counted(len(film.times), 'frame')}, {size(len(data))}")
     if len(data) > _HEAVY:
         settings.say("  --nodes 10000 or --frames 50 reduces the size")
     return {"file": str(page), "bytes": len(data)}
@@ -283,7 +284,7 @@ def _draw(
         return {"file": str(path), "time": time}
     write = write_gif if kind == "gif" else write_video
     pictures = write(painter, path, options.speed, _progress(settings))
-    settings.say(f"wrote {path}: {counted(pictures, 'picture')}, {_size(path.stat().st_size)}")
+    settings.say(f"wrote {path}: {counted(pictures, 'picture')}, {size(path.stat().st_size)}")
     return {"file": str(path), "pictures": pictures}
 
 
@@ -297,7 +298,3 @@ def _progress(settings: Settings) -> Callable[[int, int], None]:
         nl=False,
         err=True,
     )
-
-
-def _size(count: int) -> str:
-    return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{count / 1e3:.0f} kB"

@@ -9,7 +9,6 @@ from tissuec.cli.common import (
     DONE,
     Command,
     Settings,
-    aligned,
     echo,
     keep_input,
     library_option,
@@ -18,6 +17,7 @@ from tissuec.cli.common import (
     show_page,
 )
 from tissuec.cli.completing import shipped_names
+from tissuec.core.columns import aligned
 from tissuec.core.units import Dimension, show
 
 if TYPE_CHECKING:

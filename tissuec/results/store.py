@@ -15,6 +15,7 @@ from tissuec.results.checksums import SUMS, DatasetSum, crc_of, sums_as_text
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import TEXT, add_text, change_attribute, open_file
 from tissuec.results.journal import JournaledFile
+from tissuec.results.wording import size
 
 # Newer formats carry a mark of being open, which a killed run leaves behind, and VTK reads
 # neither their compressed chunks nor their virtual datasets.
@@ -361,8 +362,8 @@ def member_name(name: str) -> str:
 def _no_space(path: Path, needed: int, error: OSError) -> str:
     free = shutil.disk_usage(path.parent).free
     message = (
-        f'cannot write "{path}": {error.strerror}; {_size(needed)} are needed, '
-        f"{_size(free)} are free on that disk"
+        f'cannot write "{path}": {error.strerror}; {size(needed)} are needed, '
+        f"{size(free)} are free on that disk"
     )
     if not path.stat().st_size:
         return message
@@ -371,11 +372,3 @@ def _no_space(path: Path, needed: int, error: OSError) -> str:
         "--resume "
         "continues from the last checkpoint, if there is one"
     )
-
-
-def _size(count: int) -> str:
-    unit, name = next(
-        ((unit, name) for unit, name in ((1e9, "GB"), (1e6, "MB")) if count >= unit),
-        (1e3, "kB"),
-    )
-    return f"{count / unit:.1f} {name}"

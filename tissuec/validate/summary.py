@@ -4,9 +4,10 @@ JSON has no infinity, so that ``None`` stands for a number that is not finite.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
+from tissuec.core.columns import aligned
 from tissuec.core.units import TIME, show
 from tissuec.validate.compare import dimension_of
 
@@ -37,7 +38,7 @@ def as_text(document: Document) -> list[str]:
         document: What ``tissuec.validate.report.as_dict`` returned.
     """
     rows = table(document)
-    lines = _columns([COLUMNS, *rows]) if rows else []
+    lines = aligned([COLUMNS, *rows]) if rows else []
     lines += [*remarks(document), *events(document), *efforts(document), verdict(document)]
     return [*lines, *(f"  {reason}" for reason in document["reasons"])]
 
@@ -62,14 +63,6 @@ def remarks(document: Document) -> list[str]:
     """Return the remarks below the table."""
     quantities = document.get("quantities", ())
     return [REMARK] if any(one["expected"] is not None for one in quantities) else []
-
-
-def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
 
 
 def events(document: Document) -> list[str]:

@@ -6,15 +6,14 @@ from html import escape
 
 from tissuec.core.errors import counted
 from tissuec.core.printable import printable
-from tissuec.core.units import TIME, show
 from tissuec.results import trajectory as results
+from tissuec.results import wording
 
 MOST_NAMED = 8  # of a kind
 MOST_NODES = 20_000  # beyond, a net is no picture for a page
 MOST_POSITIONS = 1_000_000  # of nodes in all frames together; more frames are left out
 LARGEST = 8_000_000  # characters of a player that a notebook still takes easily
 HEIGHT = 560  # [px]
-_VERDICTS = {"holds": "hold", "fails": "fail", "not reached": "were not reached"}
 
 
 class Trajectory(results.Trajectory):
@@ -76,18 +75,17 @@ def _player(trajectory: results.Trajectory) -> str:
 def _rows(trajectory: results.Trajectory) -> list[tuple[str, str]]:
     """Return what there is to say: heads and texts."""
     network = trajectory.network
-    promise = trajectory.promise
-    error = "" if promise.error is None else f", error {promise.error:.1e}"
     rows = [
         ("outcome", trajectory.outcome),
-        ("promise", f"{promise}{error}"),
+        ("accuracy", wording.accuracy(trajectory.promise)),
         ("frames", _frames(trajectory)),
     ]
     rows += [
-        ("body", f"{body.name}, {_size(body.nodes, body.springs)}") for body in network.bodies
+        ("body", f"{body.name}, {wording.net(_length(body.nodes), _length(body.springs))}")
+        for body in network.bodies
     ]
     rows += [
-        ("joint", f"{joint.name}, {_length(joint.springs, 'spring')}")
+        ("joint", f"{joint.name}, {counted(_length(joint.springs), 'spring')}")
         for joint in network.joints
     ]
     sets = [
@@ -99,14 +97,13 @@ def _rows(trajectory: results.Trajectory) -> list[tuple[str, str]]:
     ]
     energies = ["energies [J]"] if trajectory.energies is not None else []
     kinds = Counter(event.kind for event in trajectory.events)
-    states = Counter(judged.state for judged in trajectory.expectations)
-    verdicts = [f"{states[state]} {verb}" for state, verb in _VERDICTS.items() if states[state]]
+    states = [judged.state for judged in trajectory.expectations]
     rows += [
         ("sets", _some(sets)),
         ("logs", _some([*logs, *energies])),
         ("surfaces", _some(list(trajectory.surfaces))),
         ("events", _some([f"{count} {kind}" for kind, count in kinds.items()])),
-        ("expectations", _some(verdicts)),
+        ("expectations", wording.expectations(states) if states else ""),
     ]
     return [(head, text) for head, text in rows if text]
 
@@ -115,17 +112,12 @@ def _frames(trajectory: results.Trajectory) -> str:
     times, (frames, nodes, _) = trajectory.times, trajectory.position.shape
     if not frames:
         return "none"
-    span = f"{show(float(times[0]), TIME)} to {show(float(times[-1]), TIME)}"
-    springs = counted(len(trajectory.springs), "spring")
-    return f"{frames}, {span}, of {counted(nodes, 'node')} and {springs}"
+    span = wording.span(float(times[0]), float(times[-1]))
+    return f"{frames}, {span}, of {wording.net(nodes, len(trajectory.springs))}"
 
 
-def _size(nodes: slice, springs: slice) -> str:
-    return f"{_length(nodes, 'node')}, {_length(springs, 'spring')}"
-
-
-def _length(part: slice, what: str) -> str:
-    return counted(part.stop - part.start, what)
+def _length(part: slice) -> int:
+    return part.stop - part.start
 
 
 def _some(names: Sequence[str]) -> str:

@@ -105,7 +105,7 @@ def test_the_head_sums_the_run_up(result, page):
     (verdict,) = page.root.all("div", "verdict")
     assert "bad" in verdict.attributes["class"] and "Expectations fail" in verdict.text
     (summary,) = page.root.all("p", "summary")
-    assert summary.text.startswith("4 nodes and 3 springs were simulated for 300 ms by ")
+    assert summary.text.startswith("4 nodes, 3 springs; 300 ms simulated; ")
     assert "rupture: 2 springs" in summary.text
     assert "expectations: 2 of 3 hold" in summary.text
     (made,) = page.root.all("p", "made")
@@ -205,7 +205,7 @@ def test_tables_and_headings_are_fit_to_be_read_aloud(page):
 
 def test_a_run_of_bare_nodes_has_a_page(tmp_path):
     page = Page(page_of(run(tmp_path, BARE)))
-    assert "2 nodes and 0 springs" in page.root.all("p", "summary")[0].text
+    assert "2 nodes, 0 springs" in page.root.all("p", "summary")[0].text
     assert "no trajectory" in page.section("motion").text
     assert page.section("curves") is None and page.section("expectations") is None
     assert "Done" in page.root.all("div", "verdict")[0].text
@@ -219,7 +219,7 @@ def test_a_run_that_diverged_says_so_first(tmp_path):
         outcome = trajectory.outcome
     assert "Stopped" in verdict.text and outcome in verdict.text
     assert "… not reached" in page.section("expectations").text
-    assert " of 2 s by velocity verlet" in page.root.all("p", "summary")[0].text
+    assert " of 2 s simulated; velocity verlet, " in page.root.all("p", "summary")[0].text
 
 
 @pytest.mark.usefixtures("without_pictures")

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
+from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
 from tissuec.learn.fit.learning import Compared
-from tissuec.learn.report.rows import aligned
 
 HEADINGS = ("derivative by", "exact", "by differences", "relative difference", "accuracy")
 BETTER = 10.0  # times the doubt in differences: what is less is no sign of a mistake

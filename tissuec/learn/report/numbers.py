@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
 from tissuec.learn.fit.outcome import Estimates
 from tissuec.learn.fit.shown import interval, percent, shown
-from tissuec.learn.report.rows import aligned
 from tissuec.model.network import Floats
 from tissuec.script.fit_problem import START_POSITION, START_VELOCITY
 

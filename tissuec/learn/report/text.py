@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
+from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
 from tissuec.learn.fit.outcome import Fitted, Learnt
 from tissuec.learn.fit.shown import percent, shown
 from tissuec.learn.report.numbers import as_lines
-from tissuec.learn.report.rows import aligned
 from tissuec.learn.report.words import sentences
 from tissuec.learn.vocabulary.drift import Drift
 

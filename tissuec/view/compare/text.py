@@ -4,8 +4,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import isfinite
 from typing import Any, cast
 
+from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
 from tissuec.core.units import DIMENSION_NAMES, LENGTH, TIME, Dimension, show
+from tissuec.results.wording import net, span
 from tissuec.view.compare.comparison import Comparison, Leftover, StatedDifference
 from tissuec.view.compare.curves import Curves, LogDifference
 from tissuec.view.compare.events import BREAKING, EventComparison, EventEntry, MatchedEvent
@@ -54,8 +56,7 @@ def _headline(side: Side) -> str:
 
 
 def _looked_at(found: Comparison) -> str:
-    nodes = counted(len(found.nodes), "node")
-    parts = ["text", nodes, counted(len(found.springs), "spring")]
+    parts = ["text", net(len(found.nodes), len(found.springs))]
     if isinstance(found.motion, MotionDifference):
         parts.append(counted(len(found.motion.times), "frame"))
     elif found.motion is not None:
@@ -270,10 +271,7 @@ def _table(curves: Sequence[LogDifference]) -> Iterator[str]:
         where = show(curve.time, TIME) + (f", {curve.column}" if curve.column else "")
         size = _in_unit(curve.difference, curve.unit)
         rows.append((curve.name, size, _percent(curve.relative), where))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        yield "  ".join(cells).rstrip()
+    yield from aligned(rows)
     if any(curve.interpolated for curve in curves):
         yield "their times differ: logs were interpolated linearly"
     for curve in curves:
@@ -313,9 +311,9 @@ def _motion(found: Comparison) -> Iterator[str]:
 
 
 def _compared(motion: MotionDifference) -> str:
-    first, last = (show(float(motion.times[row]), TIME) for row in (0, -1))
     times = counted(len(motion.times), "time")
-    said = f"{counted(motion.nodes, 'node')} at {times}, {first} to {last}"
+    interval = span(float(motion.times[0]), float(motion.times[-1]))
+    said = f"{counted(motion.nodes, 'node')} at {times}, {interval}"
     parts: list[str] = []
     if not motion.nodes == motion.nodes_a == motion.nodes_b:
         parts.append(f"a has {motion.nodes_a} nodes, b {motion.nodes_b}")

@@ -4,7 +4,7 @@ import re
 from typing import Any
 
 from tissuec.core.printable import printable
-from tissuec.results.promise import Promise
+from tissuec.results import wording
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.film import PlayerData
 
@@ -28,9 +28,9 @@ def provenance(trajectory: Trajectory) -> str:
     manifest = trajectory.manifest
     network = trajectory.network
     parts = [
-        f"{network.body_nodes} nodes, {network.spring_count} springs",
-        _method(manifest),
-        _error(manifest),
+        wording.net(network.body_nodes, network.spring_count),
+        wording.stepping(manifest),
+        f"accuracy: {wording.accuracy(trajectory.promise)}",
         ", ".join(f"--set {text}" for text in manifest.get("overrides") or ()),
         "" if trajectory.finished else str(manifest.get("outcome") or "unfinished"),
         ", ".join(f"{name} {_version(manifest, name)}" for name in _PACKAGES
@@ -42,24 +42,6 @@ def provenance(trajectory: Trajectory) -> str:
 def _version(manifest: dict[str, Any], name: str) -> str:
     versions: dict[str, Any] = manifest.get("versions") or {}
     return str(versions.get(name, ""))
-
-
-def _method(manifest: dict[str, Any]) -> str:
-    method = manifest.get("method")
-    if not method:
-        return ""
-    statistics: dict[str, Any] = manifest.get("statistics") or {}
-    steps = statistics.get("accepted")
-    return str(method) if steps is None else f"{method}, {steps} steps"
-
-
-def _error(manifest: dict[str, Any]) -> str:
-    estimate, tolerance = Promise.of(manifest), manifest.get("tolerance")
-    promised = f"tolerance {tolerance:g}" if isinstance(tolerance, float) else ""
-    if estimate.error is None:
-        return promised
-    known = f"error about {estimate.error:.1e} of the largest displacement"
-    return f"{known} ({promised})" if promised else known
 
 
 def thinning(film: PlayerData) -> str:

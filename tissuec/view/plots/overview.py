@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from msgspec import Struct
 
 from tissuec.core.errors import TissueError, counted
+from tissuec.results import wording
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.energies import EnergyPlot
 from tissuec.view.plots.frames import Frames
@@ -94,8 +95,8 @@ def _head(subject: PlotSubject) -> str:
     trajectory: Any = subject.content
     network, manifest = trajectory.network, trajectory.manifest
     facts = [
-        f"{counted(network.body_nodes, 'node')}, {counted(network.spring_count, 'spring')}",
-        str(manifest.get("method") or manifest.get("integrator") or ""),
+        wording.net(network.body_nodes, network.spring_count),
+        wording.stepping(manifest),
         *manifest.get("overrides", ()),
         trajectory.outcome,
     ]

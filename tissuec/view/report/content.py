@@ -79,11 +79,6 @@ class ReportContent:
         """Whether positions are as accurate as the tolerance asks for."""
         return self.trajectory.promise
 
-    @property
-    def allowed(self) -> float:
-        """What the tolerance allows, infinite where nothing is promised."""
-        return self.promise.tolerance
-
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """Everything that happened."""

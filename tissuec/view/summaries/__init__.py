@@ -1,1 +1,1 @@
-"""Texts about runs and plans that all commands share."""
+"""Texts about scenes and plans that commands and pages share."""

@@ -6,7 +6,6 @@ from typing import Any
 
 from tissuec.analysis.bodies import BodyProperties, Breaking, Vibration
 from tissuec.core.data import as_data
-from tissuec.core.errors import counted
 from tissuec.core.units import (
     DENSITY,
     FORCE,
@@ -20,6 +19,7 @@ from tissuec.core.units import (
     show,
 )
 from tissuec.matter.elasticity import Elasticity
+from tissuec.results.wording import net
 
 Row = tuple[str, str, str]
 #: By units of moduli: their dimension, and by what they are multiplied.
@@ -34,8 +34,7 @@ _ALIKE = 0.005  # what is shown as one number
 def head(body: BodyProperties) -> str:
     """Return the material of a body, and the size of its net."""
     made = f" of {', '.join(body.tissues)}" if body.tissues else ""
-    size = f"{counted(body.nodes, 'node')}, {counted(body.springs, 'spring')}"
-    return f"{body.name}: {body.kind}{made}; {size}"
+    return f"{body.name}: {body.kind}{made}; {net(body.nodes, body.springs)}"
 
 
 def rows(body: BodyProperties) -> Iterator[Row]:

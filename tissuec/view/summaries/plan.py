@@ -4,7 +4,7 @@ from math import isfinite
 
 from tissuec.compiler.prediction import Prediction
 from tissuec.core.units import TIME, show
-from tissuec.view.summaries.sizes import size
+from tissuec.results.wording import size
 
 
 def arrays(plan: Prediction) -> list[tuple[str, str, str]]:

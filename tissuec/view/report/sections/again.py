@@ -2,11 +2,11 @@
 
 from urllib.parse import quote
 
+from tissuec.results import wording
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, pairs
 from tissuec.view.report.sections import Section
 from tissuec.view.report.texts import file_name
-from tissuec.view.summaries import run as wording
 
 LONGEST = 300_000  # characters of a text that can be saved from the page
 

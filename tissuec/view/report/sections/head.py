@@ -1,17 +1,14 @@
 """Title, verdict, one sentence about the run, and its numbers at a glance."""
 
-from collections import Counter
 from collections.abc import Iterator
 from datetime import datetime
-from typing import Any
 
 import numpy as np
 
-from tissuec.core.errors import counted
 from tissuec.core.units import TIME, show
+from tissuec.results import wording
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, link
-from tissuec.view.summaries import run as wording
 
 
 def head(story: ReportContent) -> Html:
@@ -50,38 +47,30 @@ def _verdict(story: ReportContent) -> Html:
 def sentence(story: ReportContent) -> Iterator[str]:
     """Yield the clauses of the sentence that sums a run up."""
     net = story.facts["network"]
-    size = f"{counted(net['nodes'], 'node')} and {counted(net['springs'], 'spring')}"
-    yield f"{size} were simulated{_reached(story)}{_by(story.statistics)}"
-    springs: Counter[str] = Counter()
-    for event in story.events:
-        springs[event.kind] += len(event.springs)
-    yield from (f"{kind}: {counted(n, 'spring')}" for kind, n in springs.items() if n)
-    if story.expectations and story.kind == "done":
-        numbers = len(story.expectations), story.count("fails"), story.count("not reached")
-        if not story.count("not recorded"):
-            yield f"expectations: {wording.expectations(*numbers)}"
+    yield wording.net(net["nodes"], net["springs"])
+    yield from _reached(story)
+    if story.statistics is not None:
+        yield wording.stepping(story.manifest)
+    yield from wording.springs_of_events((one.kind, one.springs) for one in story.events)
+    states = [one.state for one in story.expectations]
+    if states and story.kind == "done" and "not recorded" not in states:
+        yield f"expectations: {wording.expectations(states)}"
     if story.promise.since is None and story.promise.error is not None:
-        yield f"accuracy: {wording.accuracy(story.promise, story.allowed)}"
+        yield f"accuracy: {wording.accuracy(story.promise)}"
 
 
-def _reached(story: ReportContent) -> str:
+def _reached(story: ReportContent) -> Iterator[str]:
     duration = story.manifest.get("duration")
     if duration is None:
-        return ""
+        return
     if story.kind == "done":
-        return f" for {show(duration, TIME)}"
+        yield f"{show(duration, TIME)} simulated"
+        return
     known = [story.trajectory.times, *(log.time for log in story.trajectory.logs.values())]
     known.append(np.array([event.time for event in story.events]))
     last = [float(times[-1]) for times in known if len(times)]
-    return f" until {show(max(last), TIME)} of {show(duration, TIME)}" if last else ""
-
-
-def _by(statistics: Any) -> str:
-    if statistics is None:
-        return ""
-    names = dict.fromkeys(one["method"] for one in statistics["changes"])
-    methods = " and ".join(names) or statistics["method"]
-    return f" by {methods} in {counted(statistics['accepted'], 'step')}"
+    if last:
+        yield f"{show(max(last), TIME)} of {show(duration, TIME)} simulated"
 
 
 def _tiles(story: ReportContent) -> Html:

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from tissuec.core.units import LENGTH, TIME, show
+from tissuec.results import wording
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, listing, pairs, row, table
 from tissuec.view.report.sections import Section
-from tissuec.view.summaries import run as wording
-from tissuec.view.summaries.sizes import size
 
 
 def exactness(story: ReportContent) -> Section:
@@ -27,7 +26,7 @@ def _exactness(story: ReportContent) -> Iterator[tuple[Content, Content]]:
     if errors is not None and len(errors.value):
         worst = show(float(errors.value.max()), LENGTH)
         yield "estimate", f"{worst}, summed over all steps"
-    yield "accuracy", wording.accuracy(story.promise, story.allowed)
+    yield "accuracy", wording.accuracy(story.promise)
 
 
 def run(story: ReportContent) -> Section:
@@ -48,8 +47,7 @@ def _facts(story: ReportContent) -> Iterator[tuple[Content, Content]]:
     if statistics is None:
         yield "statistics", "None, because the run did not finish."
         return
-    changes = [(one["time"], one["method"]) for one in statistics["changes"]]
-    yield "method", wording.methods(changes or [(0.0, statistics["method"])])
+    yield "method", wording.methods(statistics)
     yield "steps", _steps(statistics)
     yield "step size", _range(statistics)
     yield "force evaluations", f"{statistics['evaluations']:,}"
@@ -98,7 +96,7 @@ def _recorded(story: ReportContent) -> Html:
     return html(
         (
             element("h3", "Contents of the file"),
-            table(f"Recorded in {size(facts['bytes'])}", heads, rows),
+            table(f"Recorded in {wording.size(facts['bytes'])}", heads, rows),
         )
     )
 
@@ -106,4 +104,4 @@ def _recorded(story: ReportContent) -> Html:
 def _span(one: Any) -> str:
     if one["first_time"] is None:
         return "–"
-    return f"{show(one['first_time'], TIME)} to {show(one['last_time'], TIME)}"
+    return wording.span(one["first_time"], one["last_time"])

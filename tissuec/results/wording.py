@@ -1,0 +1,131 @@
+"""Runs in words: clauses without full stops, the same in a terminal, on pages and in Python."""
+
+import shlex
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from math import isfinite
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+from tissuec.core.errors import counted
+from tissuec.core.units import TIME, show
+from tissuec.results.promise import Promise
+
+if TYPE_CHECKING:
+    from tissuec.results.recording import ExpectationResult
+
+
+def net(nodes: int, springs: int) -> str:
+    """Return the size of a net."""
+    return f"{counted(nodes, 'node')}, {counted(springs, 'spring')}"
+
+
+def span(first: float, last: float) -> str:
+    """Return an interval of time [s]: ``0 s to 300 ms``."""
+    return f"{show(first, TIME)} to {show(last, TIME)}"
+
+
+def size(count: int) -> str:
+    """Return a number of bytes: ``1.2 MB``."""
+    for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= factor:
+            return f"{count / factor:.3g} {unit}"
+    return counted(count, "byte")
+
+
+def methods(statistics: Mapping[str, Any]) -> str:
+    """Return the methods in turn, such as "dop853, esdirk43 from 2.14 ms on"."""
+    first, *others = statistics["changes"] or [statistics]
+    later = (f", {one['method']} from {show(one['time'], TIME)} on" for one in others)
+    return first["method"] + "".join(later)
+
+
+def stepping(manifest: Mapping[str, Any]) -> str:
+    """Return how a run was stepped and how long that took; the method if no more is known."""
+    statistics = manifest.get("statistics")
+    if not statistics:
+        return str(manifest.get("method") or manifest.get("integrator") or "")
+    code, threads = statistics["backend"], statistics.get("threads", 1)
+    code = code if threads == 1 else f"{code}, {threads} threads"
+    steps = counted(statistics["accepted"], "step")
+    return f"{methods(statistics)}, {steps} ({code}), {manifest['wall_time']:.2f} s"
+
+
+def springs_of_events(events: Iterable[tuple[str, Sequence[int]]]) -> list[str]:
+    """Return how many springs each kind of event concerned: ``rupture: 3 springs``.
+
+    Args:
+        events: Kinds with the springs.
+    """
+    counts: Counter[str] = Counter()
+    for kind, springs in events:
+        counts[kind] += len(springs)
+    return [f"{kind}: {counted(count, 'spring')}" for kind, count in counts.items() if count]
+
+
+def expectations(states: Sequence[str]) -> str:
+    """Return how many expectations hold.
+
+    Args:
+        states: As in ``ExpectationResult``.
+    """
+    unreached = states.count("not reached")
+    rest = f", {unreached} not reached" if unreached else ""
+    return f"{states.count('holds')} of {len(states)} hold{rest}"
+
+
+def failure(one: "ExpectationResult") -> tuple[str, str]:
+    """Return the place and text of an expectation that fails, and what was measured when."""
+    when = "" if one.time is None else f"at {show(one.time, TIME)}: "
+    return f"{one.place}: {one.expect}", f"{when}{one.measured}"
+
+
+def accuracy(promise: Promise) -> str:
+    """Return how accurate positions are, in one line."""
+    allowed = promise.tolerance
+    error = "" if promise.error is None else f"{promise.error:.1e} of the largest displacement"
+    limit = f" (tolerance {allowed:g})" if isfinite(allowed) else ""
+    if promise.state == "not checked":
+        reason = f": {promise.reason}" if promise.reason else ""
+        return (
+            f"{error} (fixed steps: no tolerance)" if error else f"not checked{reason}{limit}"
+        )
+    if promise.since is None:
+        return f"{error}{limit}"
+    from_then = f"after {show(promise.since, TIME)}"
+    if promise.state == "broken":
+        what = f"{from_then} positions are less accurate than the tolerance {allowed:g}"
+    else:
+        what = f"{from_then} the accuracy of positions is unknown{limit}"
+    apart = f"a run with finer steps differs by {error}; " if error else ""
+    return f"{what}: {apart}{promise.reason}"
+
+
+def command(
+    scene: str | PathLike[str],
+    options: Iterable[tuple[str, str | PathLike[str] | None]],
+    *,
+    resume: bool = False,
+    strict: bool = False,
+) -> str:
+    """Return the command line of a run; options without a value are left out.
+
+    Args:
+        scene: The scene.
+        options: Options with their values.
+        resume: Whether ``--resume`` is given.
+        strict: Whether ``--strict`` is given.
+    """
+    given = [str(word) for pair in options if pair[1] is not None for word in pair]
+    head = ["tissuec", "run", str(scene), *(["--resume"] if resume else [])]
+    return shlex.join([*head, *given, *(["--strict"] if strict else [])])
+
+
+def set_options(
+    overrides: Iterable[str], libraries: Iterable[str | PathLike[str]]
+) -> list[tuple[str, str | PathLike[str] | None]]:
+    """Return the settings of a scene, as options."""
+    return [
+        *(("--set", text) for text in overrides),
+        *(("--library", place) for place in libraries),
+    ]
