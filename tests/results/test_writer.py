@@ -96,7 +96,7 @@ def test_the_file_says_where_it_comes_from(tmp_path, example):
     with Trajectory.open(path) as read:
         assert read.text.startswith("language 1")
         assert read.manifest["digest"] == sha256(read.text.encode()).hexdigest()
-        assert read.manifest["plan"] == {"kernels": ["springs"], "ratio": 0.25, "limit": "inf"}
+        assert read.manifest["plan"] == {"kernels": ["springs"], "ratio": 0.25, "limit": None}
         assert read.manifest["versions"]["numpy"] == np.__version__
         assert read.manifest["wall_time"] > 0.0
         assert len(read.manifest["long"]) == 100_000

@@ -1,17 +1,17 @@
 """Code that commands share: global flags, output and exit codes."""
 
-import math
 import os
 import sys
 from collections.abc import Callable, Sequence
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import click
 from msgspec import Struct
 
 from tissuec.cli.completing import params
+from tissuec.core.data import as_data
 from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
 from tissuec.core.printable import printable
 
@@ -168,21 +168,7 @@ def print_json(document: Any) -> None:
     """Print the one JSON document of a command; NaN and infinity become null."""
     import json  # late: most commands print none
 
-    echo(json.dumps(_plain(document), indent=2, ensure_ascii=False, allow_nan=False))
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        entries = cast("dict[Any, Any]", value)
-        return {str(key): _plain(item) for key, item in entries.items()}
-    if isinstance(value, list | tuple):
-        items = cast("Sequence[Any]", value)
-        return [_plain(item) for item in items]
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return str(value) if isinstance(value, Path) else value
+    echo(json.dumps(as_data(document), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def report(diagnostics: Sequence[Diagnostic], settings: Settings) -> None:

@@ -1,11 +1,30 @@
-"""Records as plain data, for programs that read JSON."""
+"""Values as plain data, for JSON."""
 
-from typing import Any
+from collections.abc import Iterable, Mapping
+from math import isfinite
+from typing import Any, cast
 
-from msgspec import Struct, to_builtins
+from msgspec import Struct
+from msgspec.structs import asdict
+
+from tissuec.core.printable import printable
 
 
-def as_data(record: Struct) -> dict[str, Any]:
-    """Return a record, and all that it is made of, as dictionaries, lists and plain numbers."""
-    found: dict[str, Any] = to_builtins(record, enc_hook=lambda value: value.tolist())
-    return found
+def as_data(value: Any) -> Any:
+    """Return a value, and all that it is made of, as JSON has it.
+
+    Records become dictionaries, arrays lists, numbers that are not finite None, and what else
+    JSON does not have, such as a path, text.
+    """
+    if isinstance(value, Struct):
+        value = asdict(value)
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        entries = cast("Mapping[Any, Any]", value)
+        return {printable(str(key)): as_data(entry) for key, entry in entries.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [as_data(entry) for entry in cast("Iterable[Any]", value)]
+    if isinstance(value, float):
+        return value if isfinite(value) else None
+    return value if value is None or isinstance(value, int) else printable(str(value))

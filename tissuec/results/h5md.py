@@ -11,8 +11,8 @@ from typing import Any
 import h5py
 import numpy as np
 
+from tissuec.core.version import __version__
 from tissuec.results.hdf5 import add_virtual, set_attribute
-from tissuec.results.manifest import versions
 from tissuec.results.store import describe
 
 GROUPS = ("h5md", "particles")
@@ -66,4 +66,4 @@ def _write_head(group: h5py.Group, author: str) -> None:
     group.create_group("author").attrs["name"] = author
     creator = group.create_group("creator")
     creator.attrs["name"] = "tissuec"
-    creator.attrs["version"] = versions()["tissuec"]
+    creator.attrs["version"] = __version__

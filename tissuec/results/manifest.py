@@ -1,20 +1,16 @@
 """The origin of a result: scene, versions, method, outcome."""
 
 import json
-import math
 import platform
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tissuec.core.data import as_data
 from tissuec.core.plugins import plugins
-from tissuec.core.printable import printable
 from tissuec.core.version import __version__
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
@@ -39,7 +35,7 @@ def first_manifest(given: Mapping[str, object], scene_text: str) -> dict[str, ob
         "finished": False,
         "wall_time": 0.0,
     }
-    return {**_plain(dict(given)), **known}
+    return {**as_data(given), **known}
 
 
 @cache
@@ -56,7 +52,7 @@ def versions() -> Mapping[str, str]:
 
 def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
     """Write the manifest as JSON, and its entries as attributes for plain HDF5 tools."""
-    entries: dict[str, Any] = _plain(dict(manifest))
+    entries: dict[str, Any] = as_data(manifest)
     text = json.dumps(entries, ensure_ascii=False, indent=1)
     store.array(MANIFEST, text, "origin of this result, as JSON")
     attributes: dict[str, Any] = {}
@@ -73,19 +69,3 @@ def write_manifest(store: Store, manifest: Mapping[str, object]) -> None:
 def read_manifest(file: ResultGroup) -> dict[str, Any]:
     """Return the manifest of ``file``."""
     return access.json(file, MANIFEST)
-
-
-def _plain(value: Any) -> Any:
-    """Return ``value`` made of what JSON knows; numbers that it lacks become words."""
-    if isinstance(value, Mapping):
-        entries = cast("Mapping[Any, Any]", value)
-        return {printable(str(key)): _plain(entry) for key, entry in entries.items()}
-    if isinstance(value, list | tuple | set | frozenset):
-        listed = cast("Iterable[Any]", value)
-        return [_plain(entry) for entry in listed]
-    if isinstance(value, np.ndarray | np.generic):
-        numbers = cast("NDArray[Any] | np.generic[Any]", value)
-        return _plain(numbers.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else str(value)
-    return value if value is None or isinstance(value, int) else printable(str(value))

@@ -9,7 +9,7 @@ import pytest
 import tissuec
 from tests.api.scenes import PULL
 from tests.view.compare.scenes import AMPLITUDE, FALLING, OSCILLATOR, TEARING, omega
-from tissuec.cli.common import _plain
+from tissuec.core.data import as_data
 from tissuec.view.compare.comparison import compare
 from tissuec.view.compare.data import as_dict
 from tissuec.view.compare.sides import of_result
@@ -225,7 +225,7 @@ def test_a_scene_and_its_result_differ_in_nothing_but_what_was_set(scene):
 
 def test_all_of_it_is_plain_data(compared):
     found = compared(PULL, every(PULL.replace("40 N/m", "44 N/m"), 7), run=True)
-    data = json.loads(json.dumps(_plain(as_dict(found)), allow_nan=False))
+    data = json.loads(json.dumps(as_data(as_dict(found)), allow_nan=False))
     assert data["motion"]["verdict"] == "differ" and data["motion"]["interpolated"]
     assert data["parameters"][0]["dimension"] == "N/m"
     assert data["parameters"][0]["from_a"][0]["place"] == "scene:5"
