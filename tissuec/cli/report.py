@@ -71,11 +71,13 @@ def command(
         keep_input(page, result)
         if validation is not None:
             keep_input(page, validation)
-        story, code = _write(result, page, validation, libraries, settings, validates=validates)
-        documents.append(_document(result, page, story))
+        content, code = _write(
+            result, page, validation, libraries, settings, validates=validates
+        )
+        documents.append(_document(result, page, content))
         codes.append(code)
         if not settings.json:
-            settings.say(f"{result}: {story.verdict.word}\n  report: {page}")
+            settings.say(f"{result}: {content.verdict.word}\n  report: {page}")
         if opens:
             show_page(page)
     if settings.json:
@@ -112,30 +114,30 @@ def _write(
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.report.content import ReportContent
     from tissuec.view.report.page import render
-    from tissuec.view.report.recompiled import retell
+    from tissuec.view.report.recompiled import recompile
 
     with Trajectory.open(result) as trajectory:
-        retelling, document, code = retell(trajectory, libraries), None, DONE
+        recompiled, document, code = recompile(trajectory, libraries), None, DONE
         if validation is not None:
             document = _read_validation(validation, trajectory)
         elif validates:
             from tissuec.cli.validate import CODES, validated
 
-            if retelling.compiled is None:
-                reasons = "; ".join(doubt.text for doubt in retelling.doubts)
+            if recompiled.compiled is None:
+                reasons = "; ".join(doubt.text for doubt in recompiled.doubts)
                 raise TissueError(f'cannot validate "{result}": {reasons}')
-            document = validated(retelling.compiled, "DOP853", None, settings)
+            document = validated(recompiled.compiled, "DOP853", None, settings)
             code = CODES[document["verdict"]]
-        story = ReportContent(trajectory, validation=document, retelling=retelling)
-        page.write_text(render(story), encoding="utf-8")
-    return story, code
+        content = ReportContent(trajectory, validation=document, recompiled=recompiled)
+        page.write_text(render(content), encoding="utf-8")
+    return content, code
 
 
 def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
     """Return what ``validate --json`` printed of the scene of a run; TissueError if not."""
     import json
 
-    from tissuec.view.report.validations import misfit
+    from tissuec.view.report.validation import misfit
 
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
@@ -146,12 +148,12 @@ def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
     return document
 
 
-def _document(result: Path, page: Path, story: "ReportContent") -> dict[str, Any]:
+def _document(result: Path, page: Path, content: "ReportContent") -> dict[str, Any]:
     return {
         "ok": True,
         "result": str(result),
         "report": str(page),
         "bytes": page.stat().st_size,
-        "verdict": story.verdict.word,
-        "reasons": [reason for reason, _ in story.verdict.reasons],
+        "verdict": content.verdict.word,
+        "reasons": [reason for reason, _ in content.verdict.reasons],
     }

@@ -17,10 +17,9 @@ from tissuec.core.units import TIME, show
 from tissuec.engine.execution.signals import StopRequest
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.options import Options
-from tissuec.view.report import pictures
-from tissuec.view.report.sections import again
-from tissuec.view.report.sections.listing import stretches
-from tissuec.view.report.sections.motion import chosen
+from tissuec.view.report import again, pictures
+from tissuec.view.report.listing import stretches
+from tissuec.view.report.motion import chosen
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, ExpectationResult
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate.summary import HEADINGS
-from tissuec.view.report.recompiled import RecompiledScene, retell
+from tissuec.view.report.recompiled import RecompiledScene, recompile
 from tissuec.view.report.texts import Texts, file_name
 from tissuec.view.report.verdict import Kind, Tone, Verdict, kind_of
 
@@ -36,15 +36,15 @@ class ReportContent:
         trajectory: Trajectory,
         *,
         validation: Mapping[str, Any] | None = None,
-        retelling: RecompiledScene | None = None,
+        recompiled: RecompiledScene | None = None,
         libraries: Sequence[Path] = (),
     ):
         self.trajectory = trajectory
         self.validation = validation
         self.manifest = trajectory.manifest
-        self.retelling = retelling or retell(trajectory, libraries)
+        self.recompiled = recompiled or recompile(trajectory, libraries)
         self.texts = Texts(
-            self.retelling.request.source.name,
+            self.recompiled.request.source.name,
             trajectory.text,
             self.manifest.get("sources", {}),
         )
@@ -87,7 +87,7 @@ class ReportContent:
     @cached_property
     def prediction(self) -> Prediction | None:
         """What ``explain --plan`` says; None where the scene cannot be compiled again."""
-        compiled = self.retelling.compiled
+        compiled = self.recompiled.compiled
         return None if compiled is None else predict(compiled)
 
     @cached_property
@@ -95,7 +95,7 @@ class ReportContent:
         """All expectations, as far as they are known."""
         if known := self.trajectory.expectations:
             return known
-        compiled = self.retelling.compiled
+        compiled = self.recompiled.compiled
         spans = () if compiled is None else [one.span for one in compiled.plan.expectations]
         counts = [self.manifest.get(f"{word}_expectations") for word in ("failed", "unreached")]
         state: State = "holds" if counts == [0, 0] else "not recorded"
@@ -139,7 +139,7 @@ class ReportContent:
             found.append((f"accuracy: {self.promise}", "exactness"))
         if self.notes:
             found.append((counted(len(self.notes), "note"), "run"))
-        if self.retelling.warnings:
-            number = counted(len(self.retelling.warnings), "warning")
+        if self.recompiled.warnings:
+            number = counted(len(self.recompiled.warnings), "warning")
             found.append((number, "warnings"))
         return tuple(found)

@@ -4,6 +4,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TypeAlias
 
+from msgspec import Struct
+
 from tissuec.core.printable import printable
 
 #: Elements that have no content and no end.
@@ -124,3 +126,23 @@ def folded(summary: Content, *content: Content, **attributes: str | bool | None)
         attributes: Attributes of the element.
     """
     return element("details", element("summary", summary), *content, **attributes)
+
+
+class Section(Struct, frozen=True):
+    """A part of the page.
+
+    Attributes:
+        key: Its anchor.
+        title: Its heading, also in the list of contents.
+    """
+
+    key: str
+    title: str
+    body: Html
+
+    def write(self) -> Html:
+        """Return it with its heading."""
+        heading = element("h2", self.title, id=f"{self.key}-title")
+        return element(
+            "section", heading, self.body, id=self.key, aria_labelledby=f"{self.key}-title"
+        )

@@ -4,10 +4,7 @@ from pathlib import Path
 
 from tissuec import __version__
 from tissuec.core import palette
-from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Html, element, link
-from tissuec.view.report.sections import (
-    Section,
+from tissuec.view.report import (
     again,
     curves,
     events,
@@ -21,7 +18,9 @@ from tissuec.view.report.sections import (
     validation,
     warnings,
 )
-from tissuec.view.report.sections.head import head
+from tissuec.view.report.content import ReportContent
+from tissuec.view.report.head import head
+from tissuec.view.report.markup import Html, Section, element, link
 
 _HERE = Path(__file__).parent
 #: The page, and the player in it, may ask for nothing that is not in it.
@@ -42,10 +41,10 @@ _COLOURS = {
 }
 
 
-def render(story: ReportContent) -> str:
+def render(content: ReportContent) -> str:
     """Return the whole HTML document."""
-    parts = _sections(story)
-    main = element("main", head(story), [part.write() for part in parts])
+    parts = _sections(content)
+    main = element("main", head(content), [part.write() for part in parts])
     page = element(
         "html",
         element(
@@ -54,7 +53,7 @@ def render(story: ReportContent) -> str:
             element("meta", name="viewport", content="width=device-width, initial-scale=1"),
             element("meta", name="color-scheme", content="light dark"),
             element("meta", http_equiv="Content-Security-Policy", content=_ALONE),
-            element("title", f"{story.title}: {story.verdict.word}"),
+            element("title", f"{content.title}: {content.verdict.word}"),
             element("style", Html(_colours() + _file("report.css"))),
         ),
         element(
@@ -68,21 +67,21 @@ def render(story: ReportContent) -> str:
     return f"<!doctype html>\n{page}\n"
 
 
-def _sections(story: ReportContent) -> list[Section]:
+def _sections(content: ReportContent) -> list[Section]:
     every: list[Section | None] = [
-        motion.section(story),
-        expectations.section(story),
-        curves.section(story),
-        events.section(story),
-        tissues.section(story),
-        plan.section(story),
-        run.run(story),
-        run.exactness(story),
-        validation.section(story),
-        warnings.section(story),
-        listing.section(story),  # behind all that leads to its lines
-        again.section(story),
-        manifest.section(story),
+        motion.section(content),
+        expectations.section(content),
+        curves.section(content),
+        events.section(content),
+        tissues.section(content),
+        plan.section(content),
+        run.run(content),
+        run.exactness(content),
+        validation.section(content),
+        warnings.section(content),
+        listing.section(content),  # behind all that leads to its lines
+        again.section(content),
+        manifest.section(content),
     ]
     return [section for section in every if section is not None]
 

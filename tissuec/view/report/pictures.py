@@ -26,30 +26,30 @@ def lacking() -> str:
     return ""
 
 
-def curves(story: ReportContent, kind: str) -> Html:
+def curves(content: ReportContent, kind: str) -> Html:
     """Return a plot over time as an inline drawing, or why there is none."""
     try:
-        drawn: Any = draw(kind, story.trajectory)
+        drawn: Any = draw(kind, content.trajectory)
     except TissueError as error:
         return element("p", str(error))
     written = StringIO()
     drawn.savefig(written, format="svg")
     picture = Html(_inline(written.getvalue(), kind))
-    label = f"{kind} of {story.title} over time"
+    label = f"{kind} of {content.title} over time"
     notes = [element("figcaption", note) for note in drawn.notes]
     return element("figure", element("div", picture, role="img", aria_label=label), notes)
 
 
-def for_paper(story: ReportContent, kind: str, label: str) -> Html | None:
+def for_paper(content: ReportContent, kind: str, label: str) -> Html | None:
     """Return a plot that is printed and not shown; None where there is none.
 
     Args:
-        story: Contents of the report.
+        content: Contents of the report.
         kind: Kind of plot.
         label: Description for those who do not see it.
     """
     try:
-        drawn: Any = draw(kind, story.trajectory)
+        drawn: Any = draw(kind, content.trajectory)
     except TissueError:
         return None
     written = BytesIO()

@@ -54,7 +54,7 @@ class RecompiledScene(Struct, frozen=True, eq=False):
     doubts: tuple[Discrepancy, ...]
 
 
-def retell(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> RecompiledScene:
+def recompile(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> RecompiledScene:
     """Return the facts in the texts of a result, as far as they can be derived.
 
     Args:

@@ -2,22 +2,21 @@
 
 from tissuec.core.errors import Diagnostic
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Html, element, html
-from tissuec.view.report.sections import Section
+from tissuec.view.report.markup import Html, Section, element, html
 
 
-def section(story: ReportContent) -> Section | None:
+def section(content: ReportContent) -> Section | None:
     """Return the warnings of the text; None where there are none."""
-    warnings = story.retelling.warnings
+    warnings = content.recompiled.warnings
     if not warnings:
         return None
-    return Section("warnings", "Warnings", html([_one(story, w) for w in warnings]))
+    return Section("warnings", "Warnings", html([_one(content, w) for w in warnings]))
 
 
-def _one(story: ReportContent, warning: Diagnostic) -> Html:
-    place = story.texts.link(warning.span.place) if warning.span is not None else None
+def _one(content: ReportContent, warning: Diagnostic) -> Html:
+    place = content.texts.link(warning.span.place) if warning.span is not None else None
     notes = [
-        element("p", one.message, " ", one.span and story.texts.link(one.span.place))
+        element("p", one.message, " ", one.span and content.texts.link(one.span.place))
         for one in warning.notes
     ]
     return element(

@@ -2,19 +2,18 @@
 
 from tissuec.compiler.prediction import Prediction
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Html, element, html, listing, row, table
-from tissuec.view.report.sections import Section
-from tissuec.view.report.sections.head import capital
+from tissuec.view.report.head import capital
+from tissuec.view.report.markup import Html, Section, element, html, listing, row, table
 from tissuec.view.summaries import plan as wording
 
 
-def section(story: ReportContent) -> Section:
+def section(content: ReportContent) -> Section:
     """Return the plan; that in the file where the scene cannot be compiled."""
-    plan = story.prediction
+    plan = content.prediction
     if plan is not None:
         return Section("plan", "Plan", _plan(plan))
     text = "Arrays and cost are unknown, because the scene could not be compiled again."
-    skipped = story.manifest.get("plan", {}).get("skipped", [])
+    skipped = content.manifest.get("plan", {}).get("skipped", [])
     return Section("plan", "Plan", html((element("p", text), _skipped(skipped))))
 
 

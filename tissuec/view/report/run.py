@@ -6,17 +6,26 @@ from typing import Any
 from tissuec.core.units import LENGTH, TIME, show
 from tissuec.results import wording
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Content, Html, element, html, listing, pairs, row, table
-from tissuec.view.report.sections import Section
+from tissuec.view.report.markup import (
+    Content,
+    Html,
+    Section,
+    element,
+    html,
+    listing,
+    pairs,
+    row,
+    table,
+)
 
 
-def exactness(story: ReportContent) -> Section:
+def exactness(content: ReportContent) -> Section:
     """Return the known error of the run."""
-    return Section("exactness", "Accuracy", pairs(_exactness(story)))
+    return Section("exactness", "Accuracy", pairs(_exactness(content)))
 
 
-def _exactness(story: ReportContent) -> Iterator[tuple[Content, Content]]:
-    manifest, errors = story.manifest, story.trajectory.errors
+def _exactness(content: ReportContent) -> Iterator[tuple[Content, Content]]:
+    manifest, errors = content.manifest, content.trajectory.errors
     if manifest.get("tolerance") is not None:
         text = f"{manifest['tolerance']:g} of the largest displacement so far"
         yield "tolerance", text
@@ -26,22 +35,22 @@ def _exactness(story: ReportContent) -> Iterator[tuple[Content, Content]]:
     if errors is not None and len(errors.value):
         worst = show(float(errors.value.max()), LENGTH)
         yield "estimate", f"{worst}, summed over all steps"
-    yield "accuracy", wording.accuracy(story.promise)
+    yield "accuracy", wording.accuracy(content.promise)
 
 
-def run(story: ReportContent) -> Section:
+def run(content: ReportContent) -> Section:
     """Return the outcome of the run, and its cost."""
     parts = (
-        pairs(_facts(story)),
-        _changes(story.statistics),
-        (element("h3", "Notes"), listing(story.notes)) if story.notes else None,
-        _recorded(story),
+        pairs(_facts(content)),
+        _changes(content.statistics),
+        (element("h3", "Notes"), listing(content.notes)) if content.notes else None,
+        _recorded(content),
     )
     return Section("run", "The run", html(parts))
 
 
-def _facts(story: ReportContent) -> Iterator[tuple[Content, Content]]:
-    manifest, statistics = story.manifest, story.statistics
+def _facts(content: ReportContent) -> Iterator[tuple[Content, Content]]:
+    manifest, statistics = content.manifest, content.statistics
     yield "outcome", manifest["outcome"]
     yield "computing time", show(manifest["wall_time"], TIME)
     if statistics is None:
@@ -78,9 +87,9 @@ def _changes(statistics: Any) -> Html | None:
     return table("Sequence of methods", ("from", "method", "reason"), rows)
 
 
-def _recorded(story: ReportContent) -> Html:
+def _recorded(content: ReportContent) -> Html:
     """Return what the file holds."""
-    facts = story.facts
+    facts = content.facts
     frames = facts["frames"]
     rows = [row("frames", f"{frames['count']:,}", f"{frames['nodes']:,} nodes", _span(frames))]
     tables = {**facts["logs"], **({"energies": facts["energies"]} if facts["energies"] else {})}

@@ -6,8 +6,7 @@ from itertools import pairwise
 from tissuec.core.errors import counted
 from tissuec.lsp.semantic_tokens import tokens
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Content, Html, element, folded, html
-from tissuec.view.report.sections import Section
+from tissuec.view.report.markup import Content, Html, Section, element, folded, html
 
 WHOLE = 3000  # lines of a text that is shown whole
 BESIDE = 3  # lines around one that the page leads to
@@ -17,26 +16,26 @@ WIDEST = 2000  # characters of a line that are shown
 Stretch = tuple[int, int, bool]
 
 
-def section(story: ReportContent) -> Section:
+def section(content: ReportContent) -> Section:
     """Return the scene, and folded its imports. To be made last, when all links are known."""
-    scene, *used = story.texts.texts
-    parts: list[Content] = [_text(story, scene)]
+    scene, *used = content.texts.texts
+    parts: list[Content] = [_text(content, scene)]
     for name in used:
-        key = story.texts.key(name)
-        parts.append(folded(element("code", name), _text(story, name), id=key, class_="used"))
+        key = content.texts.key(name)
+        parts.append(folded(element("code", name), _text(content, name), id=key, class_="used"))
     return Section("text", "The scene", html(parts))
 
 
-def _text(story: ReportContent, name: str) -> Html:
-    text = story.texts.texts[name]
+def _text(content: ReportContent, name: str) -> Html:
+    text = content.texts.texts[name]
     lines = colour_lines(text) if name.endswith(".tis") else [html(x) for x in text.split("\n")]
     if lines and not text.rpartition("\n")[2]:
         lines = lines[:-1]  # a line end ends a line and begins none
-    linked = story.texts.linked[name]
+    linked = content.texts.linked[name]
     rows: list[Content] = []
     for start, stop, is_shown in stretches(len(lines), linked):
         if is_shown:
-            rows += (_line(story, name, n, lines[n - 1], linked) for n in range(start, stop))
+            rows += (_line(content, name, n, lines[n - 1], linked) for n in range(start, stop))
         else:
             text = f"… {counted(stop - start, 'line')} …\\n"
             rows.append(element("span", text, class_="left-out"))
@@ -45,14 +44,14 @@ def _text(story: ReportContent, name: str) -> Html:
 
 
 def _line(
-    story: ReportContent, name: str, number: int, content: Html, linked: "set[int]"
+    content: ReportContent, name: str, number: int, shown: Html, linked: "set[int]"
 ) -> Html:
-    anchor = story.texts.anchor(name, number)
+    anchor = content.texts.anchor(name, number)
     digits = element(
         "a", href=f"#{anchor}", class_="digits", data_line=number, aria_label=f"line {number}"
     )
     mark = "line linked" if number in linked else "line"
-    return element("span", digits, content, "\n", id=anchor, class_=mark)
+    return element("span", digits, shown, "\n", id=anchor, class_=mark)
 
 
 def stretches(count: int, linked: "set[int]") -> Iterator[Stretch]:

@@ -6,26 +6,25 @@ from tissuec.compiler.provenance import SET, ProvenanceRow, Reason, tissue_rows,
 from tissuec.scene.model import Tissue
 from tissuec.scene.resolve import ResolvedProgram
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Content, Html, element, html, row, table
-from tissuec.view.report.sections import Section
+from tissuec.view.report.markup import Content, Html, Section, element, html, row, table
 
 
-def section(story: ReportContent) -> Section:
+def section(content: ReportContent) -> Section:
     """Return params, and the table of each tissue that bodies are made of."""
-    words = story.retelling.words
+    words = content.recompiled.words
     if words is None:
         text = (
             "This version cannot read the files of this run, so the origin of numbers is "
             "unknown."
         )
         return Section("numbers", "Origin of the numbers", element("p", text))
-    parts = [_params(story, words), *(_tissue(story, one) for one in used_tissues(words))]
+    parts = [_params(content, words), *(_tissue(content, one) for one in used_tissues(words))]
     known = [part for part in parts if part is not None]
     body = html(known) if known else element("p", "The scene has neither params nor tissues.")
     return Section("numbers", "Origin of the numbers", body)
 
 
-def _params(story: ReportContent, words: ResolvedProgram) -> Html | None:
+def _params(content: ReportContent, words: ResolvedProgram) -> Html | None:
     parameters = words.constants.parameters()
     if not parameters:
         return None
@@ -34,7 +33,7 @@ def _params(story: ReportContent, words: ResolvedProgram) -> Html | None:
             one.name,
             str(one.value),
             SET if one.overridden else "written",
-            story.texts.link(one.item.span.place),
+            content.texts.link(one.item.span.place),
         )
         for one in parameters
     ]
@@ -42,16 +41,16 @@ def _params(story: ReportContent, words: ResolvedProgram) -> Html | None:
     return html((element("h3", "Params"), table("Params of the scene", heads, rows)))
 
 
-def _tissue(story: ReportContent, tissue: Tissue) -> Html:
+def _tissue(content: ReportContent, tissue: Tissue) -> Html:
     heads = ("name", "value", "how", "because", "line")
-    rows = [line for one in tissue_rows(tissue) for line in _rows(story, one)]
+    rows = [line for one in tissue_rows(tissue) for line in _rows(content, one)]
     missing = [
         element("p", element("b", name), f": none: {reason}")
         for name, reason in tissue.missing.items()
     ]
     return html(
         (
-            element("h3", tissue.name, " ", story.texts.link(tissue.span.place)),
+            element("h3", tissue.name, " ", content.texts.link(tissue.span.place)),
             element("p", tissue.about) if tissue.about else None,
             table(f"Entries of {tissue.name}", heads, rows, "tissue") if rows else None,
             missing,
@@ -59,7 +58,7 @@ def _tissue(story: ReportContent, tissue: Tissue) -> Html:
     )
 
 
-def _rows(story: ReportContent, entry: ProvenanceRow) -> Iterable[Html]:
+def _rows(content: ReportContent, entry: ProvenanceRow) -> Iterable[Html]:
     """Yield an entry as one row for each of its reasons."""
     first, *others = entry.reasons
     span = len(entry.reasons) if others else None
@@ -68,16 +67,16 @@ def _rows(story: ReportContent, entry: ProvenanceRow) -> Iterable[Html]:
         element("td", entry.value, rowspan=span),
         element("td", _how(entry), rowspan=span),
     )
-    yield element("tr", cells, _reason(story, first), class_=entry.kind)
+    yield element("tr", cells, _reason(content, first), class_=entry.kind)
     for reason in others:
-        yield element("tr", _reason(story, reason), class_=entry.kind)
+        yield element("tr", _reason(content, reason), class_=entry.kind)
 
 
 def _how(entry: ProvenanceRow) -> str:
     return f"value: {entry.how}" if entry.kind == "property" else entry.how
 
 
-def _reason(story: ReportContent, reason: Reason) -> Html:
+def _reason(content: ReportContent, reason: Reason) -> Html:
     bar: Content = None
     if reason.degree is not None:
         # The number stands beside it; the bar is for the eye.
@@ -85,4 +84,4 @@ def _reason(story: ReportContent, reason: Reason) -> Html:
         bar = element("span", element("i", style=width), class_="bar", aria_hidden="true")
     facts = element("small", reason.facts) if reason.facts else None
     because = element("td", bar, reason.said, " " if facts else None, facts)
-    return html((because, element("td", story.texts.link(reason.place))))
+    return html((because, element("td", content.texts.link(reason.place))))

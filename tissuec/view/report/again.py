@@ -4,24 +4,23 @@ from urllib.parse import quote
 
 from tissuec.results import wording
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Content, Html, element, html, pairs
-from tissuec.view.report.sections import Section
+from tissuec.view.report.markup import Content, Html, Section, element, html, pairs
 from tissuec.view.report.texts import file_name
 
 LONGEST = 300_000  # characters of a text that can be saved from the page
 
 
-def section(story: ReportContent) -> Section:
+def section(content: ReportContent) -> Section:
     """Return the command line, the digest of the text, and the text to be saved."""
-    return Section("again", "Run it again", html((_commands(story), pairs(_facts(story)))))
+    return Section("again", "Run it again", html((_commands(content), pairs(_facts(content)))))
 
 
-def _commands(story: ReportContent) -> Html:
-    manifest = story.manifest
+def _commands(content: ReportContent) -> Html:
+    manifest = content.manifest
     options = wording.set_options(manifest.get("overrides", ()), manifest.get("libraries", ()))
-    lines = [wording.command(story.texts.scene, options)]
-    if story.facts["can_resume"]:
-        lines.append(wording.command(story.texts.scene, options, resume=True))
+    lines = [wording.command(content.texts.scene, options)]
+    if content.facts["can_resume"]:
+        lines.append(wording.command(content.texts.scene, options, resume=True))
     texts = ("To run it again:", "To resume it:")
     return html(
         [
@@ -31,16 +30,16 @@ def _commands(story: ReportContent) -> Html:
     )
 
 
-def _facts(story: ReportContent) -> list[tuple[Content, Content]]:
-    used = [name for name in story.texts.texts if name != story.texts.scene]
+def _facts(content: ReportContent) -> list[tuple[Content, Content]]:
+    used = [name for name in content.texts.texts if name != content.texts.scene]
     facts: list[tuple[Content, Content]] = [
-        ("digest of the scene", element("code", "SHA-256 ", story.manifest["digest"])),
-        ("scene", _save(story.texts.scene, story.trajectory.text)),
+        ("digest of the scene", element("code", "SHA-256 ", content.manifest["digest"])),
+        ("scene", _save(content.texts.scene, content.trajectory.text)),
     ]
     if used:
-        saved = [element("li", _save(name, story.texts.texts[name])) for name in used]
+        saved = [element("li", _save(name, content.texts.texts[name])) for name in used]
         facts.append(("used files", element("ul", saved)))
-    for name, digest in story.manifest.get("files", {}).items():
+    for name, digest in content.manifest.get("files", {}).items():
         text = f"not stored in the result; SHA-256 {digest}"
         facts.append((f"file {name}", element("code", text)))
     return facts

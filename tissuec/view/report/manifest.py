@@ -4,24 +4,23 @@ from collections.abc import Mapping
 from typing import Any, cast
 
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Content, element, folded, link, pairs
-from tissuec.view.report.sections import Section
+from tissuec.view.report.markup import Content, Section, element, folded, link, pairs
 
 
-def section(story: ReportContent) -> Section:
+def section(content: ReportContent) -> Section:
     """Return the whole manifest, folded; texts as links to where they stand."""
-    entries = [(name, _shown(story, name, value)) for name, value in story.manifest.items()]
+    entries = [(name, _shown(content, name, value)) for name, value in content.manifest.items()]
     count = f"{len(entries)} entries"
     return Section("manifest", "Manifest", folded(count, pairs(entries, "manifest")))
 
 
-def _shown(story: ReportContent, name: str, value: Any) -> Content:
+def _shown(content: ReportContent, name: str, value: Any) -> Content:
     if name == "sources" and isinstance(value, Mapping):
         sources = cast("Mapping[str, Any]", value)
         links = [
-            element("li", link(story.texts.key(source), source))
+            element("li", link(content.texts.key(source), source))
             for source in sources
-            if source in story.texts.texts
+            if source in content.texts.texts
         ]
         return element("ul", links) if links else "none"
     return _nested(value)

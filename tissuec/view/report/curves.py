@@ -7,25 +7,24 @@ import numpy as np
 from tissuec.results.trajectory import Log
 from tissuec.view.report import pictures
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Content, Html, element, html, row, table
-from tissuec.view.report.sections import Section
-from tissuec.view.report.sections.head import capital
+from tissuec.view.report.head import capital
+from tissuec.view.report.markup import Content, Html, Section, element, html, row, table
 
 _MOST_ROWS = 200  # of the table of extremes
 
 
-def section(story: ReportContent) -> Section | None:
+def section(content: ReportContent) -> Section | None:
     """Return everything that was logged; None where nothing was."""
-    kinds = list(_kinds(story))
+    kinds = list(_kinds(content))
     if not kinds:
         return None
-    body = html((_figures(story, kinds), _extremes(story)))
+    body = html((_figures(content, kinds), _extremes(content)))
     return Section("curves", "Logs and energies", body)
 
 
-def _kinds(story: ReportContent) -> Iterator[str]:
+def _kinds(content: ReportContent) -> Iterator[str]:
     """Yield the kinds of plots for which there are rows."""
-    trajectory = story.trajectory
+    trajectory = content.trajectory
     if any(len(log.time) for log in trajectory.logs.values()):
         yield "logs"
     if trajectory.energies is not None and len(trajectory.energies.time):
@@ -34,15 +33,15 @@ def _kinds(story: ReportContent) -> Iterator[str]:
         yield "errors"
 
 
-def _figures(story: ReportContent, kinds: list[str]) -> Content:
+def _figures(content: ReportContent, kinds: list[str]) -> Content:
     if lacking := pictures.lacking():
         return element("p", f"{capital(lacking)}.")
-    return [pictures.curves(story, kind) for kind in kinds]
+    return [pictures.curves(content, kind) for kind in kinds]
 
 
-def _extremes(story: ReportContent) -> Content:
+def _extremes(content: ReportContent) -> Content:
     """Return the numbers that the curves run between."""
-    trajectory = story.trajectory
+    trajectory = content.trajectory
     logs = [*trajectory.logs.values()]
     logs += [trajectory.energies] if trajectory.energies is not None else []
     rows = [cells for log in logs for cells in _rows(log)]

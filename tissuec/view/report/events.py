@@ -7,40 +7,39 @@ from tissuec.core.errors import counted
 from tissuec.core.units import TIME, show
 from tissuec.results.export import table_rows
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Content, Html, element, folded, html, row, table
-from tissuec.view.report.sections import Section
+from tissuec.view.report.markup import Content, Html, Section, element, folded, html, row, table
 
 MOST = 2000  # rows; more make a page that no browser likes
 SHOWN = 8  # springs that are named without being asked for
 NAMED = 400  # springs of one event that are named at all
 
 
-def section(story: ReportContent) -> Section:
+def section(content: ReportContent) -> Section:
     """Return the table of events."""
-    _, *events = list[Any](table_rows(story.trajectory, "events"))
+    _, *events = list[Any](table_rows(content.trajectory, "events"))
     if not events:
         return Section("events", "Events", element("p", "There were no events."))
-    rows = [_row(story, *event) for event in events[:MOST]]
+    rows = [_row(content, *event) for event in events[:MOST]]
     heads = ("at", "event", "cause", "springs", "line")
     body = table("Events in order of time", heads, rows)
-    return Section("events", "Events", html((body, _rest(story, len(events)))))
+    return Section("events", "Events", html((body, _rest(content, len(events)))))
 
 
-def _rest(story: ReportContent, count: int) -> Html | None:
+def _rest(content: ReportContent, count: int) -> Html | None:
     if count <= MOST:
         return None
-    command = f'tissuec export "{story.trajectory.path.name}" events'
+    command = f'tissuec export "{content.trajectory.path.name}" events'
     return element(
         "p", f"{counted(count - MOST, 'more event')} follow: ", element("code", command)
     )
 
 
 def _row(
-    story: ReportContent, time: float, kind: str, springs: str, cause: str, place: str
+    content: ReportContent, time: float, kind: str, springs: str, cause: str, place: str
 ) -> Html:
     return row(
         show(time, TIME, digits=6), element("b", kind), cause, _springs(springs.split()),
-        story.texts.link(place),
+        content.texts.link(place),
     )  # fmt: skip
 
 

@@ -11,19 +11,19 @@ from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, link
 
 
-def head(story: ReportContent) -> Html:
+def head(content: ReportContent) -> Html:
     """Return what stands above all sections."""
-    about = story.manifest.get("about")
+    about = content.manifest.get("about")
     return element(
         "header",
-        element("p", "Report of a run · ", story.trajectory.path.name, class_="kicker"),
-        element("h1", story.title),
+        element("p", "Report of a run · ", content.trajectory.path.name, class_="kicker"),
+        element("h1", content.title),
         element("p", about, class_="about") if about else None,
-        _verdict(story),
-        element("p", f"{'; '.join(sentence(story))}.", class_="summary"),
-        _tiles(story),
-        element("p", _made(story), class_="made"),
-        _doubts(story),
+        _verdict(content),
+        element("p", f"{'; '.join(sentence(content))}.", class_="summary"),
+        _tiles(content),
+        element("p", _made(content), class_="made"),
+        _doubts(content),
     )
 
 
@@ -32,8 +32,8 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _verdict(story: ReportContent) -> Html:
-    verdict = story.verdict
+def _verdict(content: ReportContent) -> Html:
+    verdict = content.verdict
     sign = element("span", verdict.sign, aria_hidden="true")
     reasons = [element("li", link(target, reason)) for reason, target in verdict.reasons]
     return element(
@@ -44,81 +44,85 @@ def _verdict(story: ReportContent) -> Html:
     )
 
 
-def sentence(story: ReportContent) -> Iterator[str]:
+def sentence(content: ReportContent) -> Iterator[str]:
     """Yield the clauses of the sentence that sums a run up."""
-    net = story.facts["network"]
+    net = content.facts["network"]
     yield wording.net(net["nodes"], net["springs"])
-    yield from _reached(story)
-    if story.statistics is not None:
-        yield wording.stepping(story.manifest)
-    yield from wording.springs_of_events((one.kind, one.springs) for one in story.events)
-    states = [one.state for one in story.expectations]
-    if states and story.kind == "done" and "not recorded" not in states:
+    yield from _reached(content)
+    if content.statistics is not None:
+        yield wording.stepping(content.manifest)
+    yield from wording.springs_of_events((one.kind, one.springs) for one in content.events)
+    states = [one.state for one in content.expectations]
+    if states and content.kind == "done" and "not recorded" not in states:
         yield f"expectations: {wording.expectations(states)}"
-    if story.promise.since is None and story.promise.error is not None:
-        yield f"accuracy: {wording.accuracy(story.promise)}"
+    if content.promise.since is None and content.promise.error is not None:
+        yield f"accuracy: {wording.accuracy(content.promise)}"
 
 
-def _reached(story: ReportContent) -> Iterator[str]:
-    duration = story.manifest.get("duration")
+def _reached(content: ReportContent) -> Iterator[str]:
+    duration = content.manifest.get("duration")
     if duration is None:
         return
-    if story.kind == "done":
+    if content.kind == "done":
         yield f"{show(duration, TIME)} simulated"
         return
-    known = [story.trajectory.times, *(log.time for log in story.trajectory.logs.values())]
-    known.append(np.array([event.time for event in story.events]))
+    known = [content.trajectory.times, *(log.time for log in content.trajectory.logs.values())]
+    known.append(np.array([event.time for event in content.events]))
     last = [float(times[-1]) for times in known if len(times)]
     if last:
         yield f"{show(max(last), TIME)} of {show(duration, TIME)} simulated"
 
 
-def _tiles(story: ReportContent) -> Html:
+def _tiles(content: ReportContent) -> Html:
     tiles = [
         element("div", element("dt", name), element("dd", value, element("small", unit)))
-        for name, value, unit in _numbers(story)
+        for name, value, unit in _numbers(content)
     ]
     return element("dl", tiles, class_="tiles")
 
 
-def _numbers(story: ReportContent) -> Iterator[tuple[str, str, Content]]:
+def _numbers(content: ReportContent) -> Iterator[tuple[str, str, Content]]:
     """Yield name, number, and what it is measured in or by."""
-    net, statistics = story.facts["network"], story.statistics
+    net, statistics = content.facts["network"], content.statistics
     yield "nodes", f"{net['nodes']:,}", ""
     yield "springs", f"{net['springs']:,}", ""
-    yield "frames", f"{story.facts['frames']['count']:,}", ""
+    yield "frames", f"{content.facts['frames']['count']:,}", ""
     if statistics is not None:
         yield "steps", f"{statistics['accepted']:,}", ""
-    number, _, unit = show(story.manifest["wall_time"], TIME).partition(" ")
+    number, _, unit = show(content.manifest["wall_time"], TIME).partition(" ")
     yield "computing", number, unit
-    if story.expectations:
-        yield "expectations", f"{story.count('holds')}", f"of {len(story.expectations)} hold"
-    if story.promise.error is not None:
-        allowed = story.manifest.get("tolerance")
+    if content.expectations:
+        yield (
+            "expectations",
+            f"{content.count('holds')}",
+            f"of {len(content.expectations)} hold",
+        )
+    if content.promise.error is not None:
+        allowed = content.manifest.get("tolerance")
         promise = f"{allowed:g} allowed" if allowed else ""
-        yield "error", f"{story.promise.error:.1e}", promise
+        yield "error", f"{content.promise.error:.1e}", promise
 
 
-def _made(story: ReportContent) -> Html:
+def _made(content: ReportContent) -> Html:
     """Return when the scene was run, and with which versions."""
-    return html((_when(story), "; ", versions(story), "."))
+    return html((_when(content), "; ", versions(content), "."))
 
 
-def versions(story: ReportContent) -> str:
+def versions(content: ReportContent) -> str:
     """Return the versions that a run was made with."""
-    return ", ".join(f"{name} {one}" for name, one in story.manifest["versions"].items())
+    return ", ".join(f"{name} {one}" for name, one in content.manifest["versions"].items())
 
 
-def _when(story: ReportContent) -> Content:
-    begun = story.manifest.get("begun")
+def _when(content: ReportContent) -> Content:
+    begun = content.manifest.get("begun")
     if begun is None:
         return "Run at an unknown time"
     moment = datetime.fromisoformat(begun)
     return "Run on ", element("time", f"{moment:%d %B %Y, %H:%M} UTC", datetime=begun)
 
 
-def _doubts(story: ReportContent) -> Html | None:
-    doubts = story.retelling.doubts
+def _doubts(content: ReportContent) -> Html | None:
+    doubts = content.recompiled.doubts
     if not doubts:
         return None
     items = [

@@ -1,11 +1,38 @@
-"""Checks that a file is the output of ``tissuec validate --json`` for the scene of a run."""
+"""The run compared with SciPy's solution, by what ``tissuec validate --json`` prints."""
 
 from collections.abc import Mapping
 from typing import Any, cast
 
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate import summary
+from tissuec.view.report.content import ReportContent
+from tissuec.view.report.expectations import mark
+from tissuec.view.report.markup import Section, element, html, listing, row, table
 from tissuec.view.report.texts import file_name
+from tissuec.view.report.verdict import Tone
+
+_TONES: dict[str, Tone] = {
+    "kept": "good", "broken": "bad", "diverged": "bad", "undecided": "warned",
+}  # fmt: skip
+
+
+def section(content: ReportContent) -> Section:
+    """Return table and verdict, or how to get them."""
+    document = content.validation
+    if document is None:
+        text = "The run was not compared with SciPy's solvers for this page; "
+        how = element("code", "tissuec report --validate")
+        return Section("validation", "Validation", element("p", text, how, " compares it."))
+    rows = [row(*cells) for cells in summary.table(document)]
+    tone = _TONES.get(document["verdict"], "open")
+    parts = (
+        element("p", mark(tone, summary.verdict(document))),
+        listing(document["reasons"]) if document["reasons"] else None,
+        table("Errors against SciPy", summary.COLUMNS, rows) if rows else None,
+        [element("p", line, class_="remark") for line in summary.remarks(document)],
+        listing([*summary.events(document), *summary.efforts(document)]) if rows else None,
+    )
+    return Section("validation", "Validation", html(parts))
 
 
 def misfit(document: Any, trajectory: Trajectory) -> str:

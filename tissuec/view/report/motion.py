@@ -4,29 +4,28 @@ from tissuec.view.player.options import Options
 from tissuec.view.player.page import fragment
 from tissuec.view.report import pictures
 from tissuec.view.report.content import ReportContent
-from tissuec.view.report.markup import Content, Html, element, html
-from tissuec.view.report.sections import Section
+from tissuec.view.report.markup import Content, Html, Section, element, html
 
 #: What the player brings along: positions of all frames, and nodes of one.
 MOST_POSITIONS, MOST_NODES = 400_000, 20_000
 FEWEST_FRAMES = 20
 
 
-def section(story: ReportContent) -> Section:
+def section(content: ReportContent) -> Section:
     """Return the motion, to be played."""
-    return Section("motion", "Motion", html(_body(story)))
+    return Section("motion", "Motion", html(_body(content)))
 
 
-def _body(story: ReportContent) -> Content:
-    frames, nodes = len(story.trajectory.times), len(story.trajectory.nodes)
+def _body(content: ReportContent) -> Content:
+    frames, nodes = len(content.trajectory.times), len(content.trajectory.nodes)
     if not frames or not nodes:
         return element("p", "The run recorded no trajectory, so there is no motion to play.")
     options, less = chosen(frames, nodes)
-    label = f"the net of {story.title} at several times"
+    label = f"the net of {content.title} at several times"
     return (
-        Html(fragment(story.trajectory, options)),
+        Html(fragment(content.trajectory, options)),
         element("p", f"Shown are {less}.", class_="remark") if less else None,
-        None if pictures.lacking() else pictures.for_paper(story, "frames", label),
+        None if pictures.lacking() else pictures.for_paper(content, "frames", label),
     )
 
 
