@@ -7,6 +7,7 @@ from typing import Literal
 from msgspec import Struct
 
 from tissuec.core.printable import printable
+from tissuec.core.rendering import render
 from tissuec.core.source import Span
 
 
@@ -77,8 +78,6 @@ class Diagnostic(Struct, frozen=True):
         return tuple(edit.at(self.span) for edit in self.hint.edits)
 
     def __str__(self) -> str:
-        from tissuec.core.rendering import render  # late: commands paint findings themselves
-
         return render(self)
 
 

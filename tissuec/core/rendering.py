@@ -1,10 +1,13 @@
 """Diagnostics as text, with an excerpt of the source."""
 
 import unicodedata
+from typing import TYPE_CHECKING
 
-from tissuec.core.errors import Diagnostic, Note
 from tissuec.core.printable import ODD, printable
 from tissuec.core.source import Span
+
+if TYPE_CHECKING:
+    from tissuec.core.errors import Diagnostic, Note
 
 #: Longer lines are shown as a window of this width around the place.
 _WIDEST = 160
@@ -19,7 +22,7 @@ _RED, _YELLOW, _BLUE, _BOLD, _PLAIN = (
 )
 
 
-def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
+def render(diagnostic: "Diagnostic", *, color: bool = False) -> str:
     """Return a diagnostic as text: headline, place, excerpt, hint and notes."""
     message, hint = printable(diagnostic.message), printable(diagnostic.hint)
     tone = _RED if diagnostic.severity == "error" else _YELLOW
@@ -52,7 +55,7 @@ def _leave(text: str, _tone: str) -> str:
     return text
 
 
-def _note(note: Note, main: Span | None) -> str:
+def _note(note: "Note", main: Span | None) -> str:
     elsewhere = note.span and (main is None or note.span.place != main.place)
     return f"{note.message} at {note.span.place}" if note.span and elsewhere else note.message
 
