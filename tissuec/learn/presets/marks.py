@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tissuec import __version__
+from tissuec.core.version import __version__
 
 _BEGIN = "# Learned by tissuec"
 _LOOKED_AT = 4096  # bytes

@@ -8,9 +8,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from tissuec import __version__
 from tissuec.core import palette, resources
 from tissuec.core.errors import TissueError
+from tissuec.core.version import __version__
 from tissuec.pipeline import read_words
 from tissuec.scene.library import Library
 from tissuec.scene.request import Request

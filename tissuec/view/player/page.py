@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec import __version__
 from tissuec.core import palette
 from tissuec.core.data import as_data
+from tissuec.core.version import __version__
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player import facts
 from tissuec.view.player.camera import ANGLE, MARGIN, framing, viewpoint

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from tissuec import __version__
 from tissuec.core import palette
+from tissuec.core.version import __version__
 from tissuec.view.report import (
     again,
     curves,

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 from msgspec import Struct
 
-from tissuec import __version__
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.manifest import digests
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source
+from tissuec.core.version import __version__
 from tissuec.lang.render import render
 from tissuec.model.network import Network
 from tissuec.pipeline import compile_request, read_words
