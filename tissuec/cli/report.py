@@ -111,10 +111,10 @@ def _write(
     settings: Settings, *, validates: bool,
 ) -> "tuple[ReportContent, int]":  # fmt: skip
     """Write one page; return what it tells, and the exit code."""
+    from tissuec.analysis.recompiled import recompile
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.report.content import ReportContent
     from tissuec.view.report.page import render
-    from tissuec.view.report.recompiled import recompile
 
     with Trajectory.open(result) as trajectory:
         recompiled, document, code = recompile(trajectory, libraries), None, DONE

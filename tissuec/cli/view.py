@@ -230,7 +230,7 @@ def _check_extras(pictures: dict[str, Path]) -> None:
 
         need_ffmpeg()
     if pictures:
-        from tissuec.view.player.picture import need_matplotlib
+        from tissuec.view.plots.page import need_matplotlib
 
         need_matplotlib()
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from tests.view.player.conftest import Show, grid, without_springs
-from tissuec.view.player.camera import ANGLE, MARGIN, Camera, fitted, framing, viewpoint
+from tissuec.view.player.camera import ANGLE, MARGIN, Camera, fitted, framing
 from tissuec.view.player.options import Options
 from tissuec.view.player.reading import read_film
+from tissuec.view.plots.projection import viewpoint
 
 POINTS = np.random.default_rng(5).normal(size=(60, 3)) * [3.0, 1.0, 0.4] + [7.0, -2.0, 1.0]
 
@@ -43,8 +44,9 @@ def test_axes_are_at_right_angles_and_z_is_upwards():
         ((1.0, 4.0, 1.0), -24.0, 20.0),
         ((4.0, 3.0, 0.1), -114.0, 40.0),  # nearly flat: from higher above
         ((4.0, 3.0, 0.0), -90.0, 90.0),  # flat: from above
-        ((4.0, 0.0, 0.0), -114.0, 20.0),  # a line: from the side
-        ((0.0, 0.0, 0.0), -114.0, 20.0),
+        ((4.0, 0.0, 3.0), -90.0, 0.0),  # flat and upright: from the front
+        ((4.0, 0.0, 0.0), -90.0, 0.0),
+        ((0.0, 0.0, 0.0), -90.0, 0.0),
     ],
 )
 def test_the_view_fits_the_shape(size, azimuth, elevation):

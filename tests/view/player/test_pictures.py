@@ -21,10 +21,11 @@ from tissuec.view.player.bodies import arrows, boxes, capsules, smooth_mesh
 from tissuec.view.player.camera import Camera
 from tissuec.view.player.moment import InterpolatedFrame
 from tissuec.view.player.options import Options
-from tissuec.view.player.picture import Painter, need_matplotlib
+from tissuec.view.player.picture import Painter
 from tissuec.view.player.raster import Raster
 from tissuec.view.player.reading import read_film
 from tissuec.view.player.strokes import dashed, ramp, rgb
+from tissuec.view.plots.page import need_matplotlib
 
 pytest.importorskip("matplotlib", reason="needs the extra plot")
 SIZE = (160, 90)
@@ -223,7 +224,7 @@ def test_a_video_has_at_most_as_many_pictures_as_frames_are_asked_for(most, show
 
 
 def test_without_the_extras_it_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     monkeypatch.setenv("PATH", "")
     with pytest.raises(TissueError, match=r'pip install "tissuec\[plot\]"'):

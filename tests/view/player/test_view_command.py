@@ -119,7 +119,7 @@ def test_missing_extras_are_named_before_any_work(made, tmp_path, capsys, monkey
     pytest.importorskip("matplotlib")
     assert view(made, "--mp4", "x.mp4") == 2
     assert 'pip install "tissuec[animate]"' in capsys.readouterr().err
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert view(made, "--gif", "x.gif", "-o", "x.html") == 2
     assert 'pip install "tissuec[plot]"' in capsys.readouterr().err
     assert not list(tmp_path.glob("x.*"))

@@ -282,7 +282,7 @@ def test_sets_are_known_by_what_the_result_holds_and_not_by_files_of_today(tmp_p
 def test_a_net_that_is_drawn_otherwise_today_is_an_error(result, monkeypatch):
     text = STRIP.replace("(30, 0, 0) mm", "(31, 0, 0) mm")
     monkeypatch.setattr(Trajectory, "text", text)
-    with pytest.raises(TissueError, match="now gives another net"):
+    with pytest.raises(TissueError, match="the files give another net than the one in the run"):
         draw("paths", result, of="nodes of strip where x > 29 mm")
     assert draw("paths", result, of="right end")  # names are in the result
 

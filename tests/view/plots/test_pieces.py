@@ -8,7 +8,7 @@ from tissuec.results.recording import Event
 from tissuec.script.measures import MEASURES
 from tissuec.view.plots.curves import spread, thinned, thinned_band
 from tissuec.view.plots.marks import MOST, clusters
-from tissuec.view.plots.projection import Projection, suiting
+from tissuec.view.plots.projection import Projection, viewpoint
 from tissuec.view.plots.scale import readable, scale_of
 
 UNITS = sorted({unit for _, unit in DIMENSION_NAMES.values()} - {"1/s"})  # which has no symbol
@@ -103,10 +103,10 @@ def test_short_curves_are_drawn_as_they_are_and_long_ones_keep_their_extremes():
 @pytest.mark.parametrize("elevation", [-90.0, -10.0, 22.0, 90.0])
 def test_a_view_is_a_rotation(azimuth, elevation):
     view = Projection(azimuth, elevation)
-    frame = np.stack([view.right, view.up, view.towards])
+    frame = view.frame
     assert frame @ frame.T == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(frame) == pytest.approx(1.0)
-    assert view.up[2] >= -1e-12  # what is up stays up
+    assert frame[1, 2] >= -1e-12  # what is up stays up
     points = np.random.default_rng(1).normal(size=(5, 3))
     both = np.column_stack([view.flat(points), view.nearness(points)])
     assert both @ frame == pytest.approx(points)
@@ -123,9 +123,9 @@ def test_views_along_axes_know_their_axes():
 def test_flat_nets_are_looked_at_from_straight_before_them():
     corners = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [0.0, 3.0, 0.0]])
     for turn, axes in ((0, ("x", "y")), (1, ("y", "z")), (2, ("x", "z"))):
-        assert suiting(np.roll(corners, turn, axis=1)).axes == axes
-    assert suiting(np.random.default_rng(0).random((9, 3))).axes is None
-    assert suiting(np.zeros((0, 3))) == suiting(np.ones((1, 3)))
+        assert Projection(*viewpoint(np.roll(corners, turn, axis=1))).axes == axes
+    assert Projection(*viewpoint(np.random.default_rng(0).random((9, 3)))).axes is None
+    assert viewpoint(np.zeros((0, 3))) == viewpoint(np.ones((1, 3)))
 
 
 def event(time, kind):

@@ -6,7 +6,7 @@ the target) is seen at (q·r, q·(d × r)) / (D - q·d) from the distance D. The
 same (``web/camera.js``).
 """
 
-from math import cos, radians, sin, tan
+from math import radians, tan
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
 from tissuec.view.player.film import PlayerData
+from tissuec.view.plots.projection import Projection
 
 ANGLE = 36.0  # of the longer side of the picture [deg]
 MARGIN = 0.86  # of the picture, that the motion fills
 _FAR = 4.0  # sizes of a usual frame: what moves further is followed
 _AHEAD = 0.6  # sizes of the nets around them, within which tools belong to the picture
-_ACROSS, _ABOVE = 24.0, 20.0  # [deg]: aslant, so that depth is seen
-_FLAT = 0.12  # heights over widths below which one looks from higher above
 
 
 class Framing(Struct, frozen=True, eq=False):
@@ -90,20 +89,6 @@ def _sphere(count: int) -> Floats:
 _DIRECTIONS = _sphere(96)
 
 
-def viewpoint(points: Floats) -> tuple[float, float]:
-    """Return azimuth and elevation from which a motion is well visible [deg].
-
-    Its longer side lies across the picture, slightly turned; what has no height is seen from
-    above.
-    """
-    wide, deep, high = np.ptp(points, axis=0)
-    flat = max(wide, deep)
-    if high <= 1e-9 * flat and min(wide, deep) > 1e-9 * flat:
-        return -90.0, 90.0
-    azimuth = -90.0 - _ACROSS if wide >= deep else -_ACROSS
-    return azimuth, 2.0 * _ABOVE if high < _FLAT * min(wide, deep) else _ABOVE
-
-
 class Camera(Struct, frozen=True, eq=False):
     """A view.
 
@@ -123,7 +108,7 @@ class Camera(Struct, frozen=True, eq=False):
     @property
     def axes(self) -> Floats:
         """Return unit vectors to the right, upwards and to the eye, shape (3, 3)."""
-        return axes(self.azimuth, self.elevation)
+        return Projection(self.azimuth, self.elevation).frame
 
     def seen(self, points: NDArray[Any]) -> tuple[Floats, Floats]:
         """Return where points are in the picture, and how far from the eye [m].
@@ -144,18 +129,10 @@ def half_height(aspect: float) -> float:
     return tan(radians(ANGLE / 2.0)) / max(1.0, aspect)
 
 
-def axes(azimuth: float, elevation: float) -> Floats:
-    """Return unit vectors to the right, upwards and to the eye, shape (3, 3)."""
-    a, e = radians(azimuth), radians(elevation)
-    eye = np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
-    right = np.array([-sin(a), cos(a), 0.0])
-    return np.array([right, np.cross(eye, right), eye])
-
-
 def fitted(points: Floats, azimuth: float, elevation: float, aspect: float) -> Camera:
     """Return the camera in this direction that sees all points, as near as possible."""
     half = half_height(aspect) * np.array([aspect, 1.0]) * MARGIN
-    frame = axes(azimuth, elevation)
+    frame = Projection(azimuth, elevation).frame
     seen = points @ frame.T
     middle, distance = (seen.max(axis=0) + seen.min(axis=0)) / 2.0, 0.0
     least = 1e-6 * float(np.abs(points).max()) if np.ptp(points, axis=0).any() else 1.0

@@ -14,7 +14,7 @@ from tissuec.core.data import as_data
 from tissuec.core.version import __version__
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player import facts
-from tissuec.view.player.camera import ANGLE, MARGIN, framing, viewpoint
+from tissuec.view.player.camera import ANGLE, MARGIN, framing
 from tissuec.view.player.curves import LogCurve, read_curves
 from tissuec.view.player.events import marks
 from tissuec.view.player.film import PlayerData, SurfacePiece
@@ -23,6 +23,7 @@ from tissuec.view.player.options import DEFAULT, Options
 from tissuec.view.player.pace import pace
 from tissuec.view.player.packing import Pack, box_scale, even
 from tissuec.view.player.reading import read_film
+from tissuec.view.plots.projection import viewpoint
 
 WEB = Path(__file__).resolve().parent / "web"
 #: Parts of the script, in order.

@@ -4,7 +4,6 @@ Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stag
 """
 
 from collections.abc import Iterator
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,7 +11,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import palette
-from tissuec.core.errors import TissueError
 from tissuec.model.network import Floats, Indices
 from tissuec.view.player.bodies import (
     TriangleMesh,
@@ -29,7 +27,6 @@ from tissuec.view.player.camera import (
     framing,
     half_height,
     outermost,
-    viewpoint,
 )
 from tissuec.view.player.film import PlayerData, ToolSolid
 from tissuec.view.player.lifetimes import Mask, is_there
@@ -37,6 +34,8 @@ from tissuec.view.player.moment import InterpolatedFrame, surface_at
 from tissuec.view.player.options import Colour, Options
 from tissuec.view.player.pace import near, scaled
 from tissuec.view.player.strokes import dashed, ramp, rgb
+from tissuec.view.plots.page import need_matplotlib
+from tissuec.view.plots.projection import viewpoint
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,20 +51,6 @@ LONGEST = 4.0  # times the scale of forces: arrows of outliers end there, as on 
 FADE = 4.0  # frames in which a spring that broke fades out
 _LETTER = 8.0  # [px]: width of a letter of the legend, at most on average
 _PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
-
-
-def need_matplotlib() -> None:
-    """Check that matplotlib is installed.
-
-    Raises:
-        TissueError: It is missing; the message says what to install.
-    """
-    try:
-        import_module("matplotlib")
-    except ImportError as error:
-        raise TissueError(
-            'a picture needs matplotlib; install it: pip install "tissuec[plot]"'
-        ) from error
 
 
 class ProjectedTriangles(NamedTuple):

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import TissueError
 from tissuec.model.network import Floats, Indices
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
@@ -28,6 +27,7 @@ from tissuec.view.player.thinning import (
     thinned,
     whole,
 )
+from tissuec.view.plots.frame_reader import no_frames
 
 FIX = "fix"
 
@@ -39,7 +39,7 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         TissueError: It has no frame.
     """
     if not len(trajectory.times):
-        raise TissueError(_no_frames(trajectory))
+        raise no_frames(trajectory)
     chosen = choose_frames(trajectory.times, options)
     timeline = Timeline(trajectory.times[chosen])
     count, few = len(trajectory.nodes), options.nodes
@@ -66,13 +66,6 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         laws=tuple(law.name for law in trajectory.network.laws),
         recorded=(count, len(trajectory.springs)),
     )
-
-
-def _no_frames(trajectory: Trajectory) -> str:
-    start = f'"{trajectory.path}" has no frames'
-    if not len(trajectory.nodes):
-        return f"{start}; write output {{ trajectory every 20 ms }} and run the scene again"
-    return f"{start} yet; run the scene to its end"
 
 
 def choose_frames(times: Floats, options: Options) -> Indices:

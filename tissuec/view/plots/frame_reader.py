@@ -15,11 +15,11 @@ _AT_ONCE = 1 << 18  # nodes: 6 MB
 
 
 def no_frames(trajectory: "Trajectory") -> TissueError:
-    """Return the error that a result holds no frames, and how a scene asks for them."""
-    return TissueError(
-        f'"{trajectory.path}" has no frames; write output {{ trajectory every 20 ms }} '
-        "into the scene and run it again"
-    )
+    """Return the error that a result holds no frames, and what to do about it."""
+    remedy = "; write output { trajectory every 20 ms } into the scene and run it again"
+    if len(trajectory.nodes):
+        remedy = " yet; run the scene to its end"
+    return TissueError(f'"{trajectory.path}" has no frames{remedy}')
 
 
 def batches(trajectory: "Trajectory", frames: slice = slice(None)) -> Iterator[Floats]:

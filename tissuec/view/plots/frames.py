@@ -15,10 +15,9 @@ from tissuec.view.plots import PLOTS, net
 from tissuec.view.plots.frame_reader import batches, drawn, no_frames
 from tissuec.view.plots.marks import SILENT, told
 from tissuec.view.plots.options import Direction, Option, read_time
-from tissuec.view.plots.origin import origin_of
 from tissuec.view.plots.over_time import say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
-from tissuec.view.plots.projection import Projection, suiting
+from tissuec.view.plots.projection import Projection, viewpoint
 from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.solid import Mask, seen_springs, solid_nodes
 from tissuec.view.plots.subjects import PlotSubject
@@ -26,9 +25,7 @@ from tissuec.view.plots.subjects import PlotSubject
 if TYPE_CHECKING:
     from matplotlib.colors import Normalize
 
-    from tissuec.model.network import ToolPart
     from tissuec.results.trajectory import Trajectory
-    from tissuec.scene.model import Tool
     from tissuec.view.plots.drawing import Axes
 
 WIDTH, TALLEST = 180.0, 150.0  # of a page [mm]
@@ -47,10 +44,10 @@ class ChosenFrame(NamedTuple):
     title: str
 
 
-class Part(NamedTuple):
-    """A shape of a tool: rows of its ends in the frames, and its radius [m]."""
+class Capsule(NamedTuple):
+    """A shape of a tool: its ends, shape (2, 3), and its radius [m]."""
 
-    rows: tuple[int, int]
+    ends: Floats
     radius: float
 
 
@@ -169,7 +166,7 @@ class Shown(Struct, frozen=True, eq=False):
     box: tuple[float, float, float, float]
     norm: "Normalize | None"
     solid: Mask
-    tools: tuple[Part, ...]
+    tools: list[list[Capsule]]
     notes: tuple[str, ...]
 
     @classmethod
@@ -181,10 +178,10 @@ class Shown(Struct, frozen=True, eq=False):
         """
         chosen = moments(trajectory, plot.times)
         own = trajectory.nodes < trajectory.network.body_nodes
-        view = Projection(*plot.view) if plot.view else suiting(drawn(trajectory)[own])
+        view = Projection(*(plot.view or viewpoint(drawn(trajectory)[own])))
         points = [np.asarray(trajectory.position[m.frame], dtype=float) for m in chosen]
-        tools, notes = _tools(trajectory)
         norm = None
+        tools = [_capsules(trajectory, m.frame) for m in chosen]
         if plot.show == "surface":
             points = [_surface(trajectory, m.frame)[0] for m in chosen]
         elif plot.show == "skin":
@@ -193,19 +190,21 @@ class Shown(Struct, frozen=True, eq=False):
                 raise TissueError(f"{what}; show springs")
         else:
             norm = net.tension_norm([trajectory.spring_force(m.frame)[0] for m in chosen])
-        parts = tools if plot.show != "surface" else ()
-        flat = np.concatenate([_reached(place, own, parts, view) for place in points])
+        if plot.show == "surface":
+            tools = [[] for _ in chosen]
+        reached = zip(points, tools, strict=True)
+        flat = np.concatenate([_reached(place, own, parts, view) for place, parts in reached])
         low, high = flat.min(axis=0), flat.max(axis=0)
         margin = _MARGIN * float((high - low).max()) or 1e-3
         box = (*(low - margin), *(high + margin))
         scale = scale_of("m", [np.ptp(flat, axis=0).max()])
         solid = solid_nodes(trajectory.network)[trajectory.nodes]
+        notes: tuple[str, ...] = ()
         if plot.show == "springs" and solid.any():
-            notes = [*notes, "springs inside and behind solid bodies are not drawn"]
+            notes = ("springs inside and behind solid bodies are not drawn",)
         return cls(
-            trajectory, plot.show, chosen, view, points, scale, box, norm, solid, tools,
-            tuple(notes),
-        )  # fmt: skip
+            trajectory, plot.show, chosen, view, points, scale, box, norm, solid, tools, notes
+        )
 
     def layout(self) -> tuple[int, float]:
         """Return columns and the height of a page [mm] on which panels are large."""
@@ -228,8 +227,9 @@ class Shown(Struct, frozen=True, eq=False):
         rows = -(-len(self.moments) // columns)
         grid = sheet.figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         panels = grid.ravel()
-        for axes, moment, points in zip(panels, self.moments, self.points, strict=False):
-            self._draw_moment(axes, moment, points)
+        moments = zip(panels, self.moments, self.points, self.tools, strict=False)
+        for axes, moment, points, tools in moments:
+            self._draw_moment(axes, moment, points, tools)
         for axes in panels[len(self.moments) :]:
             axes.remove()
         self._say_lengths(list(panels[: len(self.moments)]), columns)
@@ -250,7 +250,9 @@ class Shown(Struct, frozen=True, eq=False):
         seen = seen_springs(ends, self.solid, points, triangles, self.view)
         return tension[seen], rows[seen]
 
-    def _draw_moment(self, axes: "Axes", moment: ChosenFrame, points: Floats) -> None:
+    def _draw_moment(
+        self, axes: "Axes", moment: ChosenFrame, points: Floats, tools: list[Capsule]
+    ) -> None:
         place, view, run = self.scale.of(points), self.view, self.trajectory
         cells = run.cells(moment.frame)
         if self.kind == "surface":
@@ -268,9 +270,9 @@ class Shown(Struct, frozen=True, eq=False):
         if self.kind != "surface":
             own = run.nodes[cells.vertices[:, 0]] < run.network.body_nodes
             net.draw_nodes(axes, place[cells.vertices[own, 0]], view)
-            for part in self.tools:
-                radius = part.radius * self.scale.factor
-                net.draw_tool(axes, place[list(part.rows)], radius, view)
+            for tool in tools:
+                ends, radius = self.scale.of(tool.ends), float(self.scale.of(tool.radius))
+                net.draw_tool(axes, ends, radius, view)
         left, low, right, high = self.scale.of(self.box)
         axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
         axes.set_title(moment.title, fontsize=8.5)
@@ -294,7 +296,7 @@ class Shown(Struct, frozen=True, eq=False):
 
 
 def _reached(
-    place: Floats, own: NDArray[np.bool_], tools: Sequence[Part], view: Projection
+    place: Floats, own: NDArray[np.bool_], tools: Sequence[Capsule], view: Projection
 ) -> Floats:
     """Return what a moment must show on paper [m], shape (point, 2).
 
@@ -302,12 +304,9 @@ def _reached(
     """
     bodies = place if len(place) != len(own) else place[own]
     parts = [
-        view.flat(place[row]) + sign * tool.radius
-        for tool in tools
-        for row in tool.rows
-        for sign in (-1.0, 1.0)
+        view.flat(tool.ends) + sign * tool.radius for tool in tools for sign in (-1.0, 1.0)
     ]
-    return np.concatenate([view.flat(bodies), *(part[None] for part in parts)])
+    return np.concatenate([view.flat(bodies), *parts])
 
 
 def _line_width(springs: int) -> float:
@@ -375,30 +374,14 @@ def _surface(trajectory: "Trajectory", frame: int) -> tuple[Floats, Any]:
     return np.concatenate(points), np.concatenate(triangles)
 
 
-def _tools(trajectory: "Trajectory") -> tuple[tuple[Part, ...], list[str]]:
-    """Return the shapes of the tools whose nodes are recorded."""
-    network = trajectory.network
-    behind = trajectory.nodes[trajectory.nodes >= network.body_nodes]
-    if not len(behind):
-        return (), []
-    try:
-        compiled = origin_of(trajectory)
-    except TissueError as error:
-        return (), [f"{error}; tools are not drawn"]
-    parts: list[Part] = []
-    for tool in compiled.network.tools:
-        declared = next(one for one in compiled.scene.tools.values() if one.name == tool.name)
-        parts += _parts(trajectory, tool, declared)
-    return tuple(parts), []
-
-
-def _parts(trajectory: "Trajectory", tool: "ToolPart", declared: "Tool") -> list[Part]:
-    """Return the shapes of a tool that have a radius, where they are recorded."""
-    found: list[Part] = []
-    for number, shape in enumerate(declared.shapes):
-        first = tool.nodes.start + 2 * number
-        rows = np.searchsorted(trajectory.nodes, [first, first + 1])
-        is_there = rows.max() < len(trajectory.nodes) and trajectory.nodes[rows[0]] == first
-        if shape.kind == "capsule" and is_there:
-            found.append(Part((int(rows[0]), int(rows[1])), shape.radius))
-    return found
+def _capsules(trajectory: "Trajectory", frame: int) -> list[Capsule]:
+    """Return the shapes of tools that have a radius."""
+    if trajectory.tools is None:
+        return []
+    shapes = [shape for tool in trajectory.network.tools for shape in tool.shapes]
+    ends = np.asarray(trajectory.tools[frame], dtype=float).reshape(-1, 2, 3)
+    return [
+        Capsule(pair, shape.radius)
+        for pair, shape in zip(ends, shapes, strict=True)
+        if shape.kind == "capsule"
+    ]

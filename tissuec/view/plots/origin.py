@@ -1,12 +1,10 @@
-"""The scene that a result came from, compiled once more for its names: sets, bodies, tools."""
+"""Nodes of a result by names and sets, as a scene has them."""
 
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.errors import TissueError
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.model.network import Indices
@@ -17,62 +15,6 @@ if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
 
 _SETS = ("nodes of ", "springs of ", "[")
-
-
-def origin_of(trajectory: "Trajectory") -> "Compiled":
-    """Return the scene of a result, compiled.
-
-    Raises:
-        TissueError: It is not what it was when it ran, such as where a mesh file has changed.
-    """
-    from tissuec.compiler.compile import compile_scene
-    from tissuec.scene.findings import Findings
-    from tissuec.scene.imports import load
-    from tissuec.scene.resolve import resolve
-
-    manifest, findings = trajectory.manifest, Findings()
-    with tempfile.TemporaryDirectory() as folder:
-        _unpack(manifest.get("sources", {}), Path(folder))
-        source = Source(str(manifest["scene"]), trajectory.text, _place_of(trajectory))
-        try:
-            program = load(source, (Path(folder),), findings)
-            compiled = compile_scene(
-                resolve(program, findings, manifest["overrides"]), findings
-            )
-        except CompileError as error:
-            raise TissueError(
-                f'the scene of "{trajectory.path}" can no longer be compiled: '
-                f"{error.diagnostics[0].message}"
-            ) from error
-    _check_same(trajectory, compiled)
-    return compiled
-
-
-def _unpack(sources: dict[str, str], folder: Path) -> None:
-    """Write out what the scene used, whatever has become of those files since."""
-    for name, text in sources.items():
-        place = folder / name
-        if folder.resolve() in place.resolve().parents:
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_text(text, encoding="utf-8")
-
-
-def _place_of(trajectory: "Trajectory") -> Path:
-    """Return where the scene stands, or stood: files that it names are looked for beside it."""
-    written = Path(str(trajectory.manifest["scene"]))
-    beside = trajectory.path.parent / written.name
-    return beside if beside.is_file() and not written.is_file() else written
-
-
-def _check_same(trajectory: "Trajectory", compiled: "Compiled") -> None:
-    """Check that numbers of nodes and springs mean what they meant in the run."""
-    now, then = compiled.network, trajectory.network
-    names = ("position", "ends", "node_ids", "spring_ids")
-    if not all(np.array_equal(getattr(now, name), getattr(then, name)) for name in names):
-        raise TissueError(
-            f'the scene of "{trajectory.path}" now gives another net than in the run, so its '
-            "sets are unknown; run it again"
-        )
 
 
 def nodes_of(trajectory: "Trajectory", asked: str) -> Indices:
@@ -88,7 +30,13 @@ def nodes_of(trajectory: "Trajectory", asked: str) -> Indices:
         CompileError: The set has an error.
     """
     if s.key_of(asked).startswith(_SETS):
-        return _chosen(origin_of(trajectory), asked)
+        from tissuec.analysis.recompiled import recompile
+
+        recompiled = recompile(trajectory)
+        if recompiled.compiled is None:
+            reasons = "; ".join(doubt.text for doubt in recompiled.doubts)
+            raise TissueError(f'the sets of "{trajectory.path}" are unknown: {reasons}')
+        return _chosen(recompiled.compiled, asked)
     try:
         return members(trajectory.network, trajectory.groups, asked, NODES)
     except ValueError as error:

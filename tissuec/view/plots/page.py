@@ -112,7 +112,7 @@ def need_matplotlib() -> None:
         import_module("matplotlib.figure")
     except ImportError as error:
         raise TissueError(
-            'a plot needs matplotlib; install it: pip install "tissuec[plot]"'
+            'a picture needs matplotlib; install it: pip install "tissuec[plot]"'
         ) from error
 
 

@@ -1,4 +1,4 @@
-"""Parallel projection of points onto paper."""
+"""Directions of looking, and the parallel projection of points onto paper."""
 
 from math import cos, radians, sin
 from typing import Any
@@ -28,25 +28,21 @@ class Projection(Struct, frozen=True):
     elevation: float
 
     @property
+    def frame(self) -> Floats:
+        """Return unit vectors to the right, upwards and to the eye, shape (3, 3)."""
+        a, e = radians(self.azimuth), radians(self.elevation)
+        eye = np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
+        right = np.array([-sin(a), cos(a), 0.0])
+        return np.array([right, np.cross(eye, right), eye])
+
+    @property
     def towards(self) -> Floats:
         """Return the unit vector from the scene to the eye, shape (3,)."""
-        a, e = radians(self.azimuth), radians(self.elevation)
-        return np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
-
-    @property
-    def right(self) -> Floats:
-        """Return the unit vector to the right of the picture, shape (3,)."""
-        a = radians(self.azimuth)
-        return np.array([-sin(a), cos(a), 0.0])
-
-    @property
-    def up(self) -> Floats:
-        """Return the unit vector upwards in the picture, shape (3,)."""
-        return np.cross(self.towards, self.right)
+        return self.frame[2]
 
     def flat(self, points: NDArray[Any]) -> Floats:
         """Return points of shape (…, 3) on the picture, in their unit, shape (…, 2)."""
-        return np.asarray(points @ np.stack([self.right, self.up], axis=-1))
+        return np.asarray(points @ self.frame[:2].T)
 
     def nearness(self, points: NDArray[Any]) -> Floats:
         """Return how near points of shape (…, 3) are to the eye, in their unit, shape (…)."""
@@ -59,7 +55,7 @@ class Projection(Struct, frozen=True):
         One that leads the other way has a minus.
         """
         names: list[str] = []
-        for direction in (self.right, self.up):
+        for direction in self.frame[:2]:
             axis = int(np.abs(direction).argmax())
             if abs(direction[axis]) < 1.0 - 1e-9:
                 return None
@@ -67,16 +63,19 @@ class Projection(Struct, frozen=True):
         return names[0], names[1]
 
 
-def suiting(position: Floats) -> Projection:
-    """Return the view that shows a net well, as drawn [m], shape (node, 3).
+def viewpoint(points: Floats) -> tuple[float, float]:
+    """Return azimuth and elevation from which points are seen well [deg].
 
-    Its longer side lies across the picture, a little turned; what is flat is seen from straight
-    before it.
+    Their longer side lies across the picture, a little turned; what is flat is seen from
+    straight before it.
+
+    Args:
+        points: [m], shape (point, 3).
     """
-    wide, deep, high = sides = np.ptp(position, axis=0) if len(position) else np.zeros(3)
+    wide, deep, high = sides = np.ptp(points, axis=0) if len(points) else np.zeros(3)
     if not sides.any():
-        return Projection(*FRONT)
+        return FRONT
     if sides.min() <= FLAT * sides.max():
-        return Projection(*_STRAIGHT[int(sides.argmin())])
+        return _STRAIGHT[int(sides.argmin())]
     azimuth = -90.0 - ACROSS if wide >= deep else -ACROSS
-    return Projection(azimuth, 2.0 * ABOVE if high < LOW * min(wide, deep) else ABOVE)
+    return azimuth, 2.0 * ABOVE if high < LOW * min(wide, deep) else ABOVE

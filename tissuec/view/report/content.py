@@ -5,6 +5,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
+from tissuec.analysis.recompiled import RecompiledScene, recompile
 from tissuec.compiler.prediction import Prediction, predict
 from tissuec.core.errors import counted
 from tissuec.results.info import summary
@@ -12,7 +13,6 @@ from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, ExpectationResult
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate.summary import HEADINGS
-from tissuec.view.report.recompiled import RecompiledScene, recompile
 from tissuec.view.report.texts import Texts, file_name
 from tissuec.view.report.verdict import Kind, Tone, Verdict, kind_of
 
