@@ -209,7 +209,7 @@ def rupture_time() -> str:
     """Return how well the time of a rupture is met: c v t + d v = strength."""
     text = """language 1
     tissue cord { spring constant = 40 N/m; viscosity = 1 N*s/m; mass = 10 g
-      fraction force = 0.2 N }
+      breaking force = 0.2 N }
     body pair { mesh is explicit; tissue is cord; rupture is allowed }
     table nodes of pair in mm with columns "id x" { 1 0; 2 10 }
     table springs of pair with columns "a b" { 1 2 }

@@ -57,7 +57,7 @@ def scene(
     """Return the text of a scene in which the net shivers."""
     return f"""language 1
     tissue flesh {{ spring constant = 500 N/m; viscosity = {viscosity}; mass = 1 g;
-      prestress = 1 %; fraction force = 1 kN; {tissue} }}
+      prestress = 1 %; breaking force = 1 kN; {tissue} }}
     body block {{ {net.body}; tissue is flesh; rupture is allowed; {body} }}
     environment {{ gravity = (0, 0, 0) m/s^2; {around} }}
     {more}

@@ -35,7 +35,7 @@ from tissuec.results.errors import ResultError
 SCENE = """language 1
 param drawn = 4 mm
 tissue skin {
-  spring constant = 40 N/m; viscosity = 5 mN*s/m; mass = 0.2 g; fraction force = 60 mN
+  spring constant = 40 N/m; viscosity = 5 mN*s/m; mass = 0.2 g; breaking force = 60 mN
   spring law is toe { strain = 3 % }
 }
 tissue cord {

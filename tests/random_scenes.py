@@ -189,7 +189,7 @@ def _body(draft, name):
     rupture = "allowed" if draft.chance(0.5) else "not allowed"
     table = [
         f'table springs of {key} in {unit} with columns "id a b spring constant in N/m '
-        'viscosity in N*s/m rest length fraction force in N" {',
+        'viscosity in N*s/m rest length breaking force in N" {',
         *(
             " ".join([*row[:5], _number(float(row[5]) / scale), row[6]])
             for row in view.rows(springs)
@@ -396,7 +396,7 @@ def _change(draft):
         factor = draft.random.uniform(0.5, 2.0)
         options += [
             f"{what} of {bars} by {factor!r}"
-            for what in ("spring constant", "viscosity", "rest length", "fraction force")
+            for what in ("spring constant", "viscosity", "rest length", "breaking force")
         ]
     return f"change {draft.pick(options)}"
 

@@ -25,7 +25,7 @@ KINDS = ("sodium chloride", "caesium chloride", "diamond", "braced cubes")
 CELL, MODULUS = 5e-3, 1e5
 SCENE = """language 1
 tissue gel {{ spring constant = {stiffness}; viscosity = {viscosity}; mass = 10 mg
-             fraction force = 10 mN }}
+             breaking force = 10 mN }}
 body block {{
   mesh is lattice {{ kind is {kind}; cell = 5 mm; reach is {reach}
                     box from (0, 0, 0) mm to ({size}) mm }}

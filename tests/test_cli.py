@@ -197,7 +197,7 @@ def test_library_copy_puts_a_scene_beside_you_once(tmp_path):
 def test_explain_names_rule_line_and_degree_of_each_quantity_of_the_tube(repository):
     run = tissuec("explain", "library/scenes/sterilisation.tis", "--json", cwd=repository)
     tissue = json.loads(run.stdout)["tissues"]["fallopian tube"]
-    for quantity in ("spring constant", "viscosity", "mass", "fraction force"):
+    for quantity in ("spring constant", "viscosity", "mass", "breaking force"):
         (first, *_) = tissue["quantities"][quantity]["reasons"]
         assert 0.0 < first["degree"] <= 1.0
         assert first["place"].startswith("fuzzy/soft_tissue.tis:")

@@ -40,7 +40,7 @@ def net(nodes, springs, *, script="", more="", duration=1.0, every=0.01, gravity
     )
     table = (
         'table springs of net in m with columns "a b spring constant in N/m viscosity in N*s/m '
-        f'rest length fraction force in N" {{\n{bars}\n}}\n'
+        f'rest length breaking force in N" {{\n{bars}\n}}\n'
     )
     return f"""language 1
 body net {{ mesh is explicit; rupture is allowed {more} }}

@@ -18,7 +18,7 @@ from tissuec.script.measures.snapshot import Snapshot
 
 MASSES = """language 1
 tissue rope {{ spring constant = 40 N/m; viscosity = {viscosity}; mass = 5 g
-             fraction force = 1 N; {more} }}
+             breaking force = 1 N; {more} }}
 body one {{ mesh is explicit; tissue is rope }}
 body two {{ mesh is explicit; tissue is rope }}
 table nodes of one in mm with columns "id x" {{ 1 0 }}
@@ -42,7 +42,7 @@ def masses(script="", duration="0.2 s", *, speed=0, viscosity="0 N*s/m", more=""
 WOUND = """language 1
 tissue gum {{ spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 20 mg }}
 tissue silk {{ spring law is tension only; spring constant = 100 N/m; viscosity = 10 mN*s/m
-             fraction force = 0.2 N; {more} }}
+             breaking force = 0.2 N; {more} }}
 body left {{ mesh is sheet {{ corner = (-6, 0, 0) mm; first edge = (4, 0, 0) mm
   second edge = (0, 6, 0) mm; columns = 3; rows = 4; diagonals is both }}; tissue is gum }}
 body right {{ mesh is sheet {{ corner = (2, 0, 0) mm; first edge = (4, 0, 0) mm

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes as on
 #: A sheet that is drawn out and shaken, cut, and torn, with every kind of output.
 SHEET = """language 1
 tissue skin {
-  spring constant = 40 N/m; viscosity = 5 mN*s/m; mass = 0.2 g; fraction force = 55 mN
+  spring constant = 40 N/m; viscosity = 5 mN*s/m; mass = 0.2 g; breaking force = 55 mN
 }
 body sheet {
   mesh is sheet { corner = (0, 0, 0) mm; first edge = (20, 0, 0) mm; second edge = (0, 20, 0) mm

@@ -28,7 +28,7 @@ FILES = sorted(library().rglob("*.tis"))
 TISSUES = sorted((library() / "tissues").glob("*.tis"))
 SCENES = sorted((library() / "scenes").glob("*.tis"))
 LONG = {"ligature", "suture", "tubal_ligation"}  # their beginnings are validated elsewhere
-QUANTITIES = ("spring constant", "viscosity", "mass", "fraction force")
+QUANTITIES = ("spring constant", "viscosity", "mass", "breaking force")
 
 #: Table 2 of the paper, row by row.
 #: Warnings that shipped scenes deserve.
@@ -36,7 +36,7 @@ OWNED = {"sterilisation": ("W209",)}
 PUBLISHED = (
     "if hardness is soft and elasticity is big then spring constant is low",
     "if shiftability is high then spring constant is very low and viscosity is high",
-    "if consistency is chapped then fraction force is low and spring constant is very high",
+    "if consistency is chapped then breaking force is low and spring constant is very high",
     "if consistency is slightly hard "
     "then spring constant is slightly high and viscosity is low",
 )

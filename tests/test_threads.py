@@ -405,7 +405,7 @@ def test_what_a_knot_holds_is_a_part_of_the_strength_of_the_thread():
     for tied in ("square knot", "surgeons knot", "granny knot"):
         compiled, _, outcome = ran(
             knot(
-                tied, strength="fraction force = 3 N", body="rupture is allowed", duration="1 s"
+                tied, strength="breaking force = 3 N", body="rupture is allowed", duration="1 s"
             )
         )
         thread = compiled.network.bodies[0].thread
@@ -418,7 +418,7 @@ def test_a_knot_that_takes_the_place_of_another_bears_its_own_part():
     script = "at 0 s: tie sling with granny knot; at 1 ms: tie sling with square knot"
     text = knot(
         script=script,
-        strength="fraction force = 3 N",
+        strength="breaking force = 3 N",
         body="rupture is allowed",
         duration="2 ms",
     )
@@ -429,7 +429,7 @@ def test_a_knot_that_takes_the_place_of_another_bears_its_own_part():
 
 def test_a_thread_breaks_that_is_weaker_than_its_knot():
     text = knot(
-        "square knot of 9 N", strength="fraction force = 2 N", body="rupture is allowed"
+        "square knot of 9 N", strength="breaking force = 2 N", body="rupture is allowed"
     )
     _, _, outcome = ran(text)
     assert "rupture" in kinds(outcome) and "slip" not in kinds(outcome)

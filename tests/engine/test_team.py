@@ -22,7 +22,7 @@ from tissuec.mechanics.state import State
 #: Enough nodes for five blocks of springs in runs.
 SCENE = """language 1
 tissue flesh {
-  spring constant = 500 N/m; viscosity = 10 mN*s/m; mass = 1 g; fraction force = 1 kN
+  spring constant = 500 N/m; viscosity = 10 mN*s/m; mass = 1 g; breaking force = 1 kN
 }
 body block {
   mesh is lattice {

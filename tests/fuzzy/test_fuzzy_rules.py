@@ -29,7 +29,7 @@ SEVEN = ["very low", "low", "slightly low", "medium", "slightly high", "high", "
 SCALES |= {
     "spring constant": evenly(Axis("spring constant", 2.0, 2000.0, log=True), SEVEN),
     "viscosity": evenly(Axis("viscosity", 0.001, 1.0, log=True), ["low", "medium", "high"]),
-    "fraction force": evenly(Axis("fraction force", 0.05, 5.0, log=True), UNIT["weight"]),
+    "breaking force": evenly(Axis("breaking force", 0.05, 5.0, log=True), UNIT["weight"]),
     "mass": shaped(
         Axis("mass", 1e-6, 1e-4, log=True),
         {
@@ -85,7 +85,7 @@ PUBLISHED = [
         spring_constant="low",
     ),
     rule(when("shiftability", "high"), spring_constant="very low", viscosity="high"),
-    rule(when("consistency", "chapped"), fraction_force="low", spring_constant="very high"),
+    rule(when("consistency", "chapped"), breaking_force="low", spring_constant="very high"),
     rule(
         when("consistency", "slightly hard"), spring_constant="slightly high", viscosity="low"
     ),
@@ -117,8 +117,8 @@ OWN = [
         ),
         spring_constant="very high",
     ),
-    rule(when("elasticity", "big"), fraction_force="high", viscosity="low", weight=0.5),
-    rule(when("elasticity", "small"), fraction_force="low"),
+    rule(when("elasticity", "big"), breaking_force="high", viscosity="low", weight=0.5),
+    rule(when("elasticity", "small"), breaking_force="low"),
     *(rule(when("weight", text), mass=text) for text in ("low", "medium", "high")),
 ]
 
@@ -151,7 +151,7 @@ def outer(count):
             {"consistency": "chapped"},
             {
                 "spring constant": 2 * 1000 ** (1 - outer(7)),
-                "fraction force": 0.05 * 100 ** outer(3),
+                "breaking force": 0.05 * 100 ** outer(3),
             },
         ),
         (
@@ -283,7 +283,7 @@ def test_where_no_rule_fires_the_fallback_stands_for_the_middle_of_its_core():
 
 def test_where_nothing_can_be_said_the_answer_says_why():
     told = base(*PUBLISHED).infer({"shiftability": 0.25})
-    force = told["fraction force"]
+    force = told["breaking force"]
     assert isinstance(force, NoRule)
     assert force.missing == ("consistency",)
     spring = told["spring constant"]

@@ -214,7 +214,7 @@ def test_methods_of_second_order_keep_the_tolerance():
 
 TORN = """language 1
 tissue gum {{
-  spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 1 g; fraction force = 0.12 N; {law}
+  spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 1 g; breaking force = 0.12 N; {law}
   relaxing constant = 60 N/m; relaxation time = 30 ms
   yield force = 60 mN; yield viscosity = 4 N*s/m }}
 body rod {{ mesh is explicit; tissue is gum; rupture is allowed }}
@@ -271,7 +271,7 @@ def test_a_spring_that_relaxes_to_its_yield_force_takes_few_steps():
 
 
 def test_the_branch_counts_when_a_spring_ruptures():
-    limit = "; fraction force = 0.15 N"
+    limit = "; breaking force = 0.15 N"
     script = "from 0 s to 10 ms: move bob by (2, 0, 0) mm using constant speed"
     text = rod(memory=STANDARD + limit, script=script, body="; rupture is allowed")
     found = ran(text)

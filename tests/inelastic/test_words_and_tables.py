@@ -202,7 +202,7 @@ def test_methods_that_would_leave_it_out_are_refused(method):
 def test_knots_neither_relax_nor_yield():
     network = compiled_scene("""language 1
 tissue silk {
-  spring constant = 100 N/m; viscosity = 0.1 N*s/m; mass = 1 g; fraction force = 2 N
+  spring constant = 100 N/m; viscosity = 0.1 N*s/m; mass = 1 g; breaking force = 2 N
   relaxing constant = 50 N/m; relaxation time = 20 ms
   yield force = 0.5 N; yield viscosity = 20 N*s/m
 }

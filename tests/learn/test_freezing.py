@@ -68,8 +68,8 @@ SCRIPTS = {
     "crush": "  at 0 s: push right with (0, -0.2, 0.1) N",
 }
 BREAKING = {
-    "rupture": "; fraction force = 0.2 N",
-    "crush": "; fraction force = 9 N; crushing force = 0.05 N",
+    "rupture": "; breaking force = 0.2 N",
+    "crush": "; breaking force = 9 N; crushing force = 0.05 N",
 }
 #: Where springs are gone in the end, so that this is seen to be tested.
 BROKEN = ("cut", "closing blades", *BREAKING)

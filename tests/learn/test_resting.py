@@ -275,7 +275,7 @@ def test_what_is_cut_pulls_no_more(model):
 
 def test_what_bears_too_much_breaks_and_stays_broken(model):
     # Half of the greatest force.
-    weak = {"law": "; fraction force = 0.02 N", "body": "rupture is allowed"}
+    weak = {"law": "; breaking force = 0.02 N", "body": "rupture is allowed"}
     found, _ = forces(model, PULLED, [1.0, 1.9, 2.1, 4.0], **weak)
     assert found[:2] == pytest.approx(C * 1e-3 * np.array([1.0, 1.9]) / SPRINGS, rel=1e-11)
     assert found[2:] == pytest.approx([0.0, 0.0], abs=1e-12)

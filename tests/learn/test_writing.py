@@ -22,7 +22,7 @@ from tissuec.scene.request import Request
 ROUNDED = 6e-6  # relative: half a unit in the sixth digit
 GUM = """tissue gum {
   spring constant = 40 N/m; viscosity = 10 mN*s/m per 2 mm; mass = 10 mg; prestress = 1.25 %
-  fraction force is none
+  breaking force is none
   spring law is exponential { stiffening = 3 }
 }
 """
@@ -129,7 +129,7 @@ def test_a_tissue_of_the_scene_itself_is_written_in_full(tmp_path):
     assert new.given["viscosity"].value == old.given["viscosity"].value
     assert new.given["viscosity"].length == 2e-3
     assert new.given["mass"].value == old.given["mass"].value
-    assert new.given["fraction force"].value == np.inf
+    assert new.given["breaking force"].value == np.inf
     assert new.given["prestress"].value == pytest.approx(0.0125 * CHANGED, rel=ROUNDED)
     assert new.laws["spring law"].law.stiffening == pytest.approx(3 * CHANGED, rel=ROUNDED)
 

@@ -326,7 +326,7 @@ def test_bodies_break_at_the_strain_and_stress_of_their_tissue(mesh, more, limit
 
 def test_springs_of_a_law_break_where_it_reaches_their_limit():
     law = "spring law is exponential { stiffening = 4 }"
-    text = text_of("explicit", f"{law}; {SPRINGS}; fraction force = 2 N", "rupture is allowed")
+    text = text_of("explicit", f"{law}; {SPRINGS}; breaking force = 2 N", "rupture is allowed")
     text += (
         'table nodes of piece in mm with columns "id x" { 1 0; 2 10 }\n'
         'table springs of piece with columns "a b" { 1 2 }\n'
@@ -344,14 +344,14 @@ def test_a_limit_that_is_never_reached_is_none():
         'table springs of piece with columns "a b" { 1 2 }\n'
     )
     law = "spring force of e = c * e / (1 + abs(e) / 1 mm)"  # below c times 1 mm
-    text = text_of("explicit", f"{law}; {SPRINGS}; fraction force = 2 N", "rupture is allowed")
+    text = text_of("explicit", f"{law}; {SPRINGS}; breaking force = 2 N", "rupture is allowed")
     (found,) = tissuec.properties(text + table, frequencies=0)
     assert found.breaking is None
 
 
 def test_springs_that_break_late_are_told_with_a_force_that_breaks_them_early():
     def said(force):
-        tissue = f"{SPRINGS}; fraction force = {force}"
+        tissue = f"{SPRINGS}; breaking force = {force}"
         return text_of(SHEET.format(9, 5, "both"), tissue, "rupture is allowed")
 
     (late,) = tissuec.check(said("5 N"))

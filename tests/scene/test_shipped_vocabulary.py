@@ -130,7 +130,7 @@ def test_two_vocabularies_stand_in_one_scene_and_each_concludes_its_own_quantiti
     assert set(matter.given) == {
         "young's modulus", "retardation time", "density", "breaking strain",
     }  # fmt: skip
-    assert set(springs.given) == {"spring constant", "viscosity", "mass", "fraction force"}
+    assert set(springs.given) == {"spring constant", "viscosity", "mass", "breaking force"}
     alone, _ = read(
         "\n".join(line for line in TWO.splitlines() if "body one" not in line).replace(
             "SMOOTH", "smooth"

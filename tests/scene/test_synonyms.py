@@ -1,4 +1,4 @@
-"""Terms of mechanics stand for those of the publication, wherever a name can stand."""
+"""Synonyms, such as terms of the publication, stand for names wherever a name can stand."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from tissuec.scene.request import Request
 TEXT = """language 1
 use "fuzzy/soft_tissue"
 tissue gum {
-  spring constant = 40 N/m; viscosity = 0.01 N*s/m; mass = 10 mg; fraction force = 2 N
+  spring constant = 40 N/m; viscosity = 0.01 N*s/m; mass = 10 mg; breaking force = 2 N
 }
 tissue wall {
   described in soft tissue; hardness is soft; elasticity is big; weight is low
@@ -20,14 +20,14 @@ tissue wall {
 }
 body net { mesh is explicit; tissue is gum; rupture is allowed }
 table nodes of net in mm with columns "id x y z" { 1 0 0 0; 2 5 0 0; 3 0 5 0 }
-table springs of net with columns "a b fraction force in N" { 1 2 1; 2 3 -; 3 1 3 }
+table springs of net with columns "a b breaking force in N" { 1 2 1; 2 3 -; 3 1 3 }
 body tube {
   mesh is tube { axis from (0, 0, 0) mm to (20, 0, 0) mm; radius = 3 mm; rings = 4; sides = 6 }
   tissue is wall
 }
 set all = springs of net
 environment { gravity = (0, 0, 0) m/s^2 }
-script { at 0 s: change fraction force of all to 1 N }
+script { at 0 s: change breaking force of all to 1 N }
 simulate { duration = 1 s }
 """
 
@@ -38,9 +38,9 @@ def compiled(text):
 
 def test_scenes_with_synonyms_compile_to_the_same_network_and_script():
     plain, other = TEXT, TEXT
-    for word, of_publication in SYNONYMS.items():
-        assert of_publication in TEXT
-        other = other.replace(of_publication, word.title())
+    for word, name in SYNONYMS.items():
+        assert name in TEXT
+        other = other.replace(name, word.title())
     one, two = compiled(plain), compiled(other)
     for name in ("stiffness", "damping", "mass", "strength"):
         assert np.array_equal(getattr(one.network, name), getattr(two.network, name))
@@ -51,7 +51,7 @@ def test_scenes_with_synonyms_compile_to_the_same_network_and_script():
 
 
 def test_a_quantity_under_both_names_is_written_twice():
-    text = TEXT.replace("fraction force = 2 N", "fraction force = 2 N; breaking force = 3 N")
+    text = TEXT.replace("breaking force = 2 N", "fraction force = 2 N; breaking force = 3 N")
     with pytest.raises(CompileError) as caught:
         compiled(text)
     assert [one.code for one in caught.value.diagnostics] == ["TIS307"]

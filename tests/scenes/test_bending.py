@@ -135,7 +135,7 @@ def test_of_a_constant_for_a_length_they_take_that_of_their_own():
 def test_a_chain_that_is_stretched_evenly_breaks_all_over_at_one_strain(constant):
     mesh = STRIP.replace("; diagonals is both", "").replace("(0, 1, 0)", "(0, 1e-3, 0)")
     net = network(mesh, "bending = 20 %; rupture is allowed", constant,
-                  "fraction force = 1 N; crushing force = 2 N")  # fmt: skip
+                  "breaking force = 1 N; crushing force = 2 N")  # fmt: skip
     along = np.abs(np.subtract(*net.position[net.ends.T])[:, 0]) > 0.5e-3
     inner = np.abs(net.position[net.ends, 0] - 4e-3).max(axis=1) < 3.5e-3
     for limit in (net.strength, net.crush):

@@ -18,7 +18,7 @@ from tissuec.scene.request import Request
 # 60 mN where cos(w t) = -0.75, with w² = 2 c / m.
 SCENE = """language 1
 tissue cord {{ spring constant = 40 N/m; viscosity = 0 N*s/m; mass = 5 g
-              fraction force = 1 N; {limit} }}
+              breaking force = 1 N; {limit} }}
 body pair {{ mesh is explicit; tissue is cord; rupture is {rupture} }}
 table nodes of pair in mm with columns "id x" {{ 1 0; 2 12; 3 40; 4 52 }}
 table springs of pair with columns "a b rest length in mm {column}" {{ {rows} }}
@@ -98,8 +98,8 @@ def test_a_change_brings_and_lifts_a_limit():
     assert broken(ran(late)[1]) == []
 
 
-def test_without_fraction_forces_pressure_alone_breaks():
-    text = scene().replace("fraction force = 1 N", "fraction force is none")
+def test_without_breaking_forces_pressure_alone_breaks():
+    text = scene().replace("breaking force = 1 N", "breaking force is none")
     compiled, outcome = ran(text)
     assert np.isinf(compiled.network.strength).all()
     assert broken(outcome)[0][0] == pytest.approx(TIME, rel=1e-8)

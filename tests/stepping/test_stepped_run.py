@@ -12,7 +12,7 @@ from tissuec.engine.integrators import INTEGRATORS
 
 ROPE = """language 1
 param lift = 3 mm between 0 mm and 10 mm
-tissue gut {{ spring constant = 2 N/m; viscosity = 1 mN*s/m; fraction force = {strength} }}
+tissue gut {{ spring constant = 2 N/m; viscosity = 1 mN*s/m; breaking force = {strength} }}
 body rope {{ mesh is explicit; tissue is gut; rupture is allowed }}
 table nodes of rope in mm with columns "id x mass in g" {{
   1 0 4
@@ -118,7 +118,7 @@ def test_saving_restoring_and_forking_on_the_way_change_nothing(seed):
     orders = [
         lambda: sim.push("tip", with_=(draw.uniform(-1, 1) * 4e-3, 0, 1e-3), over="30 ms"),
         lambda: sim.change("viscosity", of="rope", by=draw.uniform(0.5, 2)),
-        lambda: sim.change("fraction force", of="rope", to=draw.uniform(5e-3, 20e-3)),
+        lambda: sim.change("breaking force", of="rope", to=draw.uniform(5e-3, 20e-3)),
         lambda: sim.move("middle", by=(0, draw.uniform(-1, 1) * 1e-3, 0), over="15 ms"),
         lambda: sim.release("middle") if len(sim.snapshot.state.holders) > 2 else None,
         lambda: sim.settle("tip") if draw.random() < 0.2 else None,

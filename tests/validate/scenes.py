@@ -7,7 +7,7 @@ from tissuec.validate.validation import validate
 
 ROD = """language 1
 tissue strand { spring constant = 40 N/m; viscosity = VISCOSITY; mass = 1 g
-                fraction force = 0.06 N }
+                breaking force = 0.06 N }
 body rod {
   mesh is explicit
   tissue is strand

@@ -60,7 +60,7 @@ def test_velocity_is_that_of_the_motion():
     assert solution.velocity[:, 1, 0] == pytest.approx(exact, abs=1e-8 * 0.01 * w)
 
 
-def test_driven_spring_breaks_when_its_tension_reaches_the_fraction_force():
+def test_driven_spring_breaks_when_its_tension_reaches_the_breaking_force():
     """T = c v t + d v = F, with the viscous part in it."""
     network = make_net([[0, 0, 0], [0.1, 0, 0]], [[0, 1]], mass=MASS, stiffness=SPRING,
                        damping=DAMPER, strength=2.0)  # fmt: skip
@@ -130,7 +130,7 @@ def test_motion_that_ends_at_an_event_but_for_rounding_does_not_stall_the_steps(
     assert steps[0] <= steps[1]
 
 
-def test_spring_that_stays_below_its_fraction_force_does_not_break():
+def test_spring_that_stays_below_its_breaking_force_does_not_break():
     network = make_net(
         [[0, 0, 0], [0.1, 0, 0]], [[0, 1]], mass=MASS, stiffness=SPRING,
         velocity=[[0, 0, 0], [1.0, 0, 0]],
@@ -161,12 +161,12 @@ def test_springs_of_equal_tension_break_together_and_others_later():
         assert entry.time == pytest.approx(np.sqrt(length**2 - 1.0) - 1.0, abs=1e-12)
 
 
-def test_springs_above_a_lowered_fraction_force_break_at_once():
+def test_springs_above_a_lowered_breaking_force_break_at_once():
     network = pair(strength=5.0)
     groups = {"both": [0, 1], "all": [0]}
     events = [
         event(0.0, "fix both", groups),
-        event(0.1, "change fraction force", groups, of="all", to=0.5),
+        event(0.1, "change breaking force", groups, of="all", to=0.5),
     ]
     solution = reference(network, make_plan(network, 0.2, events), times_until(0.2))
     assert [(entry.time, entry.springs.tolist()) for entry in solution.breaks] == [(0.1, [0])]

@@ -136,7 +136,7 @@ def test_springs_that_break_in_one_solution_only_are_named(monkeypatch):
 
 
 def test_near_tie_leaves_the_verdict_open_from_there_on(monkeypatch):
-    """A fraction force that is 1 + 1e-7 of the largest tension, in the run 1 - 1e-7 of it."""
+    """A breaking force that is 1 + 1e-7 of the largest tension, in the run 1 - 1e-7 of it."""
     swinging = swing(strength=np.inf)
     top = validate(swinging, method="DOP853", rtol=1e-11, progress=silent)
     peak = float(np.abs(top.comparison.known.reference.force[:, 0, 0]).max())

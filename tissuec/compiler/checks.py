@@ -314,7 +314,7 @@ def _breaks_late(network: Network, body: BodyPart, spring: int, strain: float) -
     rest, force = float(network.rest[spring]), float(network.strength[spring])
     constant = float(network.stiffness[spring])
     better = float(network.behaviour().pull(PLAUSIBLE * network.rest)[spring])
-    arrays = {"fraction force": "strength", "spring constant": "stiffness"}
+    arrays = {"breaking force": "strength", "spring constant": "stiffness"}
     return Diagnostic(
         "W209",
         f"springs of {body.name} break at {1.0 + strain:.3g} times their length: one of "

@@ -144,7 +144,7 @@ class MaterialReader:
             "stiffness": self.stiffness,
             "damping": self._shared("viscosity"),
             "rest": self.rest,
-            "strength": self._limit("fraction force"),
+            "strength": self._limit("breaking force"),
             "crush": self._limit("crushing force"),
         }
         arrays |= self._inelastic()
@@ -661,7 +661,7 @@ class MaterialReader:
 
 def _instead_of(quantity: TissueQuantity) -> str:
     """Return what of springs, or in words of strain, stands for a stress."""
-    if quantity.instead == "fraction force":
+    if quantity.instead == "breaking force":
         return "a breaking strain or the breaking force"
     return f"the {quantity.instead}"
 

@@ -47,11 +47,11 @@ NODE_COLUMNS: dict[str, Dimension | None] = {
 SPRING_COLUMNS: dict[str, Dimension | None] = {
     ID: None, "a": None, "b": None, "rest length": LENGTH,
     "spring constant": units.STIFFNESS, "viscosity": units.VISCOSITY,
-    "fraction force": units.FORCE, "crushing force": units.FORCE, LAW: None,
+    "breaking force": units.FORCE, "crushing force": units.FORCE, LAW: None,
     **{name: QUANTITIES[name].dimension for name in INELASTIC},
 }  # fmt: skip
 #: Columns that may leave a cell open with "-": the tissue gives what is missing.
-_LIMITS = ("fraction force", "crushing force")
+_LIMITS = ("breaking force", "crushing force")
 _OPEN = ("mass", "rest length", "spring constant", "viscosity", *_LIMITS, LAW, *INELASTIC)
 #: Columns whose numbers must be above zero, or may be zero.
 _ABOVE_ZERO = ("mass", *_LIMITS, *(n for n in INELASTIC if not QUANTITIES[n].may_be_zero))

@@ -1,7 +1,7 @@
 """Normal form of names, for comparison."""
 
 #: Other words for what the language has a name for.
-SYNONYMS = {"breaking force": "fraction force", "mobility": "shiftability"}
+SYNONYMS = {"fraction force": "breaking force", "mobility": "shiftability"}
 
 
 def key_of(text: str) -> str:

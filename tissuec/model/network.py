@@ -169,7 +169,7 @@ class Network(Struct, frozen=True, eq=False):
         stiffness: Spring constants c [N/m], shape (spring,).
         damping: Viscosities d [N s/m], shape (spring,).
         rest: Rest lengths L0 [m], shape (spring,).
-        strength: Fraction forces [N], shape (spring,); infinite where nothing may rupture.
+        strength: Breaking forces [N], shape (spring,); infinite where nothing may rupture.
         crush: Crushing forces [N], shape (spring,): the pressures that springs bear; infinite
             where nothing is crushed.
         law: Law of each spring as a number among ``laws``, shape (spring,).

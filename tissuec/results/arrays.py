@@ -37,7 +37,7 @@ ARRAYS = {
     "stiffness": ("N/m", "spring constant of each spring"),
     "damping": ("N*s/m", "viscosity of each spring"),
     "rest": ("m", "rest length of each spring"),
-    "strength": ("N", "fraction force of each spring; infinite: it never ruptures"),
+    "strength": ("N", "breaking force of each spring; infinite: it never ruptures"),
     "crush": ("N", "crushing force of each spring; infinite: pressure does not break it"),
     "law": ("", "law of each spring, as a number among the laws"),
     "skin": ("", "triangles of the bodies' surfaces, as nodes"),

@@ -139,7 +139,7 @@ def _is_differentiated(member: type[Integrator]) -> bool:
 
 
 #: What limits forces at which springs break: there is no slope to follow.
-BREAKING = ("fraction force", "crushing force", "breaking strain", "strength", "toughness")
+BREAKING = ("breaking force", "crushing force", "breaking strain", "strength", "toughness")
 #: What a set, body or region can have adjusted, and by what it can be divided.
 PARTED: dict[str, tuple[str, ...]] = {
     "spring constant": ("spring", "region"),

@@ -102,7 +102,7 @@ QUANTITIES: dict[str, TissueQuantity] = {
             may_be_zero=True,
         ),
         TissueQuantity("mass", units.MASS, "mass", ("each node", "whole body")),
-        TissueQuantity("fraction force", units.FORCE, "strength", ("each spring",), none=inf),
+        TissueQuantity("breaking force", units.FORCE, "strength", ("each spring",), none=inf),
         TissueQuantity(
             "crushing force", units.FORCE, "crush", ("each spring",), default=inf, none=inf
         ),
@@ -126,10 +126,10 @@ QUANTITIES: dict[str, TissueQuantity] = {
         ),
         _matter("yield stress", units.PRESSURE, LIMIT, LIMIT, none=inf, may_be_zero=True),
         _matter("flow viscosity", units.PRESSURE_TIME, VISCOSITY, VISCOSITY, none=inf),
-        _matter("breaking strain", units.NUMBER, "fraction force", "strength", none=inf),
-        _matter("strength", units.PRESSURE, "fraction force", "strength", none=inf),
+        _matter("breaking strain", units.NUMBER, "breaking force", "strength", none=inf),
+        _matter("strength", units.PRESSURE, "breaking force", "strength", none=inf),
         # J/m^2, which is N/m.
-        _matter("toughness", units.STIFFNESS, "fraction force", "strength", none=inf),
+        _matter("toughness", units.STIFFNESS, "breaking force", "strength", none=inf),
     )
 }
 #: What can be known of matter: its quantities, and what only a laboratory measures.

@@ -485,7 +485,7 @@ def why(rules: RulesBlock, answer: NoRule) -> str:
 
 
 def is_none(item: s.Sentence | s.Assign) -> bool:
-    """Return whether an entry says that there is none of it: ``fraction force is none``."""
+    """Return whether an entry says that there is none of it: ``breaking force is none``."""
     if not isinstance(item, s.Sentence) or item.phrase is None or item.clauses:
         return False
     return item.phrase.kind == "word" and item.phrase.words[0].key == "none"

@@ -27,7 +27,7 @@ def limits_of(quantity: TissueQuantity) -> Measure:
 
 
 def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
-    """Return a physical quantity written as a number: ``fraction force = 0.4 N``.
+    """Return a physical quantity written as a number: ``breaking force = 0.4 N``.
 
     With ``per 1 mm`` after it, the value is that of springs of this length.
 

@@ -12,7 +12,7 @@ from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 
 ROPE = """language 1
-tissue gut {{ spring constant = 2 N/m; viscosity = 1 mN*s/m; fraction force = {strength} }}
+tissue gut {{ spring constant = 2 N/m; viscosity = 1 mN*s/m; breaking force = {strength} }}
 body rope {{ mesh is explicit; tissue is gut; rupture is allowed }}
 table nodes of rope in mm with columns "id x mass in g" {{
   1 0 4

@@ -37,7 +37,7 @@ output { trajectory every 10 ms }
 #: A chain whose springs stand in a table, and a sheet with a region.
 TABLES = """language 1
 tissue cord {
-  spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 5 g; fraction force = 2 N
+  spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 5 g; breaking force = 2 N
 }
 tissue scar like cord { spring constant = 90 N/m }
 body chain { mesh is explicit; tissue is cord; rupture is allowed }
@@ -59,7 +59,7 @@ TEARING = """language 1
 tissue cord { spring constant = 40 N/m; viscosity = 0 N*s/m; mass = 1 g }
 body row { mesh is explicit; tissue is cord; rupture is allowed }
 table nodes of row in mm with columns "id x" { 1 0; 2 10; 3 20 }
-table springs of row with columns "a b fraction force in mN" { 1 2 40; 1 2 60; 2 3 900 }
+table springs of row with columns "a b breaking force in mN" { 1 2 40; 1 2 60; 2 3 900 }
 set tip = nodes of row where id == 2
 set wall = nodes of row where id == 1
 environment { gravity = (0, 0, 0) m/s^2; damping = 1 N*s/m }

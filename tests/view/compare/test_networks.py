@@ -63,9 +63,9 @@ def test_a_region_is_told_by_itself(compared):
 
 
 def test_limits_that_one_does_not_have_are_none(compared, told):
-    found = compared(TABLES, TABLES.replace("fraction force = 2 N", "fraction force is none"))
+    found = compared(TABLES, TABLES.replace("breaking force = 2 N", "breaking force is none"))
     (change,) = found.changes
-    assert change.quantity == "fraction force"
+    assert change.quantity == "breaking force"
     assert (change.a, change.b, change.relative) == (2.0, np.inf, 1.0)
     assert "2 N -> none, 100 %" in told(found)
 

@@ -227,7 +227,7 @@ tissue steel {
   firmness = 2 * 20 kPa
   "mass of it" is a
   spring law is toe { strain = 3 % }
-  fraction force = most / 2
+  breaking force = most / 2
   crushing force is none
   viscosity = 2 N*s/m per 1 mm
 }
@@ -282,7 +282,7 @@ def test_what_a_tissue_writes_itself_stays_and_can_be_compiled(odd, tmp_path):
     odd.get_by_label("Start from").select_option(label="steel")
     text = odd.locator("#text").text_content()
     assert text.startswith("tissue my steel like steel {")
-    assert "fraction force = 1.5 N" in text and "crushing force is none" in text
+    assert "breaking force = 1.5 N" in text and "crushing force is none" in text
     assert "viscosity = 2 N*s/m per 1 mm" in text and "firmness = 40000.0 Pa" in text
     words, _ = read_words(Request(Source("", f"{ODD}{text}\n")))
     ours, theirs = words.tissues["my steel"], words.tissues["steel"]

@@ -36,7 +36,7 @@ QUANTITIES = (
     ("spring constant", "2 N/m", "2000 N/m", "N/m", True, "each spring of 5 mm"),
     ("viscosity", "0.1 mN*s/m", "100 mN*s/m", "mN*s/m", True, "each spring"),
     ("mass", "3 mg", "300 mg", "mg", False, "each node"),
-    ("fraction force", "0.05 N", "5 N", "N", True, "each spring"),
+    ("breaking force", "0.05 N", "5 N", "N", True, "each spring"),
     ("prestress", "-5 %", "20 %", "%", False, "each spring"),
     ("relaxation time", "1 ms", "10 s", "ms", True, "each spring"),
 )

@@ -55,7 +55,7 @@ def test_every_property_and_quantity_has_a_panel(soft):
     labels = [axes.get_xlabel() for axes in figure.axes]
     assert labels == [
         "hardness", "elasticity", "weight", "shiftability", "consistency",
-        "spring constant [N/m]", "viscosity [mN·s/m]", "mass [mg]", "fraction force [mN]",
+        "spring constant [N/m]", "viscosity [mN·s/m]", "mass [mg]", "breaking force [mN]",
     ]  # fmt: skip
     hardness = curves(figure.axes[0])
     assert list(hardness) == ["soft", "medium", "hard"]

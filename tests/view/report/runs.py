@@ -26,7 +26,7 @@ tissue strand {
   about "</script><script>alert(1)</script>"
   described in simple
   hardness is between soft and medium
-  viscosity = 0.02 N*s/m; mass = 1 g; fraction force = 0.06 N
+  viscosity = 0.02 N*s/m; mass = 1 g; breaking force = 0.06 N
 }
 """
 ROD = """language 1

@@ -55,7 +55,7 @@ def test_every_parameter_of_explain_is_there_with_a_link_to_its_line(folder, pag
     shown = {place.rpartition("/")[2]: link for place, link in places(section).items()}
     tissue = explained["tissues"]["strand"]
     assert set(tissue["quantities"]) == {
-        "spring constant", "viscosity", "mass", "fraction force",
+        "spring constant", "viscosity", "mass", "breaking force",
     }  # fmt: skip
     wanted = [(name, fact["written"], fact["place"]) for name, fact in tissue["facts"].items()]
     for quantity in tissue["quantities"].values():

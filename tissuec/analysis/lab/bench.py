@@ -240,7 +240,7 @@ class TestBench:
         ]
         name = written_name(self.tissue.name)
         yield f"tissue {TISSUE} like {name} {{ {'; '.join(standing_in)} }}"
-        unbreakable = "fraction force is none; crushing force is none"
+        unbreakable = "breaking force is none; crushing force is none"
         yield f"tissue {TABS} like {TISSUE} {{ {unbreakable} }}"
 
 

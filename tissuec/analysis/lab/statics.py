@@ -178,7 +178,7 @@ def rupture(bench: TestBench, coupon: Coupon, modulus: float, near: float | None
     Raises:
         Unmeasured: It has a limit, and breaks at none of the loads, or at the first of them.
     """
-    most = np.inf if bench.lacks("fraction force") else _strongest(bench, coupon)
+    most = np.inf if bench.lacks("breaking force") else _strongest(bench, coupon)
     if not np.isfinite(most):
         stresses = modulus * np.linspace(0.0, FURTHEST, 13)[1:]
         return Rupture(

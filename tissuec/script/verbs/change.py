@@ -29,7 +29,7 @@ class ChangeableArray(NamedTuple):
 PARAMETERS = {
     "spring constant": ChangeableArray("stiffness", units.STIFFNESS, True),
     "viscosity": ChangeableArray("damping", units.VISCOSITY, True),
-    "fraction force": ChangeableArray("strength", units.FORCE, False),
+    "breaking force": ChangeableArray("strength", units.FORCE, False),
     "crushing force": ChangeableArray("crush", units.FORCE, False),
     "rest length": ChangeableArray("rest", units.LENGTH, True),
     "mass": ChangeableArray("mass", units.MASS, False),
@@ -146,7 +146,7 @@ class Change:
     """Gives something another value from this time on.
 
     ``gravity`` and ``damping`` are those of the surroundings; ``spring constant``,
-    ``viscosity``, ``fraction force``, ``crushing force`` and ``rest length`` belong to every
+    ``viscosity``, ``breaking force``, ``crushing force`` and ``rest length`` belong to every
     spring of a set or body, and so do the numbers by which springs relax or yield, where they
     began with some; ``mass`` belongs to every node. ``by`` a factor multiplies what each of
     them has. ``velocity`` and ``spin`` act on nodes that nobody holds: a velocity is the same

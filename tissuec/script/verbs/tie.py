@@ -30,7 +30,7 @@ class Tie(Struct, frozen=True):
     """Ties the two ends of a thread with a knot, or a loop where it is closed, or a joint.
 
     The knot is a piece of thread between the ends as they stand, without viscosity. It holds
-    up to a force: what is written after ``of``, or a part of the ``fraction force`` of the
+    up to a force: what is written after ``of``, or a part of the ``breaking force`` of the
     thread. Of a square knot that is 69.5 % and of a surgeons knot 66.8 %, as published for
     polypropylene; the 35 % of a granny knot are an assumption. Above that it slips: under
     that constant force the ends part, or the thread is drawn in without them, until neither
@@ -39,7 +39,7 @@ class Tie(Struct, frozen=True):
     hand and does not slip.
 
     Each spring of a joint is a stitch with a knot of its own, which comes undone above that
-    force: the spring ruptures. So its fraction force becomes that of the knot, but no greater
+    force: the spring ruptures. So its breaking force becomes that of the knot, but no greater
     than the scene has it, whatever it was changed to before.
     """
 

@@ -25,7 +25,7 @@ OF_SPRINGS = {
     "stiffness": ("spring constant", units.STIFFNESS),
     "damping": ("viscosity", units.VISCOSITY),
     "rest": ("rest length", units.LENGTH),
-    "strength": ("fraction force", units.FORCE),
+    "strength": ("breaking force", units.FORCE),
     "crush": ("crushing force", units.FORCE),
 }
 
