@@ -1,15 +1,15 @@
 """tissuec: a tissue-description language, its compiler, and a validated soft-tissue simulator.
 
 From Python: ``tissuec.run("tube.tis")``, ``load``, ``check``, ``compile``, ``modes``,
-``properties``, ``examine`` and ``start``. What stands behind these names is imported when one
-of them is first used.
+``properties``, ``examine``, ``start``, ``study`` and ``read_table``. What stands behind these
+names is imported when one of them is first used.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tissuec.api import check, compile, examine, load, modes, properties, run, start
+    from tissuec.api import check, compile, examine, load, modes, properties, run, start, study
     from tissuec.core.errors import (
         CompileError,
         Diagnostic,
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     )
     from tissuec.core.version import __version__
     from tissuec.results.errors import PlaceError, ResultError
+    from tissuec.studies.table import StudyTable, read_table
     from tissuec.view.notebook import Trajectory
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "PlaceError",
     "ResultError",
     "SimulationError",
+    "StudyTable",
     "TissueError",
     "TissueWarning",
     "Trajectory",
@@ -39,8 +41,10 @@ __all__ = [
     "load",
     "modes",
     "properties",
+    "read_table",
     "run",
     "start",
+    "study",
 ]
 
 _HOMES = {
@@ -53,7 +57,9 @@ _HOMES = {
         "properties",
         "run",
         "start",
+        "study",
     ),
+    "tissuec.studies.table": ("StudyTable", "read_table"),
     "tissuec.results.errors": ("PlaceError", "ResultError"),
     "tissuec.core.version": ("__version__",),
     "tissuec.view.notebook": ("Trajectory",),

@@ -4,7 +4,7 @@ import os
 import shutil
 import signal
 import warnings
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from tissuec.scene.overrides import Given
     from tissuec.scene.request import Request
     from tissuec.stepping.stepped_run import SteppedRun
+    from tissuec.studies.table import StudyTable
     from tissuec.view.notebook import Trajectory
 
 #: The text of a scene, or the file that holds it.
@@ -327,6 +328,80 @@ def examine(
         examine_one(request, one, spacing=spacing or SPACING, thickness=thickness)
         for one in chosen(words, tissue, request.source)
     ]
+
+
+def study(
+    scene: Scene,
+    name: str | None = None,
+    *,
+    vary: "str | Sequence[str] | Mapping[str, Given | Iterable[Given]]" = (),
+    measure: "str | Sequence[str] | Mapping[str, str]" = (),
+    design: str | None = None,
+    runs: int | None = None,
+    seed: int | None = None,
+    sentences: Sequence[str] = (),
+    workers: int | None = None,
+    scheduler: str | None = None,
+    out: str | os.PathLike[str] | None = None,
+    fresh: bool = False,
+    progress: bool = False,
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+) -> "StudyTable":
+    """Run a scene many times and return the table, as ``tissuec study`` does.
+
+    Args:
+        scene: As of `run`.
+        name: Of the study block; not needed if there is one, or none.
+        vary: Factors as texts, such as "lift = 2 mm to 10 mm in 9 steps"; or values by name:
+            texts such as "2 mm to 10 mm in 9 steps", or lists of texts or numbers in SI units.
+        measure: Measures as texts, such as "pull = max(force of forceps A)"; or by name.
+        design: "grid", "list", "one at a time", "latin hypercube", "sobol" or "sobol indices".
+        runs: Number of runs of a random design.
+        seed: Of a random design.
+        sentences: More sentences of the study block, such as "error estimate is off".
+        workers: Number of processes; by default one for each processor. 1 is this process.
+        scheduler: Address of a dask scheduler whose workers are used instead.
+        out: Table to write, in CSV, or HDF5 if it ends with ".h5"; a table that is there
+            already goes on. Without it nothing is written.
+        fresh: Whether to discard the rows that ``out`` has already.
+        progress: Whether a line on stderr tells how far it is.
+        params: As of `run`; they hold for every run.
+        libraries: As of `run`.
+
+    Raises:
+        CompileError: The text is wrong, or values do not go with the scene.
+        TissueError: There is no such study, or the scheduler cannot be used.
+        PlaceError: The table cannot be written there.
+        ValueError: ``vary`` is not understood.
+    """
+    from tissuec.studies.progress import StudyProgress
+    from tissuec.studies.study import prepare, run_study
+    from tissuec.studies.workers import workers_of
+    from tissuec.studies.writing import sentences_of
+
+    request = _request(scene, params or {}, libraries)
+    if isinstance(vary, Mapping):
+        from tissuec.pipeline import read_words
+        from tissuec.scene.overrides import listed
+
+        vary = listed(vary, read_words(request)[0].constants.parameters())
+    written = sentences_of(vary, measure, design=design, runs=runs, seed=seed)
+    prepared = prepare(request, name, sentences=[*written, *sentences])
+    for finding in prepared.warnings:
+        _warn(str(finding))
+    with StudyProgress(prepared.study.name, shown=progress, anywhere=True) as line:
+        result = run_study(
+            prepared,
+            workers_of(workers, scheduler),
+            out=None if out is None else Path(out),
+            fresh=fresh,
+            progress=line.at,
+        )
+    for verdict in result.verdicts:
+        if not verdict.holds:
+            _warn(f"{verdict.span.place}: {verdict.expect}\n  failed: {verdict.measured}")
+    return result.table
 
 
 def _request(

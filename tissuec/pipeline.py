@@ -50,7 +50,7 @@ def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]
     """
     findings = Findings()
     program = _loaded(request, findings)
-    return _compile(program, request, findings, thorough=False)
+    return compile_program(program, request, findings)
 
 
 def check_request(
@@ -64,7 +64,7 @@ def check_request(
     findings = Findings()
     program = _loaded(request, findings)
     if program.is_scene:
-        return _compile(program, request, findings, thorough=thorough)
+        return compile_program(program, request, findings, thorough=thorough)
     words, warnings = read_words(request)
     refuse_without_scene(words.declarations, findings)
     findings.raise_errors()
@@ -75,10 +75,25 @@ def _loaded(request: Request, findings: Findings) -> Program:
     return load(request.source, request.libraries, findings, request.files)
 
 
-def _compile(
-    program: Program, request: Request, findings: Findings, *, thorough: bool
+def compile_program(
+    program: Program, request: Request, findings: Findings, *, thorough: bool = False
 ) -> tuple[Compiled, tuple[Diagnostic, ...]]:
+    """Return a scene in arrays from its texts, and its warnings.
+
+    Args:
+        program: The texts of the scene.
+        request: What was asked for.
+        findings: Takes diagnostics.
+        thorough: Whether to make also those checks that take time.
+
+    Raises:
+        CompileError: The text is wrong, or ``strict`` and there is a warning.
+    """
     compiled = compile_scene(resolve(program, findings, request.overrides), findings)
+    if compiled.scene.studies:
+        from tissuec.compiler.studies import check_studies  # where there are any
+
+        check_studies(compiled, program, request.overrides, thorough=thorough)
     warnings = (*findings.warnings, *check_all(compiled, thorough=thorough))
     if request.strict and warnings:
         raise CompileError(warnings)

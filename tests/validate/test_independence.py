@@ -15,7 +15,7 @@ SOLVER = (
     "equations",
     "event_queue",
     "forces",
-    "player",
+    "reference_run",
     "reference",
     "resting",
     "solution",
@@ -24,6 +24,7 @@ SOLVER = (
 )
 AROUND = {
     "compare",
+    "early_end",
     "engine_run",
     "events",
     "judge",

@@ -32,6 +32,7 @@ COMMANDS = {
     "validate": "Compare a run with SciPy's solvers.",
     "lab": "Test tissues in a virtual laboratory and compare with evidence.",
     "learn": "Fit parameters or words of a scene to measured data.",
+    "study": "Run a scene many times: ranges, lists, samples; one table.",
     "compare": "Show the differences between two runs or scenes.",
     "bench": "Measure computing time against error, also of other solvers.",
     "plot": "Plot results, vocabularies and benchmarks.",

@@ -257,7 +257,7 @@ class Conditions:
     def _pinned(self, argument: s.Argument) -> float:
         if isinstance(argument.value, s.Name) and not self.scope.has(argument.value):
             self._no_subject(argument.value.span.text, argument.span)
-        return self._time(argument.value)
+        return self.time(argument.value)
 
     # --- times --------------------------------------------------------------------------------
 
@@ -265,10 +265,10 @@ class Conditions:
         words = [clause.word for clause in item.clauses]
         match words:
             case ["at"]:
-                time = self._time(item.clauses[0].value)
+                time = self.time(item.clauses[0].value)
                 return time, time
             case ["from", "to"]:
-                start, stop = (self._time(clause.value) for clause in item.clauses)
+                start, stop = (self.time(clause.value) for clause in item.clauses)
                 if start > stop:
                     first, last = (clause.value.span.text for clause in item.clauses)
                     self.findings.reject(
@@ -279,7 +279,7 @@ class Conditions:
                     )
                 return start, stop
             case ["until"]:
-                return 0.0, self._time(item.clauses[0].value)
+                return 0.0, self.time(item.clauses[0].value)
             case ["over"] if item.clauses[0].value.span.text.lower() == "run":
                 return 0.0, self.duration
             case _:
@@ -288,7 +288,8 @@ class Conditions:
                     hint="end with: at T, from T to T, until T or over run",
                 )  # fmt: skip
 
-    def _time(self, node: s.Expression) -> float:
+    def time(self, node: s.Expression) -> float:
+        """Return a time within the run [s], or reject it."""
         value = self.scope.number(node)
         self.scope.expect(value, TIME, node.span, what="the time")
         time = float(value.amount)

@@ -61,7 +61,7 @@ def digests(compiled: Compiled) -> Mapping[str, str]:
     return {origin.file.name: origin.digest for origin in origins}
 
 
-def _sources(compiled: Compiled) -> Mapping[str, str]:
+def sources_of(compiled: Compiled) -> Mapping[str, str]:
     """Return the texts beside the scene that it is made of: what it uses, and its tables."""
     declarations = compiled.scene.declarations
     script = declarations.single.get("script")
@@ -77,7 +77,7 @@ def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
     return {
         "scene": request.source.name,
         "about": compiled.scene.about,
-        "sources": _sources(compiled),
+        "sources": sources_of(compiled),
         "files": digests(compiled),
         "overrides": list(request.overrides),
         "libraries": [str(folder) for folder in request.libraries],

@@ -4,8 +4,15 @@ import errno
 import os
 import stat
 from collections.abc import Sequence
-from io import BufferedReader
+from io import BufferedReader, FileIO
 from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows has no advisory locks of this kind
+    fcntl = None
+
+_LOCKED_BYTE = 1 << 62  # far behind any data, so that no lock of a reader meets it
 
 
 def open_regular(path: Path) -> BufferedReader:
@@ -52,3 +59,18 @@ def leads_out(path: Path, folders: Sequence[Path]) -> bool:
 def _without_waiting(path: str, flags: int) -> int:
     """Open a file; a pipe without waiting for its writer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def lock(file: FileIO) -> None:
+    """Keep other processes from writing a file; does nothing where there are no locks.
+
+    Raises:
+        BlockingIOError: Another process is writing it.
+    """
+    if fcntl is None:
+        return
+    try:
+        fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _LOCKED_BYTE)
+    except OSError as error:
+        if error.errno in (errno.EAGAIN, errno.EACCES):
+            raise BlockingIOError(errno.EAGAIN, "another process is writing it") from None

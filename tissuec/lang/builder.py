@@ -20,7 +20,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.layout import Layout
 from tissuec.lang.rows import Rows, canonical_rows
 from tissuec.lang.token_names import shown
-from tissuec.lang.words import RESERVED
+from tissuec.lang.words import RESERVED, STEPS
 
 _NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
 
@@ -108,6 +108,11 @@ class Builder:
         value = self._value(number, token)
         unit = "" if math.isinf(value) else unit
         return s.Quantity(value, unit, self._span(token, token))
+
+    def STEPS(self, token: Token) -> s.Quantity:
+        """Return a number of steps."""
+        number, _ = split_quantity(token.value)
+        return s.Quantity(self._value(number, token), STEPS, self._span(token, token))
 
     # --- expressions --------------------------------------------------------------------------
 
@@ -246,11 +251,12 @@ class Builder:
 
     def function(self, children: list[Any]) -> s.Function:
         """Return the definition of a function."""
-        name, word, first, second, value = children
+        name, word, first, second, value, *clauses = children
         arguments = [s.Clause(word.value, first, self._span(word, first))]
         if second is not None:
             arguments.append(s.Clause("and", second, second.span))
-        return s.Function(name, tuple(arguments), value, self._span(name, value))
+        span = self._span(name, clauses[-1] if clauses else value)
+        return s.Function(name, tuple(arguments), value, tuple(clauses), span)
 
     def sentence(self, children: list[Any]) -> s.Sentence:
         """Return a sentence."""

@@ -22,7 +22,7 @@ _KEYWORDS = frozenset(word.upper() for word in RESERVED)
 _STARTERS = frozenset(word.upper() for word in STARTING) - _TIMES
 _BINDERS = frozenset({"PARAM", "LET", "SET"})
 _NAMING = _KEYWORDS - {"IS"} | {"WORD", "STRING"}
-_NUMBERS = frozenset({"NUMBER", "QUANTITY"})
+_NUMBERS = frozenset({"NUMBER", "QUANTITY", "STEPS"})
 _PLAIN = r"[0-9]+(?:\.[0-9]+)?"
 _PER_SECOND = re.compile(r"1/s\b")
 

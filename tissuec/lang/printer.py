@@ -65,7 +65,7 @@ def _token_pieces(layout: Layout) -> Iterator[PrintedPiece]:
 
 def _spelling(token: Token) -> str:
     """Return a token as it is printed: one blank before a unit, one form of its signs."""
-    if token.type == "QUANTITY":
+    if token.type in ("QUANTITY", "STEPS"):
         return " ".join(split_quantity(token.value))
     if token.type == "RPAR_UNIT":
         return f") {canonical_unit(token.value[1:].strip())}"

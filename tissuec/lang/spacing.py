@@ -5,7 +5,9 @@ _CLOSING = frozenset({"COMMA", "SEMICOLON", "COLON", "RPAR", "RSQB", "RPAR_UNIT"
 _SIGNS = frozenset({"PLUS", "MINUS"})
 
 #: Behind one of these a sign joins two operands; elsewhere it belongs to the next one.
-_OPERAND_ENDS = frozenset({"WORD", "STRING", "NUMBER", "QUANTITY", "RPAR", "RPAR_UNIT", "RSQB"})
+_OPERAND_ENDS = frozenset(
+    {"WORD", "STRING", "NUMBER", "QUANTITY", "STEPS", "RPAR", "RPAR_UNIT", "RSQB"}
+)
 
 
 def blank_between(before: str, previous: str, following: str) -> bool:

@@ -62,7 +62,9 @@ class Number(Node, frozen=True):
 
 class Quantity(Node, frozen=True):
     value: float  # in the written unit
-    unit: str  # canonical spelling, such as "N*s/m"; "" if it, or the value, is wrong
+    unit: (
+        str  # "steps", or canonical spelling, such as "N*s/m"; "" if it, or the value, is wrong
+    )
     span: Span
 
 
@@ -212,11 +214,12 @@ class Assign(Node, frozen=True):
 
 
 class Function(Node, frozen=True):
-    """``name of argument [and argument] = value``: a formula of its arguments."""
+    """``name of argument [and argument] = value``: a formula, or an entry of a block."""
 
     name: Name
     arguments: tuple[Clause, ...]  # the word of a second one is "and"
     value: Expression
+    clauses: tuple[Clause, ...]
     span: Span
 
 

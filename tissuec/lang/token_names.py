@@ -10,7 +10,7 @@ _LONGEST = 72
 #: What a set of token types is called if at least one of them can stand somewhere.
 _GROUPS: tuple[tuple[frozenset[str], str], ...] = (
     (frozenset({"WORD", "STRING"}), "a name"),
-    (frozenset({"NUMBER", "QUANTITY"}), "a number"),
+    (frozenset({"NUMBER", "QUANTITY", "STEPS"}), "a number"),
     (frozenset({"LPAR"}), '"("'),
     (frozenset({"LSQB"}), '"["'),
     (frozenset({"STAR", "SLASH", "CIRCUMFLEX"}), "an arithmetic sign"),

@@ -24,6 +24,9 @@ DECLARING_WORDS = ("param", "let", "set", "expect", "table", "language")
 
 RESERVED = frozenset(TIME_WORDS + JOINING_WORDS + LOGIC_WORDS + DECLARING_WORDS)
 
+#: Stands behind a number like a unit: ``in 9 steps``.
+STEPS = "steps"
+
 #: A line that begins with one of these continues the line above. Time words are not among
 #: them, because they begin sentences of a script.
 CONTINUING = ("then", "and", "or", "is", "where", "within", "between", *JOINING_WORDS)

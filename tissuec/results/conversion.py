@@ -30,7 +30,7 @@ ARRAYS = {
 
 def to_pandas(trajectory: "Trajectory", names: Sequence[str]) -> "pandas.DataFrame":
     """Return logs as one table; see `Trajectory.to_pandas`."""
-    pandas = _package("pandas", "to_pandas")
+    pandas = package("pandas", "to_pandas")
     if list(names) == [EVENTS] and EVENTS not in trajectory.logs:
         return _events(trajectory, pandas)
     logs = [find_log(trajectory, name) for name in names or trajectory.logs]
@@ -91,7 +91,7 @@ def to_xarray(
     Raises:
         ValueError: Frames have no array of this name.
     """
-    xarray = _package("xarray", "to_xarray")
+    xarray = package("xarray", "to_xarray")
     for name in names:
         if name not in ARRAYS:
             hint = alternatives(name, ARRAYS, what="there are")
@@ -133,7 +133,12 @@ def _names(count: int, places: Sequence[tuple[str, slice]]) -> NDArray[np.str_]:
     return names.astype(str)
 
 
-def _package(name: str, what: str) -> Any:
+def package(name: str, what: str) -> Any:
+    """Return an optional package, imported for ``what``.
+
+    Raises:
+        ImportError: It is not installed.
+    """
     try:
         return import_module(name)
     except ImportError as error:

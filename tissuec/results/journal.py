@@ -15,7 +15,6 @@ see a whole file except during step 3. No step but the first two needs space, so
 costs no more than the state that was about to be written.
 """
 
-import errno
 import io
 import os
 import struct
@@ -26,20 +25,16 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from tissuec.core.files import lock
+
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer, WriteableBuffer
-
-try:
-    import fcntl
-except ImportError:  # Windows has no advisory locks of this kind
-    fcntl = None
 
 PAGE = 4096
 TOGETHER = 256  # pages that are written at once
 MAGIC = b"tisjrnl1"
 _RUN = struct.Struct("<QQ")  # offset, length
 _TRAILER = struct.Struct("<8sQQI")  # magic, size of the new state, length of the runs, checksum
-_LOCKED_BYTE = 1 << 62  # far behind any data, so that no lock of a reader meets it
 
 #: A place in the file, and the pages that stand there one after another.
 Run = tuple[int, list[bytearray]]
@@ -287,24 +282,13 @@ def _open(path: Path, mode: str) -> io.FileIO:
     # Emptied only after the lock is held: another run may be writing the same file.
     file = io.FileIO(os.open(path, _flags(mode), 0o666), "r+")
     try:
-        _lock(file)
+        lock(file)
         if mode == "create":
             file.truncate(0)
     except OSError:
         file.close()
         raise
     return file
-
-
-def _lock(file: io.FileIO) -> None:
-    """Keep other processes from writing ``file``; does nothing where there are no locks."""
-    if fcntl is None:
-        return
-    try:
-        fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _LOCKED_BYTE)
-    except OSError as error:
-        if error.errno in (errno.EAGAIN, errno.EACCES):
-            raise BlockingIOError(errno.EAGAIN, "another process is writing it") from None
 
 
 def _flags(mode: str) -> int:

@@ -27,6 +27,7 @@ NAMED = (
     "tool",
     "force",
     "learn",
+    "study",
 )
 #: Blocks that stand once in a scene.
 #: What a vocabulary is made of; the first of these says most about what it is.
@@ -35,7 +36,7 @@ SINGLE = ("environment", "script", "simulate", "output")
 TOP_LEVEL = ("use", "about", "hedge", *NAMED, *SINGLE, "param", "let", "set", "table", "expect")
 
 #: Of these, those whose head is a name alone.
-_BLOCKS = ("rules", "law", "tissue", "body", "joint", "tool", "force", "learn")
+_BLOCKS = ("rules", "law", "tissue", "body", "joint", "tool", "force", "learn", "study")
 
 #: How parts are written that begin otherwise than with their name and a block.
 _EXAMPLES = {

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tissuec.core.errors import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import (
+    ALL_UNITS,
     NUMBER,
     Dimension,
     Unit,
@@ -20,6 +21,7 @@ from tissuec.core.units import (
     suggested_unit,
 )
 from tissuec.lang import syntax as s
+from tissuec.lang.words import STEPS
 from tissuec.scene.findings import Findings
 from tissuec.scene.library import Library
 from tissuec.scene.values import LARGEST_NUMBER, Value
@@ -111,6 +113,9 @@ class Scope:
                 value = Value(np.asarray(node.value), NUMBER, is_literal=True)
                 return self._finite(value, node.span)
             case s.Quantity():
+                if node.unit == STEPS:
+                    message = f'"{STEPS}" is not a unit'
+                    self.findings.reject("TIS104", message, node.span, hint=ALL_UNITS)
                 unit = self._unit(node.unit)
                 return self._finite(
                     Value(np.asarray(node.value * unit.factor), unit.dimension), node.span
@@ -276,7 +281,10 @@ class Scope:
         return Value(_NUMERIC[function](first.amount))
 
     def _finite(self, value: Value, span: Span) -> Value:
-        if not self.is_known or np.all(np.abs(value.amount) < LARGEST_NUMBER):
+        amount = value.amount
+        if not self.is_known or (amount.ndim == 0 and abs(float(amount)) < LARGEST_NUMBER):
+            return value
+        if np.all(np.abs(amount) < LARGEST_NUMBER):
             return value
         if np.any(np.isnan(value.amount)):
             message, hint = "has no value", "check for roots and logarithms of negative numbers"

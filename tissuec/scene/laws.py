@@ -214,6 +214,9 @@ def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLa
 
 
 def _free(form: Form, item: s.Function, scope: Scope) -> WrittenLaw:
+    if item.clauses:
+        clause = item.clauses[0]
+        scope.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
     _check_arguments(form, item, scope)
     variables = FormulaScope(scope, form.variables(item))
     value = variables.number(item.value)

@@ -88,7 +88,7 @@ class DataReader:
                     'name', node.span,
                     hint="the report names data by file; rename one of the files",
                 )  # fmt: skip
-        self.files[node.quoted] = Data(self._find(node), overrides, False, node.span)
+        self.files[node.quoted] = Data(self.find(node), overrides, False, node.span)
 
     def _inside(self, name: str, span: Span) -> Path:
         """Return the place of a file beside the text, which need not be there."""
@@ -109,7 +109,8 @@ class DataReader:
             )  # fmt: skip
         return source.path.parent / path
 
-    def _find(self, node: s.Name) -> Path:
+    def find(self, node: s.Name) -> Path:
+        """Return the place of a file beside the text, or reject it."""
         name, source = node.quoted or "", node.span.source
         place, library = self._inside(name, node.span), self.scope.library
         if library is not None and library.kept is not None:

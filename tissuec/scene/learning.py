@@ -40,14 +40,15 @@ def read_learn_blocks(
 
 
 def refuse_without_scene(declarations: Declarations, findings: Findings) -> None:
-    """Reject learn blocks of a text that has no scene."""
-    for declared in declarations.of("learn").values():
-        findings.add(
-            "TIS304",
-            f"the learn block {declared.name.text} has no scene",
-            declared.name.span,
-            hint='move it into the file of a scene, or use that file: use "./scene"',
-        )
+    """Reject learn and study blocks of a text that has no scene."""
+    for kind in ("learn", "study"):
+        for declared in declarations.of(kind).values():
+            findings.add(
+                "TIS304",
+                f"the {kind} block {declared.name.text} has no scene",
+                declared.name.span,
+                hint='move it into the file of a scene, or use that file: use "./scene"',
+            )
 
 
 class LearnBlockReader:

@@ -20,6 +20,7 @@ PARTS = {
     "tool": "An instrument that holds, touches or cuts.",
     "force": "An additional force on nodes, such as that of tissue around a body.",
     "learn": "Fits numbers of tissues, nodes, springs or words to measured data.",
+    "study": "Many runs of the scene: what varies, and what is measured.",
     "environment": "Global conditions: gravity, contact, damping.",
     "script": "Actions at given times or conditions.",
     "simulate": "Duration and numerical method of the run.",

@@ -17,6 +17,7 @@ from tissuec.scene.declarations import Declarations
 from tissuec.scene.learn_model import WrittenFitProblem
 from tissuec.scene.parameters import Constants
 from tissuec.scene.quantities import Spread, TissueQuantity
+from tissuec.scene.study_model import Study
 from tissuec.scene.vocabulary import Vocabulary
 from tissuec.script.plan import Simulation
 from tissuec.script.tools import Instrument, Shape
@@ -358,3 +359,5 @@ class Scene(Struct, frozen=True, eq=False):
     environment: Environment
     simulation: Simulation
     fit_problems: Mapping[str, WrittenFitProblem]
+    studies: Mapping[str, Study]
+    overrides: tuple[str, ...]  # texts of --set

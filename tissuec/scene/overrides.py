@@ -1,6 +1,7 @@
-"""Values of params that are given from Python, as the texts that ``--set`` takes."""
+"""Values of params and entries that are given from Python, as texts that ``--set`` takes."""
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 from numbers import Real
 from typing import TypeAlias
@@ -13,15 +14,17 @@ from tissuec.scene.parameters import Parameter
 
 #: A text as in a scene, such as "0.9 s"; or one number or three, in SI units.
 Given: TypeAlias = "str | float | Sequence[float]"
+_HEAD = re.compile(r".*?\s(=|is)\s")  # of an assignment
+#: Words, which an entry takes behind "is".
+WORDS = re.compile(r"\s*[^\W\d][\w\s\"'-]*")
 
 
 def overrides(given: Mapping[str, Given], known: Sequence[Parameter]) -> tuple[str, ...]:
-    """Return assignments such as "cut time = 0.9 s".
+    """Return texts such as "cut time = 0.9 s", or "hardness of liver is soft".
 
     Args:
         given: Values by name; an underscore may stand for a blank.
-        known: The params of the scene. A name that is none of them is passed on, so that the
-            scene says so.
+        known: The params of the scene. A name that is none of them is that of an entry.
 
     Raises:
         ValueError: A value is no text, number or vector, or one name is given twice.
@@ -38,9 +41,37 @@ def overrides(given: Mapping[str, Given], known: Sequence[Parameter]) -> tuple[s
     return tuple(found.values())
 
 
+def listed(
+    given: "Mapping[str, Given | Iterable[Given]]", known: Sequence[Parameter]
+) -> dict[str, str]:
+    """Return the values of factors of a study as texts: a text as it is, others as a list.
+
+    Args:
+        given: Values by name: a text, or texts and numbers in SI units.
+        known: The params of the scene.
+
+    Raises:
+        ValueError: A value is no text, number or vector.
+    """
+    found: dict[str, str] = {}
+    for name, values in given.items():
+        if isinstance(values, str):
+            found[name] = values
+            continue
+        each = values if isinstance(values, Iterable) else [values]
+        texts = [overrides({name: one}, known)[0] for one in each]
+        heads = [_HEAD.match(text) for text in texts]
+        listing = ", ".join(
+            text[head.end() :] for text, head in zip(texts, heads, strict=True) if head
+        )
+        found[name.replace("_", " ")] = f"[{listing}]"
+    return found
+
+
 def _assignment(key: str, value: Given, parameter: Parameter | None) -> str:
     if parameter is None:
-        return f"{key} = {_text(value, key, NUMBER)}"
+        verb = "is" if isinstance(value, str) and WORDS.fullmatch(value) else "="
+        return f"{key} {verb} {_text(value, key, NUMBER)}"
     name = parameter.item.name
     shown = f'"{name.text}"' if name.quoted is not None else name.text
     return f"{shown} = {_text(value, name.text, parameter.value.dimension)}"

@@ -6,10 +6,8 @@ from typing import NoReturn
 
 from msgspec import Struct
 
-from tissuec.core.errors import CompileError, Note, alternatives
+from tissuec.core.errors import Note, alternatives
 from tissuec.lang import syntax as s
-from tissuec.lang.characters import normalise
-from tissuec.lang.parser import parse
 from tissuec.lang.walk import names_in
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.dependency_order import Definitions
@@ -142,29 +140,11 @@ class Constants(Scope):
             )
 
 
-def read_overrides(
-    texts: Sequence[str], declarations: Declarations, findings: Findings
-) -> dict[str, s.Assign]:
-    """Return the assignments of ``--set name=value`` by parameter name.
-
-    Args:
-        texts: The arguments of ``--set``.
-    """
-    overrides: dict[str, s.Assign] = {}
-    for text in texts:
-        with findings.item():
-            item = _read_override(text, findings)
-            known = [declared.name.text for declared in declarations.of("param").values()]
-            if item.name.key not in declarations.of("param"):
-                findings.pass_over_doubtful(item.name.key)
-                is_let = item.name.key in declarations.of("let")
-                refuse_override(item, known, findings, is_let)
-            overrides[item.name.key] = item
-    return overrides
-
-
 def refuse_override(
-    item: s.Assign, known: Sequence[str], findings: Findings, is_let: bool
+    item: s.Assign | s.Sentence | s.Block,
+    known: Sequence[str],
+    findings: Findings,
+    is_let: bool,
 ) -> NoReturn:
     """Reject an assignment to a name that is no param.
 
@@ -178,18 +158,3 @@ def refuse_override(
         item.name.span,
         hint=alternatives(item.name.text, known, what="params") or "the scene has no param",
     )
-
-
-def _read_override(text: str, findings: Findings) -> s.Assign:
-    try:
-        # The text of a command line is as foreign as that of a file.
-        source = normalise(text, "--set")
-        items = parse(source, has_heading=False).items if "=" in text else ()
-    except CompileError as error:
-        findings.extend(error.diagnostics)
-        findings.stop()
-    item = items[0] if len(items) == 1 else None
-    if not isinstance(item, s.Assign) or item.keyword or item.clauses or item.bounds:
-        message = f'cannot read --set "{text}"'
-        findings.reject("TIS505", message, None, hint='for example: --set "name = 0.9 s"')
-    return item

@@ -8,6 +8,7 @@ from msgspec import Struct
 
 from tissuec.scene.bodies import read_body
 from tissuec.scene.declarations import Declarations, collect
+from tissuec.scene.entry_overrides import read_overrides
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, whole
 from tissuec.scene.joints import read_joint
@@ -15,8 +16,9 @@ from tissuec.scene.laws import read_laws
 from tissuec.scene.learning import read_learn_blocks
 from tissuec.scene.members import read_force, read_tool
 from tissuec.scene.model import Environment, Scene, Tissue, WrittenLaws
-from tissuec.scene.parameters import Constants, read_overrides
+from tissuec.scene.parameters import Constants
 from tissuec.scene.settings import read_environment, read_simulation
+from tissuec.scene.study_block import read_studies
 from tissuec.scene.tables import check_table
 from tissuec.scene.tissues import read_tissues
 from tissuec.scene.vocabulary import Vocabulary, read_vocabulary
@@ -103,6 +105,8 @@ def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ())
         environment=environment,
         simulation=simulation,
         fit_problems=fit_problems,
+        studies=read_studies(declarations, scope),
+        overrides=tuple(overrides),
     )
 
 

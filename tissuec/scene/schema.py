@@ -7,6 +7,7 @@ converted, suggested and documented like all others.
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any, NoReturn, TypeVar
 
 import msgspec
@@ -76,6 +77,11 @@ def entries_of(cls: type) -> dict[str, Entry]:
     Raises:
         TypeError: A field has no kind of entry.
     """
+    return dict(_entries_of(cls))
+
+
+@cache
+def _entries_of(cls: type) -> Mapping[str, Entry]:
     about = _attributes(cls.__doc__ or "")
     entries: dict[str, Entry] = {}
     for field in fields(cls):

@@ -32,9 +32,8 @@ def request_of(scene: Scene, texts: Mapping[str, str]) -> Request:
     main = Source(source.name, texts.get(source.name, source.text), source.path)
     kept = library.kept
     files = Replaced(texts) if kept is None else Kept({**kept, **texts})
-    overrides = tuple(item.span.text for item in scene.constants.overrides.values())
     # The first and last folders are there for every text.
-    return Request(main, overrides, library.folders[1:-1], files=files)
+    return Request(main, scene.overrides, library.folders[1:-1], files=files)
 
 
 def reread(scene: Scene, texts: Mapping[str, str]) -> Scene:

@@ -1,0 +1,113 @@
+"""The table of a study: what is written is what is read, to the last digit."""
+
+import numpy as np
+import pytest
+
+from tests.study.tables import HEAD, ROWS, table
+from tissuec.results.errors import ResultError
+from tissuec.studies.table import Column, StudyTable, head_of, read_table, rows_of
+from tissuec.studies.table_text import as_csv, head_lines, row_line
+
+TEXTS = ("outcome", "reason", "promise", "digests", "distributions")
+
+
+def assert_equal(one: StudyTable, other: StudyTable) -> None:
+    assert head_of(one) == head_of(other)
+    for name in ("outcome", "promise", "digests", "distributions"):
+        assert getattr(one, name) == getattr(other, name), name
+    assert np.array_equal(one.runs, other.runs)
+    assert np.array_equal(one.error, other.error, equal_nan=True)
+    for a, b in zip(one.columns, other.columns, strict=True):
+        assert a.title == b.title
+        if isinstance(a.values, tuple):
+            assert a.values == b.values
+        else:
+            assert np.array_equal(a.values, b.numbers, equal_nan=True), a.name
+    for a, b in zip(one.curves, other.curves, strict=True):
+        assert np.array_equal(a.values, b.values, equal_nan=True)
+        assert np.array_equal(a.times, b.times)
+
+
+@pytest.mark.parametrize("name", ["table.csv", "table.h5"])
+def test_what_is_written_is_what_is_read(tmp_path, name):
+    path = tmp_path / name
+    (table().to_csv if name.endswith("csv") else table().to_hdf5)(path)
+    assert_equal(read_table(path), table())
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+
+
+def test_a_table_has_its_rows_and_head_again():
+    assert as_csv(head_of(table()), rows_of(table())) == as_csv(HEAD, ROWS)
+
+
+def test_lines_in_any_order_give_one_table(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(head_lines(HEAD) + "".join(map(row_line, reversed(ROWS))), "utf-8")
+    found = read_table(path)
+    assert_equal(found, table())
+    assert found.is_complete and found.finished.tolist() == [True, False, True, False]
+
+
+def test_a_line_that_was_cut_short_is_left_out(tmp_path):
+    path, whole = tmp_path / "table.csv", as_csv(HEAD, ROWS)
+    path.write_text(whole[:-3], "utf-8")
+    found = read_table(path)
+    assert len(found) == 3 and not found.is_complete
+    assert repr(found) == '<StudyTable "lifting" of liver: 3 of 4 runs>'
+
+
+def test_of_two_rows_of_a_run_the_later_one_counts():
+    again = (*ROWS, ROWS[0])
+    assert len(StudyTable.of(HEAD, again)) == 4
+    assert StudyTable.of(HEAD, (ROWS[3], *ROWS[:3])).outcome[3] == "died"
+
+
+def test_a_reason_is_one_line(tmp_path):
+    table().to_csv(tmp_path / "table.csv")
+    assert read_table(tmp_path / "table.csv").reason[1] == "a, and b"
+    assert len((tmp_path / "table.csv").read_text("utf-8").splitlines()) == 2 + len(ROWS)
+
+
+def test_a_column_is_found_by_name_and_knows_its_kind():
+    assert table().column("Pull").numbers[0] == 0.1 + 0.2
+    with pytest.raises(ValueError, match='no column "pul"; did you mean "pull"'):
+        table().column("pul")
+    with pytest.raises(ValueError, match="are words, not numbers"):
+        _ = table().factors[1].numbers
+    assert Column("ratio", "", np.zeros(1)).title == "ratio"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("lift,pull\n1,2\n", "no table of a study"),
+        (head_lines(HEAD).replace('"format": 1', '"format": 9'), "another version"),
+        (head_lines(HEAD) + "0,2,soft\n", "damaged table: the row of run 0 has 3 cells"),
+        (head_lines(HEAD) + row_line(ROWS[0]).replace("0.25", "x"), "damaged table"),
+    ],
+)
+def test_other_files_are_refused(tmp_path, text, message):
+    path = tmp_path / "table.csv"
+    path.write_text(text, "utf-8")
+    with pytest.raises(ResultError, match=message):
+        read_table(path)
+    (tmp_path / "table.h5").write_bytes(b"nothing")
+    with pytest.raises(ResultError, match="cannot read"):
+        read_table(tmp_path / "table.h5")
+
+
+def test_pandas_has_units_in_its_heads():
+    frame = table().to_pandas()
+    assert frame["lift [mm]"].tolist() == [2.0, 2.0, 4.0, 4.0]
+    assert frame.loc[3, "outcome"] == "died"
+    assert frame.attrs["study"] == "lifting"
+
+
+def test_xarray_has_the_axes_of_a_complete_grid():
+    dataset = table().to_xarray()
+    name = HEAD.factors[1].name
+    assert dataset["pull"].dims == ("lift", name)
+    assert float(dataset["pull"].sel({"lift": 4.0, name: "soft"})) == 2e-300
+    assert dataset["curve"].shape == (2, 2, 3)
+    part = StudyTable.of(HEAD, ROWS[:3]).to_xarray()
+    assert part["pull"].dims == ("run",) and part["lift"].dims == ("run",)

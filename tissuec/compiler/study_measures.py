@@ -1,0 +1,348 @@
+"""The measures of a study on one of its scenes, whose sets and nodes may differ.
+
+A measure is observed by a log of its own, or judged like an expectation at its time, so that
+the motion is the same as without it.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.conditions import Conditions
+from tissuec.compiler.observed import MeasureScope, ObservedMeasure, Place
+from tissuec.core.errors import alternatives
+from tissuec.core.source import Span
+from tissuec.core.units import TIME, Dimension, si_unit
+from tissuec.lang import syntax as s
+from tissuec.model.network import Floats, Indices
+from tissuec.scene.expressions import Scope
+from tissuec.scene.study_entries import AGGREGATES, SENTENCES
+from tissuec.scene.study_model import WrittenMeasure
+from tissuec.script.measures import MEASURES, Subject
+from tissuec.script.measures.snapshot import Snapshot
+from tissuec.script.plan import Expectation, LogRequest, Plan
+
+SAMPLES = 1000  # of a run, where nothing says how many
+MOST_SAMPLES = 10_000_000
+AT, CURVE, EVENT = "at", "every", "time"
+#: Kinds of events whose time can be measured.
+EVENTS = (
+    "rupture", "slip", "cut", "grasp", "release", "trigger", "leak", "tie", "fix", "free",
+    "hold", "move", "turn", "push", "reel", "inflate", "irrigate", "preserve", "change",
+    "settle", "seize", "stroke", "stop", "end", "note",
+)  # fmt: skip
+
+
+class ObservedExpression(Struct, frozen=True, eq=False):
+    """What is observed at each snapshot, as the log of a run takes it."""
+
+    node: s.Expression
+    readings: Mapping[Place, ObservedMeasure]
+    constants: Scope
+    dimension: Dimension
+
+    def columns(self, subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
+        """Return what the components of ``sample`` are called."""
+        return ("value",)
+
+    def sample(self, subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
+        """Return the values in SI units, shape (…, 1), with the axes of the snapshot."""
+        scope = MeasureScope(self.readings, self.constants, snapshot)
+        value = scope.number(self.node).amount
+        return np.broadcast_to(value, np.shape(snapshot.time))[..., None]
+
+
+class Capture(Struct, eq=False):
+    """A condition that always holds and keeps what it sees.
+
+    Attributes:
+        value: In SI units; NaN before the time has come.
+    """
+
+    quantity: ObservedExpression
+    value: float = math.nan
+
+    def __call__(self, snapshot: Snapshot) -> bool:
+        """Keep the value at a snapshot."""
+        return bool(self.holds(snapshot))
+
+    def holds(self, snapshots: Snapshot) -> Any:
+        """Keep the last value of a batch of snapshots; returns True of shape (…)."""
+        values = self.quantity.sample((), snapshots)[..., 0]
+        self.value = float(np.ravel(values)[-1])
+        return np.ones(np.shape(values), dtype=bool)
+
+    def describe(self, snapshot: Snapshot) -> str:
+        """Return nothing, for it is never told."""
+        return ""
+
+
+class StudyMeasure(Struct, frozen=True, eq=False):
+    """One column of a study on one scene.
+
+    Attributes:
+        name: Of the column.
+        unit: In SI.
+        kind: One of ``AGGREGATES``, AT, CURVE or EVENT.
+        log: What is logged; None for other kinds.
+        capture: What is seen at a time; None for other kinds.
+        start, stop: Interval of an aggregate [s].
+        event: Kind of the event.
+        springs: Those that an event must concern, shape (spring,); None for any.
+    """
+
+    name: str
+    unit: str
+    dimension: Dimension
+    kind: str
+    log: LogRequest | None = None
+    capture: Expectation | None = None
+    start: float = 0.0
+    stop: float = math.inf
+    event: str = ""
+    springs: Indices | None = None
+
+    @property
+    def every(self) -> float | None:
+        """Return the time between the values of a curve [s]; None for one number."""
+        return self.log.every if self.kind == CURVE and self.log is not None else None
+
+
+def compile_measures(
+    compiled: Compiled, written: Iterable[WrittenMeasure]
+) -> tuple[tuple[StudyMeasure, ...], bool]:
+    """Return the measures of a study on a scene, and whether they need energies kept.
+
+    Findings go to those of the scene's constants; what is wrong is left out.
+    """
+    reader = _MeasureReader(compiled)
+    found: list[StudyMeasure] = []
+    for one in written:
+        with reader.findings.item():
+            found.append(reader.read(one))
+    return tuple(found), reader.conditions.needs_ledger
+
+
+def observing(
+    plan: Plan, measures: Sequence[StudyMeasure], *, ledger: bool, whole: bool = False
+) -> Plan:
+    """Return a plan that observes measures, and nothing else that nobody looks at.
+
+    Args:
+        plan: Of the scene.
+        measures: Of the study.
+        ledger: Whether they need energies kept.
+        whole: Whether the outputs of the scene are kept, too.
+    """
+    logs = tuple(measure.log for measure in measures if measure.log is not None)
+    captures = tuple(m.capture for m in measures if m.capture is not None)
+    output = plan.output
+    if whole:
+        output = replace(output, logs=(*output.logs, *logs))
+    else:
+        none = np.zeros(0, dtype=np.int64)
+        output = replace(
+            output, frames=none, every=math.inf, logs=logs, energy=math.inf, surfaces=()
+        )
+    return replace(
+        plan,
+        output=output,
+        expectations=(*plan.expectations, *captures),
+        needs_ledger=plan.needs_ledger or ledger,
+    )
+
+
+class _MeasureReader:
+    """Reads ``measure`` lines on one scene."""
+
+    def __init__(self, compiled: Compiled):
+        scene = compiled.scene
+        self.plan, self.groups, self.scope = compiled.plan, compiled.groups, scene.constants
+        self.duration = scene.simulation.duration
+        self.conditions = Conditions(
+            compiled.groups, scene.tools, scene.constants, duration=self.duration
+        )
+        self.findings = self.conditions.findings
+
+    def read(self, written: WrittenMeasure) -> StudyMeasure:
+        """Return one measure, or reject it."""
+        value, clauses = written.item.value, written.item.clauses
+        if (kind := _event(value, clauses)) is not None:
+            return self._event(written.name, *kind)
+        if isinstance(value, s.Call) and _is_aggregate(value):
+            return self._aggregate(written.name, value, clauses)
+        subjects = tuple(c for c in clauses if c.word in ("of", "to", "along"))
+        times = tuple(c for c in clauses if c not in subjects)
+        quantity = self._quantity(value, subjects, written.span)
+        pinned = [r.time for r in quantity.readings.values() if r.time is not None]
+        words = [clause.word for clause in times]
+        if words == ["every"] and not pinned:
+            every = self._every(times[0].value)
+            log = self._request(written.name, quantity, every, written.span)
+            unit = si_unit(quantity.dimension)
+            return StudyMeasure(written.name, unit, quantity.dimension, CURVE, log)
+        if words == ["at"]:
+            return self._at(written, quantity, self.conditions.time(times[0].value), pinned)
+        if not words and pinned and len(pinned) == len(quantity.readings):
+            return self._at(written, quantity, max(pinned), pinned)
+        text = value.span.to(subjects[-1].span if subjects else value.span).one_line
+        what = "unexpected time" if words else "its time is missing"
+        self.findings.reject(
+            "TIS312",
+            f'wrong form of "measure": {what}',
+            times[0].span if times else value.span,
+            hint=f"write max({text}), or {text} at 0.3 s; with every 1 ms it is a curve",
+        )
+
+    def _aggregate(self, name: str, call: s.Call, clauses: Sequence[s.Clause]) -> StudyMeasure:
+        argument = call.arguments[0]
+        quantity = self._quantity(argument.value, argument.clauses, call.span)
+        if any(reading.time is not None for reading in quantity.readings.values()):
+            message = "a measure over time cannot name a time"
+            self.findings.reject("TIS702", message, argument.span)
+        every, start, stop = self._usual_rate(quantity), 0.0, self.duration
+        words = [clause.word for clause in clauses]
+        while words[-1:] == ["every"]:
+            every = self._every(clauses[len(words) - 1].value)
+            words.pop()
+        match words:
+            case []:
+                pass
+            case ["over"] if clauses[0].value.span.text.lower() == "run":
+                pass
+            case ["from", "to"]:
+                start, stop = (self.conditions.time(clause.value) for clause in clauses[:2])
+                if start > stop:
+                    message = "the interval ends before it begins"
+                    self.findings.reject("TIS403", message, clauses[0].span.to(clauses[1].span))
+            case ["until"]:
+                stop = self.conditions.time(clauses[0].value)
+            case _:
+                self.findings.reject(
+                    "TIS303", f'unexpected "{clauses[0].word}"', clauses[0].span,
+                    hint="an interval is from T to T, or until T",
+                )  # fmt: skip
+        log = self._request(name, quantity, every, call.span)
+        unit = si_unit(quantity.dimension)
+        kind = call.function.key
+        return StudyMeasure(name, unit, quantity.dimension, kind, log, None, start, stop)
+
+    def _request(
+        self, name: str, quantity: ObservedExpression, every: float, span: Span
+    ) -> LogRequest:
+        measure: Any = quantity  # has the methods of a measure
+        return LogRequest(f"measure {name}", measure, (), every, span)
+
+    def _at(
+        self,
+        written: WrittenMeasure,
+        quantity: ObservedExpression,
+        time: float,
+        pinned: Sequence[float],
+    ) -> StudyMeasure:
+        capture = Capture(quantity)
+        looked = Expectation(
+            capture, capture.describe, time, time, tuple(sorted(set(pinned))), written.span
+        )
+        unit = si_unit(quantity.dimension)
+        return StudyMeasure(written.name, unit, quantity.dimension, AT, None, looked)
+
+    def _event(self, name: str, kind: s.Name, owners: Sequence[s.Clause]) -> StudyMeasure:
+        """Return the time of the first event of a kind."""
+        if kind.key not in EVENTS:
+            self.findings.reject(
+                "TIS701", f'there are no events of the kind "{kind.text}"', kind.span,
+                hint=alternatives(kind.key, EVENTS, what="kinds"),
+            )  # fmt: skip
+        springs = None
+        for owner in owners:
+            if owner.word != "of" or not isinstance(owner.value, s.Name):
+                self.findings.reject("TIS303", f'unexpected "{owner.word}"', owner.span)
+            springs = self.groups.springs(owner.value).indices
+        return StudyMeasure(name, "s", TIME, EVENT, event=kind.key, springs=springs)
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _quantity(
+        self, node: s.Expression, clauses: Sequence[s.Clause], span: Span
+    ) -> ObservedExpression:
+        """Return what is measured, whether it is written as a sentence or as a function."""
+        if isinstance(node, s.Name) and clauses:
+            node = self._as_call(node, clauses)
+        elif clauses:
+            form = SENTENCES["measure"].forms[0]
+            message = f'"{clauses[0].word}" is not allowed here'
+            self.findings.reject("TIS303", message, clauses[0].span, hint=f"write: {form}")
+        readings = self.conditions.readings(node)
+        if not readings:
+            self.findings.reject(
+                "TIS701", f'"{node.span.one_line}" measures nothing', node.span,
+                hint=alternatives(node.span.one_line, MEASURES, what="measures"),
+            )  # fmt: skip
+        value = MeasureScope(readings, self.scope, None).number(node)
+        return ObservedExpression(node, readings, self.scope, value.dimension)
+
+    def _as_call(self, name: s.Name, clauses: Sequence[s.Clause]) -> s.Call:
+        """Return ``position of tip along (0, 0, 1)`` as ``position(tip along (0, 0, 1))``."""
+        arguments: list[s.Argument] = []
+        for clause in clauses:
+            if clause.word in ("of", "to"):
+                arguments.append(s.Argument(clause.value, (), clause.value.span))
+            elif clause.word == "along" and arguments:
+                last = arguments.pop()
+                arguments.append(replace(last, clauses=(clause,)))
+            else:
+                self.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
+        for argument in arguments:
+            if not isinstance(argument.value, s.Name):
+                measured = f"{name.text}({argument.value.span.one_line})"
+                self.findings.reject(
+                    "TIS312", "a name is needed here", argument.span,
+                    hint=f"write the measure as a function, such as {measured}",
+                )  # fmt: skip
+        return s.Call(name, tuple(arguments), name.span.to(clauses[-1].span))
+
+    def _usual_rate(self, quantity: ObservedExpression) -> float:
+        """Return the time between samples [s]: that of a log of the same, or a part of all."""
+        for reading in quantity.readings.values():
+            for log in self.plan.output.logs:
+                same = [subject.name for subject in reading.subjects]
+                if log.measure is reading.measure and [x.name for x in log.subjects] == same:
+                    return log.every
+        return self.duration / SAMPLES if math.isfinite(self.duration) else 1.0
+
+    def _every(self, node: s.Expression) -> float:
+        value = self.scope.number(node)
+        self.scope.expect(value, TIME, node.span, what="the time between samples")
+        every = float(value.amount)
+        if not every > 0.0 or (
+            math.isfinite(self.duration) and self.duration / every > MOST_SAMPLES
+        ):
+            message = f"the time between samples cannot be {value}"
+            self.findings.reject("TIS308", message, node.span)
+        return every
+
+
+def _event(
+    value: s.Expression, clauses: Sequence[s.Clause]
+) -> tuple[s.Name, Sequence[s.Clause]] | None:
+    """Return the kind of event whose time is measured, and of what; None for other measures."""
+    if isinstance(value, s.Name) and value.key == EVENT and clauses:
+        first, *owners = clauses
+        if first.word == "of" and isinstance(first.value, s.Name):
+            return first.value, owners
+    if isinstance(value, s.Call) and value.function.key == EVENT and not clauses:
+        first = value.arguments[0] if len(value.arguments) == 1 else None
+        if first is not None and isinstance(first.value, s.Name):
+            return first.value, first.clauses
+    return None
+
+
+def _is_aggregate(call: s.Call) -> bool:
+    """Return whether a call is a value over time, and no function of several numbers."""
+    return call.function.key in AGGREGATES and len(call.arguments) == 1

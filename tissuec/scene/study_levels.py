@@ -1,0 +1,171 @@
+"""The values of a study, tried on the scene before it begins: words, units and limits."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from msgspec.structs import replace
+
+from tissuec.core.errors import Diagnostic
+from tissuec.core.source import Span
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
+from tissuec.scene.entry_overrides import SET
+from tissuec.scene.findings import Findings
+from tissuec.scene.imports import Program
+from tissuec.scene.resolve import resolve
+from tissuec.scene.study_model import Cell, Distribution, Factor, Levels, Study
+
+MOST_NAMED = 8  # runs that a message names
+
+
+def alone(program: Program, *, expects: bool = False) -> Program:
+    """Return the scene of a program without its learn and study blocks.
+
+    Args:
+        program: The program.
+        expects: Whether to keep what is expected of a run.
+    """
+    modules = (
+        replace(one, items=tuple(i for i in one.items if not _is_beside(i, expects=expects)))
+        for one in program.modules
+    )
+    return replace(program, modules=tuple(modules))
+
+
+def _is_beside(item: s.Item, *, expects: bool) -> bool:
+    """Return whether an item is about many runs, or about learning, or an expectation."""
+    if isinstance(item, s.Expect):
+        if not expects:
+            return True
+        calls = (part for part in walk(item.condition) if isinstance(part, s.Call))
+        return any(call.function.key == "error" for call in calls)
+    return isinstance(item, s.Block) and item.name.key.split(" ")[0] in ("learn", "study")
+
+
+def check_levels(
+    study: Study, program: Program, overrides: Sequence[str], findings: Findings
+) -> None:
+    """Report values of factors that the scene does not take.
+
+    Args:
+        study: The study, which is right by itself.
+        program: Of the scene, as ``alone`` returns it.
+        overrides: Texts of ``--set``.
+        findings: Takes diagnostics.
+    """
+    scene = _Scene(study, program, overrides)
+    for factor in study.factors:
+        for value, place in _tried(factor):
+            scene.report(factor, value, place, findings)
+
+
+def check_rows(
+    study: Study,
+    rows: Sequence[Sequence[Cell | None]],
+    program: Program,
+    overrides: Sequence[str],
+    findings: Findings,
+) -> None:
+    """Report values of runs that the scene does not take, with the runs that have them.
+
+    Args:
+        study: The study.
+        rows: Values of the factors for each run; None where the scene has its own.
+        program: Of the scene, as ``alone`` returns it.
+        overrides: Texts of ``--set``.
+        findings: Takes diagnostics.
+    """
+    scene = _Scene(study, program, overrides)
+    for place, factor in enumerate(study.factors):
+        if isinstance(factor.spread, Levels):
+            continue  # tried already
+        runs: dict[Cell, list[int]] = {}
+        for run, row in enumerate(rows):
+            value = row[place]
+            if value is not None:
+                runs.setdefault(value, []).append(run)
+        if factor.is_text:
+            for value, them in runs.items():
+                scene.report(factor, value, factor.span, findings, runs=them)
+            continue
+        numbers = sorted(value for value in runs if isinstance(value, float))
+        bad = [*scene.bad(factor, numbers)]
+        bad += [value for value in scene.bad(factor, numbers[::-1]) if value not in bad]
+        if bad:
+            them = sorted(run for value in bad for run in runs[value])
+            scene.report(factor, bad[0], factor.span, findings, runs=them)
+
+
+def _tried(factor: Factor) -> Iterable[tuple[Cell, Span]]:
+    """Return each word of a factor, and the smallest and largest of its numbers."""
+    match factor.spread:
+        case Levels(values=values, places=places) if factor.is_text:
+            return zip(values, places, strict=True)
+        case Levels(values=values, places=places):
+            order = sorted(range(len(values)), key=lambda n: values[n])
+            return [(values[n], places[n]) for n in {order[0], order[-1]}]
+        case Distribution("uniform", numbers):
+            return [(number, factor.span) for number in numbers]
+        case Distribution(numbers=numbers):
+            return [(numbers[0], factor.span)]
+        case None:
+            return []
+
+
+class _Scene:
+    """A scene on which values are tried.
+
+    Args:
+        study: The study.
+        program: Of the scene, as ``alone`` returns it.
+        overrides: Texts of ``--set``.
+    """
+
+    def __init__(self, study: Study, program: Program, overrides: Sequence[str]):
+        self.program, self.overrides = program, overrides
+        self.first: dict[str, str] = {}
+        for place, factor in enumerate(study.factors):
+            tried = [value for value, _ in _tried(factor)]
+            if study.rows:
+                tried = [study.rows[0][place]]
+            if tried:
+                self.first[factor.name] = factor.override(tried[0])
+
+    def errors(self, factor: Factor, value: Cell) -> list[Diagnostic]:
+        """Return what is wrong with a value, by itself and beside those of other factors."""
+        found = self._errors((factor.override(value),))
+        if found and len(self.first) > 1:
+            others = (text for name, text in self.first.items() if name != factor.name)
+            if not self._errors((*others, factor.override(value))):
+                return []
+        return found
+
+    def _errors(self, texts: Sequence[str]) -> list[Diagnostic]:
+        found = Findings()
+        resolve(self.program, found, (*self.overrides, *texts))
+        return found.errors
+
+    def bad(self, factor: Factor, ordered: Sequence[float]) -> Iterator[float]:
+        """Yield values from the first one on that are wrong, until one is right."""
+        for value in ordered:
+            if not self.errors(factor, value):
+                return
+            yield value
+
+    def report(
+        self,
+        factor: Factor,
+        value: Cell,
+        place: Span,
+        findings: Findings,
+        *,
+        runs: Sequence[int] = (),
+    ) -> None:
+        """Report the first thing that is wrong with a value where the study has it."""
+        named = ", ".join(str(run) for run in runs[:MOST_NAMED])
+        more = f" and {len(runs) - MOST_NAMED} more" if len(runs) > MOST_NAMED else ""
+        suffix = f" (run{'s' if len(runs) > 1 else ''} {named}{more})" if runs else ""
+        for error in self.errors(factor, value)[:1]:
+            is_own = error.span is not None and error.span.source.name == SET
+            about = "" if is_own else f"with {factor.override(value)}: "
+            message = f"{about}{error.message}{suffix}"
+            findings.add(error.code, message, place, hint=str(error.hint), notes=error.notes)

@@ -1,0 +1,1 @@
+"""Studies: many runs of one scene, each a row of one table."""

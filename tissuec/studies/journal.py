@@ -1,0 +1,144 @@
+"""The file of a table while its study goes on: each row is there as soon as it is known.
+
+A study that is run again takes over the rows whose digests are the same, and does the rest.
+"""
+
+import os
+from collections.abc import Sequence
+from io import FileIO
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from msgspec.structs import replace
+
+from tissuec.core.files import lock
+from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results.places import check_place
+from tissuec.studies.table import DIED, Row, StudyHead
+from tissuec.studies.table_text import as_csv, parse_rows, row_line
+
+OTHER = "-o other.csv"
+
+
+class Journal:
+    """A table under way; use it in a ``with`` statement.
+
+    Args:
+        path: The table.
+        head: Of the study.
+        digests: Of each of its runs.
+        fresh: Whether to begin again.
+
+    Attributes:
+        rows: All rows so far, by the numbers of their runs.
+
+    Raises:
+        PlaceError: The table cannot be written there, is that of another study, or another
+            process is writing it.
+    """
+
+    def __init__(self, path: Path, head: StudyHead, digests: Sequence[str], *, fresh: bool):
+        check_place(path)
+        self.path, self.head = path, head
+        self.rows: dict[int, Row] = {}
+        self._file: FileIO | None = None
+        try:
+            if path.exists():
+                data = self._open().readall()
+                self.rows = {} if fresh else self._taken_over(data, digests)
+            self._write()
+            self._open().seek(0, os.SEEK_END)
+        except BlockingIOError as error:
+            self.close()
+            raise PlaceError(
+                f'cannot write "{path}": another study is writing it; wait for its end, or '
+                f"write to another file: {OTHER}"
+            ) from error
+        except OSError as error:
+            self.close()
+            raise PlaceError(_failure(path, error)) from error
+        except PlaceError:
+            self.close()
+            raise
+
+    def _taken_over(self, data: bytes, digests: Sequence[str]) -> dict[int, Row]:
+        """Return the rows of a table that hold for this study, by their runs."""
+        way_out = f"remove it, or write to another file: {OTHER}"
+        try:
+            head, rows = parse_rows(data, self.path)
+        except ResultError as error:
+            raise PlaceError(f"{error}; {way_out}") from error
+        if (head.name, head.scene) != (self.head.name, self.head.scene):
+            raise PlaceError(
+                f'"{self.path}" is the table of study {head.name} of {head.scene}; {way_out}'
+            )
+        places: dict[str, list[int]] = {}
+        for run, digest in enumerate(digests):
+            places.setdefault(digest, []).append(run)
+        return {
+            run: replace(row, run=run)
+            for row in rows
+            if row.outcome != DIED
+            for run in places.get(row.digest, ())
+        }
+
+    def _open(self) -> FileIO:
+        """Return the file, opened again, which no other process writes until it is closed."""
+        self.close()
+        self._file = FileIO(self.path, "r+")
+        lock(self._file)
+        return self._file
+
+    def _write(self) -> None:
+        """Write what is known so far, in the order of the design."""
+        aside = self.path.with_name(f"{self.path.name}.tmp")
+        rows = (self.rows[run] for run in sorted(self.rows))
+        aside.write_text(as_csv(self.head, rows), "utf-8", newline="")
+        self.close()  # an open file is not replaced everywhere
+        os.replace(aside, self.path)
+
+    def add(self, row: Row) -> None:
+        """Write the row of a run.
+
+        Raises:
+            ResultError: It cannot be written, such as on a full disk.
+        """
+        assert self._file is not None
+        self.rows[row.run] = row
+        try:
+            self._file.write(row_line(row).encode())
+        except OSError as error:
+            raise ResultError(_failure(self.path, error)) from error
+
+    def finish(self) -> None:
+        """Put the rows into the order of the design.
+
+        Raises:
+            ResultError: It cannot be written.
+        """
+        try:
+            self._write()
+        except OSError as error:
+            raise ResultError(_failure(self.path, error)) from error
+
+    def close(self) -> None:
+        """Let others write the file."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def _failure(path: Path, error: OSError) -> str:
+    return f'cannot write "{path}": {(error.strerror or str(error)).lower()}'

@@ -1,0 +1,150 @@
+"""The recording of one run of a study: its measures in memory, the rest in a file, if any."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.manifest import manifest_of, outcome_facts
+from tissuec.engine.execution.memory_recorder import MemoryRecording
+from tissuec.model.network import Floats, Indices
+from tissuec.script.plan import Plan
+
+if TYPE_CHECKING:
+    from tissuec.engine.execution.companion import ErrorEstimate
+    from tissuec.engine.execution.run import Outcome
+    from tissuec.scene.request import Request
+
+MEASURED = "measure "  # how the logs of measures begin
+
+
+class Observer(MemoryRecording):
+    """Takes what a run records: measures into memory, the outputs of the scene into a file.
+
+    Args:
+        compiled: The scene.
+        plan: Of the scene, without measures.
+        request: What the scene was compiled from.
+        path: Of the file; None keeps nothing but measures.
+    """
+
+    def __init__(self, compiled: Compiled, plan: Plan, request: "Request", path: Path | None):
+        super().__init__()
+        self.plan, self._writer = plan, None
+        if path is not None:
+            from tissuec.engine.execution.recorder import wishes
+            from tissuec.results.writer import ResultWriter
+
+            self._writer = ResultWriter(
+                path,
+                compiled.network,
+                wishes(compiled.network, plan),
+                manifest_of(compiled, request),
+                compiled.scene.source.text,
+                tuple(compiled.named_groups()),
+            )
+
+    def topology(self, alive: NDArray[np.bool_]) -> None:
+        if self._writer is not None:
+            self._writer.topology(alive)
+
+    def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
+        if self._writer is not None:
+            self._writer.holds(time, holders)
+
+    def frames(
+        self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
+    ) -> None:
+        if self._writer is not None:
+            self._writer.frames(time, position, velocity, force, tension)
+
+    def surface(self, body: str, time: Floats, position: Floats) -> None:
+        if self._writer is not None:
+            self._writer.surface(body, time, position)
+
+    def log(self, channel: str, time: Floats, rows: Floats) -> None:
+        if channel.startswith(MEASURED):
+            super().log(channel, time, rows)
+        elif self._writer is not None:
+            self._writer.log(channel, time, rows)
+
+    def log_jump(self, channel: str, time: float, before: Floats, after: Floats) -> None:
+        if channel.startswith(MEASURED):
+            super().log_jump(channel, time, before, after)
+        elif self._writer is not None:
+            self._writer.log_jump(channel, time, before, after)
+
+    def energies(self, time: Floats, rows: Floats) -> None:
+        if self._writer is not None:
+            self._writer.energies(time, rows)
+
+    def energy_jump(self, time: float, before: Floats, after: Floats) -> None:
+        if self._writer is not None:
+            self._writer.energy_jump(time, before, after)
+
+    def errors(self, time: Floats, rows: Floats) -> None:
+        if self._writer is not None:
+            self._writer.errors(time, rows)
+
+    def event(
+        self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
+    ) -> None:
+        if self._writer is not None:
+            self._writer.event(time, kind, springs, cause, place)
+
+    def checkpoint(self, saved: Mapping[str, Any]) -> None:
+        if self._writer is not None:
+            self._writer.checkpoint(saved)
+
+    def samples(self, channel: str) -> tuple[Floats, Floats]:
+        """Return times [s] and values of a measure in SI units, shape (row,) each."""
+        try:
+            time, rows = self.log_arrays(channel)
+        except KeyError:
+            return np.zeros(0), np.zeros(0)
+        return time, rows[:, 0]
+
+    def samples_and_jumps(self, channel: str) -> tuple[Floats, Floats]:
+        """Return times [s] and values, in SI units, of samples and of both sides of events.
+
+        They ascend in time, shape (row,) each; what is after an event stands behind what is
+        before it.
+        """
+        time, values = self.samples(channel)
+        try:
+            jumps, before, after = self.jump_arrays(channel)
+        except KeyError:
+            return time, values
+        times = np.concatenate([jumps, jumps, time])
+        every = np.concatenate([before[:, 0], after[:, 0], values])
+        order = np.argsort(times, kind="stable")
+        return times[order], every[order]
+
+    def close(self, outcome: "Outcome", estimate: "ErrorEstimate | None") -> None:
+        """Finish the file, if there is one."""
+        if self._writer is None:
+            return
+        if estimate is not None and len(estimate.times):
+            self._writer.companion(estimate.times, estimate.apart[:, None])
+        own = tuple(n for n in outcome.unreached if n < len(self.plan.expectations))
+        facts = outcome_facts(self.plan, replace(outcome, unreached=own), estimate)
+        self._writer.close(outcome.message, outcome.kind == "done", facts)
+
+    def __enter__(self) -> Self:
+        if self._writer is not None:
+            self._writer.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._writer is not None:
+            self._writer.__exit__(kind, error, trace)

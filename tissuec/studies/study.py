@@ -1,0 +1,310 @@
+"""A study from its text to its table: what is done before, while and after it goes on."""
+
+import hashlib
+import json
+import math
+import time as clock
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.manifest import digests, sources_of
+from tissuec.compiler.study_expectations import Verdict, judge
+from tissuec.compiler.study_measures import compile_measures
+from tissuec.core.errors import Diagnostic, TissueError, alternatives
+from tissuec.core.names import key_of
+from tissuec.core.version import __version__
+from tissuec.engine.execution.signals import ending
+from tissuec.lang import syntax as s
+from tissuec.pipeline import compile_program
+from tissuec.results.places import make_folder
+from tissuec.scene.declarations import without
+from tissuec.scene.findings import Findings
+from tissuec.scene.imports import Program, load
+from tissuec.scene.request import Request
+from tissuec.scene.study_entries import INDICES, RESULTS
+from tissuec.scene.study_levels import alone, check_rows
+from tissuec.scene.study_model import Factor, Study
+from tissuec.studies.designs import Point, points_of
+from tissuec.studies.journal import Journal
+from tissuec.studies.table import (
+    DONE,
+    ENDED,
+    Cell,
+    FactorHead,
+    MeasureHead,
+    Row,
+    StudyHead,
+    StudyTable,
+    is_hdf5,
+)
+from tissuec.studies.trial import Job, Task
+from tissuec.studies.workers import Workers
+from tissuec.studies.writing import USUAL_NAME, with_sentences
+
+RUNS = ".runs"  # behind the name of a table: the folder of results
+
+#: Told how many runs there are rows of, how many of them failed, and of how many.
+Progress = Callable[[int, int, int], None]
+
+
+class PreparedStudy(Struct, frozen=True):
+    """A study that can begin.
+
+    Attributes:
+        study: As it is written.
+        compiled: The scene with its own values.
+        head: Of the table.
+        job, tasks: What the workers do.
+        warnings: Of the text.
+    """
+
+    study: Study
+    compiled: Compiled
+    head: StudyHead
+    job: Job
+    tasks: tuple[Task, ...]
+    warnings: tuple[Diagnostic, ...]
+
+    @property
+    def keeps(self) -> bool:
+        """Return whether the result of each run is kept."""
+        return self.study.settings.keep == RESULTS
+
+
+class StudyResult(Struct, frozen=True):
+    """What a study came to.
+
+    Attributes:
+        verdicts: Of its expectations.
+        taken_over: Rows that an earlier study had already.
+        seconds: Wall time of the runs [s].
+    """
+
+    table: StudyTable
+    verdicts: tuple[Verdict, ...]
+    taken_over: int
+    seconds: float
+
+
+def prepare(
+    request: Request,
+    name: str | None = None,
+    *,
+    sentences: Sequence[str] = (),
+) -> PreparedStudy:
+    """Return a study whose text, values and measures are right.
+
+    Args:
+        request: The scene.
+        name: Of the study; by default the only one of the scene, or that of the sentences.
+        sentences: More sentences of the block, or all of it.
+
+    Raises:
+        CompileError: The text is wrong, or values do not go with the scene.
+        TissueError: There is no such study, or it has too many runs.
+    """
+    findings = Findings()
+    program = load(request.source, request.libraries, findings, request.files)
+    name = _name(program, name, request, is_written=bool(sentences))
+    program = with_sentences(program, name, sentences)
+    compiled, warnings = compile_program(program, request, findings, thorough=True)
+    study = compiled.scene.studies[key_of(name)]
+    points = points_of(study)
+    check_rows(study, points, alone(program), request.overrides, findings)
+    findings.raise_errors()
+    head = _head(study, compiled, len(points))
+    job = Job(
+        alone(program, expects=study.settings.keep == RESULTS),
+        request,
+        study.measures,
+        tuple(one.name for one in head.measures),
+        tuple(one.every is not None for one in head.measures),
+        study.estimates,
+    )
+    tasks = tuple(_tasks(study, points, _digest(study, job, compiled)))
+    return PreparedStudy(study, compiled, head, job, tasks, warnings)
+
+
+def carry_out(
+    prepared: PreparedStudy,
+    workers: Workers,
+    *,
+    path: Path | None = None,
+    folder: Path | None = None,
+    fresh: bool = False,
+    progress: Progress | None = None,
+) -> StudyResult:
+    """Do the runs of a study that are not done yet, and return its table.
+
+    Args:
+        prepared: The study.
+        workers: Who does the runs.
+        path: The table in CSV, which is there at any moment; None writes nothing.
+        folder: For result files, if the study keeps them.
+        fresh: Whether to leave out the rows that ``path`` has already.
+        progress: Told how far it is after each run.
+
+    Raises:
+        PlaceError: The table cannot be written there.
+        ResultError: Writing failed later on.
+        KeyboardInterrupt: After a signal; the rows so far are in the table.
+    """
+    began = clock.monotonic()
+    if prepared.keeps and folder is not None:
+        make_folder(folder)
+        prepared = replace(prepared, job=replace(prepared.job, folder=folder.absolute()))
+    if path is None:
+        rows: dict[int, Row] = {}
+        taken = 0
+        for row in workers.rows(prepared.job, prepared.tasks):
+            rows[row.run] = row
+            _tell(progress, rows, prepared)
+    else:
+        every = [task.digest for task in prepared.tasks]
+        with Journal(path, prepared.head, every, fresh=fresh) as journal:
+            rows, taken = journal.rows, len(journal.rows)
+            left = [task for task in prepared.tasks if task.run not in rows]
+            _tell(progress, rows, prepared)
+            for row in workers.rows(prepared.job, left) if left else ():
+                journal.add(row)
+                _tell(progress, rows, prepared)
+            journal.finish()
+    table = StudyTable.of(prepared.head, rows.values())
+    return StudyResult(table, _verdicts(prepared, table), taken, clock.monotonic() - began)
+
+
+def _tell(progress: Progress | None, rows: dict[int, Row], prepared: PreparedStudy) -> None:
+    if progress is not None:
+        failed = sum(row.outcome not in (DONE, ENDED) for row in rows.values())
+        progress(len(rows), failed, len(prepared.tasks))
+
+
+def _verdicts(prepared: PreparedStudy, table: StudyTable) -> tuple[Verdict, ...]:
+    columns = {
+        column.name: (column.values, column.unit)
+        for column in table.columns
+        if not isinstance(column.values, tuple)
+    }
+    return judge(prepared.study.expects, columns, prepared.compiled.scene.constants)
+
+
+def run_study(
+    prepared: PreparedStudy,
+    workers: Workers,
+    *,
+    out: Path | None,
+    fresh: bool = False,
+    progress: Progress | None = None,
+) -> StudyResult:
+    """Do the runs of a study and write its table, and results beside it if they are kept.
+
+    Args:
+        prepared: The study.
+        workers: Who does the runs.
+        out: The table; in HDF5 there is one in CSV beside it. None writes nothing.
+        fresh: Whether to discard rows that are there.
+        progress: Told how far it is after each run.
+
+    Raises:
+        PlaceError: The table cannot be written there.
+        ResultError: Writing failed later on.
+        KeyboardInterrupt: After a signal; the rows so far are in the table.
+    """
+    path = out.with_suffix(".csv") if out is not None and is_hdf5(out) else out
+    folder = None if out is None else out.with_suffix(RUNS)
+    with ending():
+        result = carry_out(
+            prepared, workers, path=path, folder=folder, fresh=fresh, progress=progress
+        )
+    if out is not None and is_hdf5(out):
+        result.table.to_hdf5(out)
+    return result
+
+
+# --- before -----------------------------------------------------------------------------------
+
+
+def _name(program: Program, name: str | None, request: Request, *, is_written: bool) -> str:
+    """Return the name of the study that is meant."""
+    blocks = [item for item in program.main.items if isinstance(item, s.Block)]
+    found = [own.text for block in blocks if (own := without(block.name, "study"))]
+    by_key = {key_of(one): one for one in found}
+    scene = request.source.name
+    if name is not None:
+        if key_of(name) in by_key:
+            return by_key[key_of(name)]
+        if is_written:
+            return name
+        hint = alternatives(name, found, what="there are") or "it has none"
+        raise TissueError(f'"{scene}" has no study called "{name}"; {hint}')
+    if is_written and len(found) != 1:
+        return USUAL_NAME
+    if not found:
+        raise TissueError(f'"{scene}" has no study; write a study block, or use --vary')
+    if len(found) > 1:
+        raise TissueError(
+            f'"{scene}" has several studies: {", ".join(found)}; name one of them'
+        )
+    return found[0]
+
+
+def _head(study: Study, compiled: Compiled, planned: int) -> tuple[StudyHead, tuple[str, ...]]:
+    """Return the head of the table: single numbers before curves."""
+    measures, _ = compile_measures(compiled, study.measures)
+    heads = [MeasureHead(one.name, one.unit, one.every) for one in measures]
+    heads.sort(key=lambda head: head.every is not None)
+    factors = tuple(
+        FactorHead(one.name, one.unit, one.is_text, one.written) for one in study.factors
+    )
+    base = study.settings.runs if study.design == INDICES else 0
+    scene = Path(compiled.scene.source.name).stem
+    return StudyHead(
+        study.name, scene, study.design, study.settings.seed, base, planned, factors,
+        tuple(heads),
+    )  # fmt: skip
+
+
+def _tasks(study: Study, points: Sequence[Point], digest: "hashlib._Hash") -> Iterator[Task]:
+    """Yield the runs of a study."""
+    for run, point in enumerate(points):
+        overrides = tuple(
+            factor.override(value)
+            for factor, value in zip(study.factors, point, strict=True)
+            if value is not None
+        )
+        values = tuple(
+            _own(factor) if value is None else value
+            for factor, value in zip(study.factors, point, strict=True)
+        )
+        one = digest.copy()
+        one.update(json.dumps(overrides).encode())
+        yield Task(run, values, overrides, one.hexdigest()[:16])
+
+
+def _own(factor: Factor) -> Cell:
+    """Return what the scene has by itself, as the table shows it."""
+    if factor.own is None:
+        return "" if factor.is_text else math.nan
+    return factor.own
+
+
+def _digest(study: Study, job: Job, compiled: Compiled) -> "hashlib._Hash":
+    """Return the digest of all that the rows of a study have in common."""
+    found = hashlib.sha256(__version__.encode())
+    for module in job.program.modules:
+        parts = [item.span.text for item in module.items]
+        found.update(json.dumps([module.source.name, *parts]).encode())
+    facts = {
+        "overrides": job.request.overrides,
+        "measures": [(one.name, " ".join(one.item.span.text.split())) for one in job.measures],
+        "estimates": job.estimates,
+        "keep": study.settings.keep,
+        "files": dict(digests(compiled)),
+        "texts": dict(sources_of(compiled)),
+    }
+    found.update(json.dumps(facts, sort_keys=True).encode())
+    return found

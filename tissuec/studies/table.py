@@ -1,0 +1,395 @@
+"""The table of a study: one row for each run, with its values, measures and outcome."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.errors import alternatives
+from tissuec.core.names import key_of
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
+    import xarray  # pyright: ignore[reportMissingImports]
+
+#: What the outcome of a run can be: it came to its end, or its script ended it; the motion
+#: could not be computed; the text was wrong; or its worker process died.
+DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED = (
+    "done", "ended", "diverged", "stuck", "refused", "died",
+)  # fmt: skip
+OUTCOMES = (DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED)
+
+#: A value of a factor: a number in the unit of its column, or words.
+Cell: TypeAlias = float | str
+
+
+class FactorHead(Struct, frozen=True):
+    """What stands above the values of a factor.
+
+    Attributes:
+        name: Such as "lift" or "hardness of liver".
+        unit: Of numbers, such as "mm"; "" for numbers without a unit and for words.
+        is_text: Whether values are words.
+        values: Its values as they were written, such as "normal(5 mm, 1 mm)".
+    """
+
+    name: str
+    unit: str
+    is_text: bool = False
+    values: str = ""
+
+
+class MeasureHead(Struct, frozen=True):
+    """What stands above a measure.
+
+    Attributes:
+        name: Such as "pull".
+        unit: Such as "N".
+        every: Time between the values of a curve [s]; None for a single number.
+    """
+
+    name: str
+    unit: str
+    every: float | None = None
+
+
+class StudyHead(Struct, frozen=True):
+    """All of a table except its rows.
+
+    Attributes:
+        name: Of the study.
+        scene: Name of the scene.
+        design: Such as "grid" or "sobol".
+        seed: Of random designs.
+        base: Base number of "sobol indices"; 0 for other designs.
+        planned: Number of runs of the whole study.
+        measures: Single numbers before curves.
+    """
+
+    name: str
+    scene: str
+    design: str
+    seed: int
+    base: int
+    planned: int
+    factors: tuple[FactorHead, ...]
+    measures: tuple[MeasureHead, ...]
+
+
+class Row(Struct, frozen=True):
+    """One run.
+
+    Attributes:
+        run: Its number in the design, from 0.
+        values: Of the factors.
+        measures: Of single numbers one value, of curves all, NaN where there is none.
+        outcome: One of ``OUTCOMES``.
+        reason: One line; "" for a run that came to its end.
+        promise: "kept", "broken from T", "unknown from T" or "not checked".
+        error: Estimated error of positions, relative to displacements; NaN if not known.
+        digest: Of all that the row follows from.
+    """
+
+    run: int
+    values: tuple[Cell, ...]
+    measures: tuple[float | tuple[float, ...], ...]
+    outcome: str
+    reason: str
+    promise: str
+    error: float
+    digest: str = ""
+
+
+class Column(Struct, frozen=True, eq=False):
+    """One column, of a factor or a measure.
+
+    Attributes:
+        name: Such as "lift" or "pull".
+        unit: Such as "mm"; "" for numbers without a unit and for words.
+        values: Numbers in this unit, shape (row,), NaN where there is none; or words.
+    """
+
+    name: str
+    unit: str
+    values: Floats | tuple[str, ...]
+
+    @property
+    def numbers(self) -> Floats:
+        """Return the values as numbers in the column's unit, shape (row,).
+
+        Raises:
+            ValueError: They are words.
+        """
+        if isinstance(self.values, tuple):
+            raise ValueError(f'the values of "{self.name}" are words, not numbers')
+        return self.values
+
+    @property
+    def title(self) -> str:
+        """Return the name with its unit: "lift [mm]"."""
+        return title(self.name, self.unit)
+
+
+class Curve(Struct, frozen=True, eq=False):
+    """A measure over time, of every run.
+
+    Attributes:
+        name: Such as "curve".
+        unit: Such as "N".
+        every: Time between the samples, of which the first is at 0 s [s].
+        values: In this unit, shape (row, sample); NaN behind the end of a run.
+    """
+
+    name: str
+    unit: str
+    every: float
+    values: Floats
+
+    @property
+    def times(self) -> Floats:
+        """Return the times of the samples [s], shape (sample,)."""
+        return np.arange(self.values.shape[1]) * self.every
+
+
+class StudyTable(Struct, frozen=True, eq=False):
+    """All runs of a study that are known, in the order of its design.
+
+    Attributes:
+        name: Of the study.
+        scene: Name of the scene.
+        design: Such as "grid" or "sobol".
+        seed: Of random designs.
+        base: Base number of "sobol indices"; 0 for other designs.
+        planned: Number of runs of the whole study.
+        runs: Number of each row's run in the design, ascending from 0, shape (row,).
+        factors: What varies.
+        measures: What was measured, as single numbers.
+        curves: What was measured over time.
+        distributions: Values of each factor as written, such as "normal(5 mm, 1 mm)".
+        outcome: One of ``OUTCOMES`` for each row.
+        reason: One line for each row; "" for a run that came to its end.
+        promise: "kept", "broken from T", "unknown from T" or "not checked", for each row.
+        error: Estimated error of positions, relative to displacements, shape (row,); NaN
+            if not known.
+        digests: Of all that each row follows from.
+    """
+
+    name: str
+    scene: str
+    design: str
+    seed: int
+    base: int
+    planned: int
+    runs: Indices
+    factors: tuple[Column, ...]
+    measures: tuple[Column, ...]
+    curves: tuple[Curve, ...]
+    distributions: tuple[str, ...]
+    outcome: tuple[str, ...]
+    reason: tuple[str, ...]
+    promise: tuple[str, ...]
+    error: NDArray[np.float64]
+    digests: tuple[str, ...]
+
+    @classmethod
+    def of(cls, head: StudyHead, rows: Iterable[Row]) -> "StudyTable":
+        """Return the table of rows in any order; of two rows of one run the later counts."""
+        found = {row.run: row for row in rows}
+        ordered = [found[run] for run in sorted(found)]
+        singles = [n for n, one in enumerate(head.measures) if one.every is None]
+        return cls(
+            name=head.name,
+            scene=head.scene,
+            design=head.design,
+            seed=head.seed,
+            base=head.base,
+            planned=head.planned,
+            runs=np.array([row.run for row in ordered], dtype=np.int64),
+            factors=tuple(
+                _factor(one, [row.values[n] for row in ordered])
+                for n, one in enumerate(head.factors)
+            ),
+            measures=tuple(_single(head.measures[n], n, ordered) for n in singles),
+            curves=tuple(
+                _curve(one, n, ordered)
+                for n, one in enumerate(head.measures)
+                if one.every is not None
+            ),
+            distributions=tuple(factor.values for factor in head.factors),
+            outcome=tuple(row.outcome for row in ordered),
+            reason=tuple(row.reason for row in ordered),
+            promise=tuple(row.promise for row in ordered),
+            error=np.array([row.error for row in ordered], dtype=float),
+            digests=tuple(row.digest for row in ordered),
+        )
+
+    def __len__(self) -> int:
+        return len(self.outcome)
+
+    def __repr__(self) -> str:
+        count = f"{len(self)} of {self.planned} runs"
+        return f'<StudyTable "{self.name}" of {self.scene}: {count}>'
+
+    @property
+    def is_complete(self) -> bool:
+        """Return whether every run of the study has a row."""
+        return len(self) == self.planned
+
+    @property
+    def finished(self) -> NDArray[np.bool_]:
+        """Return which runs came to an end, their own or that of the script, shape (row,)."""
+        return np.isin(self.outcome, (DONE, ENDED))
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Return all columns of factors and measures."""
+        return (*self.factors, *self.measures)
+
+    def column(self, name: str) -> Column:
+        """Return a factor or measure by its name.
+
+        Raises:
+            ValueError: There is none of that name.
+        """
+        named = {key_of(column.name): column for column in self.columns}
+        if key_of(name) not in named:
+            hint = alternatives(name, [c.name for c in self.columns], what="there are")
+            raise ValueError(f'the table has no column "{name}"; {hint}')
+        return named[key_of(name)]
+
+    def to_csv(self, path: Path | str) -> None:
+        """Write the table as text.
+
+        Raises:
+            ResultError: It cannot be written.
+        """
+        from tissuec.studies.table_text import write_csv
+
+        write_csv(self, Path(path))
+
+    def to_hdf5(self, path: Path | str) -> None:
+        """Write the table as HDF5.
+
+        Raises:
+            ResultError: It cannot be written.
+        """
+        from tissuec.studies.table_hdf5 import write_hdf5
+
+        write_hdf5(self, Path(path))
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the table without its curves; rows are named by the numbers of their runs.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        from tissuec.studies.table_conversion import to_pandas
+
+        return to_pandas(self)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return the table along "run", or along its factors if it is a complete grid.
+
+        Raises:
+            ImportError: xarray is not installed.
+        """
+        from tissuec.studies.table_conversion import to_xarray
+
+        return to_xarray(self)
+
+
+def read_table(path: Path | str) -> StudyTable:
+    """Return the table of a study, also of one that is not finished.
+
+    Args:
+        path: A file in CSV, or in HDF5 if its name ends with ".h5" or ".hdf5".
+
+    Raises:
+        ResultError: It cannot be read, or is no table of a study.
+    """
+    path = Path(path)
+    if is_hdf5(path):
+        from tissuec.studies.table_hdf5 import read_hdf5
+
+        return read_hdf5(path)
+    from tissuec.studies.table_text import read_csv
+
+    return read_csv(path)
+
+
+def is_hdf5(path: Path) -> bool:
+    """Return whether the name of a table says that it is in HDF5."""
+    return path.suffix.lower() in (".h5", ".hdf5")
+
+
+def head_of(table: StudyTable) -> StudyHead:
+    """Return all of a table except its rows."""
+    factors = (
+        FactorHead(factor.name, factor.unit, isinstance(factor.values, tuple), values)
+        for factor, values in zip(table.factors, table.distributions, strict=True)
+    )
+    curves = (MeasureHead(curve.name, curve.unit, curve.every) for curve in table.curves)
+    return StudyHead(
+        table.name, table.scene, table.design, table.seed, table.base, table.planned,
+        tuple(factors), (*(MeasureHead(m.name, m.unit) for m in table.measures), *curves),
+    )  # fmt: skip
+
+
+def rows_of(table: StudyTable) -> Iterator[Row]:
+    """Yield the rows of a table."""
+    factors = [_cells(factor) for factor in table.factors]
+    for n in range(len(table)):
+        curves = (curve.values[n][~_is_behind(curve.values[n])] for curve in table.curves)
+        yield Row(
+            int(table.runs[n]),
+            tuple(cells[n] for cells in factors),
+            (
+                *(float(measure.numbers[n]) for measure in table.measures),
+                *(tuple(curve.tolist()) for curve in curves),
+            ),
+            table.outcome[n],
+            table.reason[n],
+            table.promise[n],
+            float(table.error[n]),
+            table.digests[n],
+        )
+
+
+def title(name: str, unit: str) -> str:
+    """Return the head of a column: "lift [mm]"."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def _factor(head: FactorHead, values: Sequence[Cell]) -> Column:
+    texts = tuple(map(str, values))
+    numbers = np.array([] if head.is_text else values, dtype=float)
+    return Column(head.name, head.unit, texts if head.is_text else numbers)
+
+
+def _single(head: MeasureHead, place: int, rows: Sequence[Row]) -> Column:
+    values = np.array([row.measures[place] for row in rows], dtype=float)
+    return Column(head.name, head.unit, values)
+
+
+def _curve(head: MeasureHead, place: int, rows: Sequence[Row]) -> Curve:
+    all_values = [np.atleast_1d(np.asarray(row.measures[place], dtype=float)) for row in rows]
+    longest = max(map(len, all_values), default=0)
+    values = np.full((len(rows), longest), np.nan)
+    for row, one in zip(values, all_values, strict=True):
+        row[: len(one)] = one
+    assert head.every is not None
+    return Curve(head.name, head.unit, head.every, values)
+
+
+def _cells(column: Column) -> Sequence[Cell]:
+    return column.values if isinstance(column.values, tuple) else column.values.tolist()
+
+
+def _is_behind(values: Floats) -> NDArray[np.bool_]:
+    """Return which samples come after the last one that there is, shape (sample,)."""
+    there = np.flatnonzero(~np.isnan(values))
+    return np.arange(len(values)) > (there[-1] if len(there) else -1)

@@ -1,0 +1,112 @@
+"""Tables of studies as HDF5: a dataset for each column, with its unit and name."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import h5py
+import msgspec
+import numpy as np
+
+from tissuec.results.errors import ResultError
+from tissuec.results.hdf5 import TEXT, open_file
+from tissuec.studies.table import Column, Curve, StudyHead, StudyTable, head_of
+
+FORMAT = 1
+_HEAD = "study"
+_TEXTS = ("outcome", "reason", "promise", "digests")
+
+
+def write_hdf5(table: StudyTable, path: Path) -> None:
+    """Write a table, in place of a file of that name.
+
+    Raises:
+        ResultError: It cannot be written.
+    """
+    aside = path.with_name(f"{path.name}.tmp")
+    try:
+        with open_file(aside, "w") as file:
+            _write(table, file)
+        os.replace(aside, path)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise ResultError(f'cannot write "{path}": {error}') from error
+
+
+def _write(table: StudyTable, file: h5py.File) -> None:
+    facts = {"format": FORMAT, **msgspec.to_builtins(head_of(table))}
+    file.attrs[_HEAD] = json.dumps(facts, ensure_ascii=False)
+    file["runs"], file["error"] = table.runs, table.error
+    for name in _TEXTS:
+        _add_texts(file, name, getattr(table, name))
+    for kind in ("factors", "measures", "curves"):
+        group = file.create_group(kind)
+        for column in getattr(table, kind):
+            _add_column(group, column)
+
+
+def _add_column(group: h5py.Group, column: Column | Curve) -> None:
+    name = column.name.replace("/", "∕")  # a slash would open a group
+    if isinstance(column.values, tuple):
+        _add_texts(group, name, column.values)
+    else:
+        group[name] = column.values
+    group[name].attrs["name"], group[name].attrs["unit"] = column.name, column.unit
+    if isinstance(column, Curve):
+        group[name].attrs["every"] = column.every
+
+
+def _add_texts(group: h5py.Group, name: str, texts: tuple[str, ...]) -> None:
+    group.create_dataset(name, data=np.array(texts, dtype=object), dtype=TEXT)
+
+
+def read_hdf5(path: Path) -> StudyTable:
+    """Return a table.
+
+    Raises:
+        ResultError: It cannot be read, or is no table of a study.
+    """
+    try:
+        with open_file(path, "r") as file:
+            if _HEAD not in file.attrs:
+                raise ResultError(f'"{path}" is no table of a study')
+            return _read(file, path)
+    except OSError as error:
+        raise ResultError(f'cannot read "{path}": {error}') from error
+    except (KeyError, ValueError) as error:
+        raise ResultError(f'"{path}" is a damaged table: {error}') from error
+
+
+def _read(file: Any, path: Path) -> StudyTable:
+    facts: dict[str, Any] = json.loads(file.attrs[_HEAD])
+    if facts.pop("format", None) != FORMAT:
+        raise ResultError(f'"{path}" was written by another version of tissuec')
+    head = msgspec.convert(facts, StudyHead)
+    texts = {name: tuple(file[name].asstr()[()].tolist()) for name in _TEXTS}
+    singles = [one for one in head.measures if one.every is None]
+    curves = [one for one in head.measures if one.every is not None]
+    return StudyTable(
+        **{name: getattr(head, name) for name in ("name", "scene", "design", "seed", "base")},
+        planned=head.planned,
+        runs=file["runs"][()],
+        error=file["error"][()],
+        factors=tuple(
+            _column(file["factors"], f.name, is_text=f.is_text) for f in head.factors
+        ),
+        measures=tuple(_column(file["measures"], m.name) for m in singles),
+        curves=tuple(_curve(file["curves"], one.name) for one in curves),
+        distributions=tuple(factor.values for factor in head.factors),
+        **texts,
+    )
+
+
+def _column(group: Any, name: str, *, is_text: bool = False) -> Column:
+    stored = group[name.replace("/", "∕")]
+    values = tuple(stored.asstr()[()].tolist()) if is_text else stored[()]
+    return Column(name, stored.attrs["unit"], values)
+
+
+def _curve(group: Any, name: str) -> Curve:
+    stored = group[name.replace("/", "∕")]
+    return Curve(name, stored.attrs["unit"], float(stored.attrs["every"]), stored[()])

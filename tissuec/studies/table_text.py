@@ -1,0 +1,174 @@
+"""Tables of studies as CSV, which is also the journal of a study under way.
+
+The first line is a comment with all facts of the study as JSON, the second the names of the
+columns. Lines of runs follow in any order while the study goes on, in that of its design at the
+end. Numbers have all their digits, and nothing depends on time or machine: the same study gives
+the same bytes. A last line that is cut short is left out.
+"""
+
+import csv
+import io
+import json
+import math
+import os
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from tissuec.results.errors import ResultError
+from tissuec.studies.table import (
+    Cell,
+    MeasureHead,
+    Row,
+    StudyHead,
+    StudyTable,
+    head_of,
+    rows_of,
+    title,
+)
+
+FORMAT = 1
+_MARK = "# tissuec study "
+_LAST = ("outcome", "reason", "promise", "error", "digest")
+
+
+def write_csv(table: StudyTable, path: Path) -> None:
+    """Write a table, in place of a file of that name.
+
+    Raises:
+        ResultError: It cannot be written.
+    """
+    aside = path.with_name(f"{path.name}.tmp")
+    try:
+        aside.write_text(as_csv(head_of(table), rows_of(table)), "utf-8", newline="")
+        os.replace(aside, path)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        reason = (error.strerror or str(error)).lower()
+        raise ResultError(f'cannot write "{path}": {reason}') from error
+
+
+def as_csv(head: StudyHead, rows: Iterable[Row]) -> str:
+    """Return a whole table as text."""
+    return head_lines(head) + "".join(map(row_line, rows))
+
+
+def head_lines(head: StudyHead) -> str:
+    """Return the first two lines."""
+    facts = {"format": FORMAT, **msgspec.to_builtins(head)}
+    columns = ["run"]
+    columns += [title(one.name, one.unit) for one in (*head.factors, *head.measures)]
+    return f"{_MARK}{json.dumps(facts, ensure_ascii=False)}\n{_line([*columns, *_LAST])}"
+
+
+def row_line(row: Row) -> str:
+    """Return the line of a run."""
+    values = map(_written, (*row.values, *row.measures))
+    last = (row.outcome, row.reason, row.promise, _written(row.error), row.digest)
+    return _line([str(row.run), *values, *last])
+
+
+def read_csv(path: Path) -> StudyTable:
+    """Return a table.
+
+    Raises:
+        ResultError: It cannot be read, or is no table of a study.
+    """
+    return StudyTable.of(*read_rows(path))
+
+
+def read_rows(path: Path) -> tuple[StudyHead, list[Row]]:
+    """Return what a file holds, rows in its order.
+
+    Raises:
+        ResultError: It cannot be read, or is no table of a study.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise ResultError(f'cannot read "{path}": {reason}') from error
+    return parse_rows(data, path)
+
+
+def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
+    """Return what the bytes of a file hold, rows in their order.
+
+    Args:
+        data: The bytes.
+        path: What messages call the file.
+
+    Raises:
+        ResultError: They are no table of a study.
+    """
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ResultError(f'"{path}" is no table of a study') from error
+    text = text[: text.rfind("\n") + 1]  # without a last line that was cut short
+    first, _, rest = text.partition("\n")
+    if not first.startswith(_MARK):
+        raise ResultError(f'"{path}" is no table of a study: its first line is not "{_MARK}…"')
+    try:
+        facts: dict[str, Any] = json.loads(first.removeprefix(_MARK))
+        if facts.pop("format", None) != FORMAT:
+            raise ResultError(f'"{path}" was written by another version of tissuec')
+        head = msgspec.convert(facts, StudyHead)
+        lines = csv.reader(io.StringIO(rest, newline=""))
+        next(lines, None)
+        return head, [_row(head, cells) for cells in lines]
+    except (ValueError, IndexError, csv.Error) as error:
+        raise ResultError(f'"{path}" is a damaged table: {error}') from error
+
+
+def _row(head: StudyHead, cells: Sequence[str]) -> Row:
+    factors, measures = len(head.factors), len(head.measures)
+    if len(cells) != 1 + factors + measures + len(_LAST):
+        raise ValueError(f"the row of run {cells[0]} has {len(cells)} cells")
+    values = zip(head.factors, cells[1:], strict=False)
+    measured = zip(head.measures, cells[1 + factors :], strict=False)
+    outcome, reason, promise, error, digest = cells[1 + factors + measures :]
+    return Row(
+        int(cells[0]),
+        tuple(cell if factor.is_text else _number(cell) for factor, cell in values),
+        tuple(_measured(measure, cell) for measure, cell in measured),
+        outcome,
+        reason,
+        promise,
+        _number(error),
+        digest,
+    )
+
+
+def _measured(head: MeasureHead, cell: str) -> float | tuple[float, ...]:
+    if head.every is None:
+        return _number(cell)
+    return tuple(map(float, cell.split()))
+
+
+def _number(cell: str) -> float:
+    return float(cell) if cell else math.nan
+
+
+def _written(cell: Cell | tuple[float, ...]) -> str:
+    """Return a cell as text: numbers with all digits, of a curve with blanks between them."""
+    match cell:
+        case str():
+            return cell
+        case tuple():
+            return " ".join(map(_digits, cell))
+        case _:
+            return "" if math.isnan(cell) else _digits(cell)
+
+
+def _digits(number: float) -> str:
+    return repr(float(number)).removesuffix(".0")
+
+
+def _line(cells: Sequence[str]) -> str:
+    line = io.StringIO(newline="")
+    csv.writer(line, lineterminator="\n").writerow([re.sub(r"\s+", " ", c) for c in cells])
+    return line.getvalue()

@@ -1,0 +1,238 @@
+"""One run of a study in a worker: values, scene, motion, measures, and nothing else.
+
+A scene is parsed once for all runs of a worker; what the values change is compiled again. Only
+what measures need is recorded, and nothing is written unless results are to be kept.
+"""
+
+import math
+import pickle
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from threading import Lock
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.compiler.compile import Compiled, compile_scene
+from tissuec.compiler.study_measures import StudyMeasure, compile_measures, observing
+from tissuec.core.errors import CompileError, TissueError
+from tissuec.engine.execution.signals import interruption
+from tissuec.model.network import Floats
+from tissuec.scene.findings import Findings
+from tissuec.scene.imports import Program
+from tissuec.scene.request import Request
+from tissuec.scene.resolve import resolve
+from tissuec.scene.study_model import WrittenMeasure
+from tissuec.studies.observer import Observer
+from tissuec.studies.table import DIVERGED, DONE, ENDED, REFUSED, STUCK, Cell, Row
+
+RESULT = "run_{:05d}.vtkhdf"
+_NOTHING = math.nan
+_ONE = Lock()  # run at a time in a process: a worker may have several threads
+
+
+class Job(Struct, frozen=True):
+    """What all runs of a study share.
+
+    Attributes:
+        program: Texts of the scene, without studies.
+        request: What the scene was compiled from, for result files.
+        names: Of the columns of measures, in their order.
+        curves: Which of these hold curves.
+        estimates: Whether errors are estimated.
+        folder: Where result files go; None if they are not kept.
+    """
+
+    program: Program
+    request: Request
+    measures: tuple[WrittenMeasure, ...]
+    names: tuple[str, ...]
+    curves: tuple[bool, ...]
+    estimates: bool
+    folder: Path | None = None
+
+
+class Task(Struct, frozen=True):
+    """One run.
+
+    Attributes:
+        run: Its number in the design, from 0.
+        values: Of the factors, as the table shows them.
+        overrides: Texts of ``--set``.
+        digest: Of all that the row follows from.
+    """
+
+    run: int
+    values: tuple[Cell, ...]
+    overrides: tuple[str, ...]
+    digest: str
+
+
+def carry_out(packed: bytes, tasks: Sequence[Task]) -> list[Row]:
+    """Return the rows of some runs; called in a worker.
+
+    Args:
+        packed: A pickled job.
+        tasks: The runs.
+
+    Raises:
+        KeyboardInterrupt: The worker was told to stop.
+    """
+    with _ONE:
+        job = _unpacked(packed)
+        return [row_of(job, task) for task in tasks]
+
+
+@lru_cache(maxsize=2)
+def _unpacked(packed: bytes) -> Job:
+    return pickle.loads(packed)
+
+
+def row_of(job: Job, task: Task) -> Row:
+    """Return the row of a run; what goes wrong is its reason.
+
+    Raises:
+        KeyboardInterrupt: The worker was told to stop.
+    """
+    try:
+        compiled, measures, ledger = _compiled(job, task)
+    except CompileError as error:
+        first = error.diagnostics[0]
+        place = f" ({first.span.place})" if first.span is not None else ""
+        return failed(job, task, REFUSED, f"{first.code}: {first.message}{place}")
+    except (TissueError, MemoryError, ArithmeticError, ValueError) as error:
+        return failed(job, task, REFUSED, f"{type(error).__name__}: {error}")
+    try:
+        return _run(job, task, compiled, measures, ledger)
+    except (TissueError, OSError) as error:
+        return failed(job, task, STUCK, str(error))
+    except (MemoryError, ArithmeticError, ValueError, RuntimeError) as error:
+        return failed(job, task, STUCK, f"{type(error).__name__}: {error}")
+
+
+def _compiled(job: Job, task: Task) -> tuple[Compiled, tuple[StudyMeasure, ...], bool]:
+    """Return the scene of a run and its measures.
+
+    Raises:
+        CompileError: The values do not go with the scene, or the measures do not.
+    """
+    findings = Findings()
+    scene = resolve(job.program, findings, (*job.request.overrides, *task.overrides))
+    compiled = compile_scene(scene, findings)
+    measures, ledger = compile_measures(compiled, job.measures)
+    findings.raise_errors()
+    by_name = {measure.name: measure for measure in measures}
+    return compiled, tuple(by_name[name] for name in job.names), ledger
+
+
+def _run(
+    job: Job, task: Task, compiled: Compiled, measures: Sequence[StudyMeasure], ledger: bool
+) -> Row:
+    """Return the row of a run whose scene is right."""
+    from tissuec.engine.execution.companion import Companion
+    from tissuec.engine.execution.recorder import Recorder
+    from tissuec.engine.execution.run import run
+
+    plan = observing(compiled.plan, measures, ledger=ledger, whole=job.folder is not None)
+    companion = Companion(
+        compiled.network, plan, "inline" if job.estimates else "off", None, threads=1
+    )
+    path = None if job.folder is None else job.folder / RESULT.format(task.run)
+    request = replace(job.request, overrides=(*job.request.overrides, *task.overrides))
+    with Observer(compiled, compiled.plan, request, path) as observer:
+        recorder = Recorder(compiled.network, plan, observer, tap=companion.take)
+        outcome = run(compiled.network, plan, recorder, threads=1)
+        if outcome.kind == "interrupted":
+            raise interruption(outcome.signal)
+        is_over = outcome.kind not in (DIVERGED, STUCK)
+        estimate = companion.estimate() if is_over else None
+        observer.close(outcome, estimate)
+    ended = outcome.ended if outcome.kind == DONE else None
+    reason = "" if outcome.kind == DONE else outcome.message
+    if ended is not None:
+        reason = f"{ended.cause} ({ended.span.place})"
+    events = [(time, event.kind, event.springs) for time, event in outcome.logged_events]
+    return Row(
+        task.run,
+        task.values,
+        tuple(_value(one, observer, events) for one in measures) if is_over else _none(job),
+        outcome.kind if ended is None else ENDED,
+        " ".join(reason.split()),
+        "not checked" if estimate is None else estimate.promise,
+        _NOTHING if estimate is None or estimate.error is None else estimate.error,
+        task.digest,
+    )
+
+
+def _value(
+    measure: StudyMeasure,
+    observer: Observer,
+    events: Sequence[tuple[float, str, Sequence[int]]],
+) -> float | tuple[float, ...]:
+    """Return what was measured; NaN if there is nothing."""
+    match measure.kind:
+        case "time":
+            found = (
+                time
+                for time, kind, springs in events
+                if kind == measure.event and _concerns(measure, springs)
+            )
+            return min(found, default=_NOTHING)
+        case "at":
+            assert measure.capture is not None
+            return measure.capture.condition.value  # type: ignore[attr-defined]
+        case "every":
+            assert measure.log is not None
+            return tuple(observer.samples(measure.log.name)[1].tolist())
+        case kind:
+            assert measure.log is not None
+            times, values = observer.samples_and_jumps(measure.log.name)
+            inside = (measure.start <= times) & (times <= measure.stop)
+            return _reduced(kind, times[inside], values[inside])
+
+
+def _concerns(measure: StudyMeasure, springs: Sequence[int]) -> bool:
+    return measure.springs is None or bool(np.isin(springs, measure.springs).any())
+
+
+def _reduced(kind: str, times: Floats, values: Floats) -> float:
+    """Return one number of values over time, both of shape (sample,), in their unit."""
+    known = ~np.isnan(values)
+    times, values = times[known], values[known]
+    if not len(values):
+        return _NOTHING
+    match kind:
+        case "max":
+            return float(values.max())
+        case "min":
+            return float(values.min())
+        case "first":
+            return float(values[0])
+        case "last":
+            return float(values[-1])
+        case _:
+            length = times[-1] - times[0]
+            area = np.sum(np.diff(times) * (values[1:] + values[:-1]) / 2.0)
+            return float(area / length if length > 0.0 else values[0])
+
+
+def _none(job: Job) -> tuple[float | tuple[float, ...], ...]:
+    """Return the measures of a run that has none."""
+    return tuple(() if is_curve else _NOTHING for is_curve in job.curves)
+
+
+def failed(job: Job, task: Task, outcome: str, reason: str) -> Row:
+    """Return the row of a run that has no measures.
+
+    Args:
+        job: Of the study.
+        task: The run.
+        outcome: One of ``OUTCOMES``.
+        reason: Why.
+    """
+    reason = " ".join(reason.split())
+    return Row(
+        task.run, task.values, _none(job), outcome, reason, "not checked", _NOTHING, task.digest
+    )
