@@ -17,6 +17,7 @@ from tissuec.cli.common import (
     report,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.files import replacing
 
 STDIN = "-"
 
@@ -89,8 +90,7 @@ def _formatted(path: Path) -> tuple[str, str]:
 
 
 def _replace(path: Path, text: str) -> None:
-    """Write the new text beside the file and put it in its place, so that nothing is lost."""
-    beside = path.with_name(path.name + ".new")
-    beside.write_text(text, encoding="utf-8", newline="\n")
-    beside.chmod(path.stat().st_mode)
-    beside.replace(path)
+    """Write the new text of a file, whose permissions stay."""
+    with replacing(path) as beside:
+        beside.write_text(text, encoding="utf-8", newline="\n")
+        beside.chmod(path.stat().st_mode)

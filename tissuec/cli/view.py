@@ -1,6 +1,5 @@
 """``tissuec view``"""
 
-import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +11,7 @@ from msgspec import Struct
 from tissuec.cli.arguments import Pair, TimeArgument
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, show_page
 from tissuec.core.errors import TissueError, counted
+from tissuec.core.files import replacing
 from tissuec.core.units import TIME, show
 from tissuec.results.wording import size
 from tissuec.view.player.options import COLOURS, Options
@@ -245,14 +245,8 @@ def _write_page(
     from tissuec.view.player.page import render_film
 
     data = render_film(film, trajectory, options).encode("utf-8")
-    # Written aside: who looks at the former page meanwhile never sees half of one.
-    aside = page.with_name(f"{page.name}.new")
-    try:
-        aside.write_bytes(data)
-        os.replace(aside, page)
-    except OSError:
-        aside.unlink(missing_ok=True)
-        raise
+    with replacing(page) as beside:
+        beside.write_bytes(data)
     settings.say(f"wrote {page}: {counted(len(film.times), 'frame')}, {size(len(data))}")
     if len(data) > _HEAVY:
         settings.say("  --nodes 10000 or --frames 50 reduces the size")

@@ -1,9 +1,10 @@
-"""Opening files that a text names: regular ones only, up to a size."""
+"""Reading files that a text names, regular ones only and up to a size, and replacing files."""
 
 import errno
 import os
 import stat
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager, suppress
 from io import BufferedReader, FileIO
 from pathlib import Path
 
@@ -59,6 +60,22 @@ def leads_out(path: Path, folders: Sequence[Path]) -> bool:
 def _without_waiting(path: str, flags: int) -> int:
     """Open a file; a pipe without waiting for its writer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+@contextmanager
+def replacing(path: Path) -> Generator[Path]:
+    """Yield a place beside a file, and put what was written there in the place of the file.
+
+    Who looks at the former file meanwhile never sees half of one; if writing fails, it stays.
+    """
+    beside = path.with_name(f"{path.name}.new")
+    try:
+        yield beside
+        os.replace(beside, path)
+    except BaseException:
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
+        raise
 
 
 def lock(file: FileIO) -> None:

@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
+from tissuec.core.files import replacing
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.journal import has_journal
 from tissuec.results.layout import check_replaceable
@@ -32,12 +33,10 @@ def copy_result(path: Path, target: Path, surfaces: Mapping[str, SurfaceSeries])
         raise PlaceError(f'"{target}" is this result itself; give another file')
     if has_journal(path):
         raise ResultError(f'"{path}" is still being written, or its run was killed')
-    aside = target.with_name(f"{target.name}.new")
     try:
-        shutil.copyfile(path, aside)
-        os.replace(aside, target)
+        with replacing(target) as beside:
+            shutil.copyfile(path, beside)
     except OSError as error:
-        aside.unlink(missing_ok=True)
         raise ResultError(f'cannot write "{target}": {error.strerror or error}') from error
     write_views(target, {name: series.path for name, series in surfaces.items()})
     return target

@@ -4,12 +4,12 @@ ParaView opens what stands under ``/VTKHDF`` in a file, which is the net. A *vie
 a kilobyte beside the result whose ``/VTKHDF`` is a link to one of its surfaces.
 """
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import h5py
 
+from tissuec.core.files import replacing
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.hdf5 import external_link, open_file, set_attribute
 from tissuec.results.layout import VIEW
@@ -55,17 +55,16 @@ def write_views(result: Path, surfaces: Mapping[str, str]) -> dict[str, Path]:
     """
     paths = view_paths(result, list(surfaces))
     for name, path in paths.items():
-        # Written aside, so that a reader of the former view never meets half of one.
-        aside = path.with_name(f"{path.name}.new")
         try:
-            with open_file(aside, "w", libver=LIBVER) as file:
+            with (
+                replacing(path) as beside,
+                open_file(beside, "w", libver=LIBVER) as file,
+            ):
                 # Of fixed length: a text of any length would fill four kilobytes.
                 mark = name.encode()
                 set_attribute(file, VIEW, mark, h5py.string_dtype("utf-8", len(mark)))
                 file["VTKHDF"] = external_link(result.name, surfaces[name])
-            os.replace(aside, path)
         except OSError as error:
-            aside.unlink(missing_ok=True)
             reason = error.strerror or str(error)
             raise ResultError(
                 f'cannot write "{path}" for the surface of {name}: {reason}; '

@@ -7,12 +7,11 @@ import os
 from collections.abc import Sequence
 from io import FileIO
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from msgspec.structs import replace
 
-from tissuec.core.files import lock
+from tissuec.core.files import lock, replacing
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import check_place
 from tissuec.studies.table import DIED, Row, StudyHead
@@ -92,11 +91,10 @@ class Journal:
 
     def _write(self) -> None:
         """Write what is known so far, in the order of the design."""
-        aside = self.path.with_name(f"{self.path.name}.tmp")
         rows = (self.rows[run] for run in sorted(self.rows))
-        aside.write_text(as_csv(self.head, rows), "utf-8", newline="")
-        self.close()  # an open file is not replaced everywhere
-        os.replace(aside, self.path)
+        with replacing(self.path) as beside:
+            beside.write_text(as_csv(self.head, rows), "utf-8", newline="")
+            self.close()  # an open file is not replaced everywhere
 
     def add(self, row: Row) -> None:
         """Write the row of a run.
@@ -131,12 +129,7 @@ class Journal:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *failure: object) -> None:
         self.close()
 
 

@@ -1,7 +1,6 @@
 """Tables of studies as HDF5: a dataset for each column, with its unit and name."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import h5py
 import msgspec
 import numpy as np
 
+from tissuec.core.files import replacing
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import TEXT, open_file
 from tissuec.studies.table import Column, Curve, StudyHead, StudyTable, head_of
@@ -24,13 +24,10 @@ def write_hdf5(table: StudyTable, path: Path) -> None:
     Raises:
         ResultError: It cannot be written.
     """
-    aside = path.with_name(f"{path.name}.tmp")
     try:
-        with open_file(aside, "w") as file:
+        with replacing(path) as beside, open_file(beside, "w") as file:
             _write(table, file)
-        os.replace(aside, path)
     except OSError as error:
-        aside.unlink(missing_ok=True)
         raise ResultError(f'cannot write "{path}": {error}') from error
 
 
@@ -87,7 +84,11 @@ def _read(file: Any, path: Path) -> StudyTable:
     singles = [one for one in head.measures if one.every is None]
     curves = [one for one in head.measures if one.every is not None]
     return StudyTable(
-        **{name: getattr(head, name) for name in ("name", "scene", "design", "seed", "base")},
+        name=head.name,
+        scene=head.scene,
+        design=head.design,
+        seed=head.seed,
+        base=head.base,
         planned=head.planned,
         runs=file["runs"][()],
         error=file["error"][()],

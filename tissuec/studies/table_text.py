@@ -10,7 +10,6 @@ import csv
 import io
 import json
 import math
-import os
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any
 
 import msgspec
 
+from tissuec.core.files import replacing
 from tissuec.results.errors import ResultError
 from tissuec.studies.table import (
     Cell,
@@ -41,12 +41,10 @@ def write_csv(table: StudyTable, path: Path) -> None:
     Raises:
         ResultError: It cannot be written.
     """
-    aside = path.with_name(f"{path.name}.tmp")
     try:
-        aside.write_text(as_csv(head_of(table), rows_of(table)), "utf-8", newline="")
-        os.replace(aside, path)
+        with replacing(path) as beside:
+            beside.write_text(as_csv(head_of(table), rows_of(table)), "utf-8", newline="")
     except OSError as error:
-        aside.unlink(missing_ok=True)
         reason = (error.strerror or str(error)).lower()
         raise ResultError(f'cannot write "{path}": {reason}') from error
 

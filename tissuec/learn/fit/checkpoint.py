@@ -1,7 +1,6 @@
 """Checkpoints of a search between passes, so that an interrupted learning can be resumed."""
 
 import hashlib
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from zipfile import BadZipFile
 import numpy as np
 from msgspec.structs import asdict
 
+from tissuec.core.files import replacing
 from tissuec.learn.fit.search import SearchState
 from tissuec.learn.fit.session import LearnSession
 from tissuec.results.manifest import versions
@@ -46,10 +46,8 @@ def keep(path: Path, key: str, state: SearchState) -> None:
         state: The state of the search.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    half = path.with_name(path.name + ".new")
-    with half.open("wb") as file:
+    with replacing(path) as beside, beside.open("wb") as file:
         np.savez(file, key=key, **asdict(state))
-    os.replace(half, path)
 
 
 def kept(path: Path, key: str) -> SearchState | None:

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from tissuec.core.errors import TissueError
+from tissuec.core.files import replacing
 from tissuec.learn.presets.marks import is_ours
 from tissuec.learn.presets.preset import Preset
 
@@ -40,8 +41,6 @@ def place(preset: Preset, *, force: bool) -> list[Path]:
 
 
 def _replace(path: Path, text: str) -> None:
-    """Write a text beside a file and put it in its place."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f"{path.name}.new")
-    beside.write_text(text, encoding="utf-8", newline="\n")
-    beside.replace(path)
+    with replacing(path) as beside:
+        beside.write_text(text, encoding="utf-8", newline="\n")
