@@ -79,6 +79,26 @@ def _assignment(key: str, value: Given, parameter: Parameter | None) -> str:
 
 def _text(value: Given, name: str, dimension: Dimension) -> str:
     """Return a value as a scene has it."""
+    text = without_unit(value, name)
+    if isinstance(value, str):
+        return text
+    if any(exponent != int(exponent) for exponent in dimension):
+        raise ValueError(
+            f"the unit of {name} cannot be written as a product of powers; write it as text"
+        )
+    return f"{text} {written_unit(dimension)}".rstrip()
+
+
+def without_unit(value: Given, name: str) -> str:
+    """Return a value as a scene has it, numbers without their unit.
+
+    Args:
+        value: A text as it is; or one number or three, in SI units.
+        name: What messages call it.
+
+    Raises:
+        ValueError: It is no text, number or vector.
+    """
     if isinstance(value, str):
         return value
     if not isinstance(value, bool) and isinstance(value, Real):
@@ -87,13 +107,7 @@ def _text(value: Given, name: str, dimension: Dimension) -> str:
         numbers, form = _vector(value, name), "({}, {}, {})"
     if not all(map(isfinite, numbers)):
         raise ValueError(f"{name} = {value} is not a usable number")
-    unit = written_unit(dimension)
-    if any(exponent != int(exponent) for exponent in dimension):
-        raise ValueError(
-            f"the unit of {name} cannot be written as a product of powers; write it as text"
-        )
-    written = [repr(number).removesuffix(".0") for number in numbers]
-    return f"{form.format(*written)} {unit}".rstrip()
+    return form.format(*(repr(number).removesuffix(".0") for number in numbers))
 
 
 def _vector(value: object, name: str) -> list[float]:

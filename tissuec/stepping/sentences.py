@@ -4,25 +4,19 @@ Numbers in calls are in SI units. Which unit they have is what the verb asks its
 """
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
-from numbers import Real
-from typing import Any, TypeAlias
-
-import numpy as np
+from typing import Any
 
 from tissuec.compiler.sentences import SentenceOrder
 from tissuec.core.units import NUMBER, Dimension, written_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
+from tissuec.scene.overrides import Given, without_unit
 from tissuec.script.verbs import VERBS
-
-#: A text as in a script, such as "5 mm"; or one number or three, in SI units.
-Clause: TypeAlias = "str | float | Sequence[float]"
 
 STEADY = "constant speed"  # of motions for which no profile is given
 
 
-def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Clause]) -> str:
+def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Given]) -> str:
     """Return a sentence whose numbers have no units yet.
 
     Args:
@@ -35,7 +29,7 @@ def joined(verb: str, words: Sequence[str], clauses: Mapping[str, Clause]) -> st
     """
     parts = [verb, *words]
     for word, value in clauses.items():
-        parts += [word.rstrip("_"), _written(word, value)]
+        parts += [word.rstrip("_"), without_unit(value, word)]
     if "using" not in clauses and _needs_profile(verb, parts):
         parts.append(f"using {STEADY}")
     return " ".join(parts)
@@ -85,30 +79,6 @@ class UnitsOrder(SentenceOrder):
     def _amount(self, word: str, dimension: Dimension) -> Floats:
         self.dimensions[word] = dimension
         return self._value(word).amount
-
-
-def _written(word: str, value: Clause) -> str:
-    """Return a value as a script has it, without a unit."""
-    if isinstance(value, str):
-        return value
-    single = isinstance(value, Real) and not isinstance(value, bool)
-    try:
-        numbers = np.asarray([value] if single else value, dtype=float)
-    except (TypeError, ValueError):
-        numbers = np.zeros(0)
-    if numbers.shape != ((1,) if single else (3,)) or isinstance(value, bool):
-        raise ValueError(
-            f'{word} = {value!r} is not a text such as "5 mm", a number or a vector'
-        )
-    if not all(map(isfinite, numbers)):
-        raise ValueError(f"{word} = {value!r} is not a usable number")
-    texts = [repr(number).removesuffix(".0") for number in numbers.tolist()]
-    return texts[0] if single else f"({', '.join(texts)})"
-
-
-def is_bare(value: Clause) -> bool:
-    """Return whether a value has no unit of its own."""
-    return not isinstance(value, str)
 
 
 def _needs_profile(verb: str, parts: Sequence[str]) -> bool:

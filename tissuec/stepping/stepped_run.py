@@ -5,7 +5,6 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self, cast
 
 import numpy as np
@@ -27,12 +26,13 @@ from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.recording import Event
+from tissuec.scene.overrides import Given
 from tissuec.scene.request import Request
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import ScheduledAction
 from tissuec.script.verbs import VERBS, Demanding
 from tissuec.stepping.recorded_script import with_sentences
-from tissuec.stepping.sentences import Clause, UnitsOrder, is_bare, joined, with_units
+from tissuec.stepping.sentences import UnitsOrder, joined, with_units
 
 ORDERED = "ordered from Python"  # what the text of a sentence is called in messages
 
@@ -304,7 +304,7 @@ class SteppedRun:
         self._snapshot = None
 
     def _order_verb(
-        self, verb: str, *words: str, over: str | float | None = None, **clauses: Clause
+        self, verb: str, *words: str, over: str | float | None = None, **clauses: Given
     ) -> None:
         """Order what a verb does.
 
@@ -313,7 +313,9 @@ class SteppedRun:
             over: See ``order``.
             clauses: Values by joining word, numbers in SI units.
         """
-        bare = tuple(word.rstrip("_") for word, value in clauses.items() if is_bare(value))
+        bare = tuple(
+            word.rstrip("_") for word, value in clauses.items() if not isinstance(value, str)
+        )
         text = joined(verb, words, clauses)
         if bare:
             sentence = parse(Source(ORDERED, text), has_heading=False).items[0]
@@ -442,12 +444,7 @@ class SteppedRun:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *failure: object) -> None:
         self.close()
 
 
