@@ -104,8 +104,7 @@ def run(
 
     request = _request(scene, {**(params or {}), **more}, libraries, strict=strict)
     compiled, found = compile_request(request)
-    for finding in found:
-        _warn(str(finding))
+    _warn(*map(str, found))
     name, duration = request.source.name, compiled.plan.simulation.duration
     folder = temporary_folder() if out is None else None
     path = Path(name).with_suffix(SUFFIX).name if folder else Path(out or "")
@@ -159,9 +158,8 @@ def start(
 
     request = _request(scene, {**(params or {}), **more}, libraries)
     compiled, found = compile_request(request)
-    for finding in found:
-        if finding.code not in UNUSED:  # what the script does not use may be used later
-            _warn(str(finding))
+    # What the script does not use may be used later.
+    _warn(*(str(finding) for finding in found if finding.code not in UNUSED))
     return SteppedRun(
         compiled, request, out=None if out is None else Path(out), threads=threads
     )
@@ -215,8 +213,7 @@ def compile(
 
     request = _request(scene, {**(params or {}), **more}, libraries)
     compiled, found = compile_request(request)
-    for finding in found:
-        _warn(str(finding))
+    _warn(*map(str, found))
     return compiled
 
 
@@ -253,8 +250,7 @@ def modes(
 
     request = _request(scene, {**(params or {}), **more}, libraries)
     compiled, found = compile_request(request)
-    for finding in found:
-        _warn(str(finding))
+    _warn(*map(str, found))
     result = scene_modes(compiled, body=body, count=count, above=above)
     if out is not None and len(result):
         from tissuec.analysis.vibration.frames import write_modes
@@ -288,8 +284,7 @@ def properties(
 
     request = _request(scene, {**(params or {}), **more}, libraries)
     compiled, found = compile_request(request)
-    for finding in found:
-        _warn(str(finding))
+    _warn(*map(str, found))
     return list(properties_of(compiled, body=body, frequencies=frequencies))
 
 
@@ -322,8 +317,7 @@ def examine(
 
     request = _request(scene, {**(params or {}), **more}, libraries)
     words, found = read_words(request)
-    for finding in found:
-        _warn(str(finding))
+    _warn(*map(str, found))
     return [
         examine_one(request, one, spacing=spacing or SPACING, thickness=thickness)
         for one in chosen(words, tissue, request.source)
@@ -476,6 +470,7 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
             yield ExpectationError("\n  failed ".join(failure(judged)))
 
 
-def _warn(message: str) -> None:
+def _warn(*messages: str) -> None:
     """Warn whoever called the function that calls this."""
-    warnings.warn(message, TissueWarning, stacklevel=3)
+    for message in messages:
+        warnings.warn(message, TissueWarning, stacklevel=3)

@@ -5,7 +5,6 @@ import time as clock
 from collections.abc import Callable
 from shutil import get_terminal_size
 from threading import Event, Thread
-from types import TracebackType
 from typing import Self
 
 from tissuec.core.printable import printable
@@ -86,12 +85,7 @@ class ProgressLine:
             self.watch.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *failure: object) -> None:
         self.ended.set()
         if self.shown and self.watch is not None:
             self.watch.join()
