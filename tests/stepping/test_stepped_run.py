@@ -190,6 +190,21 @@ def test_a_result_is_written_as_a_run_writes_it(tmp_path):
     assert result.promise.state == "kept"
 
 
+def test_orders_at_times_that_a_rupture_has_set_become_a_script():
+    then = "when count(pieces of rope) > 1: { after 10 ms: change viscosity of rope by 3 }"
+    first, last = rope(strength="8 mN").split("  when ")
+    scene = f"{first}  {then}\n{last.partition(chr(10))[2]}"
+    sim = tissuec.start(scene)
+    while not any(event.kind == "trigger" for event in sim.events):
+        sim.step("1 ms")
+    (torn,) = (event.time for event in sim.events if event.kind == "trigger")
+    sim.run_until(torn + 0.01)
+    sim.push("tip", with_=(0, 1e-3, 0))
+    assert {type(event.time) for event in sim.events} == {float}  # as scripts write it
+    sim.run_until(0.5)
+    assert_same(sim, sim.script())
+
+
 def test_without_a_file_nothing_is_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with tissuec.start(rope()) as sim:

@@ -123,7 +123,8 @@ class QuasiStatic:
 
         The shapes are (node, 3) twice, and (2,); see ``Engine.look``.
         """
-        return *self._viewed, np.array([self._work, self._lost])
+        position, velocity = self._viewed
+        return position, velocity, np.array([self._work, self._lost])
 
     @property
     def viewable(self) -> float:

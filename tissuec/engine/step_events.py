@@ -102,7 +102,7 @@ class AcceptedStep:
             return None
         broken = self.loads(first, limits) >= limits.force * (1.0 - TOGETHER)
         found = np.sort(self._inputs.springs.ids[limits.spring[broken]])
-        return first, found.astype(np.int64)
+        return float(first), found.astype(np.int64)
 
     def _suspects(self, limits: "Limits", looks: int) -> "Limits":
         """Return the limits that springs come close to at any look."""
