@@ -7,6 +7,7 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.fields import Measure, OneOf, Whole
 from tissuec.engine.integrators import INTEGRATORS, Integrator
+from tissuec.scene.block_sentences import Sentences
 from tissuec.scene.quantities import FIBRE_MODULUS, POISSONS_RATIO, QUANTITIES
 from tissuec.scene.schema import Entry, with_choices
 from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS
@@ -14,22 +15,6 @@ from tissuec.script.plan import AUTOMATIC
 
 METHODS = ("automatic", "least squares", "l-bfgs-b")
 SCALED, ABSOLUTE = "scaled", "absolute"
-
-
-class Sentences(Struct, frozen=True):
-    """One kind of sentence of a learn block.
-
-    Attributes:
-        forms: How it is written; capital words stand for names.
-        about: What it says.
-        is_needed: Whether there must be one.
-        is_single: Whether there can only be one.
-    """
-
-    forms: tuple[str, ...]
-    about: str
-    is_needed: bool = False
-    is_single: bool = False
 
 
 SENTENCES: dict[str, Sentences] = {

@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from tissuec.core.errors import Note, alternatives, did_you_mean
+from tissuec.core.errors import Note
 from tissuec.core.fields import Measure
 from tissuec.core.source import Source, Span
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
+from tissuec.scene.block_sentences import entry_of
 from tissuec.scene.declarations import Declarations, Declared, without
 from tissuec.scene.findings import Findings
 from tissuec.scene.learn_clauses import Clauses
@@ -130,19 +131,10 @@ class LearnBlockReader:
         """Return which of the sentences an item is; None if a setting, or reject it."""
         if not isinstance(item, s.Assign | s.Sentence | s.Block):
             self.findings.reject("TIS303", f"this is not allowed in {self.what}", item.span)
-        words = s.key_of(item.name.words)
         known = (*SENTENCES, *learn_schema())
-        for entry in known:
-            if words == entry or words.startswith(f"{entry} "):
-                self._refuse_binding(item)
-                return entry if entry in SENTENCES else None
-        key = words if did_you_mean(words, known) else words.partition(" ")[0]
-        self.findings.reject(
-            "TIS303",
-            f'"{item.name.text}" is not an entry of {self.what}',
-            item.name.span,
-            hint=alternatives(key, known, what="entries"),
-        )
+        entry = entry_of(item.name, known, self.findings, what=self.what)
+        self._refuse_binding(item)
+        return entry if entry in SENTENCES else None
 
     def _refuse_binding(self, item: s.Assign | s.Sentence | s.Block) -> None:
         if isinstance(item, s.Assign) and (item.keyword or item.bounds):

@@ -1,10 +1,11 @@
 """Study blocks, as far as they need no mesh: factors, design, measures as written."""
 
-from tissuec.core.errors import Note, alternatives, did_you_mean
+from tissuec.core.errors import Note, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
+from tissuec.scene.block_sentences import entry_of
 from tissuec.scene.declarations import Declarations, Declared, without
 from tissuec.scene.parameters import Constants
 from tissuec.scene.study_entries import (
@@ -124,18 +125,9 @@ class _StudyReader:
 
     def _entry(self, item: s.Assign | s.Sentence | s.Function) -> str:
         """Return which of the sentences an item is; "" for a setting, or reject it."""
-        words = s.key_of(item.name.words)
         known = (*SENTENCES, *schema.entries_of(StudySettings))
-        for entry in known:
-            if words == entry or words.startswith(f"{entry} "):
-                return entry if entry in SENTENCES else ""
-        key = words if did_you_mean(words, known) else words.partition(" ")[0]
-        self.findings.reject(
-            "TIS303",
-            f'"{item.name.text}" is not an entry of {self.what}',
-            item.name.span,
-            hint=alternatives(key, known, what="entries"),
-        )
+        entry = entry_of(item.name, known, self.findings, what=self.what)
+        return entry if entry in SENTENCES else ""
 
     def _once(self, name: str, span: Span, places: dict[str, Span]) -> None:
         key = key_of(name)

@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from tissuec.core.fields import OneOf, Whole
-from tissuec.scene.learn_entries import Sentences
+from tissuec.scene.block_sentences import Sentences
 
 GRID, LIST, ONE_AT_A_TIME = "grid", "list", "one at a time"
 LATIN, SOBOL, INDICES = "latin hypercube", "sobol", "sobol indices"
