@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 from tests.study.scenes import SCENE, prepared
+from tissuec.cli.study import command
 from tissuec.core.errors import TissueError
 from tissuec.scene.study_entries import DESIGNS
 from tissuec.studies.designs import _DESIGNS, MOST_RUNS, points_of
@@ -91,3 +92,8 @@ def test_too_many_runs_are_refused():
     with pytest.raises(TissueError, match="99980001 runs"):
         points(*lines, MEASURE)
     assert MOST_RUNS < 9999**2
+
+
+def test_the_command_offers_every_design():
+    (design,) = (option for option in command.params if option.name == "design")
+    assert tuple(design.type.choices) == tuple(DESIGNS)

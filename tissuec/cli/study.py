@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tissuec.studies.study import PreparedStudy, StudyResult
 
 MOST_REASONS = 5  # of failed runs that are told
+# As in ``scene.study_entries``, which would take 50 ms of every ``--help``.
 _DESIGNS = ("grid", "list", "one at a time", "latin hypercube", "sobol", "sobol indices")
 
 

@@ -117,7 +117,7 @@ def _not_negative(matrix: "csr_matrix", wanted: Floats, weight: float) -> Floats
     from scipy.sparse.linalg import LinearOperator, cg
 
     squares = np.asarray(matrix.multiply(matrix).sum(axis=0)).ravel()
-    pull: Floats = weight**2 * squares
+    pull = np.asarray(weight**2 * squares, dtype=float)
     right = matrix.T @ wanted + pull
     used = np.ones(len(squares), dtype=bool)
     x = np.ones(len(squares))

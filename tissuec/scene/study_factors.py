@@ -5,6 +5,7 @@ import io
 import math
 import re
 from collections.abc import Sequence
+from typing import NoReturn
 
 from tissuec.core.errors import proposal
 from tissuec.core.files import read_bytes
@@ -20,6 +21,7 @@ from tissuec.core.units import (
 )
 from tissuec.lang import syntax as s
 from tissuec.lang.words import STEPS
+from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.entry_overrides import read_override, written_entry
 from tissuec.scene.findings import Findings, Rejected
@@ -114,13 +116,12 @@ class FactorReader:
             case s.Sentence() | s.Block() if item.phrase is not None:
                 return item.phrase.span.one_line, None
             case _:
-                default = getattr(SimulateEntries, "__struct_defaults__", ())
-                names = SimulateEntries.__struct_fields__[-len(default) :]
-                found = dict(zip(names, default, strict=True)).get(key_of(target))
+                entry = schema.entries_of(SimulateEntries).get(key_of(target))
+                found = None if entry is None or entry.is_required else entry.default
                 return (Value.number(found) if isinstance(found, float) else found), None
 
     def _factor(
-        self, name: str, unit: str, spread: Levels | Distribution, written: str,
+        self, name: str, unit: str, spread: Levels | Distribution | None, written: str,
         own: Value | str | None, span: Span,
     ) -> Factor:  # fmt: skip
         """Return a factor of numbers in a unit."""
@@ -197,9 +198,7 @@ class FactorReader:
         words = [isinstance(node, s.Name) and not self.scope.has(node) for node in nodes]
         places = tuple(node.span for node in nodes)
         if all(words):
-            texts = tuple(place.one_line for place in places)
-            shown = own if isinstance(own, str) else None
-            return Factor(name, "is", "", True, Levels(texts, places), written, shown, span)
+            return _worded(name, "is", _texts(places), written, own, span)
         if any(words):
             mixed = nodes[words.index(True)]
             self.findings.reject(
@@ -208,9 +207,7 @@ class FactorReader:
             )  # fmt: skip
         values = [self.scope.evaluate(node) for node in nodes]
         if any(value.is_vector for value in values):
-            texts = tuple(place.one_line for place in places)
-            shown = own if isinstance(own, str) else None
-            return Factor(name, "=", "", True, Levels(texts, places), written, shown, span)
+            return _worded(name, "=", _texts(places), written, own, span)
         for value, node in zip(values, nodes, strict=True):
             self.scope.expect(value, dimension or values[0].dimension, node.span, what=name)
         unit = _unit_of(nodes[0], values[0])
@@ -271,7 +268,7 @@ class FactorReader:
         written = f"{plain(low)} to {plain(high)} {unit}".rstrip()
         return self._factor(name, unit, spread, written, own, item.span)
 
-    def _wrong(self, span: Span) -> None:
+    def _wrong(self, span: Span) -> NoReturn:
         self.findings.reject(
             "TIS312", f'wrong form of "{VARY}"', span,
             hint=f"write: {' or '.join(SENTENCES[VARY].forms[:2])}",
@@ -327,8 +324,7 @@ class FactorReader:
         is_text = not unit and not all(map(_is_number, cells))
         if is_text:
             verb = "is" if all(re.fullmatch(r"[^\W\d][^(]*", cell) for cell in cells) else "="
-            shown = own if isinstance(own, str) else None
-            return Factor(name, verb, "", True, None, "", shown, item.span)
+            return _worded(name, verb, None, "", own, item.span)
         try:
             found_unit = parse_unit(unit).dimension if unit else NUMBER
         except UnitError as error:
@@ -339,10 +335,7 @@ class FactorReader:
                 "TIS502", f'column "{head}" has the wrong unit', item.span,
                 hint=f'call it "{name} [{wanted}]"' if wanted else f'call it "{name}"',
             )  # fmt: skip
-        shown = None
-        if isinstance(own, Value):
-            shown = rounded(float(own.amount) / _factor_of(unit))
-        return Factor(name, "=", unit, False, None, "", shown, item.span)
+        return self._factor(name, unit, None, "", own, item.span)
 
     def _cells(
         self, factor: Factor, cells: Sequence[str], name: s.Name, item: s.Sentence
@@ -356,6 +349,20 @@ class FactorReader:
 
     def _bad_row(self, name: s.Name, number: int, what: str, item: s.Sentence) -> None:
         self.findings.reject("TIS121", f'line {number} of "{name.quoted}": {what}', item.span)
+
+
+def _texts(places: tuple[Span, ...]) -> Levels:
+    """Return values as they are written."""
+    return Levels(tuple(place.one_line for place in places), places)
+
+
+def _worded(
+    name: str, verb: str, levels: Levels | None, written: str, own: Value | str | None,
+    span: Span,
+) -> Factor:  # fmt: skip
+    """Return a factor whose values are texts."""
+    shown = own if isinstance(own, str) else None
+    return Factor(name, verb, "", True, levels, written, shown, span)
 
 
 def _is_number(cell: str) -> bool:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -17,6 +16,7 @@ from tissuec.script.plan import Plan
 
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate
+    from tissuec.engine.execution.recorder import Writer
     from tissuec.engine.execution.run import Outcome
     from tissuec.scene.request import Request
 
@@ -36,11 +36,12 @@ class Observer(MemoryRecording):
     def __init__(self, compiled: Compiled, plan: Plan, request: "Request", path: Path | None):
         super().__init__()
         self.plan, self._writer = plan, None
+        self._rest: Writer = MemoryRecording()  # is asked for nothing
         if path is not None:
             from tissuec.engine.execution.recorder import wishes
             from tissuec.results.writer import ResultWriter
 
-            self._writer = ResultWriter(
+            self._rest = self._writer = ResultWriter(
                 path,
                 compiled.network,
                 wishes(compiled.network, plan),
@@ -50,56 +51,47 @@ class Observer(MemoryRecording):
             )
 
     def topology(self, alive: NDArray[np.bool_]) -> None:
-        if self._writer is not None:
-            self._writer.topology(alive)
+        self._rest.topology(alive)
 
     def holds(self, time: float, holders: Mapping[str, Indices]) -> None:
-        if self._writer is not None:
-            self._writer.holds(time, holders)
+        self._rest.holds(time, holders)
 
     def frames(
         self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
     ) -> None:
-        if self._writer is not None:
-            self._writer.frames(time, position, velocity, force, tension)
+        self._rest.frames(time, position, velocity, force, tension)
 
     def surface(self, body: str, time: Floats, position: Floats) -> None:
-        if self._writer is not None:
-            self._writer.surface(body, time, position)
+        self._rest.surface(body, time, position)
 
     def log(self, channel: str, time: Floats, rows: Floats) -> None:
         if channel.startswith(MEASURED):
             super().log(channel, time, rows)
-        elif self._writer is not None:
-            self._writer.log(channel, time, rows)
+        else:
+            self._rest.log(channel, time, rows)
 
     def log_jump(self, channel: str, time: float, before: Floats, after: Floats) -> None:
         if channel.startswith(MEASURED):
             super().log_jump(channel, time, before, after)
-        elif self._writer is not None:
-            self._writer.log_jump(channel, time, before, after)
+        else:
+            self._rest.log_jump(channel, time, before, after)
 
     def energies(self, time: Floats, rows: Floats) -> None:
-        if self._writer is not None:
-            self._writer.energies(time, rows)
+        self._rest.energies(time, rows)
 
     def energy_jump(self, time: float, before: Floats, after: Floats) -> None:
-        if self._writer is not None:
-            self._writer.energy_jump(time, before, after)
+        self._rest.energy_jump(time, before, after)
 
     def errors(self, time: Floats, rows: Floats) -> None:
-        if self._writer is not None:
-            self._writer.errors(time, rows)
+        self._rest.errors(time, rows)
 
     def event(
         self, time: float, kind: str, springs: tuple[int, ...], cause: str, place: str
     ) -> None:
-        if self._writer is not None:
-            self._writer.event(time, kind, springs, cause, place)
+        self._rest.event(time, kind, springs, cause, place)
 
     def checkpoint(self, saved: Mapping[str, Any]) -> None:
-        if self._writer is not None:
-            self._writer.checkpoint(saved)
+        self._rest.checkpoint(saved)
 
     def samples(self, channel: str) -> tuple[Floats, Floats]:
         """Return times [s] and values of a measure in SI units, shape (row,) each."""
@@ -140,11 +132,6 @@ class Observer(MemoryRecording):
             self._writer.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *failure: Any) -> None:
         if self._writer is not None:
-            self._writer.__exit__(kind, error, trace)
+            self._writer.__exit__(*failure)

@@ -27,13 +27,12 @@ from tissuec.scene.imports import Program, load
 from tissuec.scene.request import Request
 from tissuec.scene.study_entries import INDICES, RESULTS
 from tissuec.scene.study_levels import alone, check_rows
-from tissuec.scene.study_model import Factor, Study
+from tissuec.scene.study_model import Cell, Factor, Study
 from tissuec.studies.designs import Point, points_of
 from tissuec.studies.journal import Journal
 from tissuec.studies.table import (
     DONE,
     ENDED,
-    Cell,
     FactorHead,
     MeasureHead,
     Row,
@@ -252,7 +251,7 @@ def _name(program: Program, name: str | None, request: Request, *, is_written: b
     return found[0]
 
 
-def _head(study: Study, compiled: Compiled, planned: int) -> tuple[StudyHead, tuple[str, ...]]:
+def _head(study: Study, compiled: Compiled, planned: int) -> StudyHead:
     """Return the head of the table: single numbers before curves."""
     measures, _ = compile_measures(compiled, study.measures)
     heads = [MeasureHead(one.name, one.unit, one.every) for one in measures]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tissuec.core.errors import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats, Indices
+from tissuec.scene.study_model import Cell
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
@@ -22,9 +23,6 @@ DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED = (
     "done", "ended", "diverged", "stuck", "refused", "died",
 )  # fmt: skip
 OUTCOMES = (DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED)
-
-#: A value of a factor: a number in the unit of its column, or words.
-Cell: TypeAlias = float | str
 
 
 class FactorHead(Struct, frozen=True):

@@ -19,8 +19,8 @@ import msgspec
 
 from tissuec.core.files import replacing
 from tissuec.results.errors import ResultError
+from tissuec.scene.study_model import Cell
 from tissuec.studies.table import (
-    Cell,
     MeasureHead,
     Row,
     StudyHead,

@@ -24,9 +24,9 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
 from tissuec.scene.request import Request
 from tissuec.scene.resolve import resolve
-from tissuec.scene.study_model import WrittenMeasure
+from tissuec.scene.study_model import Cell, WrittenMeasure
 from tissuec.studies.observer import Observer
-from tissuec.studies.table import DIVERGED, DONE, ENDED, REFUSED, STUCK, Cell, Row
+from tissuec.studies.table import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
 
 RESULT = "run_{:05d}.vtkhdf"
 _NOTHING = math.nan
