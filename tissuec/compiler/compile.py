@@ -43,7 +43,7 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 from tissuec.script.fit_problem import FitProblem
 from tissuec.script.plan import RELAXATION, Expectation, Plan, ScheduledAction, Simulation
-from tissuec.script.verbs import Breaking, Demanding, Group
+from tissuec.script.verbs import Demanding, Group, may_break
 from tissuec.script.verbs.preserve import Preserve
 from tissuec.script.verbs.tie import Tie
 
@@ -325,8 +325,7 @@ def _can_break(network: Network, script: Script) -> bool:
     """Return whether a spring can rupture or slip, from the start or after an action."""
     limits = (network.strength, network.crush)
     return any(bool(np.isfinite(limit).any()) for limit in limits) or any(
-        isinstance(event.action, Breaking) and len(event.action.breakable(network)) > 0
-        for event in _events(script)
+        may_break(event.action, network) for event in _events(script)
     )
 
 

@@ -545,11 +545,8 @@ class Engine:
         """Call the loop over steps again and again until something interrupts."""
         closely = -np.inf  # until when steps are looked at one by one [s]
         self._task = self._task._replace(viewed=view)
-        if self._viewed is not None:
-            (within, found), self._viewed = self._viewed, None
-            if found is not None:
-                self._cut(within, found.time)
-                return found
+        if (found := self._leave_viewed()) is not None:
+            return found
         while True:
             if self._segment is None or self._progress.time >= self._segment:
                 if self._progress.time >= until:
@@ -574,13 +571,10 @@ class Engine:
                 self._synchronise(state)
                 self._flush()
             elif reason in (HELD, SURPASSED, VIEWED):
-                within, found = self._inside(reason == SURPASSED, watch)
-                self._viewed = within, found
+                self._viewed = self._inside(reason == SURPASSED, watch)
                 if view <= self.viewable:
                     return Interruption("viewed", view)
-                self._viewed = None
-                if found is not None:
-                    self._cut(within, found.time)
+                if (found := self._leave_viewed()) is not None:
                     return found
             elif reason == STRAYED and self._listed_at != self._progress.time:
                 self._forget_net()
@@ -677,6 +671,15 @@ class Engine:
     def _forget_net(self) -> None:
         """Have what acts, and the lists of what is near, made anew when they are needed."""
         self._net, self._listed_around = None, None
+
+    def _leave_viewed(self) -> Interruption | None:
+        """Leave a step that could be looked at; return what interrupts in it, if anything."""
+        if self._viewed is None:
+            return None
+        (within, found), self._viewed = self._viewed, None
+        if found is not None:
+            self._cut(within, found.time)
+        return found
 
     def _inside(
         self, surpassed: bool, watch: Watch | None

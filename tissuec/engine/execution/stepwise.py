@@ -22,7 +22,7 @@ from tissuec.model.network import Floats, Network
 from tissuec.results.recording import Event
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Plan, ScheduledAction
-from tissuec.script.verbs import Breaking
+from tissuec.script.verbs import may_break
 
 DIGITS = 12  # of times at which somebody looks or acts
 
@@ -240,7 +240,9 @@ class StepwiseRun:
 
     def _watch_strength(self, actions: Sequence[ScheduledAction]) -> None:
         """Have springs looked after that may break because of actions."""
-        if not self._plan.breakable and any(_may_break(one, self.network) for one in actions):
+        if not self._plan.breakable and any(
+            may_break(one.action, self.network) for one in actions
+        ):
             self._plan = replace(self._plan, breakable=True)
             self._start()
 
@@ -280,9 +282,3 @@ class _Unframed(Recorder):
 
     def write_surfaces(self, part: Part) -> None:
         """Write nothing, ``part`` being what there is."""
-
-
-def _may_break(one: ScheduledAction, network: Network) -> bool:
-    """Return whether springs may break after an action."""
-    action = one.action
-    return isinstance(action, Breaking) and len(action.breakable(network)) > 0

@@ -80,6 +80,11 @@ class Breaking(Protocol):
         ...
 
 
+def may_break(action: Action, network: Network) -> bool:
+    """Return whether springs may break, or a knot slip, that could not before an action."""
+    return isinstance(action, Breaking) and len(action.breakable(network)) > 0
+
+
 @runtime_checkable
 class Shifting(Protocol):
     """An action that moves nodes, also of others than its own."""
