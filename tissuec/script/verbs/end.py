@@ -18,10 +18,9 @@ OBJECT = "the run"
 class End(Struct, frozen=True):
     """Ends the run at this time, after everything else that happens then.
 
-    Together with ``when`` a run lasts no longer than what it is made for: ``when count(pieces
-    of vessel) > 1: end the run``. The summary and the event log name the sentence. An
-    expectation over an interval is judged up to this time, and one about a later time is not
-    reached.
+    With ``when``, a run ends as soon as something has happened: ``when count(pieces of vessel)
+    > 1: end the run``. The summary and the event log show the sentence. Expectations over an
+    interval are judged up to this time; expectations about later times are not reached.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("end the run",)
