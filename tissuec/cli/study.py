@@ -188,11 +188,13 @@ def _tell(
     settings: Settings,
 ) -> None:
     """Say on stderr what came out."""
+    from tissuec.studies.writing import USUAL_NAME
+
     table = result.table
-    taken = f", of which {result.taken_over} were there" if result.taken_over else ""
+    taken = f", {result.taken_over} of them done before" if result.taken_over else ""
+    name = USUAL_NAME if table.name == USUAL_NAME else f"study {table.name}"
     settings.say(
-        f"{scene}: study {table.name}: {counted(len(table), 'run')}{taken}; "
-        f"{result.seconds:.1f} s"
+        f"{scene}: {name}: {counted(len(table), 'run')}{taken}; {result.seconds:.1f} s"
     )
     for outcome, count in Counter(table.outcome).items():
         settings.say(f"  {outcome}: {count}")

@@ -29,7 +29,7 @@ class End(Struct, frozen=True):
     @classmethod
     def read(cls, order: Order) -> Self:
         if order.words.lower() != OBJECT:
-            order.reject("TIS404", f'"{order.words}" cannot be ended; only the run can')
+            order.reject("TIS404", "only the run can be ended")
         return cls(order.span)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
