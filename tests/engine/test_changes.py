@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.engine.members import those
 from tests.engine.running import Bench, chain, pair
@@ -123,7 +124,7 @@ def test_a_trial_that_costs_more_than_predicted_and_falls_behind_is_ended():
 
     def at(time, evaluations, cost, name):
         return trial.decide(
-            start._replace(time=time), effort_of(evaluations), cost, name, 100.0,
+            replace(start, time=time), effort_of(evaluations), cost, name, 100.0,
             lambda pace: ("esdirk43", 0.02),
         )  # fmt: skip
 
@@ -146,7 +147,7 @@ def test_a_trial_that_costs_more_than_predicted_but_leads_goes_on():
         (9.0, 1100, 2.0, "esdirk43", None),
     ):
         found = trial.decide(
-            start._replace(time=time), effort_of(evaluations), cost, name, 100.0,
+            replace(start, time=time), effort_of(evaluations), cost, name, 100.0,
             lambda pace: ("esdirk43", 0.02),
         )  # fmt: skip
         assert (found and found.name) == expected

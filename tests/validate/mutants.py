@@ -285,9 +285,9 @@ def as_python() -> None:
 
     kernel_inputs.kernel_address, accelerations.add_field = kernel_address, add_field
     engine.loop_operations = found
-    engine.bound_drive = lambda integrator, backend: bound(integrator, backends.loop.drive)
+    engine.bound_drive = lambda integrator, backend: bound(integrator, backends.step_loop.drive)
     engine.bound_inside = lambda integrator: backends.Inside(
-        bound(integrator, backends.loop.look), bound(integrator, integrator.prepare)
+        bound(integrator, backends.step_inside.look), bound(integrator, integrator.prepare)
     )
     engine.Engine._table = lambda self, record: record
 

@@ -7,17 +7,16 @@ compiled for both: an interpreted loop calls them by their addresses.
 import ctypes
 from collections.abc import Callable
 from functools import cache
-from typing import Any, get_type_hints
+from typing import Any
 
-import numpy as np
 from msgspec import Struct
 
-from tissuec.engine import step_loop as loop
+from tissuec.engine import step_inside, step_loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.method import Backend
 from tissuec.engine.operations import OPERATIONS, Features, operations
-from tissuec.kernels.records import CompiledProgress, Operations, Progress, Task
+from tissuec.kernels.records import Operations, Progress, Task
 
 
 class Inside(Struct, frozen=True):
@@ -27,7 +26,8 @@ class Inside(Struct, frozen=True):
     prepare: Callable[..., None]
 
 
-Drive = Callable[[Progress, Task, Any, Any, Any], tuple[int, Progress]]
+#: Steps in place, and returns why it came back.
+Drive = Callable[[Progress, Task, Any, Any, Any], int]
 
 
 @cache
@@ -47,16 +47,13 @@ def _compiled_drive(integrator: type[Integrator]) -> Drive:
 
     function = ctypes.CFUNCTYPE(ctypes.c_int64, *(ctypes.c_void_p for _ in range(5)))
     enter = function(address(of_method(integrator), "drive"))
-    kinds = tuple(get_type_hints(Progress).values())
 
-    def drive(
-        progress: Progress, task: Task, work: Any, net: Any, buffer: Any
-    ) -> tuple[int, Progress]:
-        numbers = np.array(progress, dtype=np.float64)
-        tables = RecordTable(CompiledProgress(numbers)), RecordTable(task), work, net, buffer
-        reason = enter(*(table.address for table in tables))
-        pairs = zip(kinds, numbers.tolist(), strict=True)
-        return reason, Progress(*(kind(number) for kind, number in pairs))
+    def drive(now: Progress, task: Task, work: Any, net: Any, buffer: Any) -> int:
+        table = RecordTable(now)
+        tables = table, RecordTable(task), work, net, buffer
+        reason = int(enter(*(each.address for each in tables)))
+        table.read_back()
+        return reason
 
     return drive
 
@@ -65,14 +62,12 @@ def _interpreted_drive(integrator: type[Integrator]) -> Drive:
     """Return the loop over steps as Python."""
     from tissuec.kernels.record_tables import RecordTable
 
-    bound = interpreter(integrator).bind(loop.drive)
+    bound = interpreter(integrator).bind(step_loop.drive)
 
-    def drive(
-        progress: Progress, task: Task, work: Any, net: Any, buffer: Any
-    ) -> tuple[int, Progress]:
+    def drive(now: Progress, task: Task, work: Any, net: Any, buffer: Any) -> int:
         # Records that are passed on, as tables: they are not made anew for each call.
         work = work._replace(solver=RecordTable(work.solver), team=RecordTable(work.team))
-        return bound(progress, task, work, net, RecordTable(buffer))
+        return int(bound(now, task, work, net, RecordTable(buffer)))
 
     return drive
 
@@ -92,7 +87,7 @@ def names_in_python(integrator: type[Integrator]) -> dict[str, Any]:
 
 def operations_of(integrator: type[Integrator]) -> frozenset[str]:
     """Return the operations on nets that the loop over steps of an integrator calls."""
-    return interpreter(integrator).names(loop.drive) & set(Operations._fields)
+    return interpreter(integrator).names(step_loop.drive) & set(Operations._fields)
 
 
 @cache
@@ -115,9 +110,9 @@ def bound_inside(integrator: type[Integrator]) -> Inside:
 
     bundle = of_method(integrator)
     if is_shipped(bundle):
-        return Inside(Shipped(loop.look, bundle), Shipped(integrator.prepare, bundle))
+        return Inside(Shipped(step_inside.look, bundle), Shipped(integrator.prepare, bundle))
     bind = interpreter(integrator).bind
-    return Inside(bind(loop.look), bind(integrator.prepare))
+    return Inside(bind(step_inside.look), bind(integrator.prepare))
 
 
 def method_names(integrator: type[Integrator]) -> dict[str, Any]:

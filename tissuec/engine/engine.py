@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 import numpy as np
-from msgspec.structs import astuple
+from msgspec.structs import asdict, astuple, replace
 
 from tissuec.engine import failures
 from tissuec.engine.backends import bound_drive, bound_inside, default_backend, loop_operations
@@ -291,7 +291,7 @@ class Engine:
             return None
         around = self._listed_around
         return {
-            **now._asdict(),
+            **asdict(now),
             "segment": np.nan if self._segment is None else self._segment,
             "stretch": self._inputs.start,
             "acceleration": self._inputs.outwards(work.a[now.current]),
@@ -326,9 +326,9 @@ class Engine:
         self._begin(state)
         self.restart(state)
         numbers = {
-            name: type(value)(saved[name]) for name, value in self._progress._asdict().items()
+            name: type(value)(saved[name]) for name, value in asdict(self._progress).items()
         }
-        self._progress = Progress(**numbers)._replace(filled=0, current=0)
+        self._progress = Progress(**numbers | {"filled": 0, "current": 0})
         self._work.effort[:], self._work.doubt[:] = saved["effort"], saved["doubt"]
         if self._integrator.implicit:
             self._work.solver.at[:] = saved["made_at"]
@@ -362,7 +362,7 @@ class Engine:
         self._work.origin[:] = self._inputs.inwards(state.position)
         start = new_progress(state.time)
         sample = int(np.searchsorted(self._buffer.buffer.times, state.time))
-        self._progress = start._replace(sample=sample)
+        self._progress = replace(start, sample=sample)
         self._backend: Backend = self.backend or default_backend(self._integrator)
 
     def _load(self, state: State) -> None:
@@ -488,7 +488,7 @@ class Engine:
         return float(fastest), self._integrator.stability_limit(omega, zeta)
 
     def _update(self, **changes: Any) -> None:
-        self._progress = self._progress._replace(**changes)
+        self._progress = replace(self._progress, **changes)
 
     def _refusal(self) -> Interruption | None:
         """Return why the tolerance cannot be kept at all, or the net not be stepped, if so."""
@@ -634,11 +634,11 @@ class Engine:
         if backend == "compiled":
             work, buffer = self._table(work), self._table(buffer)
         drive = bound_drive(self._integrator, backend)
+        self._update()  # a copy, which the loop changes
         with self._inputs.team:
-            reason, progress = drive(self._progress, task, work, net, buffer)
+            reason = drive(self._progress, task, work, net, buffer)
         for table in net.fields.kept:
             raise_failure(table)
-        self._progress = Progress(*progress)
         return reason
 
     def _table(self, record: Any) -> RecordTable:

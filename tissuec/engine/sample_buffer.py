@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 
+from msgspec.structs import replace
+
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Samples
 from tissuec.engine.state import glances, new_buffer
@@ -49,7 +51,7 @@ class SampleBuffer:
         buffer.time[index] = buffer.times[progress.sample]
         buffer.position[index], buffer.velocity[index], buffer.ledger[index] = x, v, ledger
         buffer.error[index] = progress.error
-        return progress._replace(sample=progress.sample + 1, filled=index + 1)
+        return replace(progress, sample=progress.sample + 1, filled=index + 1)
 
     def flush(self, progress: Progress) -> Progress:
         """Hand over the samples in the buffer; return the updated progress."""
@@ -65,4 +67,4 @@ class SampleBuffer:
                     error=buffer.error[:count].copy(),
                 )
             )
-        return progress._replace(filled=0)
+        return replace(progress, filled=0)

@@ -23,6 +23,8 @@ from typing import (
 )
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import astuple
 
 Record: TypeAlias = type[Any]  # a class of ``kernels.records``
 R = TypeVar("R")
@@ -116,10 +118,21 @@ class RecordTable:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.record, name)
 
+    def read_back(self) -> None:
+        """Set the numbers of the record, which has nothing else, to those of the table."""
+        fields, _ = layout(type(self.record))
+        for (name, field), word in zip(fields.items(), self.words, strict=True):
+            setattr(self.record, name, _double(word) if field.kind is float else word)
+
 
 def tabulated(record: R) -> R:
     """Return a table of a record, which replaces it in other records and elsewhere."""
     return cast(R, RecordTable(record))
+
+
+def _double(word: int) -> float:
+    """Return the number that a word contains."""
+    return float(struct.unpack("d", struct.pack("q", word))[0])
 
 
 def _words(record: Record, values: Any) -> list[int]:
@@ -127,6 +140,8 @@ def _words(record: Record, values: Any) -> list[int]:
     fields, size = layout(record)
     if values is None:
         return [0] * size
+    if isinstance(values, Struct):
+        values = astuple(values)
     words: list[int] = []
     for field, value in zip(fields.values(), values, strict=True):
         if field.dtype is not None:

@@ -7,6 +7,7 @@ Held nodes are part of them and keep still because their inverse mass is zero.
 from typing import Annotated, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -310,8 +311,11 @@ class Task(NamedTuple):
     bound: float  # displacement beyond which the run is looked at [m]
 
 
-class Progress(NamedTuple):
-    """Progress of a run; with the arrays of ``Work`` all that a resumed run needs."""
+class Progress(Struct):
+    """Progress of a run; with the arrays of ``Work`` all that a resumed run needs.
+
+    The loop over steps changes it in place.
+    """
 
     time: float  # of the state [s]
     step: float  # size of the next step [s]
@@ -340,10 +344,15 @@ class Progress(NamedTuple):
     glanced: int  # states within steps in the buffer
 
 
-class CompiledProgress(NamedTuple):
-    """A ``Progress`` as compiled code takes and returns it."""
+class Trial(NamedTuple):
+    """A step that was tried."""
 
-    numbers: Floats  # in the order of its fields; whole numbers are exact
+    verdict: int  # whether it is accepted or rejected, or why the stepping code comes back
+    near: bool  # whether a spring is near its strength
+    ratio: float  # of its error to the allowed one
+    error: float  # of positions, as estimated [m]
+    reach: float  # largest displacement until its end [m]
+    pace: float  # largest speed until its end [m/s]
 
 
 class Buffer(NamedTuple):

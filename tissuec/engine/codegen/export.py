@@ -10,16 +10,15 @@ from inspect import isfunction, signature
 from pathlib import Path
 from pkgutil import iter_modules
 from types import FunctionType, ModuleType
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
 from numba import njit
-from numba.core import types
 from numba.core.typing.templates import Signature
 
 from tissuec import forces
 from tissuec.core.resources import digest_of
-from tissuec.engine import step_loop as loop
+from tissuec.engine import step_inside, step_loop
 from tissuec.engine.backends import method_names, operations_of
 from tissuec.engine.binding import Binder
 from tissuec.engine.codegen.numba_types import (
@@ -42,7 +41,7 @@ from tissuec.forces.runs_kernel import springs_in_runs
 from tissuec.kernels import rasterizing, sensitivity, stepping, vectors
 from tissuec.kernels.bundles import BUNDLES, FLAGS, of_field, of_method
 from tissuec.kernels.loading import CALLED, ENDING, INDEX, SHIPPED
-from tissuec.kernels.records import Buffer, CompiledProgress, Operations, Progress, Task, Work
+from tissuec.kernels.records import Operations
 
 #: What shipped code is made from.
 SOURCES = (
@@ -52,6 +51,8 @@ SOURCES = (
     "engine/integrators/*.py",
     "engine/operations.py",
     "engine/rate.py",
+    "engine/step_control.py",
+    "engine/step_inside.py",
     "engine/step_loop.py",
     "forces/*.py",
     "kernels/*.py",
@@ -88,10 +89,10 @@ def bundles() -> dict[str, list[Exported]]:
         for name, names in BUNDLES.items()
     }
     for integrator in INTEGRATORS.values():
-        inside = (loop.look, integrator.prepare)
+        names = method_names(integrator) | {name: caller(name) for name in Operations._fields}
         found[of_method(integrator)] = [
-            _drive(integrator),
-            *(Exported(f.__name__, f, as_compiled(f), _names(integrator)) for f in inside),
+            Exported(function.__name__, function, as_compiled(function), names)
+            for function in (step_loop.drive, step_inside.look, integrator.prepare)
         ]
     for kernel in _kernels_of_fields():
         name, own = kernel.__name__, as_compiled(kernel)
@@ -150,37 +151,6 @@ def _operation(name: str) -> Exported:
     else:
         function, kind = FUNCTIONS[name], name
     return Exported(name, function, SIGNATURES[kind], replaced)
-
-
-def _names(integrator: type) -> dict[str, Any]:
-    """Return what names in stepping code mean where it is compiled for an integrator."""
-    return method_names(integrator) | {name: caller(name) for name in Operations._fields}
-
-
-def _drive(integrator: type) -> Exported:
-    """Return the loop over steps, behind an entry that gets addresses of tables only."""
-    kinds = get_type_hints(Progress)
-    taken = ", ".join(
-        f"int(numbers[{place}])" if kinds[name] is int else f"numbers[{place}]"
-        for place, name in enumerate(Progress._fields)
-    )
-    given = "".join(
-        f"    numbers[{place}] = progress.{name}\n"
-        for place, name in enumerate(Progress._fields)
-    )
-    text = (
-        "def enter(state, task, work, net, buffer):\n"
-        "    numbers = state.numbers\n"
-        f"    reason, progress = drive(Progress({taken}), task, work, net, buffer)\n"
-        f"{given}    return reason\n"
-    )
-    names: dict[str, Any] = {"drive": loop.drive, "Progress": Progress}
-    exec(compile(text, "<entry>", "exec"), names)
-    enter = names["enter"]
-    enter.__module__ = loop.__name__
-    tables = [RecordType(record) for record in (CompiledProgress, Task, Work)]
-    signature = types.int64(*tables, NET, RecordType(Buffer))
-    return Exported("drive", enter, signature, _names(integrator))
 
 
 def translated(parts: list[Exported]) -> str:

@@ -9,19 +9,21 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.imputils import lower_getattr_generic
+from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate, Signature, infer_getattr
 from numba.extending import NativeValue, intrinsic, models, register_model, typeof_impl, unbox
 
 from tissuec.engine.operations import FUNCTIONS
 from tissuec.kernels.record_tables import Record, RecordField, RecordTable, layout, signature
-from tissuec.kernels.records import Net, Operations
+from tissuec.kernels.records import Net, Operations, Progress
 from tissuec.kernels.sensitivity import Laws, Values
 from tissuec.laws.partial import ARGUMENTS
 
 WORD = ir.IntType(64)
 NUMBER, WHOLE, NOTHING = types.float64, types.int32, types.none
 SCALARS: dict[Any, types.Type] = {float: NUMBER, int: types.int64, bool: types.boolean}
+#: Records whose numbers compiled code changes.
+CHANGED = (Progress,)
 
 
 class RecordType(types.Type):
@@ -71,7 +73,7 @@ def _read(context: Any, builder: Any, record: RecordType, pointer: Any, name: st
     place, kind = field.place, kind_of(field)
     if isinstance(kind, RecordType):
         return builder.bitcast(_place(builder, pointer, place), cgutils.voidptr_t)
-    value = read_word(builder, pointer, place)
+    value = read_word(builder, pointer, place, changes=record.record in CHANGED)
     if field.dtype is None:
         if kind == types.float64:
             return builder.bitcast(value, ir.DoubleType())
@@ -95,23 +97,35 @@ def _read(context: Any, builder: Any, record: RecordType, pointer: Any, name: st
     return array._getvalue()
 
 
+@lower_setattr_generic(RecordType)
+def _write(context: Any, builder: Any, sig: Signature, given: Any, name: str) -> None:
+    """Change a number."""
+    record, kind = sig.args
+    if record.record not in CHANGED or kind not in (NUMBER, SCALARS[int]):
+        raise TypeError(f"compiled code does not change {name} of {record}")
+    pointer, value = given
+    place = _place(builder, pointer, layout(record.record)[0][name].place)
+    builder.store(builder.bitcast(value, WORD), place)
+
+
 def _place(builder: Any, pointer: Any, index: int) -> Any:
     """Return the address of a word of a table."""
     table = builder.bitcast(pointer, WORD.as_pointer())
     return builder.gep(table, [WORD(index)], source_etype=WORD)
 
 
-def read_word(builder: Any, pointer: Any, index: int) -> Any:
+def read_word(builder: Any, pointer: Any, index: int, *, changes: bool = False) -> Any:
     """Emit the load of a word of a table.
 
     Args:
         builder: LLVM builder.
         pointer: Address of the table.
         index: Index of the word.
+        changes: Whether compiled code may write into the table.
     """
     loaded = builder.load(_place(builder, pointer, index))
-    # Nobody writes into a table while compiled code runs: loops need not read it again.
-    loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+    if not changes:  # loops need not read it again
+        loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
     return loaded
 
 

@@ -1,0 +1,194 @@
+"""Control of steps: landing, errors, corners of laws, contact, springs that turn over.
+
+Called by the loop over steps, ``engine.step_loop``, and bound with it.
+
+Shared arguments:
+    time, end: Start and end of the step [s].
+    h: Size of the step [s].
+    current: Half of ``work`` that contains the start of the step, 0 or 1; the end is in the
+        other.
+    reach, pace: Largest displacement [m] and largest speed [m/s] until the end of the step.
+    task: What this call of the loop is to do.
+    work: State and scratch of the run; its fields give the shapes and units.
+    net: What acts on the nodes; its fields give the shapes and units.
+"""
+
+from math import isfinite, sqrt
+
+from tissuec.engine.integrators.verlet import VelocityVerlet
+from tissuec.engine.step_inside import look_within
+from tissuec.forces.springs_kernel import bend_of_passed, find_sides
+from tissuec.kernels.records import Floats, Net, Task, Work
+from tissuec.kernels.vectors import distance, is_passed
+
+CONTROL_ORDER = VelocityVerlet.control_order
+SAFETY = VelocityVerlet.safety
+IMPLICIT = VelocityVerlet.implicit
+# Part of what a step may be wrong by that is left to solving its equations.
+SOLVING = 0.02
+FIXED = 1e-11  # the same where steps are fixed, relative to the motion so far
+# Of what a step may be wrong by, for one corner: what hundreds of corners do adds up.
+CORNER_SHARE = 1e-3
+CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
+
+
+def landing(time: float, size: float, task: Task) -> float:
+    """Return the end of the next step, such that no very short step is left before ``until``.
+
+    Args:
+        size: Size of the step that is proposed [s].
+    """
+    rest = task.until - time
+    if task.fixed == 0:
+        size = min(size, task.longest)
+    if size >= rest * (1.0 - 1e-10):
+        return task.until
+    if task.fixed == 1:
+        # Uniform steps differ from their multiple by rounding only.
+        return task.until if rest < 1.5 * size else time + size
+    return time + (0.5 * rest if size > 0.5 * rest else size)
+
+
+def shrunk(ratio: float) -> float:
+    """Return the size of the next trial over that of a step with a ``ratio`` of ``judge``."""
+    if isfinite(ratio):
+        return max(0.1, 0.9 * ratio ** (-1.0 / CONTROL_ORDER))
+    return 0.25 if IMPLICIT else 0.1
+
+
+def aim(h: float, displacement: float, speed: float, task: Task, work: Work) -> None:
+    """Set the accuracy to which the equations of a step are solved."""
+    allowed = FIXED if task.fixed == 1 else SOLVING * min(task.budget * h, task.share)
+    # Speeds by themselves: what is left in motions that nothing brakes would stay there.
+    pace = max(speed, task.floor / h)
+    work.goal[0] = allowed * max(displacement, task.floor) + SOLVING * task.noise
+    work.goal[1] = allowed * pace + SOLVING * task.noise / h
+
+
+def judge(
+    h: float,
+    off: float,
+    off_speed: float,
+    reach: float,
+    pace: float,
+    growth: float,
+    strict: bool,
+    task: Task,
+) -> float:
+    """Return the error of a step divided by the allowed error: per unit step, worst node.
+
+    The allowed estimates add up to ``budget`` times the duration and ``growth``, relative to
+    the largest displacement and speed so far: a displacement that grows may have an error in
+    proportion to its growth, because otherwise the short steps of a sudden start would be
+    allowed almost no error. The share of a single step is bounded as well: where stability
+    limits the steps, an error persists for longer than the step that made it. Errors of
+    velocities are mostly those of fast motions, which change positions by no more than within
+    the step. Where a spring is near its strength, though, dashpots transmit them, and the time
+    of rupture depends on them.
+
+    Args:
+        h: Size of the step [s].
+        off, off_speed: Estimated errors of positions [m] and velocities [m/s].
+        reach, pace: Largest displacement [m] and speed [m/s] until its end.
+        growth: Of the largest displacement in the step [m].
+        strict: Whether errors of velocities count by themselves.
+    """
+    part = growth / max(reach, task.floor)
+    allowed = min(task.budget * h + task.growth * part, task.share)
+    fair = pace if strict else max(pace, reach / h)
+    position = off / (allowed * max(reach, task.floor) + task.noise)
+    velocity = off_speed / (allowed * max(fair, task.floor / h) + task.noise / h)
+    return greater(position, velocity)
+
+
+def strayed(x: Floats, since: Floats, net: Net) -> float:
+    """Return the largest displacement of a node divided by the allowed one, without NaN.
+
+    Args:
+        since: Positions at which pairs of contact were listed [m], shape (3 node,).
+    """
+    return distance(x, since, net.touches.squares, net.team) / net.touches.stride
+
+
+def jolt(h: float, pace: float, current: int, task: Task, work: Work) -> float:
+    """Return the change of velocities by a spring that turns over, divided by the allowed one.
+
+    Its force jumps where its length vanishes, which estimates of errors may miss.
+    """
+    jump = h * distance(work.a[1 - current], work.a[current], work.each, work.team)
+    return jump / (task.jolt * max(pace, task.floor / h) + task.noise / h)
+
+
+def corner(
+    time: float,
+    end: float,
+    current: int,
+    reach: float,
+    pace: float,
+    task: Task,
+    work: Work,
+    net: Net,
+) -> float:
+    """Return the part of a step at which to land on a corner of a law, 1 if there is none.
+
+    A corner that changes the rate of accelerations by b makes errors of b δ²/2 in velocities
+    and b δ² h/2 in positions, δ being the time to the nearer end of the step. Where that is
+    below the allowed error of a step, no landing is needed.
+    """
+    h, x, v = end - time, work.inner[0], work.inner[1]
+    first, here = work.sides[0], work.sides[1]
+    find_sides(time, work.x[current], work.v[current], first, net)
+    bend = 0.0
+    for look in range(1, CORNER_LOOKS + 1):
+        look_within(look / CORNER_LOOKS, time, h, current, x, v, work, net)
+        find_sides(time + h * look / CORNER_LOOKS, x, v, here, net)
+        if is_passed(first, here):
+            from_x, from_v = work.x[current], work.v[current]
+            bend = greater(bend, bend_of_passed(from_x, from_v, x, v, h, first, here, net))
+    if bend == 0.0:
+        return 1.0
+    # Nothing is on the safe side here, as estimates of the method are.
+    allowed = CORNER_SHARE / SAFETY * min(task.budget * h, task.share)
+    place_off = allowed * max(reach, task.floor) + task.noise
+    speed_off = allowed * max(pace, task.floor / h) + task.noise / h
+    near = sqrt(2.0 * min(speed_off, place_off / h) / bend) / h
+    near = max(near, 32.0 * 2.2e-16 * max(abs(end), h) / h)
+    if near >= 0.5:
+        return 1.0
+    return passage(near, time, h, current, work, net)
+
+
+def passage(near: float, time: float, h: float, current: int, work: Work, net: Net) -> float:
+    """Return the part of a step at which the first corner is passed, 1 if there is none.
+
+    Args:
+        near: Part of the step at either end in which corners may be passed.
+    """
+    x, v = work.inner[0], work.inner[1]
+    first, here = work.sides[0], work.sides[1]
+    look_within(near, time, h, current, x, v, work, net)
+    find_sides(time + h * near, x, v, first, net)
+    before = after = near
+    for look in range(1, CORNER_LOOKS + 1):
+        before, after = after, min(max(look / CORNER_LOOKS, near), 1.0 - near)
+        look_within(after, time, h, current, x, v, work, net)
+        find_sides(time + h * after, x, v, here, net)
+        if is_passed(first, here):
+            break
+    else:
+        return 1.0
+    # Closer than this is the same to the next step.
+    while after - before > 0.25 * near:
+        middle = 0.5 * (before + after)
+        look_within(middle, time, h, current, x, v, work, net)
+        find_sides(time + h * middle, x, v, here, net)
+        if is_passed(first, here):
+            after = middle
+        else:
+            before = middle
+    return after
+
+
+def greater(one: float, two: float) -> float:
+    """Return the larger of two numbers, and NaN if either is NaN."""
+    return max(one, two) + 0.0 * (one + two)
