@@ -9,6 +9,7 @@ Shared arguments:
         other.
     reach, pace: Largest displacement [m] and largest speed [m/s] until the end of the step.
     task: What this call of the loop is to do.
+    x: Positions of all nodes [m], flat, shape (3 node,).
     work: State and scratch of the run; its fields give the shapes and units.
     net: What acts on the nodes; its fields give the shapes and units.
 """

@@ -157,7 +157,7 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
         """Return the sums of the sizes in the rows of the matrix [N/m], shape (node, 3)."""
         count = len(position)
         matrix = abs(self.matrix(time, position, np.arange(count), count).tocsr())
-        return np.asarray(matrix.sum(axis=1)).reshape(-1, 3)
+        return np.asarray(matrix.sum(axis=1), dtype=float).reshape(-1, 3)
 
 
 class Nodal(Effect, frozen=True):
@@ -269,14 +269,14 @@ class Field(Effect, frozen=True):
         """Yield the index of each state, with forces of shape (node, 3), and powers."""
         from tissuec.kernels.calls import kernel_on
 
-        shape, place = position.shape[:-2], np.arange(position.shape[-2])
+        shape, place = position.shape[:-2], np.arange(position.shape[-2], dtype=np.int64)
         times = np.broadcast_to(np.asarray(time, dtype=float), shape)
         states, times = list(np.ndindex(shape)), times.ravel()
         x, v = (in_line(each).astype(float) for each in (position, velocity))
         for part in stretches(x, self.reach):
-            made = None
+            made, call = None, None
             for k in range(part.start, part.stop):
-                if made is None or (self.changes and times[k] != made):
+                if call is None or (self.changes and times[k] != made):
                     made = times[k]
                     table = self.table(place, acts_of(self.changes, made, made), x[part.start])
                     call = kernel_on(self.kernel, table)

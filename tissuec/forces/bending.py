@@ -84,9 +84,9 @@ class Hinges(Field, frozen=True):
             walls: Springs between nodes of one hinge, shape (wall,).
             walled: The hinge of each of them, shape (wall,).
         """
-        *spans, a, b = _normals(position[nodes])
+        e, q, r, a, b = _normals(position[nodes])
         squares = np.stack([_dot(a, a), _dot(b, b)], axis=1)
-        return cls(nodes, stiffness, damping, _angle(*spans, a, b), squares, walls, walled)
+        return cls(nodes, stiffness, damping, _angle(e, q, r, a, b), squares, walls, walled)
 
     def whole(self, alive: NDArray[np.bool_]) -> "Hinges":
         """Return the hinges that have all their springs.
@@ -100,11 +100,9 @@ class Hinges(Field, frozen=True):
         stays = np.ones(len(self.nodes), dtype=bool)
         stays[torn] = False
         kept = stays[self.walled]
-        return Hinges(
-            *(getattr(self, name)[stays] for name in _OF_HINGES),
-            self.walls[kept],
-            (np.cumsum(stays) - 1)[self.walled[kept]],
-        )
+        own = {name: getattr(self, name)[stays] for name in _OF_HINGES}
+        walled = (np.cumsum(stays) - 1)[self.walled[kept]]
+        return Hinges(**own, walls=self.walls[kept], walled=walled)
 
     @classmethod
     def joined(cls, parts: Sequence["Hinges"]) -> "Hinges | None":
@@ -114,8 +112,10 @@ class Hinges(Field, frozen=True):
         first = np.cumsum([0, *(len(part.nodes) for part in parts)])
         walled = [part.walled + start for part, start in zip(parts, first, strict=False)]
         names = (*_OF_HINGES, "walls")
-        arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-        return cls(*arrays, np.concatenate(walled))
+        arrays = {
+            name: np.concatenate([getattr(part, name) for part in parts]) for name in names
+        }
+        return cls(**arrays, walled=np.concatenate(walled))
 
     def behind(self, nodes: int, springs: int) -> "Hinges":
         """Return these with the numbers that they have behind other nodes and springs."""

@@ -126,8 +126,8 @@ class Inelastic(Struct, frozen=True, eq=False):
         """
         row = _FIELDS[name][1]
         if row is not None and row >= len(self.constant):
-            return np.zeros(self.slot.shape[1], dtype=bool)
-        return self.slot[-1 if row is None else row] >= 0
+            return np.zeros(len(self.slot[0]), dtype=np.bool_)
+        return np.asarray(self.slot[-1 if row is None else row], dtype=np.int64) >= 0
 
     # --- variables ----------------------------------------------------------------------------
 

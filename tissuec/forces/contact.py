@@ -30,9 +30,9 @@ Bristles are kept in the velocities of ``memory`` nodes, as z times ``rate``, so
 stepped, stored and resumed like all other motion. Without pressure they stand up: z' = -rate z.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from msgspec.structs import replace
@@ -71,7 +71,18 @@ class ContactPairs(NamedTuple):
 
     def some(self, which: NDArray[np.bool_] | Indices) -> "ContactPairs":
         """Return a selection of pairs, by a mask of shape (pair,) or indices of shape (n,)."""
-        return ContactPairs(*(part[which] for part in self))
+        return ContactPairs(
+            self.node[which], self.shape[which], self.weight[which], self.radius[which]
+        )
+
+    def and_others(self, others: "ContactPairs") -> "ContactPairs":
+        """Return these pairs and others behind them."""
+        return ContactPairs(
+            np.concatenate([self.node, others.node]),
+            np.concatenate([self.shape, others.shape]),
+            np.concatenate([self.weight, others.weight]),
+            np.concatenate([self.radius, others.radius]),
+        )
 
 
 class Contact(Field, frozen=True):
@@ -159,9 +170,8 @@ class Contact(Field, frozen=True):
         )
         shared = self._shared(pairs)
         close = self.places(position, shared).depth > -margin
-        every = [np.concatenate(both) for both in zip(pairs, shared.some(close), strict=True)]
-        order = np.lexsort((every[1], self.surface[every[1]], every[0]))
-        return ContactPairs(*every).some(order)
+        every = pairs.and_others(shared.some(close))
+        return every.some(np.lexsort((every.shape, self.surface[every.shape], every.node)))
 
     def _shared(self, pairs: ContactPairs) -> ContactPairs:
         """Return the elements that faces near a node share, and which count."""
@@ -206,8 +216,9 @@ class Contact(Field, frozen=True):
         flat = self.kind[face] == TRIANGLE
         thick = np.where(flat, self.size[node].max(), 0.0)
         size += np.maximum(self.radius[face], thick) + margin
-        lists = [np.asarray(each) for each in cKDTree(x).query_ball_point(middle, size)]
-        rows = np.concatenate([np.zeros(0, dtype=np.int64), *lists]).astype(np.int64)
+        found = cast(Sequence[list[int]], cKDTree(x).query_ball_point(middle, size))
+        lists = [np.asarray(each, dtype=np.int64) for each in found]
+        rows = np.concatenate([np.zeros(0, dtype=np.int64), *lists])
         return node[rows], np.repeat(face, [len(each) for each in lists])
 
     def _lever(self, position: Floats, node: Indices, face: Indices) -> Floats:
@@ -297,12 +308,12 @@ class Contact(Field, frozen=True):
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
-        total = []
+        total: list[float] = []
         for pairs, place in self._pressed_in(in_line(position)):
             w, d = self.layer, place.depth
             deep = 0.5 * d * (d - w) + w * w / 6.0
             each = pairs.weight * np.where(d < w, d**3 / (6.0 * w), deep)
-            total.append(self.stiffness[pairs.node] @ each)
+            total.append(float(self.stiffness[pairs.node] @ each))
         return np.reshape(total, position.shape[:-2])
 
     # --- its second derivative --------------------------------------------------------------
@@ -441,7 +452,7 @@ def _with_whole(contact: Contact, alive: bytes) -> Contact:
     bound = contact.bonds >= 0
     holding = np.zeros_like(bound)
     holding[bound] = there[contact.bonds[bound]]
-    whole = holding.any(axis=1) | ~bound.any(axis=1)
+    whole = np.logical_or(holding.any(axis=1), ~bound.any(axis=1))
     triangles = np.flatnonzero(contact.kind[: len(whole)] == TRIANGLE)
     whole[triangles] = contact.edges.holding(there).all(axis=1)
     return contact if whole.all() else replace(contact, whole=whole)

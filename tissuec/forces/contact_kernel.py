@@ -235,7 +235,9 @@ def rub(
         u0, u1, u2: Sum of pressures times velocities along the surfaces [W].
     """
     rate, memory, bent = touches.rate, 3 * touches.memory[k], touches.bent
-    z0, z1, z2 = v[memory] / rate, v[memory + 1] / rate, v[memory + 2] / rate
+    z0, z1, z2 = (
+        float(v[memory] / rate), float(v[memory + 1] / rate), float(v[memory + 2] / rate)
+    )  # fmt: skip
     if total <= 0.0:
         bent[k, 0], bent[k, 1], bent[k, 2] = (
             -rate * rate * z0,

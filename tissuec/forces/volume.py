@@ -24,7 +24,7 @@ solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal
 
 from collections.abc import Callable, Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 from msgspec import Struct
@@ -347,12 +347,12 @@ def _cells(
     if part.cells is None:
         return None
     faces, inner = (nodes.astype(np.int64) + part.nodes.start for nodes in part.cells())
-    count, sides = faces.shape[:2]
+    count, sides = len(faces), faces.shape[1]
     # All cells are alike, so that what is one node in the first is one in each.
     corners = faces.reshape(count, -1)
     once = np.sort(np.unique(corners[0], return_index=True)[1])
     members = np.concatenate([corners[:, once], inner], axis=1)
-    pairs = np.array(list(combinations(range(members.shape[1]), 2)))
+    pairs = np.array(list(combinations(range(members.shape[1]), 2)), dtype=np.int64)
     walls, which = springs_between(network.ends, members[:, pairs].reshape(-1, 2))
     return faces.reshape(-1, 4), sides * np.arange(count + 1), walls, which // len(pairs)
 
@@ -397,7 +397,7 @@ def _patches(
     all_owners = np.repeat(nodes, 6, axis=1), np.tile(keys, (1, 4))
     walled, keys = np.unique(np.stack([each.ravel() for each in all_owners]), axis=1)
     walls, which = springs_between(network.ends, np.stack(np.divmod(keys, size), axis=1))
-    cell = np.searchsorted(owner[order][first], walled[which])
+    cell = cast(Indices, np.searchsorted(owner[order][first], walled[which]))
     return faces[order], np.append(first, len(faces)), walls, cell
 
 

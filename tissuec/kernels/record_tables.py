@@ -110,7 +110,7 @@ class RecordTable:
     """
 
     def __init__(self, record: Any):
-        self.record = record
+        self.record: Any = record
         self.called: Any = None  # what is kept for it, too
         self.words = plain_array("q", _words(type(record), record))
         self.address = self.words.buffer_info()[0]

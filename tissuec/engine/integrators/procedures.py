@@ -16,24 +16,25 @@ from tissuec.kernels.records import Floats
 
 
 class PropagationChoices(Struct, frozen=True):
-    """How frames of ``propagation`` are stepped.
+    """How ``propagation`` steps frames.
 
     Attributes:
-        compared_forces: Forces whose greatest sum on a node must not rise: all (Table 1), or
-            the internal ones, those without weight, loads and ambient damping (text).
-        former_force: Whether the first step in a frame is compared with the end of the frame
-            before (kept), or with nothing (forgotten); neither is said.
-        repeated: What is taken again with half the time step where forces rise: the step
-            (Table 1), or the frame from its start (text); in a frame that is repeated, the time
-            step does not grow.
+        compared_forces: Forces whose greatest sum on a node must not rise: all of them
+            (Table 1), or only the internal ones, without weight, loads and ambient damping
+            (text).
+        former_force: Whether the first step of a frame is compared with the end of the previous
+            frame (kept) or with nothing (forgotten); the paper does not say.
+        repeated: What is repeated with half the time step when forces rise: the step (Table 1),
+            or the frame from its start (text). In a repeated frame, the time step does not
+            grow.
         first_step: Time step at the start of a frame: the whole frame (Table 1), or the last
-            one of the frame before (text).
-        growth: By what the time step is multiplied after a step in which forces do not rise: 2
-            (Table 1), or less (text).
+            one of the previous frame (text).
+        growth: Factor on the time step after a step in which forces do not rise: 2 (Table 1),
+            or less (text).
         frame_end: Whether the last step of a frame is shortened to end with it (exact, text),
-            or leads beyond it (open, Table 1); what is prescribed waits there.
-        smallest_step: Part of the frame below which nothing is repeated; neither has one, and
-            without it time would stand still.
+            or may pass its end (open, Table 1); prescribed motions wait there.
+        smallest_step: Part of the frame below which nothing is repeated. The paper has no such
+            limit; without it, time could stand still.
     """
 
     compared_forces: Annotated[str, OneOf(("all", "internal"))] = "all"
@@ -63,12 +64,12 @@ class RelaxationChoices(Struct, frozen=True):
     """How ``relaxation`` goes from one equilibrium to the next.
 
     Attributes:
-        threshold: Change of the force on a node within a sweep above which the next sweep
-            starts; 1e-9 of the largest force if not written.
-        activities: What follows when the net is at a minimum of its energy: nothing, so that
-            free nodes have no velocity (none), or the second step of the publication, so that
-            their velocity is that with which they came there, and their next way begins where
-            it leads (velocities).
+        threshold: Change of the force on a node within a sweep above which another sweep
+            follows; by default 1e-9 of the largest force.
+        activities: What follows at a minimum of the energy: nothing, so that free nodes have no
+            velocity (none); or the second step of the paper's procedure, so that nodes keep the
+            velocity with which they arrived, and their next path starts where it leads
+            (velocities).
     """
 
     threshold: Annotated[float | None, Measure(units.FORCE, above=0.0)] = None
@@ -84,7 +85,7 @@ PROCEDURES: dict[str, type[PropagationChoices] | type[RelaxationChoices]] = {
 
 
 def stated(choices: Choices | None, *, defaults: bool = True) -> list[str]:
-    """Return the choices of a procedure as they are written in the language.
+    """Return the choices of a procedure as the language writes them.
 
     Args:
         choices: None of methods that leave no choice.
@@ -92,7 +93,7 @@ def stated(choices: Choices | None, *, defaults: bool = True) -> list[str]:
     """
     if choices is None:
         return []
-    found = []
+    found: list[str] = []
     for entry in fields(choices):
         name, value = entry.name.replace("_", " "), getattr(choices, entry.name)
         if value is None or (value == entry.default and not defaults):

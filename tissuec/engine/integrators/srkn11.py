@@ -63,7 +63,7 @@ def _estimates(inner: Floats, c: Floats) -> list[tuple[Floats, Floats]]:
     third = [np.ones(KICKS), c, c**2, one]
     fourth = [c**3, c * one, two]
     fifth = [c**4, c**2 * one, c * two, one**2, three, inner @ one]
-    chosen = []
+    chosen: list[tuple[Floats, Floats]] = []
     for known, following in (([*third, *fourth], fifth), (third, fourth)):
         null = np.linalg.svd(np.array(known))[2][len(known) :]
         strongest = np.linalg.svd(np.array(following) @ null.T)[2][0]
