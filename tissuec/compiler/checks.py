@@ -37,7 +37,7 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
 from tissuec.script.plan import RELAXATION
-from tissuec.script.verbs import Action, ActionFailed, Breaking, LoggedEvent, Shifting
+from tissuec.script.verbs import Action, ActionFailed, Breaking, LoggedEvent, Shifting, follows
 from tissuec.script.verbs.cut import Cut
 from tissuec.script.verbs.settle import Settle
 
@@ -354,7 +354,7 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     breakable = np.isfinite(network.strength) | np.isfinite(network.crush)
     followed = (event for trigger in plan.triggers for event in trigger.events)
     for event in (*plan.events, *followed):
-        if isinstance(event.action, Breaking):
+        if follows(event.action, Breaking):
             breakable[event.action.breakable(network)] = True
     # Knots of threads slip instead of breaking.
     breakable[[thread.hold for thread in network.threads.values()]] = False
@@ -437,18 +437,16 @@ def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     state = state_at_start(compiled)
     moved = 0.0  # [m]
     for event in compiled.plan.events:
-        match event.action:
-            case Shifting(shift=shift):
-                moved += shift
-            case Cut() as cut if _goes_by(cut, state, moved):
-                yield Diagnostic(
-                    "W410",
-                    f"the blade does not reach {cut.group.name} as drawn: nothing is cut",
-                    cut.span,
-                    extents(state.position[_ends_of(cut, state)]),
-                )
-            case _:
-                pass
+        action = event.action
+        if follows(action, Shifting):
+            moved += action.shift
+        elif isinstance(action, Cut) and _goes_by(action, state, moved):
+            yield Diagnostic(
+                "W410",
+                f"the blade does not reach {action.group.name} as drawn: nothing is cut",
+                action.span,
+                extents(state.position[_ends_of(action, state)]),
+            )
 
 
 def _goes_by(cut: Cut, state: State, moved: float) -> bool:

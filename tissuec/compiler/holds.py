@@ -13,7 +13,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Indices, ToolPart, numbers_in
 from tissuec.script.plan import ScheduledAction, Trigger
-from tissuec.script.verbs import Mover
+from tissuec.script.verbs import Mover, follows
 from tissuec.script.verbs.holding import (
     Driven,
     Fixed,
@@ -154,7 +154,7 @@ class _HoldHistory:
 
 def change_of(event: ScheduledAction) -> HoldChange | None:
     """Return what an event changes about which nodes are held or driven, if anything."""
-    return event.action.holding() if isinstance(event.action, Holding) else None
+    return event.action.holding() if follows(event.action, Holding) else None
 
 
 def _idle(mover: Mover, time: float, span: Span) -> Diagnostic:

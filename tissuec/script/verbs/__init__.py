@@ -7,7 +7,7 @@ ask before a run, actions answer by methods of their own: ``Demanding``, ``Break
 """
 
 from collections.abc import Container, Sequence
-from typing import ClassVar, NoReturn, Protocol, runtime_checkable
+from typing import ClassVar, NoReturn, Protocol, TypeGuard, TypeVar, runtime_checkable
 
 from msgspec import Struct
 
@@ -17,6 +17,9 @@ from tissuec.core.units import Dimension
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
+
+T = TypeVar("T")
+_FOLLOWS: dict[tuple[type, type], bool] = {}  # by the classes of actions and the protocols
 
 
 class LoggedEvent(Struct, frozen=True):
@@ -80,9 +83,20 @@ class Breaking(Protocol):
         ...
 
 
+def follows(action: Action, protocol: type[T]) -> TypeGuard[T]:
+    """Return whether an action has the members of a protocol such as ``Breaking``.
+
+    A script may have 100 000 actions, and ``isinstance`` compares all members each time.
+    """
+    key = type(action), protocol
+    if key not in _FOLLOWS:
+        _FOLLOWS[key] = isinstance(action, protocol)
+    return _FOLLOWS[key]
+
+
 def may_break(action: Action, network: Network) -> bool:
     """Return whether springs may break, or a knot slip, that could not before an action."""
-    return isinstance(action, Breaking) and len(action.breakable(network)) > 0
+    return follows(action, Breaking) and len(action.breakable(network)) > 0
 
 
 @runtime_checkable
