@@ -80,9 +80,8 @@ LARGE = 20480  # triangles
 @pytest.mark.parametrize(
     ("filling", "count"),
     [
-        (FILLINGS[0], LARGE),
-        *((filling, LARGE // 4) for filling in FILLINGS[1:]),
-        *(pytest.param(filling, LARGE, marks=pytest.mark.slow) for filling in FILLINGS[1:]),
+        *((filling, LARGE // 4) for filling in FILLINGS),
+        *(pytest.param(filling, LARGE, marks=pytest.mark.slow) for filling in FILLINGS),
     ],
 )
 def test_an_organ_of_up_to_twenty_thousand_triangles_is_filled(filling, count, tmp_path):

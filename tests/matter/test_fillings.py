@@ -42,15 +42,17 @@ def moduli(network, plan):
 
 # Springs are calibrated halfway between an even stress and an even strain; plates keep faces
 # plane, but let them slide. 5 % are allowed of two cells of width, 2 % of the two finest.
+@pytest.mark.parametrize("finest", [4.0, pytest.param(2.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("filling", FILLINGS)
-def test_moduli_of_a_filled_bar_do_not_depend_on_the_cell(filling, tmp_path):
+def test_moduli_of_a_filled_bar_do_not_depend_on_the_cell(filling, finest, tmp_path):
     found = []
-    for cell in (8.0, 4.0, 8.0 / 3.0, 2.0):
+    for cell in (8.0, 4.0) if finest == 4.0 else (8.0, 4.0, 8.0 / 3.0, finest):
         network, plan = filled(tmp_path, filling, cell)
         assert network.mass.sum() == pytest.approx(1e-3 * 12.288, rel=1e-9)
         found.append(moduli(network, plan))
     assert np.abs(np.array(found) - 1.0).max() < 0.05
-    assert np.abs(np.array(found[-2:]) - 1.0).max() < 0.02
+    if finest == 2.0:
+        assert np.abs(np.array(found[-2:]) - 1.0).max() < 0.02
 
 
 # 3.999 mm: sites stand half a cell from the faces, so that nothing is left for the nodes there
@@ -76,8 +78,8 @@ def test_a_filled_bar_may_be_turned(filling, tmp_path):
 
 @pytest.mark.parametrize("filling", LATTICES)
 def test_rounding_in_a_file_does_not_change_the_filling(filling, tmp_path):
-    whole, _ = filled(tmp_path, filling, 8.0 / 3.0)
-    rounded, _ = filled(tmp_path, filling, 8.0 / 3.0, digits=4)
+    whole, _ = filled(tmp_path, filling, 4.0)
+    rounded, _ = filled(tmp_path, filling, 4.0, digits=4)
     assert len(rounded.position) == len(whole.position)
     assert np.abs(rounded.position - whole.position).max() < 1e-7
     # Delaunay's tetrahedra of a square may have either diagonal.

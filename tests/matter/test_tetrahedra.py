@@ -45,7 +45,7 @@ def test_tetrahedra_have_the_modulus_of_the_tissue(shaken, tmp_path):
 
 def test_irregular_tetrahedra_bend_as_their_tissue_does(tmp_path):
     """Ends that are turned against each other need M = E I κ, with six cells of thickness."""
-    length, side = 48.0, 12.0
+    length, side = 36.0, 12.0
     x, cells = tetrahedra(np.array([length, side, side]), side / 6.0, 0.15)
     network, plan = compiled(tmp_path, as_vtk(x, cells), "bar.vtk")
     x = network.position

@@ -15,7 +15,7 @@ from tissuec.validate.validation import validate
 
 FOLDER = Path(__file__).resolve().parents[2] / "library" / "scenes"
 SCENES = sorted(path.stem for path in FOLDER.glob("*.tis"))
-LONG = {"ligature", "tubal_ligation"}  # scenes whose beginnings take long, too
+LONG = {"indentation", "ligature", "tubal_ligation"}  # scenes whose beginnings take long, too
 #: How much of a scene its beginning is, where a tenth takes more than some seconds.
 PARTS = {
     "bladder": 0.01,

@@ -200,7 +200,7 @@ def test_coarse_reference_makes_a_verdict_undecided_not_wrong():
 def test_uncertainty_of_a_reference_covers_its_error():
     """Also where close output times, and not errors, rule the steps."""
     scene = compiled_scene(rod())
-    for count in (4, 301):
+    for count in (4, 101):
         times = np.linspace(0.0, 0.3, count)
         known, finest = (
             known_reference(

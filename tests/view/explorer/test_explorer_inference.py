@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from tests.examples import examples
 from tests.view.explorer.scripts import INFER, script  # noqa: F401  # a fixture
 from tests.view.explorer.vocabularies import facts, of_file, vocabulary
 from tissuec.core.resources import library
@@ -67,7 +68,7 @@ def test_a_random_vocabulary_infers_as_python_does(script, seed):  # noqa: F811
 
 @pytest.mark.parametrize("path", sorted(library().glob("fuzzy/*.tis")), ids=lambda p: p.stem)
 def test_a_shipped_vocabulary_infers_as_python_does(script, path):  # noqa: F811
-    compare(script, of_file(path), 0, 2000)
+    compare(script, of_file(path), 0, examples(2000))
 
 
 def test_random_vocabularies_meet_what_they_are_meant_to_meet():
