@@ -2,16 +2,8 @@
 
 import math
 
-from tissuec.studies.table import (
-    DIED,
-    DONE,
-    REFUSED,
-    FactorHead,
-    MeasureHead,
-    Row,
-    StudyHead,
-    StudyTable,
-)
+from tissuec.studies.rows import DIED, DONE, REFUSED, FactorHead, MeasureHead, Row, StudyHead
+from tissuec.studies.table import StudyTable
 
 HEAD = StudyHead(
     "lifting", "liver", "grid", 1, 0, 4,

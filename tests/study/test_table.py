@@ -5,15 +5,15 @@ import pytest
 
 from tests.study.tables import HEAD, ROWS, table
 from tissuec.results.errors import ResultError
-from tissuec.studies.table import Column, StudyTable, head_of, read_table, rows_of
+from tissuec.studies.table import Column, StudyTable, read_table, rows_of
 from tissuec.studies.table_text import as_csv, head_lines, row_line
 
-TEXTS = ("outcome", "reason", "promise", "digests", "distributions")
+TEXTS = ("outcome", "reason", "promise", "digests")
 
 
 def assert_equal(one: StudyTable, other: StudyTable) -> None:
-    assert head_of(one) == head_of(other)
-    for name in ("outcome", "promise", "digests", "distributions"):
+    assert one.head == other.head
+    for name in ("outcome", "promise", "digests"):
         assert getattr(one, name) == getattr(other, name), name
     assert np.array_equal(one.runs, other.runs)
     assert np.array_equal(one.error, other.error, equal_nan=True)
@@ -37,7 +37,7 @@ def test_what_is_written_is_what_is_read(tmp_path, name):
 
 
 def test_a_table_has_its_rows_and_head_again():
-    assert as_csv(head_of(table()), rows_of(table())) == as_csv(HEAD, ROWS)
+    assert as_csv(HEAD, rows_of(table())) == as_csv(HEAD, ROWS)
 
 
 def test_lines_in_any_order_give_one_table(tmp_path):

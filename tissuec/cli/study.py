@@ -192,7 +192,7 @@ def _tell(
 
     table = result.table
     taken = f", {result.taken_over} of them done before" if result.taken_over else ""
-    name = USUAL_NAME if table.name == USUAL_NAME else f"study {table.name}"
+    name = USUAL_NAME if table.head.name == USUAL_NAME else f"study {table.head.name}"
     settings.say(
         f"{scene}: {name}: {counted(len(table), 'run')}{taken}; {result.seconds:.1f} s"
     )

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from tissuec.core.files import lock, replacing
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import check_place
-from tissuec.studies.table import DIED, Row, StudyHead
+from tissuec.studies.rows import DIED, Row, StudyHead
 from tissuec.studies.table_text import as_csv, parse_rows, row_line
 
 OTHER = "-o other.csv"

@@ -30,16 +30,8 @@ from tissuec.scene.study_levels import alone, check_rows
 from tissuec.scene.study_model import Cell, Factor, Study
 from tissuec.studies.designs import Point, points_of
 from tissuec.studies.journal import Journal
-from tissuec.studies.table import (
-    DONE,
-    ENDED,
-    FactorHead,
-    MeasureHead,
-    Row,
-    StudyHead,
-    StudyTable,
-    is_hdf5,
-)
+from tissuec.studies.rows import DONE, ENDED, FactorHead, MeasureHead, Row, StudyHead
+from tissuec.studies.table import StudyTable, is_hdf5
 from tissuec.studies.trial import Job, Task
 from tissuec.studies.workers import Workers
 from tissuec.studies.writing import USUAL_NAME, with_sentences

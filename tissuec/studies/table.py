@@ -12,94 +12,19 @@ from tissuec.core.errors import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.study_model import Cell
+from tissuec.studies.rows import (
+    DONE,
+    ENDED,
+    FactorHead,
+    MeasureHead,
+    Row,
+    StudyHead,
+    title,
+)
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
     import xarray  # pyright: ignore[reportMissingImports]
-
-#: What the outcome of a run can be: it came to its end, or its script ended it; the motion
-#: could not be computed; the text was wrong; or its worker process died.
-DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED = (
-    "done", "ended", "diverged", "stuck", "refused", "died",
-)  # fmt: skip
-OUTCOMES = (DONE, ENDED, DIVERGED, STUCK, REFUSED, DIED)
-
-
-class FactorHead(Struct, frozen=True):
-    """What stands above the values of a factor.
-
-    Attributes:
-        name: Such as "lift" or "hardness of liver".
-        unit: Of numbers, such as "mm"; "" for numbers without a unit and for words.
-        is_text: Whether values are words.
-        values: Its values as they were written, such as "normal(5 mm, 1 mm)".
-    """
-
-    name: str
-    unit: str
-    is_text: bool = False
-    values: str = ""
-
-
-class MeasureHead(Struct, frozen=True):
-    """What stands above a measure.
-
-    Attributes:
-        name: Such as "pull".
-        unit: Such as "N".
-        every: Time between the values of a curve [s]; None for a single number.
-    """
-
-    name: str
-    unit: str
-    every: float | None = None
-
-
-class StudyHead(Struct, frozen=True):
-    """All of a table except its rows.
-
-    Attributes:
-        name: Of the study.
-        scene: Name of the scene.
-        design: Such as "grid" or "sobol".
-        seed: Of random designs.
-        base: Base number of "sobol indices"; 0 for other designs.
-        planned: Number of runs of the whole study.
-        measures: Single numbers before curves.
-    """
-
-    name: str
-    scene: str
-    design: str
-    seed: int
-    base: int
-    planned: int
-    factors: tuple[FactorHead, ...]
-    measures: tuple[MeasureHead, ...]
-
-
-class Row(Struct, frozen=True):
-    """One run.
-
-    Attributes:
-        run: Its number in the design, from 0.
-        values: Of the factors.
-        measures: Of single numbers one value, of curves all, NaN where there is none.
-        outcome: One of ``OUTCOMES``.
-        reason: One line; "" for a run that came to its end.
-        promise: "kept", "broken from T", "unknown from T" or "not checked".
-        error: Estimated error of positions, relative to displacements; NaN if not known.
-        digest: Of all that the row follows from.
-    """
-
-    run: int
-    values: tuple[Cell, ...]
-    measures: tuple[float | tuple[float, ...], ...]
-    outcome: str
-    reason: str
-    promise: str
-    error: float
-    digest: str = ""
 
 
 class Column(Struct, frozen=True, eq=False):
@@ -157,17 +82,11 @@ class StudyTable(Struct, frozen=True, eq=False):
     """All runs of a study that are known, in the order of its design.
 
     Attributes:
-        name: Of the study.
-        scene: Name of the scene.
-        design: Such as "grid" or "sobol".
-        seed: Of random designs.
-        base: Base number of "sobol indices"; 0 for other designs.
-        planned: Number of runs of the whole study.
+        head: All but the rows.
         runs: Number of each row's run in the design, ascending from 0, shape (row,).
         factors: What varies.
         measures: What was measured, as single numbers.
         curves: What was measured over time.
-        distributions: Values of each factor as written, such as "normal(5 mm, 1 mm)".
         outcome: One of ``OUTCOMES`` for each row.
         reason: One line for each row; "" for a run that came to its end.
         promise: "kept", "broken from T", "unknown from T" or "not checked", for each row.
@@ -176,17 +95,11 @@ class StudyTable(Struct, frozen=True, eq=False):
         digests: Of all that each row follows from.
     """
 
-    name: str
-    scene: str
-    design: str
-    seed: int
-    base: int
-    planned: int
+    head: StudyHead
     runs: Indices
     factors: tuple[Column, ...]
     measures: tuple[Column, ...]
     curves: tuple[Curve, ...]
-    distributions: tuple[str, ...]
     outcome: tuple[str, ...]
     reason: tuple[str, ...]
     promise: tuple[str, ...]
@@ -200,12 +113,7 @@ class StudyTable(Struct, frozen=True, eq=False):
         ordered = [found[run] for run in sorted(found)]
         singles = [n for n, one in enumerate(head.measures) if one.every is None]
         return cls(
-            name=head.name,
-            scene=head.scene,
-            design=head.design,
-            seed=head.seed,
-            base=head.base,
-            planned=head.planned,
+            head=head,
             runs=np.array([row.run for row in ordered], dtype=np.int64),
             factors=tuple(
                 _factor(one, [row.values[n] for row in ordered])
@@ -217,7 +125,6 @@ class StudyTable(Struct, frozen=True, eq=False):
                 for n, one in enumerate(head.measures)
                 if one.every is not None
             ),
-            distributions=tuple(factor.values for factor in head.factors),
             outcome=tuple(row.outcome for row in ordered),
             reason=tuple(row.reason for row in ordered),
             promise=tuple(row.promise for row in ordered),
@@ -229,13 +136,13 @@ class StudyTable(Struct, frozen=True, eq=False):
         return len(self.outcome)
 
     def __repr__(self) -> str:
-        count = f"{len(self)} of {self.planned} runs"
-        return f'<StudyTable "{self.name}" of {self.scene}: {count}>'
+        count = f"{len(self)} of {self.head.planned} runs"
+        return f'<StudyTable "{self.head.name}" of {self.head.scene}: {count}>'
 
     @property
     def is_complete(self) -> bool:
         """Return whether every run of the study has a row."""
-        return len(self) == self.planned
+        return len(self) == self.head.planned
 
     @property
     def finished(self) -> NDArray[np.bool_]:
@@ -324,19 +231,6 @@ def is_hdf5(path: Path) -> bool:
     return path.suffix.lower() in (".h5", ".hdf5")
 
 
-def head_of(table: StudyTable) -> StudyHead:
-    """Return all of a table except its rows."""
-    factors = (
-        FactorHead(factor.name, factor.unit, isinstance(factor.values, tuple), values)
-        for factor, values in zip(table.factors, table.distributions, strict=True)
-    )
-    curves = (MeasureHead(curve.name, curve.unit, curve.every) for curve in table.curves)
-    return StudyHead(
-        table.name, table.scene, table.design, table.seed, table.base, table.planned,
-        tuple(factors), (*(MeasureHead(m.name, m.unit) for m in table.measures), *curves),
-    )  # fmt: skip
-
-
 def rows_of(table: StudyTable) -> Iterator[Row]:
     """Yield the rows of a table."""
     factors = [_cells(factor) for factor in table.factors]
@@ -355,11 +249,6 @@ def rows_of(table: StudyTable) -> Iterator[Row]:
             float(table.error[n]),
             table.digests[n],
         )
-
-
-def title(name: str, unit: str) -> str:
-    """Return the head of a column: "lift [mm]"."""
-    return f"{name} [{unit}]" if unit else name
 
 
 def _factor(head: FactorHead, values: Sequence[Cell]) -> Column:

@@ -29,7 +29,7 @@ def to_xarray(table: StudyTable) -> "xarray.Dataset":
     xarray = package("xarray", "to_xarray")
     levels = [list(dict.fromkeys(_listed(factor.values))) for factor in table.factors]
     shape = tuple(map(len, levels))
-    is_grid = table.design == "grid" and table.is_complete and np.prod(shape) == len(table)
+    is_grid = table.head.design == "grid" and table.is_complete and np.prod(shape) == len(table)
     axes, shape = (
         ([factor.name for factor in table.factors], shape)
         if is_grid
@@ -60,4 +60,5 @@ def _listed(values: Any) -> list[Any]:
 
 
 def _about(table: StudyTable) -> dict[str, Any]:
-    return {"study": table.name, "scene": table.scene, "design": table.design}
+    head = table.head
+    return {"study": head.name, "scene": head.scene, "design": head.design}

@@ -11,7 +11,8 @@ import numpy as np
 from tissuec.core.files import replacing
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import TEXT, open_file
-from tissuec.studies.table import Column, Curve, StudyHead, StudyTable, head_of
+from tissuec.studies.rows import StudyHead
+from tissuec.studies.table import Column, Curve, StudyTable
 
 FORMAT = 1
 _HEAD = "study"
@@ -32,7 +33,7 @@ def write_hdf5(table: StudyTable, path: Path) -> None:
 
 
 def _write(table: StudyTable, file: h5py.File) -> None:
-    facts = {"format": FORMAT, **msgspec.to_builtins(head_of(table))}
+    facts = {"format": FORMAT, **msgspec.to_builtins(table.head)}
     file.attrs[_HEAD] = json.dumps(facts, ensure_ascii=False)
     file["runs"], file["error"] = table.runs, table.error
     for name in _TEXTS:
@@ -84,12 +85,7 @@ def _read(file: Any, path: Path) -> StudyTable:
     singles = [one for one in head.measures if one.every is None]
     curves = [one for one in head.measures if one.every is not None]
     return StudyTable(
-        name=head.name,
-        scene=head.scene,
-        design=head.design,
-        seed=head.seed,
-        base=head.base,
-        planned=head.planned,
+        head=head,
         runs=file["runs"][()],
         error=file["error"][()],
         factors=tuple(
@@ -97,7 +93,6 @@ def _read(file: Any, path: Path) -> StudyTable:
         ),
         measures=tuple(_column(file["measures"], m.name) for m in singles),
         curves=tuple(_curve(file["curves"], one.name) for one in curves),
-        distributions=tuple(factor.values for factor in head.factors),
         **texts,
     )
 

@@ -20,15 +20,8 @@ import msgspec
 from tissuec.core.files import replacing
 from tissuec.results.errors import ResultError
 from tissuec.scene.study_model import Cell
-from tissuec.studies.table import (
-    MeasureHead,
-    Row,
-    StudyHead,
-    StudyTable,
-    head_of,
-    rows_of,
-    title,
-)
+from tissuec.studies.rows import MeasureHead, Row, StudyHead, title
+from tissuec.studies.table import StudyTable, rows_of
 
 FORMAT = 1
 _MARK = "# tissuec study "
@@ -43,7 +36,7 @@ def write_csv(table: StudyTable, path: Path) -> None:
     """
     try:
         with replacing(path) as beside:
-            beside.write_text(as_csv(head_of(table), rows_of(table)), "utf-8", newline="")
+            beside.write_text(as_csv(table.head, rows_of(table)), "utf-8", newline="")
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise ResultError(f'cannot write "{path}": {reason}') from error

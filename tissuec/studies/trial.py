@@ -26,7 +26,7 @@ from tissuec.scene.request import Request
 from tissuec.scene.resolve import resolve
 from tissuec.scene.study_model import Cell, WrittenMeasure
 from tissuec.studies.observer import Observer
-from tissuec.studies.table import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
+from tissuec.studies.rows import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
 
 RESULT = "run_{:05d}.vtkhdf"
 _NOTHING = math.nan

@@ -22,7 +22,7 @@ from typing import Any, Protocol
 
 from tissuec.core.errors import TissueError
 from tissuec.core.processors import permitted
-from tissuec.studies.table import DIED, Row
+from tissuec.studies.rows import DIED, Row
 from tissuec.studies.trial import Job, Task, carry_out, failed, row_of
 
 PORTION = 0.3  # of work at a time [s]
