@@ -8,7 +8,7 @@ HERE = Path(__file__).resolve().parent
 
 def benchmarks() -> dict[str, str]:
     """Return the name of every benchmark and the first line of its docstring."""
-    found = {}
+    found: dict[str, str] = {}
     for path in sorted([*HERE.glob("*.py"), *HERE.glob("*/__main__.py")]):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         if path != Path(__file__).resolve() and _has_main(tree):

@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -191,7 +192,8 @@ def error(case: Case, entries: str, frames: int) -> float:
 
 def orders() -> str:
     """Return how errors at the ends of fixed steps fall, for both methods."""
-    case, frames, rows = oscillator(0.1), 25, []
+    case, frames = oscillator(0.1), 25
+    rows: list[tuple[str, str, str]] = []
     for method, steps in {
         "velocity verlet": (2e-3, 1e-3, 5e-4, 2.5e-4),
         "dop853": (2e-2, 1e-2, 5e-3),
@@ -249,22 +251,22 @@ def scenes() -> str:
     return table(heads, [scene_row(name, validated(name)) for name in SCENES])
 
 
-def scene_row(name: str, found: dict) -> tuple[str, ...]:
+def scene_row(name: str, found: dict[str, Any]) -> tuple[str, ...]:
     """Return one line of the table."""
-    errors = {quantity["name"]: quantity["error"] for quantity in found["quantities"]}
+    errors: dict[str, float] = {one["name"]: one["error"] for one in found["quantities"]}
     forces = [value for key, value in errors.items() if key.startswith("force")]
     tolerance = "none (fixed step)" if found["tolerance"] is None else f"{found['tolerance']:g}"
-    verdict = "" if found["tolerance"] is None else found["verdict"]
+    verdict: str = "" if found["tolerance"] is None else found["verdict"]
     if verdict == "undecided":
         verdict = f"kept until {found['judged_until']:g} s"
-    known = max(found["reference"]["uncertainty"], np.finfo(float).eps)
+    known = max(float(found["reference"]["uncertainty"]), float(np.finfo(float).eps))
     steps = f"{found['run']['accepted']} : {found['reference']['steps']}"
     tell(f"{name}: {found['verdict']}")
     numbers = (errors["position"], errors["energy balance"], max(forces), known)
     return (name, tolerance, *(f"{number:.1e}" for number in numbers), steps, verdict)
 
 
-def validated(name: str) -> dict:
+def validated(name: str) -> dict[str, Any]:
     """Return the JSON document of a validation."""
     scene = library() / "scenes" / f"{name}.tis"
     command = [sys.executable, "-m", "tissuec", "--json", "validate", str(scene)]

@@ -3,8 +3,6 @@
 Takes some seconds. The pieces are drawn evenly along one axis and are free to become narrower.
 """
 
-from typing import cast
-
 import click
 import numpy as np
 from scipy.optimize import brentq
@@ -74,7 +72,7 @@ def tension(network: Network, strain: float, dimensions: int) -> float:
         return (force / length) @ span**2 / stretch
 
     free = brentq(lambda side: along(side)[1:dimensions].sum(), -0.5, 0.1)
-    return float(along(cast(float, free))[0])  # a tuple only with full_output
+    return float(along(free)[0])  # a tuple only with full_output
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 
 import click
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix, diags
 from scipy.sparse.linalg import eigsh
 
@@ -36,6 +37,7 @@ KINDS = ("sodium chloride", "caesium chloride", "tetrahedra")
 CELLS = (4, 6, 8)  # across a section
 ROUNDS = 20  # until it is known which nodes a ball touches
 Held = dict[int, float]
+Test = Callable[[str, float], tuple[float, float]]
 
 
 # --- bodies -----------------------------------------------------------------------------------
@@ -86,7 +88,7 @@ def elements(sides: tuple[float, float, float], cell: float) -> tuple[Floats, cs
     ]
     x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(x)).reshape([count + 1 for count in counts])
-    corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    corners: NDArray[np.int_] = np.stack(np.indices((2, 2, 2)), axis=-1).reshape(-1, 3)
     nodes = np.stack(
         [
             number[i : i + counts[0], j : j + counts[1], k : k + counts[2]].ravel()
@@ -186,7 +188,7 @@ def torsion(kind: str, cell: float) -> tuple[float, float]:
     return moment, SHEAR * constant / LENGTH
 
 
-def against_elements(sides: tuple[float, float, float], axis: int, along: int) -> Callable:
+def against_elements(sides: tuple[float, float, float], axis: int, along: int) -> Test:
     """Return a test of a block between plates, against finite elements."""
 
     @cache
@@ -233,7 +235,7 @@ def hertz(kind: str, cell: float) -> tuple[float, float]:
         at[3 * node + 2] = -down
     top = np.array(faces(x, 2)[1])
     surface = r[top] ** 2 / (2.0 * ball) - a**2 / ball  # of the ball, above that of the block
-    touches = r[top] <= a
+    touches = np.asarray(r[top] <= a)
     stiffness = matrix(network)
     found = np.zeros_like(x)
     for _ in range(ROUNDS):
@@ -241,7 +243,7 @@ def hertz(kind: str, cell: float) -> tuple[float, float]:
         way, found = moved(stiffness, at | pressed)
         pushed, inside = found[top, 2] < 0.0, way[top, 2] > surface
         kept = np.where(touches, pushed, inside) & ~np.isin(top, list(outer))
-        if (kept == touches).all():
+        if np.array_equal(kept, touches):
             break
         touches = kept
     return -4.0 * float(found[top[touches], 2].sum()), force
@@ -266,7 +268,7 @@ def wave(kind: str, cell: float) -> tuple[float, float]:
     return float(np.sqrt(values[best])) / (2.0 * pi), float(theory)
 
 
-TESTS: dict[str, Callable[[str, float], tuple[float, float]]] = {
+TESTS: dict[str, Test] = {
     "tension": tension,
     "pure bending": bending,
     "torsion": torsion,

@@ -10,6 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import click
 import numpy as np
@@ -60,9 +61,10 @@ class Loop:
     """The loop in C on the arrays of an engine."""
 
     def __init__(self, plain: ctypes.CDLL, run: Stepping):
-        net = run.engine._acting()
+        engine: Any = run.engine  # whose arrays are its own matter otherwise
+        net, work = engine._acting(), engine._work
         self.evaluate = plain.evaluate
-        x, v = run.engine._work.x[0], run.engine._work.v[0]
+        x, v = work.x[0], work.v[0]
         self.arrays = [
             net.first.astype(np.int64), net.other.astype(np.int32), net.stiffness, net.damping,
             net.rest, net.inverse_mass, x.copy(), v.copy(), np.zeros_like(x),

@@ -3,7 +3,8 @@
 Takes about two minutes, and needs what the tests need.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import click
 import numpy as np
@@ -141,7 +142,7 @@ def _lowest(scene: str) -> float:
     return frequency
 
 
-def compared(name: str, found: dict, due: float) -> tuple[str, str]:
+def compared(name: str, found: Mapping[Any, Any], due: float) -> tuple[str, str]:
     """Return the meshes and the errors of their frequencies in per cent."""
     errors = (f"{100 * (value / due - 1):+.2f} %" for value in found.values())
     return f"{', '.join(map(str, found))} {name}", ", ".join(errors)

@@ -8,6 +8,7 @@ docs/make_propagation.py draws it.
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -85,7 +86,7 @@ def scene(method: str) -> str:
     return changed.replace(METHOD, method)
 
 
-def positions(text: str) -> tuple[tuple[np.ndarray, np.ndarray], dict]:
+def positions(text: str) -> tuple[tuple[np.ndarray, np.ndarray], dict[str, Any]]:
     """Return positions [m] and energies [J] over time, and the manifest."""
     request = Request(Source("propagation.tis", text))
     compiled, _ = compile_request(request)
@@ -127,7 +128,7 @@ def shown(found: dict[str, list[Measured]]) -> str:
         "t_Δ", f"{first}: error", "energy added", "forces per frame", "stalls per frame",
         f"{second}: error", "energy added",
     )  # fmt: skip
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for one, other in zip(found[first], found[second], strict=True):
         frames = DURATION / one.frame
         work = (f"{one.evaluations / frames:.0f}", f"{one.stalls / frames:.0f}")

@@ -23,7 +23,7 @@ def main(*, write: bool) -> None:
 def gain(net: Net) -> list[str]:
     """Return a row of the table."""
     compiled = build(net)
-    shown = []
+    shown: list[str] = []
     for method in METHODS:
         one, two = (Stepping(compiled, method, threads=threads) for threads in (1, 2))
         shown.append(f"{median(one.time() / two.time() for _ in range(REPEATS)):.2f}")

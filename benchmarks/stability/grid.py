@@ -79,7 +79,7 @@ def stress(
         tell: Told which scene is tried, and what came of it.
     """
     names = tuple(methods) or METHODS
-    verdicts = []
+    verdicts: list[Verdict] = []
     for cell in cells:
         tell(f"{cell.axis} {cell.value} …")
         court = Court(cell, budget)

@@ -52,11 +52,11 @@ def explicit_first(monkeypatch):
     monkeypatch.setattr("tissuec.engine.method_choice.CREEPING", np.inf)
 
 
-def stiff(**asked):
+def stiff(duration=20.0, **asked):
     """Return a chain braked so strongly that stability limits explicit steps."""
     bench = Bench(
         chain(24, stiffness=100.0, mass=1e-3, damping=20.0),
-        20.0,
+        duration,
         method="automatic",
         tolerance=1e-4,
         fixed=[0],
@@ -112,7 +112,7 @@ def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
 
 
 def test_automatic_tries_implicit_steps_where_fields_act_in_long_runs_only(explicit_first):
-    bench = stiff()
+    bench = stiff(duration=4.0)
     bench.state.forces = (bed(),)
     assert [change.method for change in bench.run().engine.statistics.changes] == ["dop853"]
 

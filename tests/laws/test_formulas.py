@@ -52,7 +52,7 @@ def near(test, x, y):
     return min(values) <= 0.0 <= max(values)
 
 
-@settings(max_examples=examples(300))
+@settings(max_examples=examples(150))
 @given(trees(), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
 def test_derivatives_are_limits_of_differences(tree, x, y):
     if any(near(test, x, y) for test in kinks(tree, "e")):
@@ -70,7 +70,7 @@ def test_derivatives_are_limits_of_differences(tree, x, y):
     assert slope == pytest.approx(difference, rel=1e-4, abs=1e-4 * (1.0 + steep))
 
 
-@settings(max_examples=examples(300))
+@settings(max_examples=examples(150))
 @given(trees(), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
 def test_code_means_what_arrays_give_and_reads_back(tree, x, y):
     expected = float(tree.at({"e": x, "c": y}))

@@ -3,8 +3,10 @@
 import numpy as np
 from msgspec.structs import replace
 
+from tissuec.compiler.compile import Compiled
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
+from tissuec.model.network import Floats, Network
 from tissuec.script.plan import Output
 
 
@@ -22,7 +24,9 @@ class Frames:
         return lambda *_, **__: None
 
 
-def motion(compiled, every, network=None):
+def motion(
+    compiled: Compiled, every: float, network: Network | None = None
+) -> tuple[Floats, Floats]:
     """Return times [s] and positions [m] of all nodes, shape (time, node, 3)."""
     network = compiled.network if network is None else network
     nodes = np.arange(network.node_count)

@@ -1,14 +1,19 @@
 """What is learnt from data that was made with known numbers."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from tests.learn.making import motion, write_positions
+from tissuec.compiler.compile import Compiled
 from tissuec.core.source import Source
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.fit.learning import check_gradient, learn
+from tissuec.learn.fit.learning import Learnt, check_gradient, learn
 from tissuec.learn.fit.session import prepare
+from tissuec.model.network import Floats
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 
@@ -37,7 +42,8 @@ script {{ at 0 s: fix ends; at 0 s: change velocity of second to (shove, 0.5 * s
 simulate {{ duration = 0.5 s; tolerance = 1e-9 }}
 {more}
 """
-TRUE, START = {"c": 12, "d": 0.01, "m": 10}, {"c": 10, "d": 0.02, "m": 10}
+TRUE: dict[str, float] = {"c": 12, "d": 0.01, "m": 10}
+START: dict[str, float] = {"c": 10, "d": 0.02, "m": 10}
 FIT = 'fit = positions(inner) using columns "node x_mm y_mm z_mm" in mm\n'
 
 
@@ -116,7 +122,9 @@ def test_steps_that_are_too_coarse_are_a_failure(truth, tmp_path):
     assert learnt.failure.startswith("halving the step changes predictions by 12.2 % of")
 
 
-def scatter(truth, folder, repeats):
+def scatter(
+    truth: tuple[Compiled, Floats, Floats], folder: Path, repeats: int
+) -> tuple[Floats, Floats]:
     """Return spread and mean of estimates over repeats, in units of what is predicted."""
     compiled, block, request = fit_problem(folder, FIT + ADJUST)
     logs, spreads = [], []
@@ -358,7 +366,9 @@ learn wall {{
 """
 
 
-def learn_tube(folder, every=2e-3, **form):
+def learn_tube(
+    folder: Path, every: float = 2e-3, **form: Any
+) -> tuple[Compiled, Floats, Floats, Learnt]:
     """Return scene, times, true motion, true spring constants and what was learnt of a tube."""
     (folder / "measured.csv").touch()
     (folder / "tube.tis").write_text(TUBE.format(**form))

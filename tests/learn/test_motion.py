@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import sparse
 
 from tests.learn.precise import LONG, positions
 from tests.learn.trials import sheet
 from tests.learn.tubes import tube
+from tissuec.compiler.compile import Compiled
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.integrators.dirk import Dirk
 from tissuec.engine.integrators.explicit import Explicit
@@ -61,7 +63,9 @@ def scene():
     return tube()
 
 
-def motion_of(scene, name, step, times):
+def motion_of(
+    scene: Compiled, name: str, step: float, times: NDArray[np.float64]
+) -> tuple[Motion, NDArray[np.float64]]:
     network = scene.network
     order = NumberOrder.of(network, 0)
     vector = order.vector(network)
@@ -73,7 +77,7 @@ def motion_of(scene, name, step, times):
     return Motion(schedule, chosen.stepping, order, step, times), vector
 
 
-def apart_from_long_doubles(scene, directions):
+def apart_from_long_doubles(scene: Compiled, directions: int) -> NDArray[np.float64]:
     """Return how far derivatives by all numbers are from differences, shape (direction,).
 
     1990 masses, spring constants, viscosities and rest lengths; 1000 steps with a moved and a

@@ -6,6 +6,7 @@ from tests.lsp.desks import BAD, SCENES
 from tissuec.core.errors import removal
 from tissuec.core.resources import library
 from tissuec.core.source import Source, Span
+from tissuec.lang.characters import normalise
 from tissuec.lsp.documents import Desk
 from tissuec.lsp.findings import check
 from tissuec.lsp.fixes import fixes_at
@@ -60,7 +61,21 @@ def offered(desk, path, checked):
 
 
 @pytest.mark.parametrize("path", PLAIN, ids=lambda path: path.stem)
-def test_every_edit_of_a_hint_is_offered_and_its_finding_goes(path):
+def test_every_edit_of_a_hint_is_offered_in_its_place(path):
+    """That the finding goes then is tested by tests/test_hints.py."""
+    desk = Desk()
+    for finding, fix in offered(desk, path, check(desk, path)):
+        (edit,) = (
+            one for one in finding.edits if (one.text, one.span) == (fix.text, fix.place)
+        )
+        text, span = edit.span.source.text, edit.span
+        edited = text[: span.start] + edit.text + text[span.end :]
+        assert normalise(applied(desk, fix), "after").text == edited
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", PLAIN, ids=lambda path: path.stem)
+def test_behind_every_edit_its_finding_is_gone(path):
     desk = Desk()
     before = check(desk, path)
     for finding, fix in offered(desk, path, before):

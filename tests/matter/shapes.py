@@ -1,14 +1,17 @@
 """Bars as mesh files, of tetrahedra or as surfaces; lengths in mm."""
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import Delaunay
 
 from tissuec.meshes.generators.lattice import Lattice
 
+Floats = NDArray[np.float64]
+Cells = NDArray[np.int_]
 SIDES = np.array([40.0, 20.0, 20.0])  # of a bar
 
 
-def tetrahedra(sides, cell, moved):
+def tetrahedra(sides: ArrayLike, cell: float, moved: float) -> tuple[Floats, Cells]:
     """Return nodes and tetrahedra of a bar, nodes inside moved by a part of its cell."""
     lattice = Lattice("caesium chloride", cell, (np.zeros(3), sides)).build()
     x = lattice.position.copy()
@@ -19,7 +22,7 @@ def tetrahedra(sides, cell, moved):
     return x, cells[volume > 1e-6 * cell**3]
 
 
-def as_vtk(x, cells):
+def as_vtk(x: Floats, cells: Cells) -> str:
     """Return tetrahedra as the text of a VTK file."""
     points = "\n".join(" ".join(map(repr, row)) for row in x.tolist())
     corners = "\n".join(f"4 {a} {b} {c} {d}" for a, b, c, d in cells.tolist())
@@ -31,7 +34,7 @@ def as_vtk(x, cells):
     )
 
 
-def surface(sides, edge):
+def surface(sides: ArrayLike, edge: float) -> tuple[Floats, Cells]:
     """Return nodes and outward triangles of a bar, whose faces are squares of about an edge."""
     count = np.maximum(np.rint(np.asarray(sides) / edge), 1).astype(int)
     number, triangles = {}, []
@@ -50,7 +53,7 @@ def surface(sides, edge):
     return np.array(list(number)) * (sides / count), np.array(triangles)
 
 
-def as_obj(x, triangles):
+def as_obj(x: Floats, triangles: Cells) -> str:
     """Return triangles as the text of an OBJ file."""
     points = "\n".join("v " + " ".join(map(repr, row)) for row in x.tolist())
     corners = "\n".join(f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist())

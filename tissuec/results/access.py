@@ -58,7 +58,7 @@ class ResultGroup:
         """Return the member at ``path``; ResultError if there is none."""
         full = path if path.startswith("/") else f"{self.path.rstrip('/')}/{path}"
         with reading(self.file, full):
-            found: Any = self.raw.get(path)
+            found = self.raw.get(path)
             if isinstance(found, h5py.Group):
                 return ResultGroup(found, self.file, self.sums)
             if isinstance(found, h5py.Dataset) and found.shape is not None:
@@ -76,7 +76,8 @@ class Dataset:
 
     def __init__(self, dataset: h5py.Dataset, path: str, file: str, known: DatasetSum | None):
         self.raw, self.path, self.file, self._known = dataset, path, file, known
-        self.dtype, self.shape = dataset.dtype, dataset.shape
+        self.dtype = dataset.dtype
+        self.shape: tuple[int, ...] = dataset.shape
 
     def __len__(self) -> int:
         return self.shape[0] if self.shape else damaged(self.file, f'"{self.path}" has no rows')

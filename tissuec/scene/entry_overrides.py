@@ -134,7 +134,7 @@ def override_entry(override: Override, declarations: Declarations, findings: Fin
     if rival:
         kept = (i for i in block.items if not (isinstance(i, Entry) and i.name.key == rival))
         block = replace(block, items=tuple(kept))
-    whole = cast(s.Block, _with(home.declared.item, home.path, block) if home.path else block)
+    whole = _with(home.declared.item, home.path, block) if home.path else block
     if home.kind in declarations.single:
         declarations.single[home.kind] = whole
     else:

@@ -1,5 +1,7 @@
 """Study blocks, as far as they need no mesh: factors, design, measures as written."""
 
+from collections.abc import Iterable
+
 from tissuec.core.errors import Note, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
@@ -136,11 +138,11 @@ class _StudyReader:
             self.findings.reject("TIS307", f'"{name}" is given twice', span, notes=notes)
         places[key] = span
 
-    def _choice(self, item: s.Sentence, known: object) -> str:
+    def _choice(self, item: s.Sentence, known: Iterable[str]) -> str:
         """Return the words behind ``is``, one of the known ones."""
         assert item.phrase is not None
         span = item.phrase.span.to(item.span)
-        text, names = key_of(span.one_line), list(known)  # type: ignore[call-overload]
+        text, names = key_of(span.one_line), list(known)
         if text not in names:
             hint = alternatives(text, names, what="choices")
             self.findings.reject(

@@ -63,13 +63,14 @@ class ReferenceRun:
 
     def go(self, stop: float, progress: Callable[[float], None] | None = None) -> None:
         """Run from 0 s to an end [s], and tell the simulated time [s] after each step."""
-        state, progress = self.state, progress or (lambda time: None)
+        state = self.state
+        tell: Callable[[float], None] = progress or (lambda time: None)
         self._happen(_NOTHING, [])
         self.initial, self.switched = standing_energy(state), 0.0
         while state.time < stop:
             until = min(self.calendar.next, stop)
             equations = Equations(state, until)
-            ending = self._at_once(equations) or self._stretch(equations, until, progress)
+            ending = self._at_once(equations) or self._stretch(equations, until, tell)
             self._happen(ending.broken, ending.fired)
         self._look_now(Equations(state, stop))
 

@@ -1,5 +1,7 @@
 """Scenes whose natural frequencies are known, and the modes of theirs that are meant."""
 
+from typing import Any
+
 import numpy as np
 
 import tissuec
@@ -35,7 +37,7 @@ simulate { duration = 1 s }
 PRESERVED = "script { at 0 s: preserve volume of ball with 500 Pa }"
 
 
-def bar(length: float, height: float, cell: float, **given) -> Modes:
+def bar(length: float, height: float, cell: float, **given: Any) -> Modes:
     """Return the lowest modes of a bar that is clamped at one end; sizes in mm."""
     sizes = {"LENGTH": length, "HEIGHT": height, "CELL": cell}
     text = BAR

@@ -7,6 +7,7 @@ is that of the same actions written into the script, to the last bit.
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -222,10 +223,8 @@ class StepwiseRun:
                 del self._bases[0]
 
     def _checkpoint(self) -> Checkpoint:
-        saved = {
-            name: np.array(value) if isinstance(value, np.ndarray) else value
-            for name, value in self._loop.checkpoint().items()
-        }
+        parts: Mapping[str, Any] = self._loop.checkpoint()
+        saved = {name: copy(value) for name, value in parts.items()}
         time = self._loop.run_state.state.time
         known = len(self.actions)
         return Checkpoint(time, saved, known, self._recorder.state(), self._recording.rows())

@@ -140,7 +140,7 @@ class StaticModel:
         parts: list[list[tuple[Observable, slice]]] = [[] for _ in self._stands]
         for look, slot, rows in zip(self.looks, self.slots, self._rows, strict=True):
             for row, time in enumerate(rows):
-                parts[int(self._looked[time])].append((look, slot.of(row)))
+                parts[self._looked[int(time)]].append((look, slot.of(row)))
         yield from zip(self._balanced(theta), parts, strict=True)
 
     def _balanced(self, theta: Floats) -> list[Equilibrium]:

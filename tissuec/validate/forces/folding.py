@@ -72,7 +72,7 @@ class Folding:
         upper, lower = normals
         sine: Any = _dot(cross(lower, upper), axis)
         cosine: Any = _dot(upper, lower)
-        fold = np.arctan2(np.real(sine), np.real(cosine)) - self._drawn
+        fold = np.arctan2(sine.real, cosine.real) - self._drawn
         # d atan2(s, c) = c ds - s dc, for s² + c² = 1
         turned = fold + 1j * (cosine.real * sine.imag - sine.real * cosine.imag)
         return turned, counts, slopes, counts[:, None, None] * growing

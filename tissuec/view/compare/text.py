@@ -88,13 +88,16 @@ def _texts(differences: Sequence[TextDifference]) -> Iterator[str]:
 def _facts(facts: Sequence[StatedDifference]) -> Iterator[str]:
     for fact in facts:
         line = f"{fact.name}: {_value(fact.a)} -> {_value(fact.b)}"
-        if len(line) <= WIDEST or not isinstance(fact.a, list):
+        if len(line) <= WIDEST or not _is_list(fact.a):
             yield line
             continue
-        a = cast("list[Any]", fact.a)
-        b: Any = fact.b
-        for which, one, other in (("a", a, b), ("b", b, a)):
+        sides: list[tuple[str, Any, Any]] = [("a", fact.a, fact.b), ("b", fact.b, fact.a)]
+        for which, one, other in sides:
             yield from (f"{fact.name} in {which}: {text}" for text in one if text not in other)
+
+
+def _is_list(value: object) -> bool:
+    return isinstance(value, list)
 
 
 def _value(value: Any) -> str:

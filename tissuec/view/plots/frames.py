@@ -191,7 +191,7 @@ class Shown(Struct, frozen=True, eq=False):
         else:
             norm = net.tension_norm([trajectory.spring_force(m.frame)[0] for m in chosen])
         if plot.show == "surface":
-            tools = [[] for _ in chosen]
+            tools: list[list[Any]] = [[] for _ in chosen]
         reached = zip(points, tools, strict=True)
         flat = np.concatenate([_reached(place, own, parts, view) for place, parts in reached])
         low, high = flat.min(axis=0), flat.max(axis=0)
