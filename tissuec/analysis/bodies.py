@@ -2,7 +2,9 @@
 
 Everything is found from the net itself, whether its tissue is given in pascals or for each
 spring and node. Elastic constants are those of the body as it is drawn (``matter.elasticity``),
-prestress aside; frequencies those about its state at 0 s, after the events of that time.
+prestress aside; frequencies those about its state at 0 s, after the events of that time. Speeds
+of waves are those of an elastic medium (L. D. Landau, E. M. Lifshitz, Theory of Elasticity,
+1970, § 22).
 """
 
 from collections.abc import Iterator

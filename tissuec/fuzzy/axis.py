@@ -1,6 +1,7 @@
 """The range of a property or quantity, and the coordinate of its sets.
 
 On a log scale everything happens in the logarithm; values are converted here and nowhere else.
+There, a bell is by definition as wide as from its mean to one standard deviation above it.
 """
 
 import math

@@ -1,7 +1,8 @@
 """The two kinds of arcs that bound a clipped or scaled fuzzy set: lines and parts of bells.
 
 Each arc knows its height, its area and first moment over an interval (closed forms), and where
-it crosses another arc.
+it crosses another arc. Areas of bells are differences of error functions (M. Abramowitz,
+I. A. Stegun, Handbook of Mathematical Functions, 1964, 7.1).
 """
 
 import math

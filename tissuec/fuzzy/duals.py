@@ -1,4 +1,6 @@
-"""Dual numbers: a value with its derivatives (forward mode).
+"""Dual numbers: a value with its derivatives.
+
+This is the forward mode of automatic differentiation (R. E. Wengert, Comm. ACM 7:463, 1964).
 
 A :class:`Dual` is a float, so that inference runs on it as it stands: comparisons choose a
 branch by the value, and arithmetic carries the slopes along. Functions of :mod:`math` return

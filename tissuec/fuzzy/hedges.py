@@ -17,8 +17,9 @@ and stays. In full, with "inner" for the side that faces the middle of the range
 Each piece is an increasing map of the axis, so that points keep their order; middles of words
 keep theirs because they move by one fraction towards one target on either side.
 
-A :class:`PowerHedge` raises degrees to a power (Zadeh's concentration and dilation). It moves
-no peak, and leaves the centre of a symmetric triangle where it was: only conditions may use it.
+A :class:`PowerHedge` raises degrees to a power (concentration and dilation: L. A. Zadeh, J.
+Cybernetics 2(3):4, 1972). It moves no peak, and leaves the centre of a symmetric triangle where
+it was: only conditions may use it.
 """
 
 from collections.abc import Sequence

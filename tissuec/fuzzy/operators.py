@@ -1,4 +1,8 @@
-"""The operators a rule base chooses by name."""
+"""The operators a rule base chooses by name.
+
+(E. H. Mamdani, S. Assilian, Int. J. Man-Mach. Stud. 7:1, 1975: smallest and largest degree;
+P. M. Larsen, Int. J. Man-Mach. Stud. 12:3, 1980: the product.)
+"""
 
 from typing import Literal, get_args
 

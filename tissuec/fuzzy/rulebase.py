@@ -1,9 +1,9 @@
 """Rule bases: from facts about properties to numbers for quantities, with reasons.
 
-Mamdani inference. A rule fires with the degree of its condition times its weight. A rule speaks
-only if every property it names has a fact, whatever the other facts say; the properties it
-misses are reported. Rules that conclude the same set count once, with the largest degree; in a
-gradual mean each counts.
+Inference is that of E. H. Mamdani and S. Assilian (Int. J. Man-Mach. Stud. 7:1, 1975). A rule
+fires with the degree of its condition times its weight. A rule speaks only if every property it
+names has a fact, whatever the other facts say; the properties it misses are reported. Rules
+that conclude the same set count once, with the largest degree; in a gradual mean each counts.
 """
 
 from bisect import bisect_left

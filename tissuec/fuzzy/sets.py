@@ -1,5 +1,7 @@
 """Fuzzy sets: the degree of a word at each place of its scale.
 
+(L. A. Zadeh, Information and Control 8:338, 1965.)
+
 Every coordinate here is the coordinate of the scale: the quantity itself, or its logarithm.
 """
 

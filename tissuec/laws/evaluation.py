@@ -1,4 +1,8 @@
-"""Force, stiffness and energy of springs with laws, spring by spring."""
+"""Force, stiffness and energy of springs with laws, spring by spring.
+
+The energy is the integral of the force over the elongation, by Gauss's quadrature between the
+kinks of a law (P. J. Davis, P. Rabinowitz, Methods of Numerical Integration, 1984).
+"""
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence

@@ -1,6 +1,7 @@
 """Formulas of laws: small trees that can be evaluated, differentiated and printed as code.
 
-Numbers are in SI units; dimensions were checked where the formula was written.
+Numbers are in SI units; dimensions were checked where the formula was written. Derivatives are
+formed node by node (A. Griewank, A. Walther, Evaluating Derivatives, 2008).
 """
 
 from collections.abc import Iterator, Mapping

@@ -10,7 +10,8 @@ With edges of the constant k and diagonals of 3/2 k they have
 
     C11 = 2 k/a,    C12 = k/a,    C44 = k / (2 a)    (k/a, were it not for the shift),
 
-so that they are isotropic with the shear modulus k / (2 a) and Poisson's ratio 1/3.
+so that they are isotropic with the shear modulus k / (2 a) and Poisson's ratio 1/3; derived
+here from the energy of evenly strained cells.
 """
 
 import numpy as np

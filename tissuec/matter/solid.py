@@ -1,4 +1,8 @@
-"""The shares of the nodes of a solid in its volume and boundary."""
+"""The shares of the nodes of a solid in its volume and boundary.
+
+Moments of what a skin encloses are integrals over the skin (B. Mirtich, J. Graphics Tools
+1(2):31, 1996).
+"""
 
 from typing import Self
 

@@ -4,6 +4,8 @@ A uniform stress σ acts on the nodes of the boundary with forces σ N (see ``so
 volume V, Young's modulus E and Poisson's ratio ν stores
 
     ½ V σ²/E  in tension,     ½ V σ²/G  in shear,     G = E / (2 (1 + ν)).
+
+(S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 1951.)
 """
 
 from typing import NamedTuple

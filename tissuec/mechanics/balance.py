@@ -9,7 +9,8 @@ flowed. K has, for each spring of direction u and tension T = f(L - L0),
 
     f' u uᵀ + T/L (1 - u uᵀ),
 
-both of whose parts are clamped at zero where the exact one would not be positive.
+both of whose parts are clamped at zero where the exact one would not be positive (J. Teran,
+E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181).
 """
 
 from functools import cached_property

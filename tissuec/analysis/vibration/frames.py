@@ -1,8 +1,9 @@
 """Modes in motion: a result file that plays one period of each after another.
 
 Mode k plays from k-1 s to k s, however long its period is: the positions are those at rest and
-A sin(2π t) times its shape, A being such that the node that moves most moves by 5 % of the size
-of the body that has most of the energy. Forces and tensions change linearly with it.
+A sin(2π t) times its shape. A is by definition such that the node that moves most moves by 5 %
+of the size of the body that has most of the energy. Forces and tensions change linearly with
+it.
 """
 
 from collections.abc import Iterator, Mapping

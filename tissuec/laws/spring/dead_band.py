@@ -1,4 +1,4 @@
-"""Springs with play: nothing resists until the play is used up."""
+"""Springs with play, by definition: nothing resists until the play is used up."""
 
 from typing import Annotated
 

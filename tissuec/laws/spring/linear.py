@@ -1,4 +1,7 @@
-"""The linear spring, which every spring is unless its tissue says otherwise."""
+"""The linear spring, which every spring is unless its tissue says otherwise.
+
+(R. Hooke, Lectures de Potentia Restitutiva, 1678.)
+"""
 
 from msgspec import Struct
 

@@ -1,4 +1,8 @@
-"""A polynomial of the elongation: the oscillators of Helmholtz and Duffing."""
+"""A polynomial of the elongation: the oscillators of Helmholtz and Duffing.
+
+(H. Helmholtz, Die Lehre von den Tonempfindungen, 1863, appendix; G. Duffing, Erzwungene
+Schwingungen bei veränderlicher Eigenfrequenz, 1918.)
+"""
 
 from typing import Annotated
 

@@ -1,4 +1,8 @@
-"""A measured curve of matter: points of strain and stress, joined without overshoot."""
+"""A measured curve of matter: points of strain and stress, joined without overshoot.
+
+The interpolation is that of ``laws.points``; the nominal stress is by definition the force per
+area as drawn.
+"""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""Springs that pull and never push, such as threads and ligaments."""
+"""Springs that, by definition, pull and never push, such as threads and ligaments."""
 
 from msgspec import Struct
 

@@ -1,4 +1,8 @@
-"""The toe of tendons: crimped fibres are straightened before they resist."""
+"""The toe of tendons: crimped fibres are straightened before they resist.
+
+(L. Blankevoort, R. Huiskes, J. Biomech. Eng. 113:263, 1991: a parabola that goes over into a
+line, with e* twice the strain of reference there.)
+"""
 
 from typing import Annotated
 

@@ -1,4 +1,7 @@
-"""The linear dashpot, which every spring has unless its tissue says otherwise."""
+"""The linear dashpot, which every spring has unless its tissue says otherwise.
+
+(W. Voigt, Ann. Phys. 283:671, 1892.)
+"""
 
 from msgspec import Struct
 

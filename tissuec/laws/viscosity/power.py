@@ -1,4 +1,7 @@
-"""Dashpots whose force is a power of the speed: thinning or thickening liquids."""
+"""Dashpots whose force is a power of the speed: thinning or thickening liquids.
+
+(W. Ostwald, Kolloid-Z. 36:99, 1925.)
+"""
 
 from typing import Annotated
 
