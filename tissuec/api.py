@@ -371,8 +371,8 @@ def study(
     """
     from tissuec.studies.progress import StudyProgress
     from tissuec.studies.study import prepare, run_study
-    from tissuec.studies.workers import workers_of
     from tissuec.studies.writing import sentences_of
+    from tissuec.workers.workers import workers_of
 
     request = _request(scene, params or {}, libraries)
     if isinstance(vary, Mapping):

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from tissuec.core.source import Source
 from tissuec.scene.request import Request
-from tissuec.studies.study import PreparedStudy, StudyResult, carry_out, prepare
-from tissuec.studies.workers import OwnProcess
+from tissuec.studies.study import PreparedStudy, StudyResult, prepare, run_study
+from tissuec.workers.workers import OwnProcess
 
 #: A node on a spring of 2 N/m is moved by "lift" within 0.1 s; it breaks beyond 12 mN.
 SCENE = """language 1
@@ -65,4 +65,4 @@ def prepared(*sentences: str, text: str = SCENE + STUDY, **more) -> PreparedStud
 
 def carried_out(*sentences: str, text: str = SCENE + STUDY, **more) -> StudyResult:
     """Return what a study in this process comes to."""
-    return carry_out(prepared(*sentences, text=text), OwnProcess(), **more)
+    return run_study(prepared(*sentences, text=text), OwnProcess(), **more)

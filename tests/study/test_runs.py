@@ -5,8 +5,8 @@ import pytest
 
 import tissuec
 from tests.study.scenes import SCENE, STUDY, carried_out, prepared
-from tissuec.studies.study import carry_out
-from tissuec.studies.workers import OwnProcess
+from tissuec.studies.study import run_study
+from tissuec.workers.workers import OwnProcess
 
 pytestmark = pytest.mark.filterwarnings("ignore::tissuec.TissueWarning")
 
@@ -126,10 +126,10 @@ def test_results_of_runs_are_kept_on_demand(tmp_path):
     ready = prepared(
         "keep is results", "vary lift = [2 mm, 3 mm]", "vary tissue of bar = [spring]"
     )
-    table = carry_out(ready, OwnProcess(), folder=tmp_path / "runs").table
-    files = sorted(path.name for path in (tmp_path / "runs").iterdir())
+    table = run_study(ready, OwnProcess(), out=tmp_path / "table.csv").table
+    files = sorted(path.name for path in (tmp_path / "table.runs").iterdir())
     assert files == ["run_00000.vtkhdf", "run_00001.vtkhdf"]
-    result = tissuec.load(tmp_path / "runs" / files[1])
+    result = tissuec.load(tmp_path / "table.runs" / files[1])
     assert result.manifest["overrides"] == ["lift = 3 mm", "tissue of bar is spring"]
     assert list(result.logs) == ["force of hand"]
     pull = largest(result.logs["force of hand"])

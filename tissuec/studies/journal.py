@@ -1,6 +1,7 @@
 """The file of a table while its study goes on: each row is there as soon as it is known.
 
 A study that is run again takes over the rows whose digests are the same, and does the rest.
+A table with rows that it cannot take over stays as it is, unless its end is asked for.
 """
 
 import os
@@ -11,13 +12,15 @@ from typing import Self
 
 from msgspec.structs import replace
 
+from tissuec.core.errors import counted
 from tissuec.core.files import lock, replacing
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import check_place
 from tissuec.studies.rows import DIED, Row, StudyHead
-from tissuec.studies.table_text import as_csv, parse_rows, row_line
+from tissuec.studies.table_text import MARK, as_csv, parse_rows, row_line
 
 OTHER = "-o other.csv"
+REPLACES_OPEN = os.name != "nt"  # whether the system replaces files that are open
 
 
 class Journal:
@@ -43,13 +46,10 @@ class Journal:
         self.rows: dict[int, Row] = {}
         self._file: FileIO | None = None
         try:
-            if path.exists():
-                data = self._open().readall()
-                self.rows = {} if fresh else self._taken_over(data, digests)
+            self._file = _locked(path)
+            self.rows = self._taken_over(self._file.readall(), digests, fresh=fresh)
             self._write()
-            self._open().seek(0, os.SEEK_END)
         except BlockingIOError as error:
-            self.close()
             raise PlaceError(
                 f'cannot write "{path}": another study is writing it; wait for its end, or '
                 f"write to another file: {OTHER}"
@@ -61,13 +61,18 @@ class Journal:
             self.close()
             raise
 
-    def _taken_over(self, data: bytes, digests: Sequence[str]) -> dict[int, Row]:
+    def _taken_over(
+        self, data: bytes, digests: Sequence[str], *, fresh: bool
+    ) -> dict[int, Row]:
         """Return the rows of a table that hold for this study, by their runs."""
-        way_out = f"remove it, or write to another file: {OTHER}"
+        if not data or (fresh and data.startswith(MARK.encode())):
+            return {}
+        way_out = f"write to another file: {OTHER}"
         try:
             head, rows = parse_rows(data, self.path)
         except ResultError as error:
-            raise PlaceError(f"{error}; {way_out}") from error
+            raise PlaceError(f"{error}; remove it, or {way_out}") from error
+        way_out += "; --fresh discards the table"
         if (head.name, head.scene) != (self.head.name, self.head.scene):
             raise PlaceError(
                 f'"{self.path}" is the table of study {head.name} of {head.scene}; {way_out}'
@@ -75,26 +80,27 @@ class Journal:
         places: dict[str, list[int]] = {}
         for run, digest in enumerate(digests):
             places.setdefault(digest, []).append(run)
-        return {
-            run: replace(row, run=run)
-            for row in rows
-            if row.outcome != DIED
-            for run in places.get(row.digest, ())
-        }
-
-    def _open(self) -> FileIO:
-        """Return the file, opened again, which no other process writes until it is closed."""
-        self.close()
-        self._file = FileIO(self.path, "r+")
-        lock(self._file)
-        return self._file
+        rows = [row for row in rows if row.outcome != DIED]
+        others = sum(row.digest not in places for row in rows)
+        if others:
+            raise PlaceError(
+                f'"{self.path}" has {counted(others, "run")} with other values, or of another '
+                f"text of the scene or version of tissuec; {way_out}"
+            )
+        return {run: replace(row, run=run) for row in rows for run in places[row.digest]}
 
     def _write(self) -> None:
         """Write what is known so far, in the order of the design."""
         rows = (self.rows[run] for run in sorted(self.rows))
+        new = None
         with replacing(self.path) as beside:
             beside.write_text(as_csv(self.head, rows), "utf-8", newline="")
-            self.close()  # an open file is not replaced everywhere
+            if REPLACES_OPEN:  # so that there is no moment in which nobody has the file
+                new = _locked(beside)
+            else:
+                self.close()
+        self.close()
+        self._file = new or _locked(self.path)
 
     def add(self, row: Row) -> None:
         """Write the row of a run.
@@ -103,11 +109,14 @@ class Journal:
             ResultError: It cannot be written, such as on a full disk.
         """
         assert self._file is not None
-        self.rows[row.run] = row
+        line = row_line(row).encode()
         try:
-            self._file.write(row_line(row).encode())
+            whole = self._file.write(line) == len(line)
         except OSError as error:
             raise ResultError(_failure(self.path, error)) from error
+        if not whole:
+            raise ResultError(f'cannot write "{self.path}": no space is left')
+        self.rows[row.run] = row
 
     def finish(self) -> None:
         """Put the rows into the order of the design.
@@ -131,6 +140,27 @@ class Journal:
 
     def __exit__(self, *failure: object) -> None:
         self.close()
+
+
+def _locked(path: Path) -> FileIO:
+    """Return a file for appending, which no other process writes until it is closed.
+
+    Raises:
+        BlockingIOError: Another process is writing it.
+    """
+    while True:
+        file = FileIO(path, "a+")
+        try:
+            lock(file)
+            file.seek(0)
+            if os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                return file
+        except FileNotFoundError:
+            pass  # it was removed meanwhile, as below replaced
+        except BaseException:
+            file.close()
+            raise
+        file.close()
 
 
 def _failure(path: Path, error: OSError) -> str:

@@ -4,7 +4,8 @@ import hashlib
 import json
 import math
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 
 from msgspec import Struct
@@ -20,6 +21,7 @@ from tissuec.core.version import __version__
 from tissuec.engine.execution.signals import ending
 from tissuec.lang import syntax as s
 from tissuec.pipeline import compile_program
+from tissuec.results.errors import PlaceError
 from tissuec.results.places import make_folder
 from tissuec.scene.declarations import without
 from tissuec.scene.findings import Findings
@@ -30,12 +32,13 @@ from tissuec.scene.study_levels import alone, check_rows
 from tissuec.scene.study_model import Cell, Factor, Study
 from tissuec.studies.designs import Point, points_of
 from tissuec.studies.journal import Journal
-from tissuec.studies.rows import DONE, ENDED, FactorHead, MeasureHead, Row, StudyHead
+from tissuec.studies.rows import DIED, DONE, ENDED, FactorHead, MeasureHead, Row, StudyHead
 from tissuec.studies.table import StudyTable, is_hdf5
-from tissuec.studies.trial import Job, Task
-from tissuec.studies.workers import Workers
+from tissuec.studies.trial import Job, Task, failed, row_of
 from tissuec.studies.writing import USUAL_NAME, with_sentences
+from tissuec.workers.workers import Lost, Workers
 
+KILLED = "its worker process died"
 RUNS = ".runs"  # behind the name of a table: the folder of results
 
 #: Told how many runs there are rows of, how many of them failed, and of how many.
@@ -120,12 +123,11 @@ def prepare(
     return PreparedStudy(study, compiled, head, job, tasks, warnings)
 
 
-def carry_out(
+def run_study(
     prepared: PreparedStudy,
     workers: Workers,
     *,
-    path: Path | None = None,
-    folder: Path | None = None,
+    out: Path | None = None,
     fresh: bool = False,
     progress: Progress | None = None,
 ) -> StudyResult:
@@ -134,44 +136,102 @@ def carry_out(
     Args:
         prepared: The study.
         workers: Who does the runs.
-        path: The table in CSV, which is there at any moment; None writes nothing.
-        folder: For result files, if the study keeps them.
-        fresh: Whether to leave out the rows that ``path`` has already.
+        out: The table, which is there at any moment, and results beside it if they are kept; in
+            HDF5 there is one in CSV beside it. None writes nothing.
+        fresh: Whether to discard rows that are there.
         progress: Told how far it is after each run.
 
     Raises:
         PlaceError: The table cannot be written there.
         ResultError: Writing failed later on.
+        TissueError: No worker can be reached; the rows so far are in the table.
         KeyboardInterrupt: After a signal; the rows so far are in the table.
     """
     began = clock.monotonic()
-    if prepared.keeps and folder is not None:
-        make_folder(folder)
-        prepared = replace(prepared, job=replace(prepared.job, folder=folder.absolute()))
-    if path is None:
-        rows: dict[int, Row] = {}
-        taken = 0
-        for row in workers.rows(prepared.job, prepared.tasks):
-            rows[row.run] = row
-            _tell(progress, rows, prepared)
-    else:
-        every = [task.digest for task in prepared.tasks]
-        with Journal(path, prepared.head, every, fresh=fresh) as journal:
-            rows, taken = journal.rows, len(journal.rows)
-            left = [task for task in prepared.tasks if task.run not in rows]
-            _tell(progress, rows, prepared)
-            for row in workers.rows(prepared.job, left) if left else ():
-                journal.add(row)
-                _tell(progress, rows, prepared)
-            journal.finish()
-    table = StudyTable.of(prepared.head, rows.values())
+    with ending():
+        if out is None:
+            rows, taken = _without_file(prepared, workers, progress), 0
+        else:
+            rows, taken = _in_file(prepared, workers, out, fresh=fresh, progress=progress)
+        table = StudyTable.of(prepared.head, rows)
+        if out is not None and is_hdf5(out):
+            table.to_hdf5(out)
     return StudyResult(table, _verdicts(prepared, table), taken, clock.monotonic() - began)
 
 
-def _tell(progress: Progress | None, rows: dict[int, Row], prepared: PreparedStudy) -> None:
-    if progress is not None:
-        failed = sum(row.outcome not in (DONE, ENDED) for row in rows.values())
-        progress(len(rows), failed, len(prepared.tasks))
+def _without_file(
+    prepared: PreparedStudy, workers: Workers, progress: Progress | None
+) -> list[Row]:
+    """Return the rows of all runs."""
+    if prepared.keeps:
+        raise PlaceError("results are kept beside the table; give the table a place")
+    rows = list[Row]()
+    tell = _Teller(progress, len(prepared.tasks), ())
+    for row in _rows(workers, prepared.job, prepared.tasks):
+        rows.append(row)
+        tell.add(row)
+    return rows
+
+
+def _in_file(
+    prepared: PreparedStudy,
+    workers: Workers,
+    out: Path,
+    *,
+    fresh: bool,
+    progress: Progress | None,
+) -> tuple[list[Row], int]:
+    """Write the rows of all runs; returns them, and how many were there before."""
+    path, job = out.with_suffix(".csv") if is_hdf5(out) else out, prepared.job
+    digests = [task.digest for task in prepared.tasks]
+    with Journal(path, prepared.head, digests, fresh=fresh) as journal:
+        if prepared.keeps:
+            folder = out.with_suffix(RUNS)
+            make_folder(folder)
+            job = replace(job, folder=folder.absolute())
+        taken = len(journal.rows)
+        left = [task for task in prepared.tasks if task.run not in journal.rows]
+        tell = _Teller(progress, len(prepared.tasks), journal.rows.values())
+        for row in _rows(workers, job, left):
+            journal.add(row)
+            tell.add(row)
+        journal.finish()
+    return list(journal.rows.values()), taken
+
+
+def _rows(workers: Workers, job: Job, tasks: Sequence[Task]) -> Iterator[Row]:
+    """Yield the rows of runs as they come."""
+    if not tasks:
+        return
+    with workers, closing(workers.map(row_of, job, tasks)) as found:
+        for number, row in found:
+            if isinstance(row, Lost):
+                row = failed(job, tasks[number], DIED, KILLED)
+            yield row
+
+
+class _Teller:
+    """Counts rows, and tells how far a study is."""
+
+    def __init__(self, progress: Progress | None, planned: int, rows: Iterable[Row]):
+        self.progress, self.planned = progress, planned
+        self.done = self.failed = 0
+        for row in rows:
+            self._count(row)
+        self._tell()
+
+    def add(self, row: Row) -> None:
+        """Take one more row into account."""
+        self._count(row)
+        self._tell()
+
+    def _count(self, row: Row) -> None:
+        self.done += 1
+        self.failed += row.outcome not in (DONE, ENDED)
+
+    def _tell(self) -> None:
+        if self.progress is not None:
+            self.progress(self.done, self.failed, self.planned)
 
 
 def _verdicts(prepared: PreparedStudy, table: StudyTable) -> tuple[Verdict, ...]:
@@ -181,39 +241,6 @@ def _verdicts(prepared: PreparedStudy, table: StudyTable) -> tuple[Verdict, ...]
         if not isinstance(column.values, tuple)
     }
     return judge(prepared.study.expects, columns, prepared.compiled.scene.constants)
-
-
-def run_study(
-    prepared: PreparedStudy,
-    workers: Workers,
-    *,
-    out: Path | None,
-    fresh: bool = False,
-    progress: Progress | None = None,
-) -> StudyResult:
-    """Do the runs of a study and write its table, and results beside it if they are kept.
-
-    Args:
-        prepared: The study.
-        workers: Who does the runs.
-        out: The table; in HDF5 there is one in CSV beside it. None writes nothing.
-        fresh: Whether to discard rows that are there.
-        progress: Told how far it is after each run.
-
-    Raises:
-        PlaceError: The table cannot be written there.
-        ResultError: Writing failed later on.
-        KeyboardInterrupt: After a signal; the rows so far are in the table.
-    """
-    path = out.with_suffix(".csv") if out is not None and is_hdf5(out) else out
-    folder = None if out is None else out.with_suffix(RUNS)
-    with ending():
-        result = carry_out(
-            prepared, workers, path=path, folder=folder, fresh=fresh, progress=progress
-        )
-    if out is not None and is_hdf5(out):
-        result.table.to_hdf5(out)
-    return result
 
 
 # --- before -----------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ from tissuec.studies.rows import MeasureHead, Row, StudyHead, title
 from tissuec.studies.table import StudyTable, rows_of
 
 FORMAT = 1
-_MARK = "# tissuec study "
+MARK = "# tissuec study "
 _LAST = ("outcome", "reason", "promise", "error", "digest")
 
 
@@ -52,7 +52,7 @@ def head_lines(head: StudyHead) -> str:
     facts = {"format": FORMAT, **msgspec.to_builtins(head)}
     columns = ["run"]
     columns += [title(one.name, one.unit) for one in (*head.factors, *head.measures)]
-    return f"{_MARK}{json.dumps(facts, ensure_ascii=False)}\n{_line([*columns, *_LAST])}"
+    return f"{MARK}{json.dumps(facts, ensure_ascii=False)}\n{_line([*columns, *_LAST])}"
 
 
 def row_line(row: Row) -> str:
@@ -96,15 +96,16 @@ def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
         ResultError: They are no table of a study.
     """
     try:
-        text = data.decode("utf-8")
+        text = data[: data.rfind(b"\n") + 1].decode(
+            "utf-8"
+        )  # without a line that was cut short
     except UnicodeDecodeError as error:
         raise ResultError(f'"{path}" is no table of a study') from error
-    text = text[: text.rfind("\n") + 1]  # without a last line that was cut short
     first, _, rest = text.partition("\n")
-    if not first.startswith(_MARK):
-        raise ResultError(f'"{path}" is no table of a study: its first line is not "{_MARK}…"')
+    if not first.startswith(MARK):
+        raise ResultError(f'"{path}" is no table of a study: its first line is not "{MARK}…"')
     try:
-        facts: dict[str, Any] = json.loads(first.removeprefix(_MARK))
+        facts: dict[str, Any] = json.loads(first.removeprefix(MARK))
         if facts.pop("format", None) != FORMAT:
             raise ResultError(f'"{path}" was written by another version of tissuec')
         head = msgspec.convert(facts, StudyHead)

@@ -5,11 +5,8 @@ what measures need is recorded, and nothing is written unless results are to be 
 """
 
 import math
-import pickle
 from collections.abc import Sequence
-from functools import lru_cache
 from pathlib import Path
-from threading import Lock
 
 import numpy as np
 from msgspec import Struct
@@ -18,7 +15,7 @@ from msgspec.structs import replace
 from tissuec.compiler.compile import Compiled, compile_scene
 from tissuec.compiler.study_measures import StudyMeasure, compile_measures, observing
 from tissuec.core.errors import CompileError, TissueError
-from tissuec.engine.execution.signals import interruption
+from tissuec.engine.execution.signals import asked_to_stop, interruption
 from tissuec.model.network import Floats
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
@@ -30,7 +27,6 @@ from tissuec.studies.rows import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
 
 RESULT = "run_{:05d}.vtkhdf"
 _NOTHING = math.nan
-_ONE = Lock()  # run at a time in a process: a worker may have several threads
 
 
 class Job(Struct, frozen=True):
@@ -70,26 +66,6 @@ class Task(Struct, frozen=True):
     digest: str
 
 
-def carry_out(packed: bytes, tasks: Sequence[Task]) -> list[Row]:
-    """Return the rows of some runs; called in a worker.
-
-    Args:
-        packed: A pickled job.
-        tasks: The runs.
-
-    Raises:
-        KeyboardInterrupt: The worker was told to stop.
-    """
-    with _ONE:
-        job = _unpacked(packed)
-        return [row_of(job, task) for task in tasks]
-
-
-@lru_cache(maxsize=2)
-def _unpacked(packed: bytes) -> Job:
-    return pickle.loads(packed)
-
-
 def row_of(job: Job, task: Task) -> Row:
     """Return the row of a run; what goes wrong is its reason.
 
@@ -102,14 +78,18 @@ def row_of(job: Job, task: Task) -> Row:
         first = error.diagnostics[0]
         place = f" ({first.span.place})" if first.span is not None else ""
         return failed(job, task, REFUSED, f"{first.code}: {first.message}{place}")
-    except (TissueError, MemoryError, ArithmeticError, ValueError) as error:
-        return failed(job, task, REFUSED, f"{type(error).__name__}: {error}")
+    except Exception as error:
+        return failed(job, task, REFUSED, _named(error))
     try:
         return _run(job, task, compiled, measures, ledger)
-    except (TissueError, OSError) as error:
-        return failed(job, task, STUCK, str(error))
-    except (MemoryError, ArithmeticError, ValueError, RuntimeError) as error:
-        return failed(job, task, STUCK, f"{type(error).__name__}: {error}")
+    except Exception as error:  # one run never ends a study
+        return failed(job, task, STUCK, _named(error))
+
+
+def _named(error: Exception) -> str:
+    """Return a message of ours, and of another one also what it is called."""
+    is_told = isinstance(error, (TissueError, OSError))
+    return str(error) if is_told else f"{type(error).__name__}: {error}"
 
 
 def _compiled(job: Job, task: Task) -> tuple[Compiled, tuple[StudyMeasure, ...], bool]:
@@ -141,13 +121,16 @@ def _run(
     )
     path = None if job.folder is None else job.folder / RESULT.format(task.run)
     request = replace(job.request, overrides=(*job.request.overrides, *task.overrides))
-    with Observer(compiled, compiled.plan, request, path) as observer:
+    with asked_to_stop() as stop, Observer(compiled, compiled.plan, request, path) as observer:
         recorder = Recorder(compiled.network, plan, observer, tap=companion.take)
-        outcome = run(compiled.network, plan, recorder, threads=1)
-        if outcome.kind == "interrupted":
-            raise interruption(outcome.signal)
+        outcome = run(compiled.network, plan, recorder, interrupt=stop, threads=1)
         is_over = outcome.kind not in (DIVERGED, STUCK)
-        estimate = companion.estimate() if is_over else None
+        estimate = None
+        if is_over and not stop.answered:
+            # However long it takes: a row must not depend on how busy the machine is.
+            estimate = companion.estimate(stop, patience=math.inf)
+        if stop.answered:
+            raise interruption(stop.signal)
         observer.close(outcome, estimate)
     ended = outcome.ended if outcome.kind == DONE else None
     reason = "" if outcome.kind == DONE else outcome.message

@@ -192,11 +192,15 @@ class Companion:
         except OSError:
             self._launch = None
 
-    def estimate(self, interrupt: Callable[[], bool] = lambda: False) -> ErrorEstimate:
+    def estimate(
+        self, interrupt: Callable[[], bool] = lambda: False, *, patience: float = PATIENCE
+    ) -> ErrorEstimate:
         """Wait for the companion, or step it, and compare.
 
         Args:
             interrupt: Asked now and then; True ends the companion early.
+            patience: How long the third run may take, in wall times of the run. Without an end,
+                the estimate depends on the run alone.
         """
         if self.mode == "off":
             return ErrorEstimate.unchecked("the companion run is switched off", self.allowed)
@@ -204,7 +208,7 @@ class Companion:
             return ErrorEstimate.unchecked("no positions are recorded after 0 s", self.allowed)
         ran, self._began = clock.monotonic() - self._began, clock.monotonic()
         other = self._rows(interrupt)
-        until = clock.monotonic() + max(PATIENCE * ran, LEAST_PATIENCE)
+        until = clock.monotonic() + max(patience * ran, LEAST_PATIENCE)
         return self._compared(other, lambda: interrupt() or clock.monotonic() > until)
 
     def _rows(self, interrupt: Callable[[], bool]) -> Floats:
