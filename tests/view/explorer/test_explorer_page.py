@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from tests.view.explorer.vocabularies import of_file, vocabulary
 from tissuec.cli import group
 from tissuec.compiler.provenance import shown_value
+from tissuec.core.names import key_of
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.core.units import STIFFNESS, parse_unit, show
@@ -22,7 +23,11 @@ from tissuec.scene.request import Request
 from tissuec.scene.words import reading
 from tissuec.view.explorer.page import document, render
 
-SHIPPED = sorted(library().glob("fuzzy/*.tis"))
+SHIPPED = [
+    path
+    for path in sorted(library().glob("fuzzy/*.tis"))
+    if "\nrules " in path.read_text(encoding="utf-8")
+]
 POSITIONS = 200
 ALIKE = 1e-9  # relative: exp, log and erfc differ in their last digits
 #: Sets properties by hand, case by case, and tells what the page then shows.
@@ -151,7 +156,7 @@ def test_sliders_words_and_numbers_lead_to_what_is_explained(page, path, tmp_pat
             assert copied == shown["text"]
             told = explained(copied, "my tissue", f"fuzzy/{path.stem}", tmp_path)
             for name, quantity in told["quantities"].items():
-                value = float(shown["values"][name]["value"])
+                value = float(shown["values"][key_of(name)]["value"])
                 assert value == pytest.approx(quantity["value"], rel=ALIKE)
 
 
@@ -172,15 +177,19 @@ def test_random_vocabularies_are_explored_and_their_tissues_compile(page, seed, 
             assert_inferred(one, shown)
             words, warnings = read_words(Request(Source("", f"{one.text}{shown['text']}\n")))
             tissue = words.tissues["my tissue"]
-            assert not [w for w in warnings if w.span and w.span.start >= len(one.text)]
+            mine = [w for w in warnings if w.span and w.span.start >= len(one.text)]
+            assert {w.code for w in mine} <= {"W205"}  # hedges that change nothing
             for name, given in tissue.given.items():
                 value = float(shown["values"][name]["value"])
                 assert value == pytest.approx(given.value, rel=ALIKE, abs=1e-15)
-            assert {k: tissue.missing[k] for k in tissue.missing} == {
+            none = {
                 key: found["told"].partition(". ")[0]
                 for key, found in shown["values"].items()
                 if found["source"] == "none"
             }
+            assert tissue.missing.items() <= none.items()
+            others = {none[key] for key in none.keys() - tissue.missing.keys()}
+            assert others <= {f"no rule of {rules} concludes it"}
 
 
 def test_every_tissue_to_start_from_has_its_own_numbers(page, tmp_path):
@@ -250,7 +259,7 @@ def test_what_nothing_concludes_is_told_as_the_compiler_tells_it(odd):
     assert "no rule of simple fires for these words" in told["spring constant"]
     assert "TIS206" in told["spring constant"]
     assert "no rule of simple concludes it. Without it: none." in told["crushing force"]
-    assert "1.88 N*s/m" in told["viscosity"] and "otherwise high" in told["viscosity"]
+    assert "1.88 N*s/m" in told["viscosity"] and "fallback high" in told["viscosity"]
     odd.get_by_label("mass of it", exact=True).first.focus()
     odd.get_by_role("checkbox", name="mass of it").uncheck()
     assert "the tissue does not say: mass of it" in odd.locator(".told").first.text_content()
