@@ -1,8 +1,10 @@
-"""The floors of the house: imports point down, and light commands stay light."""
+"""Imports point down and make no circles, light commands stay light, and functions short."""
 
+import ast
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 
 import pytest
 
@@ -92,3 +94,84 @@ def test_types_are_right(repository):
         cwd=repository, capture_output=True, text=True,
     )  # fmt: skip
     assert run.returncode == 0, run.stdout
+
+
+# --- sizes and circles ------------------------------------------------------------------------
+
+LONGEST = 60  # lines of a function, its documentation aside
+#: Files that name each other: a value, and what converts, prints or reads it. No more may come.
+CIRCLES = {
+    ("compiler/profiles.py", "compiler/sentences.py"),
+    ("core/errors.py", "core/rendering.py"),
+    ("forces/bending.py", "model/network.py"),
+    ("results/conversion.py", "results/export.py", "results/trajectory.py"),
+    ("studies/table.py", "studies/table_conversion.py", "studies/table_hdf5.py",
+     "studies/table_text.py"),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def trees(repository):
+    package = repository / "tissuec"
+    return {
+        path.relative_to(package).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
+        for path in package.rglob("*.py")
+    }
+
+
+def test_functions_are_short(trees):
+    assert [
+        f"{path}: {node.name} has {lines} lines"
+        for path, tree in trees.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        and (lines := _lines(node)) > LONGEST
+    ] == []
+
+
+def _lines(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    first = node.body[0]
+    is_documented = ast.get_docstring(node) is not None
+    documentation = first.end_lineno - first.lineno + 1 if is_documented else 0
+    return node.end_lineno - node.lineno + 1 - documentation
+
+
+def test_no_other_files_name_each_other(trees):
+    """Also where an import is late, or only for types."""
+    assert set(_circles(trees)) <= CIRCLES
+
+
+def _circles(trees: dict[str, ast.Module]) -> list[tuple[str, ...]]:
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    paths = sorted(trees)
+    number = {path: k for k, path in enumerate(paths)}
+    pairs = [
+        (number[path], number[other])
+        for path, tree in trees.items()
+        for other in _imported(tree)
+        if other in number and not other.endswith("__init__.py")
+    ]
+    rows, columns = zip(*pairs, strict=True)
+    graph = csr_array(([1] * len(pairs), (rows, columns)), shape=(len(paths), len(paths)))
+    count, label = connected_components(graph, connection="strong")
+    groups = [[] for _ in range(count)]
+    for path, group in zip(paths, label, strict=True):
+        groups[group].append(path)
+    return [tuple(group) for group in groups if len(group) > 1]
+
+
+def _imported(tree: ast.Module) -> Iterator[str]:
+    """Yield the files of the package that a module imports from anywhere in it."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("tissuec."):
+            place = node.module.removeprefix("tissuec.").replace(".", "/")
+            yield f"{place}.py"
+            yield from (f"{place}/{one.name}.py" for one in node.names)
+
+
+def test_a_circle_is_found():
+    texts = {"a.py": "from tissuec.b import x", "b.py": "def f():\n    from tissuec.a import y"}
+    trees = {path: ast.parse(text) for path, text in texts.items()}
+    assert _circles(trees) == [("a.py", "b.py")]

@@ -31,6 +31,7 @@ from tissuec.results.promise import Promise
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
     from tissuec.engine.execution.companion import Mode
+    from tissuec.engine.execution.run import Outcome
     from tissuec.model.network import Network
     from tissuec.pipeline import Result
     from tissuec.scene.request import Request
@@ -190,19 +191,16 @@ def _run_one(
         code = WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
         return code, document | {"error": str(error)}
     outcome = result.outcome
-    interrupted = outcome.kind == "interrupted"
-    code = exit_code(outcome.signal) if interrupted else _CODES[outcome.kind]
     facts = {
         **outcome_facts(compiled.plan, outcome, result.estimate),
         "wall_time": outcome.wall_time,
     }
-    is_off = strict and Promise.of(facts).since is not None
-    if code == DONE and (outcome.failures or is_off):
-        code = FAILED
+    code = _code_of(outcome, facts, strict=strict)
     document |= _document(compiled, result, facts) | {
         "ok": code == DONE,
         "diagnostics": as_json(warnings),
     }
+    interrupted = outcome.kind == "interrupted"
     if interrupted:
         document["go_on_with"] = again
     if not settings.json:
@@ -210,6 +208,15 @@ def _run_one(
         if interrupted:
             settings.say(f"  resume with: {again}")
     return code, document
+
+
+def _code_of(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> int:
+    """Return the exit code of a run that has begun."""
+    if outcome.kind == "interrupted":
+        return exit_code(outcome.signal)
+    is_off = strict and Promise.of(facts).since is not None
+    is_done = _CODES[outcome.kind] == DONE
+    return FAILED if is_done and (outcome.failures or is_off) else _CODES[outcome.kind]
 
 
 def _with_progress(
