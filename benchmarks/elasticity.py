@@ -88,11 +88,12 @@ def elements(sides: tuple[float, float, float], cell: float) -> tuple[Floats, cs
     ]
     x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(x)).reshape([count + 1 for count in counts])
-    corners: NDArray[np.int_] = np.stack(np.indices((2, 2, 2)), axis=-1).reshape(-1, 3)
+    places = [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    corners = np.array(places, dtype=np.float64)
     nodes = np.stack(
         [
             number[i : i + counts[0], j : j + counts[1], k : k + counts[2]].ravel()
-            for i, j, k in corners
+            for i, j, k in places
         ],
         axis=1,
     )
@@ -101,7 +102,7 @@ def elements(sides: tuple[float, float, float], cell: float) -> tuple[Floats, cs
     law[:3, :3] += lame
     one = np.zeros((24, 24))
     for point in 0.5 + (corners - 0.5) / np.sqrt(3.0):
-        shares = np.where(corners == 1, point, 1.0 - point)
+        shares: Floats = corners * point + (1.0 - corners) * (1.0 - point)
         signs = 2.0 * corners - 1.0
         slopes = np.stack(
             [
@@ -235,14 +236,15 @@ def hertz(kind: str, cell: float) -> tuple[float, float]:
         at[3 * node + 2] = -down
     top = np.array(faces(x, 2)[1])
     surface = r[top] ** 2 / (2.0 * ball) - a**2 / ball  # of the ball, above that of the block
-    touches = np.asarray(r[top] <= a)
+    touches: NDArray[np.bool_] = r[top] <= a
     stiffness = matrix(network)
     found = np.zeros_like(x)
     for _ in range(ROUNDS):
         pressed = {3 * top[k] + 2: surface[k] for k in np.flatnonzero(touches)}
         way, found = moved(stiffness, at | pressed)
         pushed, inside = found[top, 2] < 0.0, way[top, 2] > surface
-        kept = np.where(touches, pushed, inside) & ~np.isin(top, list(outer))
+        kept: NDArray[np.bool_] = (touches & pushed) | (~touches & inside)
+        kept &= ~np.isin(top, list(outer))
         if np.array_equal(kept, touches):
             break
         touches = kept
