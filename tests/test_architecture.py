@@ -107,6 +107,7 @@ CIRCLES = {
     ("results/conversion.py", "results/export.py", "results/trajectory.py"),
     ("studies/table.py", "studies/table_conversion.py", "studies/table_hdf5.py",
      "studies/table_text.py"),
+    ("workers/cluster.py", "workers/portions.py", "workers/processes.py", "workers/workers.py"),
 }  # fmt: skip
 
 
