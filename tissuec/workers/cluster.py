@@ -1,7 +1,7 @@
 """Workers of a dask scheduler that is running: on this machine, or on many."""
 
 import time as clock
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import Future
 from typing import Any, Self
 
@@ -36,7 +36,7 @@ class Cluster:
 
     def map(
         self, work: Work[Common, Item, Result], common: Common, items: Sequence[Item]
-    ) -> Iterator[tuple[int, Result | Lost]]:
+    ) -> Generator[tuple[int, Result | Lost], None, None]:
         """Yield the number of each item with its result; see `Workers`."""
         yield from handed_out(self, work, common, items)
 

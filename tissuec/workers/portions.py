@@ -7,7 +7,7 @@ only one whose worker dies again has killed it.
 import pickle
 import time as clock
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from functools import lru_cache
 from threading import Lock
@@ -44,7 +44,7 @@ class Crew(Protocol):
 
 def handed_out(
     crew: Crew, work: Work[Common, Item, Result], common: Common, items: Sequence[Item]
-) -> Iterator[tuple[int, Result | Lost]]:
+) -> Generator[tuple[int, Result | Lost], None, None]:
     """Yield the numbers of items with their results, as they come; see ``Workers.map``.
 
     Args:
@@ -82,7 +82,7 @@ def handed_out(
 
 def _one_by_one(
     crew: Crew, packed: bytes, items: Sequence[tuple[int, Any]]
-) -> Iterator[tuple[int, Any]]:
+) -> Generator[tuple[int, Any], None, None]:
     """Yield the results of items whose workers died, each alone; LOST if that one dies, too."""
     for number, item in items:
         try:

@@ -11,7 +11,7 @@ import signal
 import sys
 import threading
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import suppress
 from multiprocessing import connection, get_context, parent_process
@@ -43,7 +43,7 @@ class Processes:
 
     def map(
         self, work: Work[Common, Item, Result], common: Common, items: Sequence[Item]
-    ) -> Iterator[tuple[int, Result | Lost]]:
+    ) -> Generator[tuple[int, Result | Lost], None, None]:
         """Yield the number of each item with its result; see `Workers`."""
         self._executor.preload = [carried_out.__module__, work.__module__]
         yield from handed_out(self, work, common, items)
@@ -167,7 +167,7 @@ class ProcessExecutor(Executor):
 def _launched(preload: Sequence[str]) -> _Worker:
     """Start a process, which does not import the script that is running here."""
     # Neither threads nor open files of this process are taken along.
-    context = get_context("forkserver" if _FORKS else "spawn")
+    context = get_context("forkserver") if _FORKS else get_context("spawn")
     if _FORKS:
         context.set_forkserver_preload(list(preload))
     here, there = context.Pipe()

@@ -4,7 +4,7 @@ What any worker returns depends on the item alone, so that results do not depend
 them, nor on how many there are.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from typing import Protocol, Self, TypeAlias, TypeVar
 
 from tissuec.core.processors import permitted
@@ -28,7 +28,7 @@ class Workers(Protocol):
 
     def map(
         self, work: Work[Common, Item, Result], common: Common, items: Sequence[Item]
-    ) -> Iterator[tuple[int, Result | Lost]]:
+    ) -> Generator[tuple[int, Result | Lost], None, None]:
         """Yield the number of each item with its result, as they come.
 
         Args:
@@ -51,7 +51,7 @@ class OwnProcess:
 
     def map(
         self, work: Work[Common, Item, Result], common: Common, items: Sequence[Item]
-    ) -> Iterator[tuple[int, Result | Lost]]:
+    ) -> Generator[tuple[int, Result | Lost], None, None]:
         """Yield the number of each item with its result; see `Workers`."""
         for number, item in enumerate(items):
             yield number, work(common, item)
