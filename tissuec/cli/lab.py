@@ -126,7 +126,7 @@ def _print(found: "Examination") -> None:
     for note in found.notes:
         echo(f"  {note}")
     wrong = sum(not row.is_good for row in found.rows)
-    echo(f"  {f'{wrong} of {len(found.rows)} rows are wrong' if wrong else 'no contradiction'}")
+    echo(f"  {f'not good: {wrong} of {len(found.rows)} rows' if wrong else 'no contradiction'}")
 
 
 def _cells(row: "TestRow") -> tuple[str, ...]:
