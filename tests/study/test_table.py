@@ -8,8 +8,6 @@ from tissuec.results.errors import ResultError
 from tissuec.studies.table import Column, StudyTable, read_table, rows_of
 from tissuec.studies.table_text import as_csv, head_lines, row_line
 
-TEXTS = ("outcome", "reason", "promise", "digests")
-
 
 def assert_equal(one: StudyTable, other: StudyTable) -> None:
     assert one.head == other.head

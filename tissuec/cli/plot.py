@@ -116,16 +116,18 @@ def command(
     strict: bool,
     **options: Any,
 ) -> int:
-    """Plot FILES: results, vocabularies, scenes, or the JSON of benchmarks.
+    """Plot FILES: results, tables of studies, vocabularies, scenes, or the JSON of benchmarks.
 
-    By default, a result is plotted as an overview, a scene or vocabulary as its words, and a
-    benchmark as a work-precision diagram. Logs, energies and paths of several results are
-    plotted together. Numbers are in SI units or have a unit: --start 40ms.
+    By default, a result is plotted as an overview, a table by what its study tells most about,
+    a scene or vocabulary as its words, and a benchmark as a work-precision diagram. Logs,
+    energies and paths of several results are plotted together. Numbers are in SI units or have
+    a unit: --start 40ms.
 
     \b
     tissuec plot tube.vtkhdf
     tissuec plot a.vtkhdf b.vtkhdf --kind logs --log "force of forceps A" -o both.pdf
     tissuec plot fuzzy/soft_tissue --kind rules --x hardness --y elasticity
+    tissuec plot lift.stretching.csv --kind response --measure pull
     """
     from tissuec.view.plots import WrongOption, draw
     from tissuec.view.plots.page import check_suffix, need_matplotlib, save

@@ -54,13 +54,17 @@ def command(
 ) -> int:
     """Write one HTML page about each of RESULTS; tube.vtkhdf gives tube.report.html.
 
-    A page is one file and needs no network. All its contents come from the result, including
-    the text of the scene. Exit code: 0 written; with --validate, the exit code of validate.
+    RESULTS are result files, or tables of studies. A page is one file and needs no network.
+    All its contents come from the result, including the text of the scene. Exit code: 0
+    written; with --validate, the exit code of validate.
 
     \b
     tissuec report tube.vtkhdf --open
     tissuec report tube.vtkhdf --validate -o tube.html
+    tissuec report lift.stretching.csv
     """
+    from tissuec.studies.table import is_table
+
     if validation is not None and (validates or len(results) > 1):
         other = "--validate" if validates else "several results"
         raise click.UsageError(f"--validation is for one run and cannot be used with {other}")
@@ -71,13 +75,20 @@ def command(
         keep_input(page, result)
         if validation is not None:
             keep_input(page, validation)
-        content, code = _write(
-            result, page, validation, libraries, settings, validates=validates
-        )
-        documents.append(_document(result, page, content))
+        if is_table(result):
+            if validates or validation is not None:
+                raise click.UsageError(f'"{result}" is the table of a study; validate a scene')
+            word, reasons, code = *_write_study(result, page), DONE
+        else:
+            content, code = _write(
+                result, page, validation, libraries, settings, validates=validates
+            )
+            word = content.verdict.word
+            reasons = [reason for reason, _ in content.verdict.reasons]
+        documents.append(_document(result, page, word, reasons))
         codes.append(code)
         if not settings.json:
-            settings.say(f"{result}: {content.verdict.word}\n  report: {page}")
+            settings.say(f"{result}: {word}\n  report: {page}")
         if opens:
             show_page(page)
     if settings.json:
@@ -133,6 +144,16 @@ def _write(
     return content, code
 
 
+def _write_study(path: Path, page: Path) -> tuple[str, list[str]]:
+    """Write the page of a study; return its verdict, and why runs failed."""
+    from tissuec.studies.table import read_table
+    from tissuec.view.report.study import render_study, verdict
+
+    table = read_table(path)
+    page.write_text(render_study(table, path), encoding="utf-8")
+    return verdict(table), sorted({reason for reason in table.reason if reason})
+
+
 def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
     """Return what ``validate --json`` printed of the scene of a run; TissueError if not."""
     import json
@@ -148,12 +169,12 @@ def _read_validation(path: Path, trajectory: "Trajectory") -> Mapping[str, Any]:
     return document
 
 
-def _document(result: Path, page: Path, content: "ReportContent") -> dict[str, Any]:
+def _document(result: Path, page: Path, word: str, reasons: list[str]) -> dict[str, Any]:
     return {
         "ok": True,
         "result": str(result),
         "report": str(page),
         "bytes": page.stat().st_size,
-        "verdict": content.verdict.word,
-        "reasons": [reason for reason, _ in content.verdict.reasons],
+        "verdict": word,
+        "reasons": reasons,
     }

@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
     import xarray  # pyright: ignore[reportMissingImports]
 
+    from tissuec.studies.analysis.convergence import ObservedOrder
+    from tissuec.studies.analysis.effects import Effect
+    from tissuec.studies.analysis.quantiles import Quantile
+    from tissuec.studies.analysis.sobol import SobolIndices
+
 
 class Column(Struct, frozen=True, eq=False):
     """One column, of a factor or a measure.
@@ -166,6 +171,62 @@ class StudyTable(Struct, frozen=True, eq=False):
             raise ValueError(f'the table has no column "{name}"; {hint}')
         return named[key_of(name)]
 
+    def sobol_indices(self, measure: str) -> "SobolIndices":
+        """Return which part of the variance of a measure comes from which factor.
+
+        See ``studies.analysis.sobol``.
+
+        Raises:
+            ValueError: The design is not "sobol indices", or too few runs have a value.
+        """
+        from tissuec.studies.analysis.sobol import sobol_indices
+
+        return sobol_indices(self, measure)
+
+    def orders(self, measure: str, along: str | None = None) -> "tuple[ObservedOrder, ...]":
+        """Return how fast a measure converges while a factor is refined.
+
+        See ``studies.analysis.convergence``.
+
+        Args:
+            measure: Name of the measure.
+            along: Name of the refined factor, if it is not clear.
+
+        Raises:
+            ValueError: No three values of a factor can be compared.
+        """
+        from tissuec.studies.analysis.convergence import orders
+
+        return orders(self, measure, along)
+
+    def quantiles(self, measure: str, *parts: float) -> "tuple[Quantile, ...]":
+        """Return quantiles of a measure over the runs of a random design.
+
+        See ``studies.analysis.quantiles``.
+
+        Args:
+            measure: Name of the measure.
+            parts: Of the runs below each, between 0 and 1; by default from 5 % to 95 %.
+
+        Raises:
+            ValueError: The runs are no sample of a distribution, or none has a value.
+        """
+        from tissuec.studies.analysis.quantiles import PARTS, quantiles
+
+        return quantiles(self, measure, parts or PARTS)
+
+    def effects(self, measure: str) -> "tuple[float, tuple[Effect, ...]]":
+        """Return the value as written, and the range of a measure over each factor.
+
+        See ``studies.analysis.effects``.
+
+        Raises:
+            ValueError: The design is not "one at a time", or the scene as written has no value.
+        """
+        from tissuec.studies.analysis.effects import effects
+
+        return effects(self, measure)
+
     def to_csv(self, path: Path | str) -> None:
         """Write the table as text.
 
@@ -224,6 +285,11 @@ def read_table(path: Path | str) -> StudyTable:
     from tissuec.studies.table_text import read_csv
 
     return read_csv(path)
+
+
+def is_table(path: Path) -> bool:
+    """Return whether the name of a file is one that tables of studies have."""
+    return path.suffix.lower() == ".csv" or is_hdf5(path)
 
 
 def is_hdf5(path: Path) -> bool:

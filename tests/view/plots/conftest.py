@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.study import tables_of_designs
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
@@ -105,6 +106,8 @@ def folder(tmp_path_factory) -> Path:
     (folder / "bench.json").write_text(json.dumps(BENCH), encoding="utf-8")
     (folder / "lab.json").write_text(json.dumps(LAB), encoding="utf-8")
     (folder / "stress.json").write_text(json.dumps(STRESS), encoding="utf-8")
+    for name in ("grid", "plane", "sample", "one_at_a_time", "refined", "indices"):
+        getattr(tables_of_designs, name)().to_csv(folder / f"{name}.csv")
     return folder
 
 

@@ -18,13 +18,18 @@ from tissuec.view.plots.page import FORMATS, save
 
 FILES = {
     "result": "strip.vtkhdf", "words": "fuzzy/soft_tissue", "bench": "bench.json",
-    "stress": "stress.json", "laboratory": "lab.json",
+    "stress": "stress.json", "laboratory": "lab.json", "table": "grid.csv",
+}  # fmt: skip
+#: Of kinds for some of what they take only.
+OWN_FILES = {
+    "convergence": "refined.csv", "distribution": "sample.csv", "heat-map": "plane.csv",
+    "tornado": "one_at_a_time.csv",
 }  # fmt: skip
 KINDS = sorted(PLOTS)
 #: Names of axes whose numbers have no unit.
 PLAIN = re.compile(
     r"(energy drift|error over largest displacement|degree|hardness|elasticity|weight|"
-    r"shiftability|consistency)$"
+    r"shiftability|consistency|runs|(step|lift|hardness of liver)?|m\d|Sobol index of .*)$"
 )
 WITH_UNIT = re.compile(r"\[[^\]]+\]( \(.*\))?$|\[[^\]]+\];")
 
@@ -47,7 +52,7 @@ def drawn(folder):
 
 
 def subject(kind, folder):
-    name = FILES[PLOTS[kind].takes]
+    name = OWN_FILES.get(kind) or FILES[PLOTS[kind].takes]
     return name if "/" in name else folder / name
 
 

@@ -24,7 +24,7 @@ Shared arguments:
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from msgspec.structs import fields
 
@@ -46,7 +46,8 @@ class Plot(Protocol):
     """Interface of members of ``PLOTS``; their fields are options.
 
     Attributes:
-        takes: What it can be drawn of: "result", "words", "bench", "stress" or "laboratory".
+        takes: What it can be drawn of: "result", "words", "table", "bench", "stress" or
+            "laboratory".
         several: Whether several of these can be laid over one another.
     """
 
@@ -67,6 +68,15 @@ PLOTS: Family[type[Plot]] = Family("tissuec.view.plots", "plot")
 USUAL = {
     "result": ("overview", "logs", "paths", "frames", "energies", "errors"),
     "words": ("words", "rules"),
+    "table": (
+        "convergence",
+        "tornado",
+        "heat-map",
+        "response",
+        "distribution",
+        "study-curves",
+        "scatter-matrix",
+    ),
     "bench": ("work-precision",),
     "stress": ("stability",),
     "laboratory": ("stress-strain",),
@@ -127,8 +137,10 @@ def usual(subjects: "Sequence[PlotSubject]", options: dict[str, Any]) -> str:
     first = USUAL[subjects[0].kind]
     ordered = [*first, *(name for name in taking if name not in first)]
     for name in ordered:
-        known = set(cast(Any, PLOTS[name]).__struct_fields__)
-        if known >= set(options) and (PLOTS[name].several or len(subjects) == 1):
+        member: Any = PLOTS[name]
+        known = set(member.__struct_fields__)
+        suits = not hasattr(member, "suits") or member.suits(subjects[0].content)
+        if suits and known >= set(options) and (member.several or len(subjects) == 1):
             return name
     return first[0]
 

@@ -19,6 +19,7 @@ class Axes(Protocol):
     yaxis: Any
     transLimits: Any
     transScale: Any
+    transAxes: Any
 
     def add_collection(self, collection: Any, autolim: bool = True) -> Any: ...
     def add_patch(self, patch: Any, /) -> Any: ...

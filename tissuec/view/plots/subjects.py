@@ -1,4 +1,4 @@
-"""Subjects of plots, read from files: results, words, and JSON of benches or laboratory."""
+"""Subjects of plots, read from files: results, words, tables, and JSON of benches."""
 
 import json
 from collections.abc import Generator, Mapping, Sequence
@@ -13,12 +13,14 @@ from tissuec.results.places import SUFFIX as RESULT
 from tissuec.scene.library import SUFFIX as SCENE
 from tissuec.scene.library import find_words
 from tissuec.scene.resolve import ResolvedProgram
+from tissuec.studies.table import StudyTable, is_table, read_table
 
-Kind = Literal["result", "words", "bench", "stress", "laboratory"]
+Kind = Literal["result", "words", "table", "bench", "stress", "laboratory"]
 #: What the kinds are called in messages.
 CALLED: dict[str, str] = {
     "result": f"a result ({RESULT})",
     "words": f"a vocabulary or scene ({SCENE})",
+    "table": "the table of a study (.csv, .h5)",
     "bench": 'the JSON of "tissuec bench"',
     "stress": 'the JSON of "python -m benchmarks.stability"',
     "laboratory": 'the JSON of "tissuec lab"',
@@ -30,7 +32,8 @@ class PlotSubject(Struct, frozen=True, eq=False):
 
     Attributes:
         name: What it is called in legends.
-        content: A `Trajectory`, `ResolvedProgram`, or what a bench found, as its JSON has it.
+        content: A `Trajectory`, `ResolvedProgram`, `StudyTable`, or what a bench found, as its
+            JSON has it.
     """
 
     kind: Kind
@@ -71,6 +74,8 @@ def _subject(given: Any, stack: ExitStack, options: Mapping[str, Any]) -> PlotSu
         return PlotSubject("words", "words", given)
     if isinstance(given, Mapping):
         return _benched(given, "bench")
+    if isinstance(given, StudyTable):
+        return PlotSubject("table", given.head.name, given)
     if not isinstance(given, str | Path):
         from tissuec.results.trajectory import Trajectory
 
@@ -80,6 +85,8 @@ def _subject(given: Any, stack: ExitStack, options: Mapping[str, Any]) -> PlotSu
     path = Path(given)
     if path.suffix == ".json":
         return _benched(_read_json(path), path.stem, path)
+    if is_table(path):
+        return PlotSubject("table", path.stem, read_table(path))
     if path.suffix == SCENE or (not path.is_file() and path.suffix != RESULT):
         return _words(str(given), options)
     from tissuec.results.trajectory import Trajectory

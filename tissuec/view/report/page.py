@@ -1,5 +1,6 @@
 """The page about a run: one self-contained HTML document."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from tissuec.core import palette
@@ -42,9 +43,20 @@ _COLOURS = {
 
 
 def render(content: ReportContent) -> str:
-    """Return the whole HTML document."""
-    parts = _sections(content)
-    main = element("main", head(content), [part.write() for part in parts])
+    """Return the whole HTML document about a run."""
+    title = f"{content.title}: {content.verdict.word}"
+    return document(title, head(content), _sections(content))
+
+
+def document(title: str, header: Html, parts: Sequence[Section]) -> str:
+    """Return a whole HTML document.
+
+    Args:
+        title: Of the window.
+        header: What stands above all sections.
+        parts: The sections.
+    """
+    main = element("main", header, [part.write() for part in parts])
     page = element(
         "html",
         element(
@@ -53,7 +65,7 @@ def render(content: ReportContent) -> str:
             element("meta", name="viewport", content="width=device-width, initial-scale=1"),
             element("meta", name="color-scheme", content="light dark"),
             element("meta", http_equiv="Content-Security-Policy", content=_ALONE),
-            element("title", f"{content.title}: {content.verdict.word}"),
+            element("title", title),
             element("style", Html(_colours() + _file("report.css"))),
         ),
         element(
@@ -86,7 +98,7 @@ def _sections(content: ReportContent) -> list[Section]:
     return [section for section in every if section is not None]
 
 
-def _contents(parts: list[Section]) -> Html:
+def _contents(parts: Sequence[Section]) -> Html:
     items = [element("li", link(part.key, part.title)) for part in parts]
     return element("nav", element("ol", items), aria_label="Contents")
 

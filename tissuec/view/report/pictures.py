@@ -32,10 +32,20 @@ def curves(content: ReportContent, kind: str) -> Html:
         drawn: Any = draw(kind, content.trajectory)
     except TissueError as error:
         return element("p", str(error))
+    return inline(drawn, kind, f"{kind} of {content.title} over time")
+
+
+def inline(drawn: Any, key: str, label: str) -> Html:
+    """Return a figure of matplotlib as an inline drawing with its notes.
+
+    Args:
+        drawn: The figure, with ``notes``.
+        key: Tells its names from those of other drawings on the page.
+        label: Description for those who do not see it.
+    """
     written = StringIO()
     drawn.savefig(written, format="svg")
-    picture = Html(_inline(written.getvalue(), kind))
-    label = f"{kind} of {content.title} over time"
+    picture = Html(_inline(written.getvalue(), key))
     notes = [element("figcaption", note) for note in drawn.notes]
     return element("figure", element("div", picture, role="img", aria_label=label), notes)
 

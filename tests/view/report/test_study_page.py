@@ -1,0 +1,101 @@
+"""The page about a study: what it says, and that it stands alone."""
+
+from html.parser import HTMLParser
+
+import pytest
+from click.testing import CliRunner
+
+from tests.study import tables_of_designs as tables
+from tissuec.cli import group
+from tissuec.view.report.study import MOST_ROWS, render_study
+
+pytest.importorskip("matplotlib")
+
+
+class Page(HTMLParser):
+    """Headings, tables and texts of a page; complains about elements that do not nest."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.rows, self.text = [], 0, ""
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+        self.rows += tag == "tr"
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] not in ("style", "script"):
+            self.text += f"{data} "
+
+
+def page(table, tmp_path):
+    path = tmp_path / "table.csv"
+    table.to_csv(path)
+    return Page(render_study(table, path))
+
+
+def test_a_family_is_shown_with_its_failure(tmp_path):
+    text = page(tables.grid(), tmp_path).text
+    assert "1 run of 12 failed" in text
+    assert "the motion diverged" in text
+    assert "hardness of liver" in text and "[soft, hard]" in text
+    assert "0.001 to 0.015" in text  # the range of m0
+    assert "Sobol" not in text and "Quantiles" not in text
+
+
+def test_sensitivities_are_shown_with_intervals(tmp_path):
+    found = tables.indices().sobol_indices("m0").factors[0]
+    text = page(tables.indices(), tmp_path).text
+    assert f"{found.first:.3f}" in text
+    assert f"{found.total_interval[0]:.3f} to {found.total_interval[1]:.3f}" in text
+    assert "the first" in text.lower() and str(MOST_ROWS) in text  # of 1280 rows
+
+
+def test_quantiles_are_shown(tmp_path):
+    median = tables.sample().quantiles("m0", 0.5)[0]
+    assert f"{median.value:.4g} ({median.low:.4g} to" in page(tables.sample(), tmp_path).text
+
+
+def test_a_part_of_a_study_is_told(tmp_path):
+    table = tables.plane()
+    from tissuec.studies.table import StudyTable, rows_of
+
+    part = StudyTable.of(table.head, list(rows_of(table))[:7])
+    assert "not finished: 7 of 30 runs" in page(part, tmp_path).text
+
+
+def test_a_page_needs_nothing_else(tmp_path):
+    path = tmp_path / "table.csv"
+    tables.grid().to_csv(path)
+    text = render_study(tables.grid(), path)
+    assert "http" not in text.replace("http-equiv", "").replace("http://www.w3.org", "")
+
+
+def call(*words):
+    """Return exit code and both streams of the command."""
+    found = CliRunner().invoke(group, list(words), standalone_mode=False)
+    return found.return_value, found.stdout, found.stderr
+
+
+def test_the_command_writes_pages_of_tables(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tables.grid().to_csv(tmp_path / "grid.csv")
+    code, _, err = call("report", "grid.csv")
+    assert code == 0
+    assert "1 run of 12 failed" in err
+    assert (tmp_path / "grid.report.html").exists()
+    assert '"diverged": 1' in call("--json", "info", "grid.csv")[1]
+
+
+def test_a_file_that_is_no_table_is_told(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "other.csv").write_text("a,b\n1,2\n", "utf-8")
+    for command in ("info", "report", "plot"):
+        found = CliRunner().invoke(group, [command, "other.csv"], standalone_mode=False)
+        assert "no table of a study" in f"{found.exception}{found.stderr}"

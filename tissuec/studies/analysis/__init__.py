@@ -1,0 +1,1 @@
+"""Analyses of the table of a study: sensitivities, orders, quantiles, effects."""

@@ -1,0 +1,134 @@
+"""All factors and measures of a study against one another."""
+
+from collections.abc import Sequence
+from textwrap import fill
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.errors import TissueError
+from tissuec.core.palette import SERIES
+from tissuec.model.network import Floats
+from tissuec.studies.table import StudyTable
+from tissuec.view.plots import PLOTS
+from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.study_axes import (
+    FactorAxis,
+    Measures,
+    chosen_measures,
+    scale_of_measure,
+)
+from tissuec.view.plots.subjects import PlotSubject
+
+if TYPE_CHECKING:
+    from tissuec.view.plots.drawing import Axes
+
+CELL, AROUND = 32.0, 12.0  # [mm]
+MOST = 8  # rows of panels
+BINS = 12
+LINE = 16  # letters of a label
+
+
+class Dimension(Struct, frozen=True, eq=False):
+    """A factor or measure.
+
+    Attributes:
+        label: Of its axis.
+        values: In the unit of the label, shape (row,).
+        words: What whole numbers stand for, if they are words.
+    """
+
+    label: str
+    values: Floats
+    words: tuple[str, ...] = ()
+
+
+@PLOTS.member("scatter-matrix")
+class ScatterMatrix(Struct, frozen=True):
+    """All factors and measures of a study against one another, with histograms.
+
+    Attributes:
+        measure: Measures; all if none is named.
+    """
+
+    takes: ClassVar[str] = "table"
+    several: ClassVar[bool] = False
+
+    measure: Measures = ()
+
+    @staticmethod
+    def suits(table: StudyTable) -> bool:
+        """Return whether this kind tells most about a table."""
+        return bool(table.measures)
+
+    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
+        """Return the picture of a table.
+
+        Raises:
+            TissueError: There is nothing to draw, or there is too much.
+        """
+        table = subjects[0].content
+        shown = _dimensions(table, self.measure)
+        count = len(shown)
+        if count > MOST:
+            raise TissueError(
+                f"{count} factors and measures are too many for one picture (at most {MOST}); "
+                "name measures with --measure"
+            )
+
+        def draw(sheet: Canvas) -> None:
+            grid = sheet.figure.subplots(count, count, squeeze=False)
+            for row, column in np.ndindex(count, count):
+                _draw(grid[row, column], shown[column], shown[row], is_own=row == column)
+                if row < count - 1:
+                    grid[row, column].set_xticks([])
+                if column > 0:
+                    grid[row, column].set_yticks([])
+            for place, one in enumerate(shown):
+                grid[-1, place].set_xlabel(fill(one.label, LINE))
+                grid[place, 0].set_ylabel(fill(one.label, LINE))
+
+        side = AROUND + CELL * max(count, 2)
+        return Picture(side, side, draw)
+
+
+def _dimensions(table: StudyTable, names: Sequence[str]) -> list[Dimension]:
+    rows = table.finished
+    axes = [FactorAxis.of(factor) for factor in table.factors]
+    found = [Dimension(one.label, one.places()[rows], one.words) for one in axes]
+    for measure in chosen_measures(table, names):
+        scale = scale_of_measure(measure, rows)
+        found.append(Dimension(scale.label(measure.name), scale.of(measure.numbers[rows])))
+    return found
+
+
+def _draw(axes: "Axes", x: Dimension, y: Dimension, *, is_own: bool) -> None:
+    axes.grid(visible=False)
+    if is_own:
+        known = x.values[np.isfinite(x.values)]
+        heights, edges = np.histogram(known, bins=len(x.words) or BINS)
+        heights = heights / max(int(heights.max(initial=0)), 1)
+        # On the axis of its values, so that ticks at the left mean what the label says.
+        low, high = _range(known)
+        axes.fill_between(
+            np.repeat(edges, 2)[1:-1], low, low + (high - low) * np.repeat(heights, 2),
+            color=SERIES[0], alpha=0.35, linewidth=0.0,
+        )  # fmt: skip
+        axes.set_ylim(low, high)
+    else:
+        axes.plot(x.values, y.values, ".", color=SERIES[0], markersize=3, alpha=0.6)
+    if x.words:
+        axes.set_xticks(range(len(x.words)), x.words, rotation=90)
+    if y.words:
+        axes.set_yticks(range(len(y.words)), y.words)
+    for side, one in (("x", x), ("y", y)):
+        if not one.words:
+            axes.locator_params(side, nbins=4)
+
+
+def _range(values: Floats) -> tuple[float, float]:
+    low, high = float(values.min(initial=np.inf)), float(values.max(initial=-np.inf))
+    if not low < high:
+        return low - 0.5, low + 0.5
+    return low - 0.05 * (high - low), high + 0.05 * (high - low)
