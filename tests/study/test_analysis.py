@@ -5,10 +5,8 @@ import pytest
 from scipy import stats
 
 from tests.study import tables_of_designs as tables
-from tests.study.scenes import SCENE, STUDY, request
+from tests.study.scenes import SCENE, carried_out
 from tissuec.studies.analysis.convergence import order_of
-from tissuec.studies.study import carry_out, prepare
-from tissuec.studies.workers import OwnProcess
 
 #: Of the Ishigami function with a = 7 and b = 0.1, first order and total, in closed form.
 FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
@@ -55,14 +53,13 @@ def test_indices_of_a_measure_that_never_changes_are_refused():
 def test_a_scene_that_measures_the_function_gives_its_values():
     formula = "sin(x1) + 7 * sin(x2) * sin(x2) + 0.1 * x3 * x3 * x3 * x3 * sin(x1)"
     params = "".join(f"param x{n} = 0.5\n" for n in (1, 2, 3))
-    text = (SCENE + STUDY).replace("param lift", f"{params}param lift")
+    text = SCENE.replace("param lift", f"{params}param lift")
     sentences = [
         *(f"vary x{n} = uniform(-3.14159265, 3.14159265)" for n in (1, 2, 3)),
         f"measure y = {formula} + 0 * count(springs of bar) at 0 s",
         "design is sobol indices", "runs = 4", "error estimate is off",
     ]  # fmt: skip
-    study = prepare(request(text), "ishigami", sentences=sentences)
-    table = carry_out(study, OwnProcess()).table
+    table = carried_out(*sentences, text=text).table
     points = np.array([factor.numbers for factor in table.factors])
     assert table.column("y").numbers == pytest.approx(tables.ishigami(*points), rel=1e-12)
     assert table.sobol_indices("y").used == 4
@@ -121,9 +118,7 @@ def test_orders_of_integrators_from_one_study():
         "measure place = position of middle along (1, 0, 0) at 0.2 s",
     ]
     simulate = "simulate { duration = 0.2 s; step = 1 ms; integrator is velocity verlet }\n"
-    table = carry_out(
-        prepare(request(text + simulate), "orders", sentences=sentences), OwnProcess()
-    ).table
+    table = carried_out(*sentences, text=text + simulate).table
     found = {one.fixed[0]: one.order for one in table.orders("place")}
     # Of the three finest steps, which are not yet infinitely small: 2.01, 1.91 and 3.98.
     assert found["velocity verlet"] == pytest.approx(2.0, abs=0.05)

@@ -25,7 +25,8 @@ def page(repository):
 
 
 def lines(page):
-    return [line for block in SHELL.findall(page) for line in block.splitlines()]
+    blocks = (block.replace("\\\n", "") for block in SHELL.findall(page))
+    return [line for block in blocks for line in block.splitlines()]
 
 
 def test_commands_can_be_typed(page):

@@ -72,7 +72,7 @@ def orders(
     for row in np.flatnonzero(there).tolist():
         groups.setdefault(tuple(label(factor, row) for factor in others), []).append(row)
     found = [
-        _observed(fixed, refined.numbers[rows], column.numbers[rows])
+        _observed(fixed, refined, rows, column.numbers[rows])
         for fixed, rows in groups.items()
         if len(set(refined.numbers[rows])) >= 3
     ]
@@ -114,19 +114,18 @@ def label(factor: Column, row: int) -> str:
     return value if isinstance(value, str) else f"{value:g} {factor.unit}".rstrip()
 
 
-def _observed(fixed: tuple[str, ...], levels: Floats, values: Floats) -> ObservedOrder:
-    sizes = sizes_of(levels)
+def _observed(
+    fixed: tuple[str, ...], refined: Column, rows: list[int], values: Floats
+) -> ObservedOrder:
+    levels = refined.numbers[rows]
+    counts_divisions = not refined.unit and bool((levels >= 1.0).all())
+    sizes = 1.0 / levels if counts_divisions else levels
     order = np.argsort(-sizes, kind="stable")
     sizes, values = sizes[order], values[order]
     found = np.array(
         [order_of(sizes[n : n + 3], values[n : n + 3]) for n in range(len(sizes) - 2)]
     )
     return ObservedOrder(fixed, levels[order], values, found, _limit(sizes, values, found[-1]))
-
-
-def sizes_of(levels: Floats) -> Floats:
-    """Return levels so that finer ones are smaller: divisions become parts, shape (level,)."""
-    return 1.0 / levels if (levels >= 1.0).all() else levels
 
 
 def order_of(sizes: Sequence[float] | Floats, values: Sequence[float] | Floats) -> float:

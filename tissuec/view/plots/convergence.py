@@ -67,6 +67,8 @@ class Convergence(Struct, frozen=True):
                 _draw(axes, measure, orders)
             FactorAxis.of(refined).mark(panels[-1])
             sheet.note("p: observed order of the three finest levels that have one")
+            if not table.finished.all():
+                sheet.note(f"{int((~table.finished).sum())} runs failed and are left out")
 
         return Picture(WIDTH, AROUND + PANEL * len(measures), draw)
 

@@ -49,7 +49,7 @@ class FactorAxis(Struct, frozen=True, eq=False):
         return f"{self.column.name} [{unit}]" if unit else self.column.name
 
     def places(self) -> Floats:
-        """Return the places of all rows: numbers in the unit, or numbers of words, (row,)."""
+        """Return the places of all rows: in the unit, or numbers of words, shape (row,)."""
         if self.words:
             return np.array([self.words.index(str(one)) for one in self.column.values], float)
         return self.column.numbers
