@@ -99,7 +99,8 @@ def test_types_are_right(repository):
 # --- sizes and circles ------------------------------------------------------------------------
 
 LONGEST = 60  # lines of a function, its documentation aside
-#: Files that name each other: a value, and what converts, prints, reads or analyses it. No more may come.
+#: Files that name each other: a value, and what converts, prints, reads or analyses it.
+#: No more may come.
 CIRCLES = {
     ("compiler/profiles.py", "compiler/sentences.py"),
     ("core/errors.py", "core/rendering.py"),
