@@ -24,7 +24,7 @@ from tissuec.engine.method import (
     Samples,
     Statistics,
 )
-from tissuec.engine.method_choice import DEFAULT_TOLERANCE, Choice, choose, measured_facts
+from tissuec.engine.method_choice import Choice, choose, measured_facts
 from tissuec.engine.method_trial import (
     PATIENT,
     MethodTrial,
@@ -63,7 +63,7 @@ from tissuec.kernels.records import (
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
-from tissuec.script.plan import AUTOMATIC
+from tissuec.script.plan import AUTOMATIC, DEFAULT_TOLERANCE
 
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 # Spring evaluations after which the loop comes back to be asked for a pause: about 0.2 s.

@@ -16,7 +16,7 @@ from tissuec.engine.method import Method
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.state import State
-from tissuec.script.plan import AUTOMATIC
+from tissuec.script.plan import AUTOMATIC, DEFAULT_TOLERANCE
 
 CROSSING = 2e-2
 # Radians of the fastest motion from which errors that grow in proportion to time, instead of
@@ -24,7 +24,6 @@ CROSSING = 2e-2
 LONG = 1e4
 CREEPING = 4.0  # damping ratio from which implicit steps are worth beginning with
 MANY = 1000  # explicit steps at their limit from which they are
-DEFAULT_TOLERANCE = 1e-4
 
 
 class Choice(Struct, frozen=True):

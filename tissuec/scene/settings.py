@@ -22,9 +22,8 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import whole
 from tissuec.scene.model import ContactLaw, Environment
-from tissuec.script.plan import AUTOMATIC, RELAXATION, Simulation
+from tissuec.script.plan import AUTOMATIC, DEFAULT_TOLERANCE, RELAXATION, Simulation
 
-DEFAULT_TOLERANCE = 1e-4
 FINEST_TOLERANCE = 1e-13  # below, rounding alone is larger
 CONTACTS = ("off", "tools only", "bodies too", "everywhere")
 

@@ -24,6 +24,7 @@ AUTOMATIC = "automatic"
 """The integrator is chosen by facts measured of the scene."""
 
 RELAXATION = "relaxation"
+DEFAULT_TOLERANCE = 1e-4  # of errors of positions, relative to the largest displacement
 """The integrator that is none: the net is in equilibrium all the time."""
 
 
