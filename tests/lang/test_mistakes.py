@@ -8,6 +8,7 @@ import pytest
 from tissuec.core.errors import CompileError
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
+from tissuec.lang.grammar import StatementParser
 from tissuec.lang.parser import WrongNumbers, parse
 
 EXAMPLES = Path(__file__).parent / "examples"
@@ -218,22 +219,17 @@ def test_ten_mistakes_are_reported_at_most():
     assert len(findings("language 1\n" + "“\n" * 30)) == 10
 
 
-def test_reporting_mistakes_in_a_long_text_does_not_parse_it_ten_times(monkeypatch):
-    # Each mistake resumes behind itself: tokens read in all stay near the length of the text.
-    from tissuec.lang import recovery
+def test_reporting_mistakes_in_a_long_text_parses_each_statement_once(monkeypatch):
+    read, parse = [], StatementParser.parse
 
-    starts = []
-    resume = recovery.resume_after
+    def noted(self, statement, rule="statement"):
+        read.append(statement[0].start)
+        return parse(self, statement, rule)
 
-    def noted(text, statement):
-        result = resume(text, statement)
-        starts.append(result[1])
-        return result
-
-    monkeypatch.setattr("tissuec.lang.parser.resume_after", noted)
-    findings("language 1\n" + ("a = 1 mm\n" * 50 + "b = 3,5\n") * 5)
-    assert starts == sorted(starts)
-    assert len(set(starts)) == len(starts) == 5
+    monkeypatch.setattr(StatementParser, "parse", noted)
+    assert len(findings("language 1\n" + ("a = 1 mm\n" * 50 + "b = 3,5\n") * 5)) == 5
+    assert read == sorted(set(read))
+    assert len(read) == 1 + 5 * 51
 
 
 # --- what is read in spite of mistakes --------------------------------------------------------

@@ -11,11 +11,11 @@ from tests.examples import examples
 from tissuec.core.errors import CompileError
 from tissuec.core.units import SYMBOLS
 from tissuec.lang.characters import normalise
-from tissuec.lang.layout import lay_out
 from tissuec.lang.parser import parse
 from tissuec.lang.printer import format_source
 from tissuec.lang.render import as_dict, render
 from tissuec.lang.syntax import Module
+from tissuec.lang.tree_builder import tree_of
 from tissuec.lang.words import CONTINUING, JOINING_WORDS, TIME_WORDS
 
 EXAMPLES = sorted((Path(__file__).parent / "examples").glob("*.tis"))
@@ -189,7 +189,7 @@ modules = st.integers(0, 2**63).map(lambda seed: Writer(Random(seed)).module())
 
 
 def comments_of(source):
-    return [comment.text for comment in lay_out(source).comments]
+    return [comment.text.rstrip() for comment in tree_of(source).comments]
 
 
 @settings(max_examples=examples(200))

@@ -5,13 +5,12 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from lark import UnexpectedInput
 
 from tests.lsp.desks import GOOD, LIBRARY, asked
 from tissuec.core.source import Source
-from tissuec.lang.layout import lay_out
-from tissuec.lang.parser import reading
-from tissuec.lang.prospects import accepted_behind
+from tissuec.lang.grammar import Refused
+from tissuec.lang.parser import accepted_behind, statement_parser
+from tissuec.lang.tree_builder import tree_of
 from tissuec.lsp.completion import Proposal, complete
 from tissuec.lsp.documents import Desk
 from tissuec.lsp.findings import check
@@ -61,21 +60,20 @@ def places(view: View, chance: random.Random, part: float) -> Iterator[tuple[int
 def can_be_read(view: View, begin: int, one: Proposal) -> bool:
     """Return whether the grammar reads a text from a block on to the end of an offer."""
     text = view.source.text[begin : one.start] + one.insert
-    whole = text + _closing(text)
     is_first = not re.sub(r"#[^\n]*", "", view.source.text[:begin]).strip()
-    rule = "file" if is_first else "items"
-    layout = lay_out(Source("text", whole))
-    try:
-        with reading(layout) as parser:
-            parser.parse(layout.text, start=rule)
-    except UnexpectedInput as error:
-        place = error.pos_in_stream
-        return place is None or place >= len(text.rstrip()) or _is_end(error)
+    rule = "heading" if is_first else "statement"
+    for statement in tree_of(Source("text", text + _closing(text))).statements:
+        if sentence := statement.sentence:
+            if statement.is_behind_block:
+                return sentence[0].start >= len(text.rstrip())
+            try:
+                accepted = statement_parser().accepted(sentence, rule)
+            except Refused as refused:
+                return sentence[refused.place].start >= len(text.rstrip())
+            if "$END" not in accepted:
+                return statement.stop >= len(text.rstrip())
+            rule = "statement"
     return True
-
-
-def _is_end(error: UnexpectedInput) -> bool:
-    return getattr(getattr(error, "token", None), "type", "") == "$END"
 
 
 def _closing(text: str) -> str:
@@ -232,6 +230,10 @@ def test_a_line_above_that_is_wrong_hides_nothing():
     assert "some" in {one.label for one in complete(*asked(text))}
 
 
+def tokens_of(beginning):
+    return tree_of(Source("text", beginning)).statements[0].sentence
+
+
 @pytest.mark.parametrize(
     ("beginning", "some", "others"),
     [
@@ -243,11 +245,11 @@ def test_a_line_above_that_is_wrong_hides_nothing():
     ],
 )
 def test_the_grammar_says_what_can_follow(beginning, some, others):
-    accepted = accepted_behind(beginning)
+    accepted = accepted_behind(tokens_of(beginning))
     assert some <= accepted
     assert not others & accepted
 
 
 def test_what_follows_a_mistake_is_not_known():
-    assert accepted_behind("let let") is None
-    assert accepted_behind("", is_heading=True) == {"LANGUAGE", "_NL"}
+    assert accepted_behind(tokens_of("let let")) is None
+    assert accepted_behind([], is_heading=True) == {"LANGUAGE"}

@@ -84,7 +84,8 @@ def _scenes(ctx: click.Context) -> Iterable[Path]:
 
 def params_of(path: Path) -> list[tuple[str, str]]:
     """Return the names and values of the params that a text declares, in order."""
-    from tissuec.lsp.structure import structure_of  # late: asked for behind --set only
+    from tissuec.core.source import Source
+    from tissuec.lang.tree_builder import tree_of  # late: asked for behind --set only
 
     try:
         if path.stat().st_size > LARGEST:
@@ -93,7 +94,7 @@ def params_of(path: Path) -> list[tuple[str, str]]:
     except OSError:
         return []
     found: list[tuple[str, str]] = []
-    for statement in structure_of(text).statements:
+    for statement in tree_of(Source(path.name, text)).statements:
         parts = statement.parts
         signs = [part.text for part in parts]
         if signs[:1] != ["param"] or "=" not in signs:

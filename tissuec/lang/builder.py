@@ -1,35 +1,24 @@
 """Grammar rules to syntax nodes: one method for each rule, called when the rule is complete.
 
 Lark calls a method with the list of what the rule is made of: nodes, and those tokens that the
-grammar refers to by name. No tree stands in between.
+grammar refers to by name.
 """
 
 import math
-import re
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any
 
-from lark import Token
 from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic, proposal
 from tissuec.core.source import Source, Span
 from tissuec.core.units import canonical_unit, parse_unit
 from tissuec.lang import syntax as s
-from tissuec.lang.layout import Layout
 from tissuec.lang.rows import Rows, canonical_rows
 from tissuec.lang.token_names import shown
+from tissuec.lang.tokens import Token, number_and_unit
 from tissuec.lang.words import RESERVED, STEPS
-
-_NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
-
-
-def split_quantity(text: str) -> tuple[str, str]:
-    """Return the number of a quantity as written, and its unit in canonical spelling."""
-    number = _NUMBER.match(text)
-    end = number.end() if number else 0
-    return text[:end], canonical_unit(text[end:].strip())
 
 
 @lru_cache(maxsize=4096)
@@ -45,18 +34,17 @@ class Builder:
     """Builds the nodes of one text at a time."""
 
     source: Source
-    layout: Layout
     problems: list[Diagnostic]
     unknown: set[int]
 
-    def begin(self, layout: Layout, *, unknown: Iterable[int] = ()) -> None:
-        """Make ready for a text, and forget the last one.
+    def begin(self, source: Source, *, unknown: Iterable[int] = ()) -> None:
+        """Make ready for a statement, and forget the last one.
 
         Args:
-            unknown: Where numbers and vectors end whose units were taken out of the text.
+            source: The text.
+            unknown: Where numbers and vectors end whose units were taken out of the statement.
         """
-        self.source = layout.source
-        self.layout = layout
+        self.source = source
         self.problems = []
         self.unknown = set(unknown)
 
@@ -64,18 +52,18 @@ class Builder:
 
     def _span(self, first: Any, last: Any) -> Span:
         """Return the span from one node or token to another."""
-        start = first.span.start if hasattr(first, "span") else first.start_pos
-        end = last.span.end if hasattr(last, "span") else last.end_pos
+        start = first.span.start if hasattr(first, "span") else first.start
+        end = last.span.end if hasattr(last, "span") else last.stop
         return Span(self.source, start, end)
 
     def _report(self, code: str, message: str, token: Token, hint: str) -> None:
-        span = Span(self.source, token.start_pos or 0, token.end_pos or 0)
+        span = Span(self.source, token.start, token.stop)
         self.problems.append(Diagnostic(code, message, span, hint))
 
     def _unit(self, unit: str, token: Token) -> str:
         """Return the unit that ends with a token; an empty text if it is wrong."""
-        if token.end_pos in self.unknown:
-            self.unknown.discard(token.end_pos)
+        if token.stop in self.unknown:
+            self.unknown.discard(token.stop)
             return ""
         if _is_reckonable(unit):
             return unit
@@ -83,7 +71,7 @@ class Builder:
         self._report("TIS104", message, token, "use small whole numbers as exponents of units")
         return ""
 
-    # --- tokens -------------------------------------------------------------------------------
+    # --- numbers ------------------------------------------------------------------------------
 
     def _value(self, text: str, token: Token) -> float:
         value = float(text)
@@ -93,25 +81,28 @@ class Builder:
             self._report("TIS119", f'"{shown}" is too large', token, hint)
         return value
 
-    def NUMBER(self, token: Token) -> s.Number | s.Quantity:
+    def number(self, children: list[Token]) -> s.Number | s.Quantity:
         """Return a number, or a quantity without a unit if its unit is unknown."""
-        value, span = self._value(token.value, token), self._span(token, token)
-        if token.end_pos in self.unknown or math.isinf(value):
-            self.unknown.discard(token.end_pos or 0)
+        (token,) = children
+        value, span = self._value(token.text, token), self._span(token, token)
+        if token.stop in self.unknown or math.isinf(value):
+            self.unknown.discard(token.stop)
             return s.Quantity(value, "", span)
         return s.Number(value, span)
 
-    def QUANTITY(self, token: Token) -> s.Quantity:
+    def quantity(self, children: list[Token]) -> s.Quantity:
         """Return a number with its unit."""
-        number, unit = split_quantity(token.value)
-        unit = self._unit(unit, token)
+        (token,) = children
+        number, unit = number_and_unit(token.text)
+        unit = self._unit(canonical_unit(unit), token)
         value = self._value(number, token)
         unit = "" if math.isinf(value) else unit
         return s.Quantity(value, unit, self._span(token, token))
 
-    def STEPS(self, token: Token) -> s.Quantity:
+    def steps(self, children: list[Token]) -> s.Quantity:
         """Return a number of steps."""
-        number, _ = split_quantity(token.value)
+        (token,) = children
+        number, _ = number_and_unit(token.text)
         return s.Quantity(self._value(number, token), STEPS, self._span(token, token))
 
     # --- expressions --------------------------------------------------------------------------
@@ -122,13 +113,15 @@ class Builder:
         if children[-1] is None:
             children.pop()
         elif children[-1].type == "STRING":
-            quoted = children[-1].value[1:-1]
+            quoted = children[-1].text[1:-1]
         words = children if quoted is None else children[:-1]
         for word in words:
-            if not word.islower() and word.lower() in RESERVED:
-                message = f'"{word}" is a reserved word; write it in lower case'
-                self._report("TIS103", message, word, proposal(word.lower()))
-        return s.Name(" ".join(words), quoted, self._span(children[0], children[-1]))
+            if word.text != (lower := word.text.lower()) and lower in RESERVED:
+                message = f'"{word.text}" is a reserved word; write it in lower case'
+                self._report("TIS103", message, word, proposal(lower))
+        return s.Name(
+            " ".join(word.text for word in words), quoted, self._span(children[0], children[-1])
+        )
 
     def listing(self, children: list[Any]) -> s.Listing:
         """Return a list of expressions."""
@@ -138,8 +131,8 @@ class Builder:
         """Return a vector with its unit, if it has one."""
         first, *items, last = children
         unit = None
-        if last.type == "RPAR_UNIT" or last.end_pos in self.unknown:
-            unit = self._unit(canonical_unit(last.value[1:].strip()), last)
+        if last.type == "RPAR_UNIT" or last.stop in self.unknown:
+            unit = self._unit(canonical_unit(last.text[1:].strip()), last)
         return s.Vector(tuple(items), unit, self._span(first, last))
 
     def call(self, children: list[Any]) -> s.Call:
@@ -179,7 +172,7 @@ class Builder:
         return s.Sum(*self._chain(children), self._span(children[0], children[-1]))
 
     def _chain(self, children: list[Any]) -> tuple[Any, Any]:
-        signs = (token.value for token in children[1::2])
+        signs = (token.text for token in children[1::2])
         return children[0], tuple(zip(signs, children[2::2], strict=True))
 
     # --- conditions ---------------------------------------------------------------------------
@@ -187,7 +180,7 @@ class Builder:
     def compare(self, children: list[Any]) -> s.Compare:
         """Return a comparison."""
         left, sign, right = children
-        return s.Compare(left, sign.value, right, self._span(left, right))
+        return s.Compare(left, sign.text, right, self._span(left, right))
 
     def is_test(self, children: list[Any]) -> s.Is:
         """Return a test with ``is``."""
@@ -235,7 +228,7 @@ class Builder:
     def clause(self, children: list[Any]) -> s.Clause:
         """Return a word with its value."""
         word, value = children
-        return s.Clause(word.value, value, self._span(word, value))
+        return s.Clause(word.text, value, self._span(word, value))
 
     def bounds(self, children: list[Any]) -> s.Bounds:
         """Return the two ends of a range."""
@@ -246,13 +239,13 @@ class Builder:
         """Return an assignment with its bounds and clauses."""
         keyword, name, value, bounds, *clauses = children
         span = self._span(keyword or name, clauses[-1] if clauses else bounds or value)
-        word = keyword.value if keyword else ""
+        word = keyword.text if keyword else ""
         return s.Assign(word, name, value, bounds, tuple(clauses), span)
 
     def function(self, children: list[Any]) -> s.Function:
         """Return the definition of a function."""
         name, word, first, second, value, *clauses = children
-        arguments = [s.Clause(word.value, first, self._span(word, first))]
+        arguments = [s.Clause(word.text, first, self._span(word, first))]
         if second is not None:
             arguments.append(s.Clause("and", second, second.span))
         span = self._span(name, clauses[-1] if clauses else value)
@@ -265,30 +258,24 @@ class Builder:
         return s.Sentence(name, phrase, tuple(clauses), self._span(name, last))
 
     def block(self, children: list[Any]) -> s.Block:
-        """Return a block with its items."""
-        name, phrase, *rest, end = children
-        clauses = tuple(part for part in rest if isinstance(part, s.Clause))
-        items = tuple(rest[len(clauses) :])
+        """Return the head of a block, whose items are still to come."""
+        name, phrase, *clauses = children
         head = self._span(name, clauses[-1] if clauses else phrase or name)
-        return s.Block(name, phrase, clauses, items, self._span(name, end), head)
+        return s.Block(name, phrase, tuple(clauses), (), head, head)
 
     def table(self, children: list[Any]) -> s.Table:
-        """Return a table that begins with ``table``."""
-        first, name, *clauses, opening, end = children
-        return self._raw_table(name, clauses, opening, self._span(first, end))
+        """Return the head of a table that begins with ``table``."""
+        first, name, *clauses = children
+        return self._table(first, name, clauses)
 
     def table_of(self, children: list[Any]) -> s.Table:
-        """Return a table that begins with the name of its kind."""
-        name, _table, *clauses, opening, end = children
-        return self._raw_table(name, clauses, opening, self._span(name, end))
+        """Return the head of a table that begins with the name of its kind."""
+        name, _table, *clauses = children
+        return self._table(name, name, clauses)
 
-    def _raw_table(
-        self, name: s.Name, clauses: list[s.Clause], opening: Token, span: Span
-    ) -> s.Table:
-        # Beside a character that was reported, a table may have been taken for something else.
-        rows = self.layout.rows.get(opening.start_pos or 0) or Rows(0, 0, (), None)
-        place = Span(self.source, rows.start, rows.end)
-        return s.Table(name, tuple(clauses), canonical_rows(place.text), span, place)
+    def _table(self, first: Any, name: s.Name, clauses: list[s.Clause]) -> s.Table:
+        span = self._span(first, clauses[-1] if clauses else name)
+        return s.Table(name, tuple(clauses), "", span, span)
 
     def rule(self, children: list[Any]) -> s.Rule:
         """Return a fuzzy rule."""
@@ -306,33 +293,50 @@ class Builder:
         """Return the words and the condition of a trigger."""
         return children
 
-    def body(self, children: list[Any]) -> list[Any]:
-        """Return the items of a timed block."""
-        return children
-
     def timed(self, children: list[Any]) -> s.Timed:
         """Return orders with the times or the trigger at which they happen."""
-        *when, colon, body = children
-        *items, last = cast("list[Any]", body) if isinstance(body, list) else [body, body]
+        body = () if isinstance(children[-1], Token) else (children.pop(),)
+        *when, colon = children
         triggered = isinstance(when[0], list)
         first = when[0][0] if triggered else when[0]
         head = self._span(first, colon)
         times = () if triggered else tuple(when)
         trigger = when[0][1] if triggered else None
-        return s.Timed(times, trigger, tuple(items), self._span(first, last), head)
+        span = self._span(first, body[0] if body else colon)
+        return s.Timed(times, trigger, body, span, head)
 
     def expect(self, children: list[Any]) -> s.Expect:
         """Return an expectation."""
         first, condition, *clauses = children
         return s.Expect(condition, tuple(clauses), self._span(first, children[-1]))
 
-    # --- whole texts --------------------------------------------------------------------------
 
-    def file(self, children: list[Any]) -> s.Module:
-        """Return the whole module."""
-        version, *items = children
-        return s.Module(version, tuple(items), self.source)
+# --- what stands in a block -------------------------------------------------------------------
 
-    def items(self, children: list[Any]) -> s.Module:
-        """Return a part of a text: an assignment alone, or what follows a mistake."""
-        return s.Module(s.Number(1.0, Span(self.source, 0, 0)), tuple(children), self.source)
+
+def with_items(head: Any, items: tuple[s.Item, ...], close: int) -> s.Item:
+    """Return a block, or the orders of a time, with its items.
+
+    Args:
+        head: The node of the head.
+        items: The items of the block.
+        close: Offset behind its closing brace.
+    """
+    span = Span(head.span.source, head.span.start, close)
+    if isinstance(head, s.Timed):
+        body = tuple(with_items(inner, items, close) for inner in head.body) or items
+        return replace(head, body=body, span=span)
+    return replace(head, items=items, span=span)
+
+
+def with_rows(head: s.Table, rows: Rows, close: int) -> s.Table:
+    """Return a table with its rows.
+
+    Args:
+        head: The node of the head.
+        rows: Its rows.
+        close: Offset behind its closing brace.
+    """
+    place = Span(head.span.source, rows.start, rows.end)
+    span = Span(head.span.source, head.span.start, close)
+    return replace(head, rows=canonical_rows(place.text), span=span, rows_span=place)

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterator
 from itertools import takewhile
 
-from lark import Token
 from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic, Edit, Hint, Note, proposal
@@ -15,6 +14,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import ALL_UNITS, SYMBOLS, near_unit
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
 from tissuec.lang.token_names import expected, shown
+from tissuec.lang.tokens import Token
 from tissuec.lang.words import CONTINUING, RESERVED, STARTING, TIME_WORDS
 
 _TIMES = frozenset(word.upper() for word in TIME_WORDS)
@@ -50,9 +50,9 @@ def _finding(
 
 def _capitalised(m: Mistake) -> Diagnostic | None:
     for token in (*m.before, m.found):
-        word = token.value.lower()
+        word = token.text.lower()
         if token.type == "WORD" and word in RESERVED:
-            message = f'"{token}" is a reserved word; write it in lower case'
+            message = f'"{token.text}" is a reserved word; write it in lower case'
             return _finding(m, "TIS103", message, proposal(word), token)
     return None
 
@@ -60,13 +60,13 @@ def _capitalised(m: Mistake) -> Diagnostic | None:
 def _decimal_comma(m: Mistake) -> Diagnostic | None:
     if m.found.type != "COMMA" or m.previous != "NUMBER" or m.next not in _NUMBERS:
         return None
-    if m.before[-1].end_pos != m.found.start_pos or m.found.end_pos != m.after[0].start_pos:
+    if m.before[-1].stop != m.found.start or m.found.stop != m.after[0].start:
         return None
     head = m.text(m.before[0], m.before[-1])
     written = shown(f"{head}.{m.text(m.after[0], m.after[-1])}")
     hint = Hint(f"write {written}", Edit("."))
-    if re.match(r"[0-9]{3}(?![0-9])", m.after[0].value):
-        whole = f"{m.before[-1]}{m.after[0]}"
+    if re.match(r"[0-9]{3}(?![0-9])", m.after[0].text):
+        whole = f"{m.before[-1].text}{m.after[0].text}"
         hint = Hint(f'{hint}, or "{whole}": digits are not grouped', *hint.edits, Edit(""))
     return _finding(m, "TIS108", "a decimal comma is not allowed", hint)
 
@@ -90,14 +90,14 @@ def _missing_colon(m: Mistake) -> Diagnostic | None:
 def _unit(m: Mistake) -> Diagnostic | None:
     """Recognise a word behind a number that is no unit, or a unit where none can stand."""
     if m.found.type == "RPAR_UNIT":
-        message = f'the unit "{m.found[1:].strip()}" follows neither a number nor a vector'
+        message = f'the unit "{m.found.text[1:].strip()}" follows neither a number nor a vector'
         hint = Hint("write it after each number", *_inside_brackets(m))
         return _finding(m, "TIS104", message, hint)
     if m.found.type != "WORD" or m.next in _GOES_ON:
         return None
-    word = m.found.value
+    word = m.found.text
     if m.previous == "QUANTITY" and word in SYMBOLS:
-        unit = re.sub(r"^[0-9.]+([eE][+-]?[0-9]+)?\s*", "", m.before[-1].value)
+        unit = re.sub(r"^[0-9.]+([eE][+-]?[0-9]+)?\s*", "", m.before[-1].text)
         message = f'"{unit} {word}" is not a unit'
         joined = [Edit(f"{sign}{word}", m.behind.to(m.span(m.found))) for sign in "*/"]
         hint = Hint(f'write "{unit}*{word}" or "{unit}/{word}"', *joined)
@@ -116,7 +116,7 @@ def _inside_brackets(m: Mistake) -> list[Edit]:
     place = m.span(m.found)
     text = m.source.text
     start = text.rfind("(", 0, place.start)
-    inner, unit = text[start + 1 : place.start], m.found[1:].strip()
+    inner, unit = text[start + 1 : place.start], m.found.text[1:].strip()
     if start < 0 or re.fullmatch(rf"{_PLAIN}(?: *[-+] *{_PLAIN})*", inner) is None:
         return []
     written = re.sub(rf"({_PLAIN})", rf"\1 {unit}", inner)
@@ -125,7 +125,7 @@ def _inside_brackets(m: Mistake) -> list[Edit]:
 
 def _near_unit(m: Mistake, word: str) -> Hint:
     if product := _run_together(word):
-        rest = _FURTHER_UNITS.match(m.source.text, m.found.end_pos or 0)
+        rest = _FURTHER_UNITS.match(m.source.text, m.found.stop)
         return Hint(f'did you mean "{product}{rest[0] if rest else ""}"?', Edit(product))
     return near_unit(word)
 
@@ -140,14 +140,14 @@ def _run_together(word: str) -> str:
 
 
 def _path_without_quotes(m: Mistake) -> Diagnostic | None:
-    if not m.before or m.before[0].lower() != "use" or m.found.value not in ("/", "."):
+    if not m.before or m.before[0].text.lower() != "use" or m.found.text not in ("/", "."):
         return None
     if any(token.type != "WORD" for token in m.before):
         return None
-    end = m.source.text.rstrip().find("\n", m.found.start_pos or 0)
-    written = m.source.text[m.before[0].end_pos : end if end > 0 else None]
+    end = m.source.text.rstrip().find("\n", m.found.start)
+    written = m.source.text[m.before[0].stop : end if end > 0 else None]
     path = written.split("#")[0].strip("; \t\n")
-    start = m.before[0].end_pos or 0
+    start = m.before[0].stop
     quoted = Edit(
         f' "{path}"', Span(m.source, start, start + len(written.split("#")[0].rstrip("; \t")))
     )
@@ -162,12 +162,12 @@ def _is_for_equal(m: Mistake) -> Diagnostic | None:
     if m.first not in _BINDERS or m.found.type != "IS" or not m.after or "EQUAL" in after:
         return None
     if m.first != "SET" and set(after) == {"WORD"}:
-        message = f"a {m.before[0]} is a number, not a word"
+        message = f"a {m.before[0].text} is a number, not a word"
         hint = f'write a number, such as "{m.text(m.before[0], m.before[-1])} = 1 mm"; '
         return _finding(m, "TIS312", message, f"{hint}words are for tissues", m.after[0])
     head, rest = m.text(m.before[0], m.before[-1]), m.text(m.after[0], m.after[-1])
     hint = Hint(f"write {shown(f'{head} = {rest}')}", Edit("="))
-    return _finding(m, "TIS312", f'the value of a {m.before[0]} follows "="', hint)
+    return _finding(m, "TIS312", f'the value of a {m.before[0].text} follows "="', hint)
 
 
 def _colon_for_equal(m: Mistake) -> Diagnostic | None:
@@ -229,10 +229,10 @@ def _equals_as_test(m: Mistake) -> Diagnostic | None:
         return None
     left = _words_before(m)
     if m.next == "WORD":
-        text = f'write "{left or "…"} is {m.after[0]}" for a word, or "==" between numbers'
+        text = f'write "{left or "…"} is {m.after[0].text}" for a word, or "==" between numbers'
         hint = Hint(text, Edit("is"), Edit("=="))
     else:
-        value = m.after[0].value if m.after else "…"
+        value = m.after[0].text if m.after else "…"
         hint = Hint(f'write "{f"{left} == {value}" if left else "=="}"', Edit("=="))
     return _finding(m, "TIS111", '"=" assigns a value and does not compare', hint)
 
@@ -253,7 +253,7 @@ def _reserved_as_entry(m: Mistake) -> Diagnostic | None:
         return None
     if tokens[1].type != "EQUAL" or len(m.before) > 1:
         return None
-    message = f'"{tokens[0]}" is a reserved word; no entry or name begins with it'
+    message = f'"{tokens[0].text}" is a reserved word; no entry or name begins with it'
     hint = "begin with the name of an entry, or write a name in quotes"
     if tokens[0].type == "EVERY":
         output = f"trajectory every {m.text(tokens[2], tokens[-1])}"
@@ -272,21 +272,21 @@ def _reserved_in_name(m: Mistake) -> Diagnostic | None:
         wrong = inner[0]
     elif wrong.type not in _KEYWORDS or not _in_name(m):
         return None
-    message = f'a name cannot contain the reserved word "{wrong}"'
+    message = f'a name cannot contain the reserved word "{wrong.text}"'
     return _finding(m, "TIS115", message, _quoted(m, _whole_name(m, wrong)), wrong)
 
 
 def _quoted(m: Mistake, name: list[Token], begin: str = "write the name in quotes") -> Hint:
     """Return a hint to write a name in quotes, without the part or verb that it begins with."""
     tokens = [*m.before, m.found, *m.after]
-    places = [token.start_pos for token in tokens]  # tokens are equal where their texts are
-    start, end = places.index(name[0].start_pos), places.index(name[-1].start_pos) + 1
+    places = [token.start for token in tokens]  # tokens are equal where their texts are
+    start, end = places.index(name[0].start), places.index(name[-1].start) + 1
     is_set = tokens[end : end + 1] and tokens[end].type in ("EQUAL", "IS")
     begins = start == 0 or tokens[start - 1].type == "COLON"
     head = name.pop(0) if begins and not is_set and len(name) > 1 else None
     text = m.text(name[0], name[-1])
     place = m.span(name[0]).to(m.span(name[-1]))
-    shown_name = f'{head} "{text}"' if head else f'"{text}"'
+    shown_name = f'{head.text} "{text}"' if head else f'"{text}"'
     return Hint(f"{begin}: {shown_name}", Edit(f'"{text}"', place))
 
 
@@ -318,13 +318,13 @@ def _two_statements(m: Mistake) -> Diagnostic | None:
         return _finding(m, "TIS107", "a comma does not end a statement", hint)
     begins = found in _STARTERS or (found == "WORD" and m.next in _GOES_ON)
     second_sign = found in ("EQUAL", "IS") and (m.holds("IS") or m.holds("EQUAL"))
-    behind_block = m.source.text[m.statement.start - 1 : m.statement.start] == "}"
-    if not (m.can_end and (begins or second_sign or (behind_block and found != CHARACTER))):
+    behind_block = m.statement.is_behind_block and found != CHARACTER
+    if not (m.can_end and (begins or second_sign or behind_block)):
         return None
     if second_sign:
         hint = Hint('put ";" or a line break between them')
     else:
-        text = f'put ";" or a line break before {shown(m.found.value)}'
+        text = f'put ";" or a line break before {shown(m.found.text)}'
         hint = Hint(text, Edit(";", m.behind))
     return _finding(m, "TIS107", "two statements on one line", hint)
 
@@ -334,11 +334,11 @@ def _number_in_name(m: Mistake) -> Diagnostic | None:
         return None
     name = _words_before(m)
     if m.found.type == "QUANTITY" and "EQUAL" in m.accepted:
-        hint = Hint(f"write {shown(f'{name} = {m.found}')}", Edit(" =", m.behind))
+        hint = Hint(f"write {shown(f'{name} = {m.found.text}')}", Edit(" =", m.behind))
         return _finding(m, "TIS109", '"=" is missing between a name and its value', hint)
-    value = Hint(f'write "{name} = {m.found}"', Edit(" =", m.behind))
+    value = Hint(f'write "{name} = {m.found.text}"', Edit(" =", m.behind))
     is_set = "EQUAL" in m.accepted and m.next != "EQUAL"
-    if is_set and name == m.before[0].value:
+    if is_set and name == m.before[0].text:
         return _finding(m, "TIS109", "a name cannot contain a number", value)
     words = [*takewhile(lambda token: token.type == "WORD", reversed(m.before))][::-1]
     hint = _quoted(m, [*words, m.found], "write the number as a word, or the name in quotes")
@@ -350,7 +350,7 @@ def _number_in_name(m: Mistake) -> Diagnostic | None:
 def _words_before(m: Mistake) -> str:
     """Return the words directly before the wrong token."""
     words = takewhile(lambda token: token.type == "WORD", reversed(m.before))
-    return " ".join(reversed(list(words)))
+    return " ".join(word.text for word in [*words][::-1])
 
 
 def _anything(m: Mistake) -> Diagnostic:
@@ -359,14 +359,14 @@ def _anything(m: Mistake) -> Diagnostic:
     if ends and m.before:
         message = "the statement ends too early"
     else:
-        message = "a statement is missing" if ends else f"unexpected {shown(m.found.value)}"
+        message = "a statement is missing" if ends else f"unexpected {shown(m.found.text)}"
     hint = _special(m) or (expected(m.accepted) if m.before else _BEGINNINGS)
     return _finding(m, "TIS100", message, hint)
 
 
 def _special(m: Mistake) -> str:
     """Return a hint for a mistake that needs no code of its own."""
-    found, value = m.found.type, m.found.value
+    found, value = m.found.type, m.found.text
     if found == CHARACTER:
         return _sign(m, value)
     if found in _NUMBERS and m.previous == "NUMBER":
@@ -374,7 +374,7 @@ def _special(m: Mistake) -> str:
         if per_second := _PER_SECOND.match(m.source.text, start):
             place = Span(m.source, start, per_second.end())
             return Hint('the unit 1/s is written "Hz"', Edit("Hz", place))
-        whole = f"{m.before[-1]}{m.found}"
+        whole = f"{m.before[-1].text}{m.found.text}"
         return Hint(f'digits are not grouped: write "{whole}"', Edit("", m.blank))
     if found == "COMMA" and m.previous in _NUMBERS and m.can_end:
         return _bracketed(m)
@@ -388,7 +388,7 @@ def _special(m: Mistake) -> str:
         return Hint('put "{" on the line of the name of its block', *_brace_moved(m))
     if found == "COMMA" and m.next == "THEN":
         return Hint('remove the ","', Edit(""))
-    if found == "_NL" and m.previous == "COLON":
+    if found == "LINE" and m.previous == "COLON":
         return 'write the action on the line of its time, or in "{ }"'
     return ""
 
@@ -416,10 +416,14 @@ def _between(m: Mistake) -> str:
     start = max((i + 1 for i in ends if i < first), default=0)
     stop = min((i for i in ends if i > second), default=len(tokens))
     parts = tokens[start:first], tokens[first + 1 : second], tokens[second + 1 : stop]
-    if not all(parts) or tokens[first][0] != m.found[0] or m.found[0] not in "<>":
+    if (
+        not all(parts)
+        or tokens[first].text[0] != m.found.text[0]
+        or m.found.text[0] not in "<>"
+    ):
         return 'join two comparisons with "and"'
     low, middle, high = (m.text(part[0], part[-1]) for part in parts)
-    if m.found[0] == ">":
+    if m.found.text[0] == ">":
         low, high = high, low
     text = f"{middle} between {low} and {high}"
     place = m.span(tokens[start]).to(m.span(tokens[stop - 1]))
@@ -428,7 +432,7 @@ def _between(m: Mistake) -> str:
 
 def _brace_moved(m: Mistake) -> list[Edit]:
     """Return the edit that moves a brace up to the line of what stands before it."""
-    place = m.found.start_pos or 0
+    place = m.found.start
     blank = re.search(r"\s*\Z", m.source.text[:place])
     if blank is None or "#" in m.source.text[:place].rstrip().rpartition("\n")[2]:
         return []
@@ -438,8 +442,8 @@ def _brace_moved(m: Mistake) -> list[Edit]:
 def _sign(m: Mistake, sign: str) -> str:
     """Return a hint about a sign that begins nothing."""
     if sign == "." and m.previous == "NUMBER":
-        return Hint(f'write "{m.before[-1]}.0"', Edit(".0"))
-    if sign == "." and (digits := _DIGITS.match(m.source.text, m.found.end_pos or 0)):
+        return Hint(f'write "{m.before[-1].text}.0"', Edit(".0"))
+    if sign == "." and (digits := _DIGITS.match(m.source.text, m.found.stop)):
         return Hint(f'write "0.{digits[0]}"', Edit("0."))
     if sign == "·":
         return Hint('write "*" for a product', Edit("*"))

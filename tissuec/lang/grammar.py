@@ -1,33 +1,35 @@
-"""The parser that Lark builds from the grammar files, kept on disk between runs."""
+"""The parser of statements: Lark builds it from the grammar files, and keeps it on disk."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable
+from copy import copy
 from hashlib import sha256
-from typing import Any, cast
+from typing import Any
 
 import lark
-from lark import Lark, Token
-from lark.lexer import Lexer, LexerThread
-from lark.utils import TextSlice
+from lark import Lark, UnexpectedToken
+from lark.parsers.lalr_parser_state import ParserState
 
 from tissuec.core.resources import cache_folder, grammar
-from tissuec.core.units import unit_pattern
+from tissuec.lang.tokens import Token
 from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
 
 _FILES = ("common.lark", "rules.lark", "tissue.lark")
 
-#: What Lark is asked for. "items" is where parsing goes on after a mistake.
+#: What Lark is asked for; its own lexer is not used.
 OPTIONS: dict[str, Any] = {
     "parser": "lalr",
     "lexer": "basic",
-    "start": ["file", "items"],
+    "start": ["statement", "heading"],
     "maybe_placeholders": True,
 }
 
+#: Ends a statement in the grammar.
+END = Token("$END", "", 0, 0)
+
 
 def grammar_text() -> str:
-    """Return the whole grammar, with units and reserved words put in."""
+    """Return the whole grammar, with reserved words put in."""
     text = "\n".join(grammar(name).read_text(encoding="utf-8") for name in _FILES)
-    text = text.replace("@UNIT@", unit_pattern().replace("/", r"\/"))
     for mark, words in (("@TIME@", TIME_WORDS), ("@JOIN@", JOINING_WORDS)):
         text = text.replace(mark, " | ".join(f'"{word}"' for word in words))
     return text
@@ -49,34 +51,104 @@ def load_parser(builder: object) -> Lark:
     return Lark(text, transformer=builder, cache=str(path), **OPTIONS)
 
 
-def parsed(parser: Lark, text: str | TextSlice[str], start: str) -> Any:
-    """Return the result of the transformer of a parser for a text.
+class Refused(Exception):
+    """A token cannot stand in its place.
+
+    Attributes:
+        place: Its number in the statement.
+    """
+
+    def __init__(self, place: int, state: Any):
+        super().__init__(place)
+        self.place = place
+        self._state = state
+
+    @property
+    def accepted(self) -> frozenset[str]:
+        """Return the types of tokens that could have stood there."""
+        return _accepted(self._state)
+
+
+class StatementParser:
+    """Parses one statement after another.
 
     Args:
-        parser: With a transformer.
-        text: What is parsed.
-        start: The rule to begin with.
-
-    Raises:
-        lark.UnexpectedInput: The text is not one of the rule.
+        builder: Has a method for each rule, called as soon as the rule is complete.
     """
-    untyped: Any = parser
-    return untyped.parse(text, start=start)
+
+    def __init__(self, builder: object):
+        parser: Any = load_parser(builder)  # whose parts Lark leaves without types
+        self._rules = {
+            rule: parser.parse_interactive("", start=rule).parser_state.parse_conf
+            for rule in OPTIONS["start"]
+        }
+
+    def parse(self, statement: Iterable[Token], rule: str = "statement") -> Any:
+        """Return what the builder makes of a statement.
+
+        Args:
+            statement: Its tokens, and the brace of its block.
+            rule: The rule of the grammar.
+
+        Raises:
+            Refused: A token cannot stand in its place, or the end.
+        """
+        state = _state(self._rules[rule])
+        place = _feed(state, statement)
+        try:
+            return state.feed_token(END, is_end=True)
+        except UnexpectedToken:
+            raise Refused(place, state) from None
+
+    def accepted(self, beginning: Iterable[Token], rule: str = "statement") -> frozenset[str]:
+        """Return the types of tokens that can follow the beginning of a statement.
+
+        Args:
+            beginning: Its tokens.
+            rule: The rule of the grammar.
+
+        Raises:
+            Refused: A token cannot stand in its place.
+        """
+        state = _state(_without_builder(self._rules[rule]))
+        _feed(state, beginning)
+        return _accepted(state)
 
 
-def tokens(parser: Lark, text: str, start: int, end: int) -> Iterator[Token]:
-    """Yield the tokens of a part of a text that was laid out for the grammar.
+def _state(rule: Any) -> Any:
+    begin: Any = ParserState
+    return begin(rule, None)
 
-    Args:
-        parser: The parser.
-        text: The text.
-        start: First character of the part.
-        end: End of the part.
 
-    Raises:
-        lark.UnexpectedCharacters: A character begins no token.
-    """
-    built: Any = parser  # whose parts Lark leaves without types
-    threads: Any = LexerThread
-    lexer = cast(Lexer, built.parser.lexer)
-    return threads.from_text(lexer, TextSlice(text, start, end)).lex(None)
+def _feed(state: Any, statement: Iterable[Token]) -> int:
+    """Feed tokens, and return how many there are."""
+    place = 0
+    try:
+        for token in statement:
+            state.feed_token(token)
+            place += 1
+    except UnexpectedToken:
+        raise Refused(place, state) from None
+    return place
+
+
+def _without_builder(rule: Any) -> Any:
+    bare = copy(rule)
+    bare.callbacks = {}
+    return bare
+
+
+def _accepted(state: Any) -> frozenset[str]:
+    """Return the types of tokens that a state of the parser takes."""
+    state.parse_conf = _without_builder(state.parse_conf)
+    kinds = (kind for kind in state.parse_conf.states[state.position] if kind.isupper())
+    return frozenset(kind for kind in kinds if _takes(state, kind))
+
+
+def _takes(state: Any, kind: str) -> bool:
+    trial = state.copy(deepcopy_values=False)
+    try:
+        trial.feed_token(Token(kind, "", 0, 0), is_end=kind == END.type)
+    except UnexpectedToken:
+        return False
+    return True

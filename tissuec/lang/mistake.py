@@ -1,18 +1,14 @@
 """A syntax error as facts: statement, tokens, the wrong token, and accepted tokens."""
 
 import re
-from collections.abc import Iterator
-from contextlib import suppress
-from itertools import islice
-from typing import Any, NamedTuple
-
-from lark import Lark, Token, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+from itertools import islice, takewhile
+from typing import NamedTuple
 
 from tissuec.core.source import Source, Span
-from tissuec.lang.grammar import tokens
-from tissuec.lang.recovery import Statement, statement_at
+from tissuec.lang.tokens import Token
+from tissuec.lang.tree import Statement
 
-#: The type of a stand-in token for a character that begins no token.
+#: The type of a token for a character that begins no token.
 CHARACTER = "CHARACTER"
 
 #: What may be written as a unit, whether there are such units or not.
@@ -22,7 +18,11 @@ _UNIT = re.compile(r"\w+(\^-?[0-9]+)?([*/·]\w+(\^-?[0-9]+)?)*")
 _ENOUGH = 100
 
 #: Types of tokens that end a statement and belong to no statement.
-ENDS = frozenset({"_NL", "$END", "RBRACE"})
+ENDS = frozenset({"LINE", "$END", "RBRACE"})
+
+_BRACES = {"{": "LBRACE", "}": "RBRACE"}
+#: Line ends and semicolons behind a statement, and comments between them.
+_SEPARATORS = re.compile(r"[\n;](?:[\n; \t]|#[^\n]*)*")
 
 
 class Mistake(NamedTuple):
@@ -44,6 +44,26 @@ class Mistake(NamedTuple):
     after: tuple[Token, ...]
     accepted: frozenset[str]
 
+    @classmethod
+    def at(
+        cls, statement: Statement, source: Source, place: int, accepted: frozenset[str]
+    ) -> "Mistake":
+        """Return the facts of a mistake.
+
+        Args:
+            statement: The statement.
+            source: The text.
+            place: How many of its tokens stand before the wrong one.
+            accepted: Types of tokens that could have stood there.
+        """
+        parts = statement.readable
+        found = parts[place] if place < len(parts) else end_of(statement, source)
+        rest = () if found.type == CHARACTER else islice(parts, place + 1, place + _ENOUGH)
+        after = tuple(takewhile(lambda token: token.type != CHARACTER, rest))
+        if not place:
+            accepted |= ENDS  # an empty statement is none
+        return cls(source, statement, tuple(parts[:place]), found, after, accepted)
+
     @property
     def previous(self) -> str:
         """Return the type of the token before the wrong one, or an empty string."""
@@ -64,9 +84,8 @@ class Mistake(NamedTuple):
         """Return the words behind a number or vector that were to be its unit, if any."""
         if self.found.type != "WORD" or self.previous not in ("NUMBER", "QUANTITY", "RPAR"):
             return None
-        start = self.found.start_pos or 0
-        unit = _UNIT.match(self.source.text, start)
-        return Span(self.source, start, unit.end()) if unit else None
+        unit = _UNIT.match(self.source.text, self.found.start)
+        return Span(self.source, *unit.span()) if unit else None
 
     @property
     def can_end(self) -> bool:
@@ -76,7 +95,7 @@ class Mistake(NamedTuple):
     @property
     def behind(self) -> Span:
         """Return the empty place behind the token before the wrong one."""
-        end = (self.before[-1].end_pos if self.before else self.found.start_pos) or 0
+        end = self.before[-1].stop if self.before else self.found.start
         return Span(self.source, end, end)
 
     @property
@@ -95,53 +114,24 @@ class Mistake(NamedTuple):
         return any(token.type == kind for token in self.before)
 
     def span(self, token: Token) -> Span:
-        """Return the place of a token, within the text."""
-        end = len(self.source.text)
-        return Span(self.source, min(token.start_pos or 0, end), min(token.end_pos or 0, end))
+        """Return the place of a token."""
+        return Span(self.source, token.start, token.stop)
 
     def text(self, first: Token, last: Token) -> str:
         """Return what is written from one token to another, with single blanks."""
-        written = self.source.text[first.start_pos : last.end_pos]
+        written = self.source.text[first.start : last.stop]
         lines = (
             line.split("#")[0] if '"' not in line else line for line in written.split("\n")
         )
         return " ".join(" ".join(lines).split())
 
 
-def mistake_of(
-    error: UnexpectedInput, lark: Lark, source: Source, text: str, begin: int
-) -> Mistake:
-    """Return the facts of an error.
-
-    Args:
-        error: The error of the parser.
-        lark: The parser.
-        source: The source.
-        text: The text as laid out for the parser.
-        begin: Offset in the text at which parsing began.
-    """
-    found = _found(error, text)
-    place = found.start_pos or 0
-    statement = statement_at(text, begin, place)
-    before = tuple(_readable(lark, text, statement.start, place))
-    rest = _readable(lark, text, place, statement.end)
-    after = tuple(token for token in islice(rest, _ENOUGH) if token.start_pos != place)
-    untyped: Any = error
-    accepted: frozenset[str] = frozenset(untyped.interactive_parser.accepts())
-    return Mistake(source, statement, before, found, after, accepted)
-
-
-def _found(error: UnexpectedInput, text: str) -> Token:
-    untyped: Any = error  # Lark leaves what it holds without types
-    if isinstance(error, UnexpectedToken) and untyped.token.type != "$END":
-        return untyped.token
-    if isinstance(error, UnexpectedCharacters):
-        place = int(untyped.pos_in_stream or 0)
-        return Token(CHARACTER, text[place], place, end_pos=place + 1)
-    return Token("$END", "", len(text), end_pos=len(text))
-
-
-def _readable(lark: Lark, text: str, start: int, end: int) -> Iterator[Token]:
-    """Yield the tokens of a stretch, as far as they can be told."""
-    with suppress(UnexpectedCharacters):
-        yield from tokens(lark, text, start, end)
+def end_of(statement: Statement, source: Source) -> Token:
+    """Return the separator behind a statement."""
+    sign = source.text[statement.stop : statement.stop + 1]
+    if sign in _BRACES:
+        return Token(_BRACES[sign], sign, statement.stop, statement.stop + 1)
+    if found := _SEPARATORS.match(source.text, statement.stop):
+        return Token("LINE", found[0], *found.span())
+    end = len(source.text)
+    return Token("$END", "", end, end)

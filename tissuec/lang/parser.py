@@ -1,31 +1,28 @@
 """From text to a module of syntax nodes; errors become diagnostics.
 
-    layout -> Lark, which calls the builder -> Module
+    tree -> Lark, statement by statement, which calls the builder -> Module
 
-After a syntax error the bad statement is left out and parsing goes on behind it, so that one
-run reports several mistakes. Where nothing but units and the sizes of numbers are wrong, the
-whole text is parsed once more without them, so that its other mistakes can be found.
+A statement with a syntax error is left out, so that one run reports several mistakes. Where
+nothing but units and the sizes of numbers are wrong, statements are parsed without them.
 """
 
 import gc
-from collections.abc import Generator, Iterable
-from contextlib import contextmanager
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager, suppress
 from functools import cache
 from threading import Lock
-from typing import cast
-
-from lark import Lark, UnexpectedInput
-from lark.utils import TextSlice
+from typing import Any
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source, Span
-from tissuec.lang.builder import Builder
+from tissuec.lang.builder import Builder, with_items, with_rows
 from tissuec.lang.classify import classify
-from tissuec.lang.grammar import load_parser, parsed
-from tissuec.lang.layout import MOST_PROBLEMS, Layout, in_order, lay_out
-from tissuec.lang.mistake import mistake_of
-from tissuec.lang.recovery import Statement, resume_after
-from tissuec.lang.syntax import Module
+from tissuec.lang.grammar import Refused, StatementParser
+from tissuec.lang.mistake import ENDS, Mistake
+from tissuec.lang.syntax import Item, Module, Number
+from tissuec.lang.tokens import Token
+from tissuec.lang.tree import Statement, Tree
+from tissuec.lang.tree_builder import MOST_PROBLEMS, in_order, tree_of
 from tissuec.lang.version import check_heading
 
 # The one parser has one builder, which holds the text that is being parsed.
@@ -50,17 +47,9 @@ class WrongNumbers(CompileError):
 
 
 @cache
-def lark_parser() -> Lark:
+def statement_parser() -> StatementParser:
     """Return the one parser, built or loaded when it is first needed."""
-    return load_parser(_BUILDER)
-
-
-@contextmanager
-def reading(layout: Layout) -> Generator[Lark]:
-    """Lend the one parser for parts of a text; no one else can parse in the meantime."""
-    with _LOCK, _no_garbage_collection():
-        _BUILDER.begin(layout)
-        yield lark_parser()
+    return StatementParser(_BUILDER)
 
 
 def parse(source: Source, *, has_heading: bool = True) -> Module:
@@ -74,18 +63,40 @@ def parse(source: Source, *, has_heading: bool = True) -> Module:
         WrongNumbers: Numbers have mistakes, and nothing else.
         CompileError: The text has mistakes; up to ten are reported, in order.
     """
-    layout = lay_out(source)
+    tree = tree_of(source)
+    return parse_tree(tree, has_heading=has_heading)
+
+
+def parse_tree(tree: Tree, *, has_heading: bool = True) -> Module:
+    """Return the syntax nodes of a text.
+
+    Args:
+        tree: The text.
+        has_heading: Whether the text begins with its language.
+
+    Raises:
+        WrongNumbers: Numbers have mistakes, and nothing else.
+        CompileError: The text has mistakes; up to ten are reported, in order.
+    """
+    reading = _Reading(tree, list(tree.problems))
+    if not tree.is_sound or reading.is_full:
+        raise CompileError(tree.problems)
     with _LOCK, _no_garbage_collection():
-        module, problems, units = _parse(layout, has_heading=has_heading)
-        of_numbers = all(problem.code in _OF_NUMBERS for problem in problems)
-        if units and of_numbers and has_heading:
-            module = _parse_without(units, layout)
-    found = in_order(problems)[:MOST_PROBLEMS]
-    if module is None or not of_numbers:
+        module = reading.module(has_heading=has_heading)
+    found = in_order(reading.problems)[:MOST_PROBLEMS]
+    if reading.left_out or any(problem.code not in _OF_NUMBERS for problem in found):
         raise CompileError(found)
     if found:
         raise WrongNumbers(found, module)
     return module
+
+
+def readable_part(tree: Tree) -> Module:
+    """Return the syntax nodes of a text; statements with mistakes are left out."""
+    if not tree.is_sound:
+        return _module((), tree.source)
+    with _LOCK, _no_garbage_collection():
+        return _Reading(tree, None).module(has_heading=True)
 
 
 @contextmanager
@@ -100,54 +111,135 @@ def _no_garbage_collection() -> Generator[None]:
             gc.enable()
 
 
-def _parse(
-    layout: Layout, *, has_heading: bool
-) -> tuple[Module | None, list[Diagnostic], list[Span]]:
-    """Return the module, unless a statement had to be left out, all problems, and where words
-    stand in place of units.
+def _module(items: tuple[Item, ...], source: Source) -> Module:
+    return Module(Number(1.0, Span(source, 0, 0)), items, source)
+
+
+class _Reading:
+    """One pass over the statements of a tree.
+
+    Attributes:
+        problems: What is wrong with the text; None where nobody asks.
+        left_out: How many statements could not be read.
     """
-    heading = check_heading(layout.source, layout.text) if has_heading else None
-    problems = [*layout.problems, *([heading] if heading else [])]
-    text, begin = layout.text, 0
-    rule = "items" if heading or not has_heading else "file"
-    units: list[Span] = []
-    left_out = False
-    _BUILDER.begin(layout)
-    while len(problems) < MOST_PROBLEMS:
+
+    def __init__(self, tree: Tree, problems: list[Diagnostic] | None):
+        self.tree = tree
+        self.is_silent = problems is None
+        self.problems: list[Diagnostic] = problems or []
+        self.left_out = 0
+
+    @property
+    def is_full(self) -> bool:
+        return len(self.problems) >= MOST_PROBLEMS
+
+    def module(self, *, has_heading: bool) -> Module:
+        items = self.tree.items
+        version = None
+        if has_heading and (heading := self._heading(items)) is not None:
+            items = items[items.index(heading) + 1 :]
+            version = self._parsed(heading, "heading")
+        module = _module(self._items(items), self.tree.source)
+        return module if version is None else Module(version, module.items, module.source)
+
+    def _heading(self, items: Sequence[Statement]) -> Statement | None:
+        """Return the statement of the language, if it is right so far."""
+        first = next((one for one in items if one.readable or one.is_head), None)
+        problem = check_heading(self.tree.source, first)
+        if problem is not None:
+            self.problems.append(problem)
+        return first if problem is None else None
+
+    def _items(self, statements: Iterable[Statement]) -> tuple[Item, ...]:
+        items: list[Item] = []
+        known = 0  # how many were left out before the last statement
+        for statement in statements:
+            if self.is_full or not (statement.is_head or statement.readable):
+                continue
+            # After a mistake, a brace may end another block than it seems.
+            must_end = statement.is_behind_block and self.left_out == known
+            known = self.left_out
+            node = self._parsed(statement, "statement", must_end=must_end)
+            inner = self._items(statement.items)
+            if node is None:
+                continue
+            if statement.rows is not None:
+                node = with_rows(node, statement.rows, statement.close)
+            elif statement.is_head:
+                node = with_items(node, inner, statement.close)
+            items.append(node)
+        return tuple(items)
+
+    def _parsed(self, statement: Statement, rule: str, *, must_end: bool = False) -> Any:
+        """Return the node of a statement, or of the head of a block; None if it is wrong.
+
+        Args:
+            statement: The statement.
+            rule: The rule of the grammar.
+            must_end: Whether nothing can stand there.
+        """
+        _BUILDER.begin(self.tree.source)
         try:
-            module = parsed(lark_parser(), TextSlice(text, begin, len(text)), rule)
-        except UnexpectedInput as error:
-            mistake = mistake_of(error, lark_parser(), layout.source, text, begin)
-            problems += _BUILDER.problems
-            _BUILDER.problems.clear()
-            if not _is_known(problems, mistake.statement):
-                problems.append(classify(mistake))
-                units += [mistake.unit] if mistake.unit else []
-            left_out = True
-            text, begin = resume_after(text, mistake.statement)
-            rule = "items"
-        else:
-            whole = None if left_out else cast(Module, module)
-            return whole, problems + _BUILDER.problems, units
-    return None, problems, units
+            node = statement_parser().parse(statement.sentence, rule)
+            if must_end and not self.is_silent:
+                node = self._mistaken(statement, 0, ENDS)
+        except Refused as refused:
+            place, accepted = (0, ENDS) if must_end else (refused.place, refused.accepted)
+            node = None if self.is_silent else self._mistaken(statement, place, accepted)
+        self.problems += _BUILDER.problems
+        self.left_out += node is None
+        return node
 
+    def _mistaken(self, statement: Statement, place: int, accepted: frozenset[str]) -> Any:
+        """Report what is wrong with a statement; return its node if it is only a unit.
 
-def _parse_without(units: list[Span], layout: Layout) -> Module | None:
-    """Return the module of a text without some of its units, if all else can be read."""
-    text = layout.text
-    for unit in units:
-        text = text[: unit.start] + " " * (unit.end - unit.start) + text[unit.end :]
-    _BUILDER.begin(layout, unknown={len(text[: unit.start].rstrip()) for unit in units})
-    try:
-        module = parsed(lark_parser(), text, "file")
-    except UnexpectedInput:
+        Args:
+            statement: The statement.
+            place: How many of its tokens stand before the wrong one.
+            accepted: Types of tokens that could have stood there.
+        """
+        mistake = Mistake.at(statement, self.tree.source, place, accepted)
+        if self._is_known(statement):
+            return None
+        self.problems.append(classify(mistake))
+        if mistake.unit is None:
+            return None
+        unit, known = mistake.unit, _BUILDER.problems
+        kept = [
+            one for one in statement.sentence if one.start < unit.start or one.stop > unit.end
+        ]
+        _BUILDER.begin(self.tree.source, unknown=[mistake.before[-1].stop])
+        with suppress(Refused):
+            node = statement_parser().parse(kept)
+            if not _BUILDER.unknown:
+                return node
+        _BUILDER.problems = known
         return None
-    of_numbers = all(problem.code in _OF_NUMBERS for problem in _BUILDER.problems)
-    return cast(Module, module) if of_numbers and not _BUILDER.unknown else None
+
+    def _is_known(self, statement: Statement) -> bool:
+        """Return whether something about the statement has been reported already."""
+        problems = [*self.problems, *_BUILDER.problems]
+        places = [problem.span for problem in problems]
+        places += [note.span for problem in problems for note in problem.notes]
+        return any(p and statement.start <= p.start <= statement.stop for p in places)
 
 
-def _is_known(problems: list[Diagnostic], statement: Statement) -> bool:
-    """Return whether something about the statement has been reported already."""
-    places = [problem.span for problem in problems]
-    places += [note.span for problem in problems for note in problem.notes]
-    return any(place and statement.start <= place.start <= statement.end for place in places)
+# --- for those who type -----------------------------------------------------------------------
+
+
+def accepted_behind(
+    beginning: Iterable[Token], *, is_heading: bool = False
+) -> frozenset[str] | None:
+    """Return the types of tokens that can follow; None if the beginning itself is wrong.
+
+    A type is that of the grammar, such as ``WORD`` or ``WITH``. All statements have one
+    grammar, whatever block they stand in, so that nothing before this one has to be parsed.
+
+    Args:
+        beginning: A statement up to some place.
+        is_heading: Whether the statement is the first of its file, which says the language.
+    """
+    try:
+        return statement_parser().accepted(beginning, "heading" if is_heading else "statement")
+    except Refused:
+        return None

@@ -8,16 +8,14 @@ nothing.
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from lark import Token
-
 from tissuec.core.source import Source
 from tissuec.core.units import canonical_unit
-from tissuec.lang.builder import split_quantity
-from tissuec.lang.grammar import tokens
-from tissuec.lang.layout import Layout, lay_out
-from tissuec.lang.parser import lark_parser, parse
-from tissuec.lang.rows import Comment, blank_comments, quoted_rows
+from tissuec.lang.parser import parse_tree
+from tissuec.lang.rows import blank_comments, quoted_rows
 from tissuec.lang.spacing import blank_between
+from tissuec.lang.tokens import Token
+from tissuec.lang.tree import Tree
+from tissuec.lang.tree_builder import tree_of
 
 _STEP = "  "
 
@@ -38,52 +36,43 @@ def format_source(source: Source) -> str:
     Raises:
         CompileError: The text has mistakes; only text that parses can be laid out.
     """
-    parse(source)
-    layout = lay_out(source)
-    pieces = sorted((*_token_pieces(layout), *_row_pieces(layout)), key=lambda p: p.start)
-    pieces = _with_comments(_needed(pieces, layout.text), layout.comments)
+    tree = tree_of(source)
+    parse_tree(tree)
+    pieces = _with_comments(_needed([*_pieces(tree)], source.text), [*tree.comments])
     return "".join(_printed(pieces, source.text)) + "\n"
 
 
 # --- pieces -----------------------------------------------------------------------------------
 
 
-def _token_pieces(layout: Layout) -> Iterator[PrintedPiece]:
-    """Yield the tokens; of separators only the semicolons."""
-    begins = True
-    for token in tokens(lark_parser(), layout.text, 0, len(layout.text)):
-        start, end = token.start_pos or 0, token.end_pos or 0
-        if token.type == "_NL":
-            for offset, sign in enumerate(token.value, start):
-                if sign == ";":
-                    yield PrintedPiece("SEMICOLON", ";", offset, offset + 1, begins=False)
-            begins = True
-        else:
-            yield PrintedPiece(token.type, _spelling(token), start, end, begins)
-            begins = token.type in ("LBRACE", "RBRACE")
+def _pieces(tree: Tree) -> Iterator[PrintedPiece]:
+    """Yield all of a text but line ends and comments."""
+    first = {one.parts[0].start for one in tree.statements if one.parts}
+    for token in tree.tokens:
+        if token.type == "ROWS":
+            yield from _row_pieces(token)
+        elif token.type not in ("LINE", "COMMENT"):
+            begins = token.start in first or token.type == "RBRACE"
+            yield PrintedPiece(token.type, _spelling(token), token.start, token.stop, begins)
 
 
 def _spelling(token: Token) -> str:
     """Return a token as it is printed: one blank before a unit, one form of its signs."""
-    if token.type in ("QUANTITY", "STEPS"):
-        return " ".join(split_quantity(token.value))
-    if token.type == "RPAR_UNIT":
-        return f") {canonical_unit(token.value[1:].strip())}"
-    return token.value
+    first, *unit = token.pieces
+    return " ".join((first.text, *(canonical_unit(part.text) for part in unit)))
 
 
-def _row_pieces(layout: Layout) -> Iterator[PrintedPiece]:
-    """Yield the rows of tables, those of one line together."""
-    for rows in layout.rows.values():
-        start, places, lines = rows.start, list[int](), list[str]()
-        for line in blank_comments(layout.source.text[rows.start : rows.end]).split("\n"):
-            kept = line.strip("; \t")
-            if kept:
-                places.append(start + line.index(kept))
-                lines.append(kept)
-            start += len(line) + 1
-        for place, line, printed in zip(places, lines, _aligned(lines), strict=True):
-            yield PrintedPiece("ROWS", printed, place, place + len(line), begins=True)
+def _row_pieces(rows: Token) -> Iterator[PrintedPiece]:
+    """Yield the rows of a table, those of one line together."""
+    start, places, lines = rows.start, list[int](), list[str]()
+    for line in blank_comments(rows.text).split("\n"):
+        kept = line.strip("; \t")
+        if kept:
+            places.append(start + line.index(kept))
+            lines.append(kept)
+        start += len(line) + 1
+    for place, line, printed in zip(places, lines, _aligned(lines), strict=True):
+        yield PrintedPiece("ROWS", printed, place, place + len(line), begins=True)
 
 
 def _aligned(lines: list[str]) -> list[str]:
@@ -116,20 +105,20 @@ def _needed(pieces: list[PrintedPiece], text: str) -> Iterator[PrintedPiece]:
 
 
 def _with_comments(
-    pieces: Iterator[PrintedPiece], comments: tuple[Comment, ...]
+    pieces: Iterator[PrintedPiece], comments: list[Token]
 ) -> Iterator[PrintedPiece]:
     """Yield pieces and comments; a comment begins a statement if what follows it does."""
     waiting = list(reversed(comments))
     for piece in pieces:
-        while waiting and waiting[-1].span.start < piece.start:
+        while waiting and waiting[-1].start < piece.start:
             yield _comment_piece(waiting.pop(), begins=piece.begins)
         yield piece
     while waiting:
         yield _comment_piece(waiting.pop(), begins=True)
 
 
-def _comment_piece(comment: Comment, *, begins: bool) -> PrintedPiece:
-    return PrintedPiece("COMMENT", comment.text, comment.span.start, comment.span.end, begins)
+def _comment_piece(comment: Token, *, begins: bool) -> PrintedPiece:
+    return PrintedPiece("COMMENT", comment.text.rstrip(), comment.start, comment.stop, begins)
 
 
 # --- printing ---------------------------------------------------------------------------------

@@ -3,18 +3,12 @@
 import re
 from typing import NamedTuple
 
-from tissuec.core.source import Source, Span
+from tissuec.core.source import Source
+from tissuec.lang.tokens import Token
 
 #: A cell or the end of a row.
 CELL = re.compile(r'"[^"\n]*"?|[\n;]|[^ \t\n;"]+')
 _PART = re.compile(r'"[^"\n]*"?|#[^\n]*|[{}]')
-
-
-class Comment(NamedTuple):
-    """A remark from ``#`` to the end of its line."""
-
-    span: Span
-    text: str
 
 
 class Rows(NamedTuple):
@@ -29,20 +23,20 @@ class Rows(NamedTuple):
 
     start: int
     end: int
-    comments: tuple[Comment, ...]
+    comments: tuple[Token, ...]
     open_quote: int | None
 
 
 def find_rows(source: Source, start: int) -> Rows:
     """Return the rows that begin at ``start``; their text is not split."""
-    comments: list[Comment] = []
+    comments: list[Token] = []
     open_quote = None
     for part in _PART.finditer(source.text, start):
         sign = part[0]
         if sign in "{}":
             return Rows(start, part.start(), tuple(comments), open_quote)
         if sign[0] == "#":
-            comments.append(Comment(Span(source, *part.span()), sign.rstrip()))
+            comments.append(Token("COMMENT", sign, *part.span()))
         elif len(sign) == 1 or sign[-1] != '"':
             open_quote = part.start() if open_quote is None else open_quote
     return Rows(start, len(source.text), tuple(comments), open_quote)

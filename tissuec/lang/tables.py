@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, counted
 from tissuec.core.source import Span
-from tissuec.lang.layout import MOST_PROBLEMS
 from tissuec.lang.rows import CELL, blank_comments, quoted_rows
 from tissuec.lang.syntax import Table
 from tissuec.lang.token_names import shown
+from tissuec.lang.tree_builder import MOST_PROBLEMS
 
 #: Stands for a whole number that is not given.
 NOT_GIVEN = np.iinfo(np.int64).min

@@ -4,40 +4,45 @@ import re
 
 from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, did_you_mean, insertion
 from tissuec.core.source import Source, Span
+from tissuec.lang.tree import Statement
 
 #: The version of the language that this compiler reads.
 VERSION = 1
 
-_GAP = re.compile(r"[\n; \t]*")
-_HEADING = re.compile(r"language[ \t]+([0-9]+(?:\.[0-9]+)*)(?![\w.])")
+_VERSION = re.compile(r"[0-9]+(?:\.[0-9]+)*(?![\w.])")
+_HEADING = re.compile(rf"language[ \t]+{_VERSION.pattern}")
 _REST = re.compile(r"[^\n;]*")
 _FIRST = re.compile(r"\w+|[^\w\n]|")
 
 
-def check_heading(source: Source, text: str) -> Diagnostic | None:
+def check_heading(source: Source, first: Statement | None) -> Diagnostic | None:
     """Return the error of the first line, if there is one.
 
     Args:
-        text: The text as laid out for the grammar.
+        source: The text.
+        first: Its first statement, if it has any.
 
     Raises:
         CompileError: The text is written in another version, so that nothing more can be said.
     """
-    start = len(_GAP.match(text)[0])  # type: ignore[index]  # matches any text
-    heading = _HEADING.match(text, start)
-    if heading is None:
-        return _no_heading(source, text, start)
-    if heading[1] == str(VERSION):
+    parts = first.readable if first else []
+    version = None
+    if len(parts) > 1 and parts[0].type == "LANGUAGE":
+        version = _VERSION.match(source.text, parts[1].start)
+    if version is None:
+        start = parts[0].start if parts else first.stop if first else len(source.text)
+        return _no_heading(source, start)
+    if version[0] == str(VERSION):
         return None
-    message = f"language {heading[1]} is not supported"
+    message = f"language {version[0]} is not supported"
     hint = f'this release reads "language {VERSION}"'
-    raise CompileError([Diagnostic("TIS118", message, Span(source, *heading.span(1)), hint)])
+    raise CompileError([Diagnostic("TIS118", message, Span(source, *version.span()), hint)])
 
 
-def _no_heading(source: Source, text: str, start: int) -> Diagnostic:
-    first = _FIRST.match(text, start)
+def _no_heading(source: Source, start: int) -> Diagnostic:
+    first = _FIRST.match(source.text, start)
     assert first is not None  # it matches nothing at the end
-    span = Span(source, min(start, len(source.text)), min(first.end(), len(source.text)))
+    span = Span(source, start, first.end())
     if first[0].lower() == "language" and first[0] != "language":
         message = f'"{first[0]}" is a reserved word; write it in lower case'
         return Diagnostic(

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from tissuec.core.names import key_of
-from tissuec.lsp.structure import Statement
+from tissuec.lang.tree import Statement
 from tissuec.lsp.terms import Block
 from tissuec.scene.declarations import NAMED, SINGLE
 
@@ -20,8 +20,6 @@ def inside(head: Statement, outer: Block) -> Block:
     """Return the block that a head begins."""
     words = head.words
     first = words[0] if words else ""
-    if head.is_table:
-        return Block("table")
     match outer.kind, first:
         case "", _ if first in (*NAMED, *SINGLE):
             has_kind = first in ("tool", "force")

@@ -17,13 +17,13 @@ from tissuec.core.units import (
     units_shown,
 )
 from tissuec.lang import syntax as s
-from tissuec.lang.prospects import accepted_behind, first_token
+from tissuec.lang.parser import accepted_behind
+from tissuec.lang.tokens import STRING, Token, tokens
+from tissuec.lang.tree import Statement
 from tissuec.lang.words import CONTINUING, DECLARING_WORDS, TIME_WORDS, written_name
 from tissuec.lsp.blocks import block_of
 from tissuec.lsp.context import Phrase, phrase_at_end
-from tissuec.lsp.structure import Statement
 from tissuec.lsp.terms import Term
-from tissuec.lsp.tokens import SIGN, STRING, Lexeme
 from tissuec.lsp.views import Symbol, View
 from tissuec.lsp.written import left_out_of
 from tissuec.meshes.formats import FORMATS
@@ -63,9 +63,9 @@ def complete(view: View, offset: int) -> list[Proposal]:
     """Return the completions at an offset, the best first, filtered by the typed text."""
     if view.in_remark(offset):
         return []
-    statement = view.structure.at(offset)
-    if statement.outer is not None and statement.outer.is_table:
+    if view.structure.in_rows(offset):
         return []
+    statement = view.structure.at(offset)
     phrase, following = phrase_at_end(statement, offset)
     if phrase.expected.files or (phrase.parts and phrase.parts[-1].kind == STRING):
         return _in_quotes(view, phrase, offset)
@@ -83,25 +83,31 @@ def _readable(
         before = [part for part in statement.parts if part.stop <= one.start]
         if before and _ends_before(before, text[before[-1].stop : one.start], one):
             continue
-        kind = first_token(one.insert)
-        if one.kind == "unit" and before and before[-1].text[-1] in "0123456789)":
+        kind = next((token.type for token in tokens(one.insert)), "")
+        if one.kind == "unit" and (number := _measured(statement, one.start)) is not None:
             # Together with its unit, a number or a closing bracket is another token.
-            kind = "RPAR_UNIT" if before.pop().text == ")" else "QUANTITY"
+            kind = "RPAR_UNIT" if number.text[0] == ")" else "QUANTITY"
+            before = [part for part in before if part.start < number.start]
         if len(before) not in known:
-            beginning = " ".join(part.text for part in before)
             known[len(before)] = accepted_behind(
-                beginning, is_heading=statement.start <= first.start
+                before, is_heading=statement.start <= first.start
             )
         accepted = known[len(before)]
         if accepted is None or kind in accepted:
             yield one
 
 
-def _ends_before(before: list[Lexeme], gap: str, one: Proposal) -> bool:
+def _measured(statement: Statement, place: int) -> Token | None:
+    """Return the number or bracket whose unit stands, or would stand, at a place."""
+    before = [part for part in statement.parts if part.start < place]
+    return before[-1] if before and before[-1].pieces[0].type in ("NUMBER", "RPAR") else None
+
+
+def _ends_before(before: list[Token], gap: str, one: Proposal) -> bool:
     """Return whether a line end ends the statement that one would continue."""
     if "\n" not in gap or one.insert.split(" ")[0] in CONTINUING:
         return False
-    signs = [part.text for part in before if part.kind == SIGN]
+    signs = [part.text[0] for part in before]
     return sum(sign in "([" for sign in signs) <= sum(sign in ")]" for sign in signs)
 
 
@@ -206,7 +212,7 @@ def _keywords(
 ) -> Iterator[Proposal]:
     """Yield reserved words: those that begin a statement, or that go on with one."""
     last = _last_word(phrase)
-    is_first = not view.source.text[phrase.statement.start : last].strip()
+    is_first = all(part.start >= last for part in phrase.statement.parts)
     if is_first:
         block = block_of(phrase.statement)
         starting = {

@@ -13,14 +13,14 @@ from msgspec.structs import replace
 from tissuec.core import units
 from tissuec.core.names import key_of
 from tissuec.core.units import Dimension, parse_unit
+from tissuec.lang.tokens import KEYWORD, NUMBER, SIGN, STRING, UNIT, Token
+from tissuec.lang.tree import Statement
 from tissuec.lang.words import JOINING_WORDS, RESERVED, TIME_WORDS
 from tissuec.lsp import terms as t
 from tissuec.lsp.blocks import block_of
 from tissuec.lsp.following import FOLLOWING
 from tissuec.lsp.orders import CHANGED, DIMENSIONS, forms_of, kinds_for
-from tissuec.lsp.structure import Statement
 from tissuec.lsp.terms import Block, Term, Terms
-from tissuec.lsp.tokens import KEYWORD, NUMBER, SIGN, STRING, UNIT, Lexeme
 from tissuec.scene.declarations import NAMED, TOP_LEVEL
 from tissuec.scene.evidence import KNOWN
 from tissuec.script.measures import MEASURES
@@ -76,7 +76,7 @@ class Phrase(Struct, frozen=True, eq=False):
 
     statement: Statement
     block: Block
-    parts: tuple[Lexeme, ...]
+    parts: tuple[Token, ...]
     expected: Expected
     start: int
     stop: int
@@ -110,12 +110,10 @@ def phrase_at_end(statement: Statement, offset: int) -> tuple[Phrase, list[str]]
 
     Of the words of a name that are typed so far, all belong to the phrase.
     """
-    parts = [part for part in statement.parts if part.start < offset]
-    if parts and parts[-1].stop > offset:
-        last = parts[-1]
-        parts[-1] = last._replace(text=last.text[: offset - last.start], stop=offset)
-    if parts and parts[-1].kind in (KEYWORD, UNIT) and parts[-1].stop == offset:
-        parts[-1] = parts[-1]._replace(kind="word")  # it may go on
+    parts = [part for part in _pieces(statement) if part.start < offset]
+    if parts and (last := parts[-1]).stop >= offset:
+        kind = "WORD" if last.kind in (KEYWORD, UNIT) else last.type  # it may go on
+        parts[-1] = Token(kind, last.text[: offset - last.start], last.start, offset)
     cut = replace(statement, parts=parts, stop=offset, is_head=False)
     reading = _Reading(cut, block_of(statement), is_cut=True)
     found = list(reading.all())
@@ -124,12 +122,17 @@ def phrase_at_end(statement: Statement, offset: int) -> tuple[Phrase, list[str]]
     return found[-1], reading.following()
 
 
+def _pieces(statement: Statement) -> list[Token]:
+    """Return the tokens of a statement, numbers and their units one by one."""
+    return [piece for part in statement.parts for piece in part.pieces]
+
+
 class _Reading:
     """One pass over the parts of a statement."""
 
     def __init__(self, statement: Statement, block: Block, *, is_cut: bool = False):
         self.is_cut = is_cut
-        self.statement, self.block, self.parts = statement, block, statement.parts
+        self.statement, self.block, self.parts = statement, block, _pieces(statement)
         self.head = ""  # first word of the statement, of an order: the verb
         self.subject = ""  # what stands before "is", or "="
         self.clause = ""
@@ -173,7 +176,7 @@ class _Reading:
 
     # --- signs and reserved words -------------------------------------------------------------
 
-    def _take(self, part: Lexeme, index: int) -> None:
+    def _take(self, part: Token, index: int) -> None:
         """Remember what a sign, a number or a reserved word says of what follows."""
         if part.kind == KEYWORD:
             self._keyword(part.text, index)
@@ -291,7 +294,7 @@ class _Reading:
                 yield from self._order(start, stop)
             case "data":
                 yield self._phrase(start, stop, Expected(names=("param",)))
-            case "table" | "unknown":
+            case "unknown":
                 yield self._phrase(start, stop, Expected())
             case _:
                 yield from self._entry(start, stop)
@@ -397,7 +400,7 @@ class _Reading:
 
     # --- everywhere else ----------------------------------------------------------------------
 
-    def _value(self, start: int, stop: int, previous: Lexeme) -> Iterator[Phrase]:
+    def _value(self, start: int, stop: int, previous: Token) -> Iterator[Phrase]:
         expected = self._expected(previous)
         phrase = self._phrase(start, stop, expected)
         if previous.text == "table" and self.head != "table":
@@ -415,7 +418,7 @@ class _Reading:
             self.subject = phrase.key or self.subject
         yield phrase
 
-    def _expected(self, before: Lexeme) -> Expected:
+    def _expected(self, before: Token) -> Expected:
         call = self.calls[-1] if self.calls else ""
         if self._in_measure() and not (self.calls and call in t.functions()):
             return self._argument(before, call)
@@ -433,7 +436,7 @@ class _Reading:
             return self._in_clause(before)
         return self._plain(call)
 
-    def _conditions(self, before: Lexeme) -> Terms:
+    def _conditions(self, before: Token) -> Terms:
         """Return what nodes or springs are chosen by, and can stand behind a part."""
         place = self.parts.index(before)
         texts = [part.text for part in self.parts[: place + 1]]
@@ -491,7 +494,7 @@ class _Reading:
     def _number(self, *known: Terms) -> Expected:
         return Expected((*known, t.functions()), NUMBERS, dimension=self._dimension())
 
-    def _argument(self, before: Lexeme, call: str) -> Expected:
+    def _argument(self, before: Token, call: str) -> Expected:
         """Return what a measure is taken of, or where and when."""
         if call == "error":
             return Expected((t.ERRORS_OF,))
@@ -514,7 +517,7 @@ class _Reading:
             return MEASURED_OF[MEASURES[measure].takes]
         return NODES
 
-    def _in_clause(self, before: Lexeme) -> Expected:
+    def _in_clause(self, before: Token) -> Expected:
         """Return what stands behind a joining word, or further on in what it joins."""
         word, is_first = self.clause, before.text == self.clause
         match self.block.kind:

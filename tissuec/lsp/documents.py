@@ -13,8 +13,9 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
-from tissuec.lang.parser import WrongNumbers, parse
-from tissuec.lsp.error_recovery import mended
+from tissuec.lang.parser import WrongNumbers, parse_tree, readable_part
+from tissuec.lang.tree import Tree
+from tissuec.lang.tree_builder import tree_of
 from tissuec.scene.imports import Files, read_source
 
 T = TypeVar("T")
@@ -103,8 +104,13 @@ class Desk(Files):
         self._sources[path, name] = state, source
         return source
 
+    def tree(self, source: Source) -> Tree:
+        """Return the tree of a text."""
+        return self.memory.recall(("tree", source), lambda: tree_of(source))
+
     def parse(self, source: Source) -> s.Module:
-        result = self.memory.recall(("parsed", source), lambda: _parsed(source))
+        tree = self.tree(source)
+        result = self.memory.recall(("parsed", source), lambda: _parsed(tree))
         if isinstance(result, CompileError):
             raise result
         return result
@@ -128,12 +134,13 @@ class Lenient(Files):
         except WrongNumbers as error:
             return error.module
         except CompileError:
-            return self.desk.memory.recall(("mended", source), lambda: mended(source))
+            tree = self.desk.tree(source)
+            return self.desk.memory.recall(("mended", source), lambda: readable_part(tree))
 
 
-def _parsed(source: Source) -> s.Module | CompileError:
+def _parsed(tree: Tree) -> s.Module | CompileError:
     try:
-        return parse(source)
+        return parse_tree(tree)
     except CompileError as error:
         return error
 

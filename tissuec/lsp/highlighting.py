@@ -11,11 +11,11 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from tissuec.core.units import unit_pattern
+from tissuec.lang.tokens import NUMBER_PATTERN, SIGN_PATTERN, WORD_PATTERN
 from tissuec.lang.words import RESERVED
 from tissuec.lsp import terms
 from tissuec.lsp.orders import forms_of
 from tissuec.lsp.terms import Block, Term
-from tissuec.lsp.tokens import NUMBER_PATTERN, SIGN_PATTERN, WORD_PATTERN
 from tissuec.scene.declarations import NAMED, SINGLE
 
 Rule = dict[str, Any]

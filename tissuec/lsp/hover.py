@@ -1,6 +1,5 @@
 """Hover texts: values in SI units with their origin, and meanings of names."""
 
-from bisect import bisect_left
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -13,8 +12,8 @@ from tissuec.core.markdown import code, fenced
 from tissuec.core.source import Span
 from tissuec.core.units import describe, parse_unit, show, si_unit
 from tissuec.lang import syntax as s
+from tissuec.lang.tokens import COMMENT, KEYWORD, Token, tokens
 from tissuec.lsp.context import Phrase
-from tissuec.lsp.tokens import COMMENT, KEYWORD, NUMBER, UNIT, Lexeme, lexemes
 from tissuec.lsp.views import Symbol, View
 from tissuec.scene.meanings import PARTS, RESERVED
 from tissuec.scene.model import Tissue
@@ -58,8 +57,8 @@ def _meaning(view: View, offset: int, compiled: "Compiled | None") -> Hover | No
     part = view.structure.lexeme_at(offset)
     if part is None or view.in_remark(offset):
         return None
-    if part.kind in (NUMBER, UNIT):
-        return _number(view, part)
+    if part.type in ("NUMBER", "QUANTITY", "RPAR_UNIT"):
+        return _number(part, offset)
     phrase = view.phrase_at(offset)
     if part.kind == KEYWORD and (phrase is None or phrase.term is None):
         about = PARTS.get(part.text) or RESERVED.get(part.text)
@@ -91,38 +90,26 @@ def _explained_codes(
 # --- numbers ----------------------------------------------------------------------------------
 
 
-def _number(view: View, part: Lexeme) -> Hover | None:
-    """Return a number in SI units, or what a unit measures."""
-    pair = _number_and_unit(view, part)
-    if pair is None:
+def _number(part: Token, offset: int) -> Hover | None:
+    """Return a number in SI units, or what the unit of a vector measures."""
+    first, *units = part.pieces
+    if not units:
         return None
-    number, unit = pair
+    (unit,) = units
     try:
         size, dimension = parse_unit(unit.text)
     except (ValueError, OverflowError):
         return None
-    if number is None:
+    if first.text == ")":
         text = f"{code(unit.text)} is {_si(size, si_unit(dimension))}: {describe(dimension)}"
-        return Hover(text, unit.start, unit.stop)
-    value = float(number.text) * size
-    written = view.source.text[number.start : unit.stop]
-    text = f"{code(written)} is {_si(value, si_unit(dimension))}: {describe(dimension)}"
-    return Hover(text, number.start, unit.stop)
+        return Hover(text, unit.start, unit.stop) if offset >= unit.start else None
+    value = float(first.text) * size
+    text = f"{code(part.text)} is {_si(value, si_unit(dimension))}: {describe(dimension)}"
+    return Hover(text, part.start, part.stop)
 
 
 def _si(value: float, unit: str) -> str:
     return code(f"{value:.10g} {unit}".strip())
-
-
-def _number_and_unit(view: View, part: Lexeme) -> tuple[Lexeme | None, Lexeme] | None:
-    """Return the number and the unit that belong together; a unit of a vector has none."""
-    every = view.structure.lexemes
-    index = bisect_left(every, part.start, key=lambda other: other.start)
-    if part.kind == UNIT:
-        before = every[index - 1] if index else None
-        return (before if before and before.kind == NUMBER else None), part
-    behind = every[index + 1] if index + 1 < len(every) else None
-    return (part, behind) if behind is not None and behind.kind == UNIT else None
 
 
 # --- words of the language --------------------------------------------------------------------
@@ -179,7 +166,7 @@ def _kind(symbol: Symbol) -> str:
 def _remark(symbol: Symbol) -> str:
     """Return the comment behind a declaration."""
     line = symbol.span.source.line_text(symbol.span.line)
-    parts = [part for part in lexemes(line) if part.kind == COMMENT]
+    parts = [part for part in tokens(line) if part.kind == COMMENT]
     return parts[0].text.lstrip("# ") if parts else ""
 
 

@@ -10,10 +10,10 @@ from tissuec.core.resources import library
 from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
+from tissuec.lang.tokens import STRING, WORD, Token, tokens
+from tissuec.lang.tree import Statement
 from tissuec.lang.words import written_name
 from tissuec.lsp.context import NUMBERS, ONE_NAMESPACE, SUBJECTS
-from tissuec.lsp.structure import Statement
-from tissuec.lsp.tokens import STRING, WORD, Lexeme, lexemes
 from tissuec.lsp.views import Symbol, View, view_of
 from tissuec.scene.declarations import NAMED, SINGLE
 from tissuec.scene.imports import Program
@@ -114,7 +114,7 @@ def rename(view: View, views: list[View], offset: int, name: str) -> Renaming:
     """
     symbol = renamable(view, offset)
     text = " ".join(name.split())
-    parts = list(lexemes(text))
+    parts = list(tokens(text))
     if not text or '"' in text or "#" in text:
         raise TissueError("a name consists of words without quotes and #")
     if symbol.kind in ONE_NAMESPACE and text in SYMBOLS:
@@ -173,8 +173,8 @@ def outline(view: View) -> list[Outlined]:
     """Return the parts of a text in order, right or wrong."""
     return [
         found
-        for statement in view.structure.statements
-        if statement.outer is None and (found := _outlined(statement)) is not None
+        for statement in view.structure.items
+        if (found := _outlined(statement)) is not None
     ]
 
 
@@ -196,7 +196,7 @@ def _outlined(statement: Statement) -> Outlined | None:
         )
     if first not in (*NAMED, *NUMBERS, *SUBJECTS, "hedge", "table"):
         return None
-    name: list[Lexeme] = []
+    name: list[Token] = []
     for part in parts[1:]:
         if not part.is_name and not (first == "table" and part.text == "of"):
             break

@@ -3,10 +3,22 @@
 from collections.abc import Iterator
 from typing import Literal, TypeAlias
 
+from tissuec.core.source import Source
+from tissuec.lang.tokens import (
+    COMMENT,
+    KEYWORD,
+    LINE,
+    NUMBER,
+    ODD,
+    SIGN,
+    STRING,
+    UNIT,
+    WORD,
+)
+from tissuec.lang.tree import Tree
+from tissuec.lang.tree_builder import tree_of
 from tissuec.lsp import terms
 from tissuec.lsp.context import Phrase, phrases
-from tissuec.lsp.structure import Structure, structure_of
-from tissuec.lsp.tokens import COMMENT, KEYWORD, LINE, NUMBER, ODD, SIGN, STRING, UNIT, WORD
 
 #: ``part`` begins a part of a text (body, script), ``entry`` an entry of a block, ``verb`` an
 #: order; ``measure`` is measured or computed; ``word`` is chosen behind "is".
@@ -29,21 +41,19 @@ def tokens(text: str) -> list[tuple[int, int, Kind]]:
 
     Blanks, and characters that no sentence can hold, belong to no part.
     """
-    structure = structure_of(text)
-    words = dict(_words(structure))
+    tree = tree_of(Source("text", text))
+    words = dict(_words(tree))
     found: list[tuple[int, int, Kind]] = []
-    for part in structure.lexemes:
+    for part in (piece for token in tree.lexemes for piece in token.pieces):
         if part.kind not in (LINE, ODD):
             kind = words.get(part.start) or _PLAIN.get(part.kind, "name")
             found.append((part.start, part.stop, kind))
     return found
 
 
-def _words(structure: Structure) -> Iterator[tuple[int, Kind]]:
+def _words(tree: Tree) -> Iterator[tuple[int, Kind]]:
     """Yield what words stand for, by their offsets."""
-    for statement in structure.statements:
-        if statement.outer is not None and statement.outer.is_table:
-            continue
+    for statement in tree.statements:
         for phrase in phrases(statement):
             kind = kind_of(phrase)
             for part in phrase.parts:

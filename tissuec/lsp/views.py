@@ -9,10 +9,10 @@ from msgspec import Struct, field
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
-from tissuec.lsp import tokens
+from tissuec.lang.tokens import COMMENT
+from tissuec.lang.tree import Statement, Tree
 from tissuec.lsp.context import ONE_NAMESPACE, Phrase, phrases
 from tissuec.lsp.documents import Desk, Lenient
-from tissuec.lsp.structure import Structure, structure_of
 from tissuec.scene.declarations import Declared
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, load
@@ -58,9 +58,9 @@ class View(Struct, frozen=True, eq=False, dict=True):
     words: ResolvedProgram | None
     _phrases: dict[int, list[Phrase]] = field(default_factory=dict[int, list[Phrase]])
 
-    @cached_property
-    def structure(self) -> Structure:
-        return structure_of(self.source.text)
+    @property
+    def structure(self) -> Tree:
+        return self.desk.tree(self.source)
 
     # --- names --------------------------------------------------------------------------------
 
@@ -109,23 +109,21 @@ class View(Struct, frozen=True, eq=False, dict=True):
 
     # --- places -------------------------------------------------------------------------------
 
-    def phrases_of(self, number: int) -> list[Phrase]:
-        """Return the phrases of a statement, by its number."""
-        if number not in self._phrases:
-            self._phrases[number] = phrases(self.structure.statements[number])
-        return self._phrases[number]
+    def phrases_of(self, statement: Statement) -> list[Phrase]:
+        """Return the phrases of a statement."""
+        if statement.start not in self._phrases:
+            self._phrases[statement.start] = phrases(statement)
+        return self._phrases[statement.start]
 
     def all_phrases(self) -> Iterator[Phrase]:
         """Yield the phrases of all statements."""
-        for number in range(len(self.structure.statements)):
-            yield from self.phrases_of(number)
+        for statement in self.structure.statements:
+            yield from self.phrases_of(statement)
 
     def phrase_at(self, offset: int) -> Phrase | None:
         """Return the phrase under an offset, or the one that ends there."""
-        statement = self.structure.at(offset)
-        for candidate in (statement, self.structure.at(max(offset - 1, 0))):
-            number = self.structure.statements.index(candidate)
-            for phrase in self.phrases_of(number):
+        for place in (offset, max(offset - 1, 0)):
+            for phrase in self.phrases_of(self.structure.at(place)):
                 if phrase.start <= offset <= phrase.stop:
                     return phrase
         return None
@@ -196,7 +194,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
     def in_remark(self, offset: int) -> bool:
         """Return whether an offset lies in a comment."""
         return any(
-            part.kind == tokens.COMMENT and part.start < offset
+            part.kind == COMMENT and part.start < offset
             for part in self.structure.lexemes_around(offset)
         )
 

@@ -1,4 +1,4 @@
-"""Layout: what the grammar sees, brackets and characters, and time that grows with length."""
+"""The tree: statements, brackets and characters, and time that grows with length."""
 
 import pytest
 
@@ -6,18 +6,19 @@ from tests.growth import grows_in_proportion
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.lang.characters import normalise
-from tissuec.lang.layout import DEEPEST, lay_out
 from tissuec.lang.parser import parse
+from tissuec.lang.tree_builder import DEEPEST, tree_of
 from tissuec.lang.words import CONTINUING
 
 
-def laid_out(text):
-    return lay_out(Source("x.tis", text))
+def tree(text):
+    return tree_of(Source("x.tis", text))
 
 
 def seen(text):
-    """Return what the grammar sees, with single blanks."""
-    return "\n".join(" ".join(line.split()) for line in laid_out(text).text.split("\n"))
+    """Return what the grammar sees of each statement, with single blanks."""
+    sentences = ([part.text for part in one.sentence] for one in tree(text).statements)
+    return "\n".join(" ".join(parts) for parts in sentences if parts)
 
 
 # --- normalisation ----------------------------------------------------------------------------
@@ -46,24 +47,26 @@ def test_what_is_no_text_is_reported_at_its_place(raw, place):
 # --- what the grammar sees --------------------------------------------------------------------
 
 
-def test_layout_keeps_length_and_offsets():
-    text = 'a = (1,\n2) # c {\nb = "#x" # d\n  with c\ntable t {\n1 2 # e\n}\n'
-    laid = laid_out(text)
-    assert len(laid.text) == len(text)
-    assert all(new in (old, " ") for old, new in zip(text, laid.text, strict=True))
+def test_tokens_stand_where_they_say():
+    text = 'a = (1,\n2 mm) # c {\nb = "#x" # d\n  with c\ntable t {\n1 2 # e\n}\n²“x'
+    found = tree(text).lexemes
+    assert all(text[one.start : one.stop] == one.text for one in found)
+    rest = list(text)
+    for one in found:
+        rest[one.start : one.stop] = " " * len(one.text)
+    assert not "".join(rest).strip()
 
 
 def test_comments_are_collected_and_quotes_are_no_comments():
-    laid = laid_out('a "# no" # yes  \n# also "this\ntable t {\n 1 # row\n}')
-    assert [c.text for c in laid.comments] == ["# yes", '# also "this', "# row"]
-    assert all(c.span.text.rstrip() == c.text for c in laid.comments)
-    assert '"# no"' in laid.text
+    comments = list(tree('a "# no" # yes  \n# also "this\ntable t {\n 1 # row\n}').comments)
+    assert [c.text.rstrip() for c in comments] == ["# yes", '# also "this', "# row"]
+    assert '"# no"' in seen('a "# no" # yes')
 
 
 @pytest.mark.parametrize("word", CONTINUING)
 @pytest.mark.parametrize("between", ["\n", "\n\n\n  ", " # why\n  # not\n\n", "\n\t"])
 def test_a_line_that_begins_with_a_joining_word_continues_the_line_above(word, between):
-    assert "\n" not in laid_out(f"a{between}{word} b").text
+    assert seen(f"a{between}{word} b") == f"a {word} b"
 
 
 @pytest.mark.parametrize("word", ["from", "at", "andes", "of_x", "basis", "if", "not", "until"])
@@ -72,7 +75,7 @@ def test_other_lines_do_not_continue(word):
 
 
 def test_line_ends_in_round_and_square_brackets_are_blanks():
-    assert seen("a = f(1,\n\n# c\n2) + [\n3\n]\nb") == "a = f(1, 2) + [ 3 ]\nb"
+    assert seen("a = f(1,\n\n# c\n2) + [\n3\n]\nb") == "a = f ( 1 , 2 ) + [ 3 ]\nb"
 
 
 @pytest.mark.parametrize(
@@ -81,26 +84,25 @@ def test_line_ends_in_round_and_square_brackets_are_blanks():
      'table "a b" on table "c"', "table t at (1, 2, f(3))", "table t # c\n with d"],
 )  # fmt: skip
 def test_rows_of_a_table_are_hidden_from_the_grammar(head):
-    laid = laid_out(head + ' {\n1 2; if "}" # }\n} rest')
-    assert laid.text.split("{")[-1].split()[:2] == ["}", "rest"]
-    assert len(laid.rows) == 1
+    found = tree(head + ' {\n1 2; if "}" # }\n} rest')
+    *_, table, rest = found.statements
+    assert [one.text for one in rest.sentence] == ["rest"]
+    assert table.rows is not None
+    assert not table.items
 
 
 @pytest.mark.parametrize(
     "head", ["this table", "tableau", "using table", "x = table", "(table"]
 )
 def test_the_word_table_elsewhere_hides_nothing(head):
-    assert not laid_out(f"{head} {{ a = 1 }}").rows
+    assert not any(one.rows for one in tree(f"{head} {{ a = 1 }}").statements)
 
 
 # --- brackets and characters ------------------------------------------------------------------
 
 
 def codes(text):
-    try:
-        return [problem.code for problem in laid_out(text).problems]
-    except CompileError as error:
-        return [problem.code for problem in error.diagnostics]
+    return [problem.code for problem in tree(text).problems]
 
 
 @pytest.mark.parametrize(
@@ -126,7 +128,7 @@ def test_bracket_and_character_problems_have_codes(text, expected):
 
 
 def test_the_block_that_lacks_its_brace_is_told_by_indentation():
-    problem = laid_out("a {\n  b {\n    c\n}\nd { }\n").problems[0]
+    problem = tree("a {\n  b {\n    c\n}\nd { }\n").problems[0]
     assert problem.notes[0].span.line == 2
     assert problem.span.line == 5
 

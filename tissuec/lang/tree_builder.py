@@ -1,0 +1,355 @@
+"""From a text to its tree, in one linear pass that also balances brackets."""
+
+import re
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+from tissuec.core.errors import Diagnostic, Edit, Hint, Note, proposal
+from tissuec.core.source import Source, Span
+from tissuec.lang.characters import CURLY, SUSPECT, odd_character
+from tissuec.lang.rows import find_rows
+from tissuec.lang.tokens import Token, tokens, without_odd_characters
+from tissuec.lang.tree import Statement, Tree
+from tissuec.lang.words import CONTINUING
+
+#: More problems than this are not reported at once.
+MOST_PROBLEMS = 10
+
+#: Levels of brackets. Between two brackets up to eight nodes nest (or, and, not, a comparison,
+#: a sum, a product, a sign, a power), and all of them must fit on the stack of a recursion.
+DEEPEST = 50
+
+#: Characters of a text; a scene this long is a data file that was opened by mistake.
+LONGEST = 200_000_000
+
+_SUSPECT = re.compile(SUSPECT)
+_CONTINUING = frozenset(CONTINUING)
+#: A bracket on one line, without others in it, with ";" where a vector has ",".
+_PARTED = re.compile(r"\([^()\[\]{}\n=#;]*;[^()\[\]{}\n=#]*\)")
+_CLOSING = {"(": ")", "[": "]", "{": "}"}
+_CLOSE = 'add "}" at the end of the block'
+
+
+class _Opening(NamedTuple):
+    """A bracket that waits for its partner.
+
+    Attributes:
+        indent: Of its line.
+        vector: All of it, where it is a vector with ";" for ",".
+    """
+
+    sign: str
+    place: int
+    indent: int
+    vector: re.Match[str] | None = None
+
+
+def in_order(problems: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return problems by their place in the text."""
+    return sorted(problems, key=lambda problem: problem.span.start if problem.span else 0)
+
+
+def tree_of(source: Source) -> Tree:
+    """Return the tree of a text, right or wrong."""
+    return _TreeBuilder(source).build()
+
+
+class _TreeBuilder:
+    def __init__(self, source: Source):
+        self.source = source
+        self.scanned = without_odd_characters(source.text)
+        self.tokens: list[Token] = []
+        self.statements: list[Statement] = []
+        self.problems: list[Diagnostic] = []
+        self.is_sound = True
+        self.heads: list[Statement] = []
+        self.statement = Statement(None, 0)
+        self.brackets: list[_Opening] = []
+        #: The line end that ends the statement, unless a joining word follows.
+        self.line: Token | None = None
+        #: Line ends inside round and square brackets, and how many parts stand before each.
+        self.bracketed: list[tuple[int, Token]] = []
+        self.first = 0  # offset of the first character of the line that is no blank
+        self.indent = 0
+        self.suspect: _Opening | None = None  # the block that seems to lack its closing brace
+
+    def build(self) -> Tree:
+        text = self.source.text
+        if len(text) > LONGEST:
+            message = f"the text is longer than {LONGEST // 1_000_000} million characters"
+            self._report("TIS116", message, 0, 1, "put bulk data into separate files")
+            self.is_sound = False
+        place = 0 if self.is_sound else None
+        while place is not None:
+            place = self._read(place)
+        self._finish(len(text))
+        problems = in_order(self.problems)
+        return Tree(self.source, self.tokens, self.statements, problems, self.is_sound)
+
+    def _read(self, place: int) -> int | None:
+        """Read from a place on; return where to go on if tokens have been skipped."""
+        for token in tokens(self.source.text, place, scanned=self.scanned):
+            self.tokens.append(token)
+            if token.type == "LINE":
+                self._line(token)
+            elif token.type != "COMMENT":
+                if self.line is not None:
+                    self._end_line(self.line, token)
+                handle = _HANDLERS.get(token.type)
+                if handle is None:
+                    self.statement.parts.append(token)
+                elif (behind := handle(self, token)) is not None:
+                    return behind
+        return None
+
+    # --- statements ---------------------------------------------------------------------------
+
+    def _end(self, stop: int, following: int) -> Statement:
+        """Enter the statement that ends at ``stop``; the next one begins at ``following``."""
+        statement = self.statement
+        statement.stop = statement.close = stop
+        self.statements.append(statement)
+        if statement.outer is not None:
+            statement.outer.items.append(statement)
+        self.statement = Statement(self.heads[-1] if self.heads else None, following)
+        return statement
+
+    def _line(self, line: Token) -> None:
+        self.first = line.stop
+        self.indent = len(line.text) - line.text.rfind("\n") - 1
+        if self._in_bracket():
+            self.bracketed.append((len(self.statement.parts), line))
+        elif self.line is None:
+            self.line = line
+
+    def _end_line(self, line: Token, following: Token) -> None:
+        # Capital letters too: "Then" is reported as a capitalised "then".
+        if following.text.lower() not in _CONTINUING:
+            self._end(line.start, line.start + 1)
+        self.line = None
+
+    # --- one method for each type of token; a result is where to go on ------------------------
+
+    def _open_quote(self, token: Token) -> None:
+        hint = 'add " at the end of the quoted text'
+        if "{" not in (line := token.text.rstrip()):
+            place = Span(self.source, token.start + len(line), token.stop)
+            hint = Hint(hint, Edit('"', place))
+        self._report("TIS113", "unterminated quote", token.start, token.stop, hint)
+        self.statement.parts.append(token)
+
+    def _remark(self, token: Token) -> None:
+        lines = token.text.removesuffix("*/")[2:].split("\n")
+        remark = "\n".join(f"#{line}" for line in lines)
+        behind = self.source.text[token.stop : token.stop + 1]
+        line_end = "" if behind in ("", "\n") else "\n"
+        place = Span(self.source, token.start, token.stop)
+        hint = Hint('write "#"', Edit(remark + line_end, place))
+        message = 'a comment begins with "#"'
+        self._report("TIS312", message, token.start, token.start + 2, hint)
+
+    def _character(self, token: Token) -> int | None:
+        text, kind = self.source.text, "CHARACTER"
+        if _SUSPECT.match(text, token.start):
+            kind = "ODD"
+            problem = odd_character(Span(self.source, token.start, token.stop))
+            assert problem is not None  # letters belong to words
+            self._add(problem)
+            if (quoted := CURLY.match(text, token.start)) is not None:
+                token = Token("STRING", f'"{quoted[1]}"', *quoted.span())
+                self.statement.parts.append(token)
+                self.tokens[-1] = token
+                return quoted.end()
+        self.statement.parts.append(Token(kind, token.text, token.start, token.stop))
+        return None
+
+    def _semicolon(self, token: Token) -> None:
+        vector = self.brackets[-1].vector if self._in_bracket() else None
+        if vector is None:
+            self._split_lines()
+            self._end(token.start, token.stop)
+            return
+        if ";" not in self.source.text[vector.start() : token.start]:
+            points = re.sub(r"(?<=[0-9]),(?=[0-9])", ".", vector[0])
+            hint = proposal(points.replace(";", ","), Span(self.source, *vector.span()))
+            message = 'use "," between the components of a vector'
+            self._report("TIS312", message, token.start, token.stop, hint)
+        self.statement.parts.append(Token("COMMA", ";", token.start, token.stop))
+
+    def _open(self, token: Token) -> None:
+        """Enter a round or square bracket."""
+        self._push(token)
+        self.statement.parts.append(token)
+
+    def _close(self, token: Token) -> None:
+        """Leave a round or square bracket."""
+        if not self._in_bracket():
+            self._unmatched(token)
+            self.statement.parts.append(Token("STRAY", token.text, token.start, token.stop))
+            return
+        self._pop(token)
+        self.statement.parts.append(token)
+        if not self._in_bracket():
+            self.bracketed.clear()
+
+    def _open_block(self, token: Token) -> int | None:
+        self._drop_unclosed()
+        head = self.statement
+        if head.is_table:
+            return self._table(head, token)
+        self._push(token)
+        self.heads.append(head)
+        self._end(token.start, token.stop).is_head = True
+        return None
+
+    def _close_block(self, token: Token) -> None:
+        self._drop_unclosed()
+        head = self.heads.pop() if self.heads else None
+        self._end(token.start, token.stop)
+        if head is None:
+            self._unmatched(token)
+            return
+        head.close = token.stop
+        self.statement.is_behind_block = True
+        self._look_at_indentation(token.start, self._pop(token))
+
+    def _table(self, head: Statement, token: Token) -> int:
+        """Enter the rows of a table and return where they end."""
+        rows = find_rows(self.source, token.stop)
+        place, text = rows.end, self.source.text
+        if is_closed := text.startswith("}", place):
+            head.is_head = True
+        else:
+            place = self._unclosed_table(token.start, token.stop, place)
+        if rows.open_quote is not None and rows.open_quote < place:
+            end = text.find("\n", rows.open_quote)
+            quote = rows.open_quote, end if end >= 0 else len(text)
+            self._open_quote(Token("OPEN_QUOTE", text[slice(*quote)], *quote))
+            head.parts.pop()
+        self._end(token.start, place + is_closed).close = place + is_closed
+        self.statement.is_behind_block = is_closed
+        head.rows = rows._replace(end=place)
+        self.tokens.append(Token("ROWS", text[rows.start : place], rows.start, place))
+        if is_closed:
+            self.tokens.append(Token("RBRACE", "}", place, place + 1))
+        return place + is_closed
+
+    def _unclosed_table(self, start: int, end: int, place: int) -> int:
+        """Report a table without a closing brace and return where its rows are taken to end."""
+        text = self.source.text
+        at_end = place == len(text)
+        what = "the file ends" if at_end else "another block begins"
+        message = f'a "}}" is missing: {what} within the rows of a table'
+        note = self._note("the table begins", _Opening("{", start, 0))
+        mark = len(text.rstrip()) if at_end else place
+        # The line of the other brace is taken for the head of a block.
+        last = place if at_end else max(text.rfind("\n", end, place), end)
+        close = Edit("\n}", Span(self.source, last, last))
+        self._report("TIS101", message, mark, mark + (not at_end), Hint(_CLOSE, close), note)
+        return last
+
+    # --- brackets -----------------------------------------------------------------------------
+
+    def _in_bracket(self) -> bool:
+        return bool(self.brackets) and self.brackets[-1].sign != "{"
+
+    def _push(self, token: Token) -> None:
+        if len(self.brackets) >= DEEPEST and self.is_sound:
+            message = f"brackets are nested more than {DEEPEST} levels deep"
+            hint = 'name a part of it with "let", or close a bracket earlier'
+            self._report("TIS116", message, token.start, token.stop, hint)
+            self.is_sound = False
+        vector = _PARTED.match(self.source.text, token.start)
+        self.brackets.append(_Opening(token.text, token.start, self.indent, vector))
+
+    def _pop(self, token: Token) -> _Opening:
+        opening, sign = self.brackets.pop(), token.text[0]
+        if sign != _CLOSING[opening.sign]:
+            message = f'this "{sign}" does not close "{opening.sign}"'
+            line = Span(self.source, opening.place, token.start).line
+            right = proposal(_CLOSING[opening.sign])
+            hint = Hint(f"{right}, which closes the bracket in line {line}", *right.edits)
+            self._report("TIS102", message, token.start, token.start + 1, hint)
+        return opening
+
+    def _unmatched(self, token: Token) -> None:
+        hint = Hint("remove it", Edit(""))
+        message = f'unmatched "{token.text[0]}"'
+        self._report("TIS102", message, token.start, token.start + 1, hint)
+
+    def _drop_unclosed(self) -> None:
+        """Report round and square brackets that are still open where they no longer can be."""
+        unclosed = None
+        while self._in_bracket():
+            unclosed = self.brackets.pop()
+        if unclosed is None:
+            return
+        message = f'this "{unclosed.sign}" is not closed'
+        hint = f'add "{_CLOSING[unclosed.sign]}" where the bracket ends'
+        self._report("TIS102", message, unclosed.place, unclosed.place + 1, hint)
+        self._split_lines()
+
+    def _split_lines(self) -> None:
+        """Let line ends in brackets end statements, so that each line is read by itself."""
+        parts, done = self.statement.parts, 0
+        for index, line in self.bracketed:
+            following = parts[index].text.lower() if index < len(parts) else ""
+            if index > done and following not in _CONTINUING:
+                self.statement.parts = parts[done:index]
+                self._end(line.start, line.start + 1)
+                done = index
+        self.statement.parts = parts[done:]
+        self.bracketed.clear()
+
+    def _look_at_indentation(self, start: int, opening: _Opening) -> None:
+        """Suspect a block whose "}" stands under the head of a block around it."""
+        if self.suspect or start != self.first or self.indent >= opening.indent:
+            return
+        if any(outer.indent == self.indent for outer in self.brackets):
+            self.suspect = opening
+
+    def _finish(self, end: int) -> None:
+        self._drop_unclosed()
+        if self.line is not None:
+            self._end(self.line.start, self.line.start + 1)
+        self._end(end, end)
+        for head in self.heads:
+            head.close = end
+        if not self.brackets:
+            return
+        missing = [self.suspect] if self.suspect else self.brackets[-1:]
+        notes = [self._note("the block begins", opening) for opening in missing]
+        place = len(self.source.text.rstrip())
+        message = 'a "}" is missing: this block is still open at the end of the file'
+        hint = _CLOSE if self.suspect else Hint(_CLOSE, Edit("\n}" * len(self.brackets)))
+        self._report("TIS101", message, place, place, hint, *notes)
+
+    # --- findings -----------------------------------------------------------------------------
+
+    def _note(self, what: str, opening: _Opening) -> Note:
+        return Note(what, Span(self.source, opening.place, opening.place + 1))
+
+    def _report(
+        self, code: str, message: str, start: int, end: int, hint: str, *notes: Note
+    ) -> None:
+        self._add(Diagnostic(code, message, Span(self.source, start, end), hint, notes))
+
+    def _add(self, problem: Diagnostic) -> None:
+        if len(self.problems) < MOST_PROBLEMS and self.is_sound:
+            self.problems.append(problem)
+
+
+#: What is done with tokens that are more than a part of their statement.
+_HANDLERS: dict[str, Callable[[_TreeBuilder, Token], int | None]] = {
+    "OPEN_QUOTE": _TreeBuilder._open_quote,
+    "REMARK": _TreeBuilder._remark,
+    "CHARACTER": _TreeBuilder._character,
+    "SEMICOLON": _TreeBuilder._semicolon,
+    "LPAR": _TreeBuilder._open,
+    "LSQB": _TreeBuilder._open,
+    "RPAR": _TreeBuilder._close,
+    "RPAR_UNIT": _TreeBuilder._close,
+    "RSQB": _TreeBuilder._close,
+    "LBRACE": _TreeBuilder._open_block,
+    "RBRACE": _TreeBuilder._close_block,
+}
