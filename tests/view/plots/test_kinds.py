@@ -100,6 +100,7 @@ def is_number(text):
 def test_nothing_is_clipped(kind, drawn):
     """Every text lies on the page; a pixel is left to rounding."""
     figure = drawn(kind)
+    figure.draw_without_rendering()  # it may have been saved in another size
     width, height = figure.canvas.get_width_height()
     for text in texts(figure):
         box = text.get_window_extent()
