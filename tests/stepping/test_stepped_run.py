@@ -172,6 +172,7 @@ def test_what_is_seen_belongs_to_the_present_time():
         abs=1e-6,  # curved within 1 ms
     )
     x, z = (sim.measure(f"position(tip along {axis})") for axis in ("(1, 0, 0)", "(0, 0, 1)"))
+    assert sim.measure("position of tip along (0, 0, 1)") == z  # as studies write it
     assert [x, 0.0, z] == pytest.approx(sim.position[3])
     assert sim.tension.shape == sim.alive.shape == (3,)
     assert sim.force.shape == sim.velocity.shape == (4, 3)

@@ -5,7 +5,7 @@ the motion is the same as without it.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,16 +14,14 @@ from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.conditions import Conditions
-from tissuec.compiler.observed import MeasureScope, ObservedMeasure, Place
+from tissuec.compiler.quantities import ObservedExpression, QuantityReader
 from tissuec.core.errors import alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, Dimension, si_unit
 from tissuec.lang import syntax as s
-from tissuec.model.network import Floats, Indices
-from tissuec.scene.expressions import Scope
+from tissuec.model.network import Indices
 from tissuec.scene.study_entries import AGGREGATES, SENTENCES
 from tissuec.scene.study_model import WrittenMeasure
-from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import Expectation, LogRequest, Plan
 
@@ -36,25 +34,6 @@ EVENTS = (
     "hold", "move", "turn", "push", "reel", "inflate", "irrigate", "preserve", "change",
     "settle", "seize", "stroke", "stop", "end", "note",
 )  # fmt: skip
-
-
-class ObservedExpression(Struct, frozen=True, eq=False):
-    """What is observed at each snapshot, as the log of a run takes it."""
-
-    node: s.Expression
-    readings: Mapping[Place, ObservedMeasure]
-    constants: Scope
-    dimension: Dimension
-
-    def columns(self, subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
-        """Return what the components of ``sample`` are called."""
-        return ("value",)
-
-    def sample(self, subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
-        """Return the values in SI units, shape (…, 1), with the axes of the snapshot."""
-        scope = MeasureScope(self.readings, self.constants, snapshot)
-        value = scope.number(self.node).amount
-        return np.broadcast_to(value, np.shape(snapshot.time))[..., None]
 
 
 class Capture(Struct, eq=False):
@@ -168,6 +147,7 @@ class _MeasureReader:
             compiled.groups, scene.tools, scene.constants, duration=self.duration
         )
         self.findings = self.conditions.findings
+        self._quantities = QuantityReader(self.conditions, SENTENCES["measure"].forms[0])
 
     def read(self, written: WrittenMeasure) -> StudyMeasure:
         """Return one measure, or reject it."""
@@ -178,7 +158,7 @@ class _MeasureReader:
             return self._aggregate(written.name, value, clauses)
         subjects = tuple(c for c in clauses if c.word in ("of", "to", "along"))
         times = tuple(c for c in clauses if c not in subjects)
-        quantity = self._quantity(value, subjects, written.span)
+        quantity = self._quantities.read(value, subjects, written.span)
         pinned = [r.time for r in quantity.readings.values() if r.time is not None]
         words = [clause.word for clause in times]
         if words == ["every"] and not pinned:
@@ -201,7 +181,7 @@ class _MeasureReader:
 
     def _aggregate(self, name: str, call: s.Call, clauses: Sequence[s.Clause]) -> StudyMeasure:
         argument = call.arguments[0]
-        quantity = self._quantity(argument.value, argument.clauses, call.span)
+        quantity = self._quantities.read(argument.value, argument.clauses, call.span)
         if any(reading.time is not None for reading in quantity.readings.values()):
             message = "a measure over time cannot name a time"
             self.findings.reject("TIS702", message, argument.span)
@@ -267,45 +247,6 @@ class _MeasureReader:
         return StudyMeasure(name, "s", TIME, EVENT, event=kind.key, springs=springs)
 
     # --- parts --------------------------------------------------------------------------------
-
-    def _quantity(
-        self, node: s.Expression, clauses: Sequence[s.Clause], span: Span
-    ) -> ObservedExpression:
-        """Return what is measured, whether it is written as a sentence or as a function."""
-        if isinstance(node, s.Name) and clauses:
-            node = self._as_call(node, clauses)
-        elif clauses:
-            form = SENTENCES["measure"].forms[0]
-            message = f'"{clauses[0].word}" is not allowed here'
-            self.findings.reject("TIS303", message, clauses[0].span, hint=f"write: {form}")
-        readings = self.conditions.readings(node)
-        if not readings:
-            self.findings.reject(
-                "TIS701", f'"{node.span.one_line}" measures nothing', node.span,
-                hint=alternatives(node.span.one_line, MEASURES, what="measures"),
-            )  # fmt: skip
-        value = MeasureScope(readings, self.scope, None).number(node)
-        return ObservedExpression(node, readings, self.scope, value.dimension)
-
-    def _as_call(self, name: s.Name, clauses: Sequence[s.Clause]) -> s.Call:
-        """Return ``position of tip along (0, 0, 1)`` as ``position(tip along (0, 0, 1))``."""
-        arguments: list[s.Argument] = []
-        for clause in clauses:
-            if clause.word in ("of", "to"):
-                arguments.append(s.Argument(clause.value, (), clause.value.span))
-            elif clause.word == "along" and arguments:
-                last = arguments.pop()
-                arguments.append(replace(last, clauses=(clause,)))
-            else:
-                self.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
-        for argument in arguments:
-            if not isinstance(argument.value, s.Name):
-                measured = f"{name.text}({argument.value.span.one_line})"
-                self.findings.reject(
-                    "TIS312", "a name is needed here", argument.span,
-                    hint=f"write the measure as a function, such as {measured}",
-                )  # fmt: skip
-        return s.Call(name, tuple(arguments), name.span.to(clauses[-1].span))
 
     def _usual_rate(self, quantity: ObservedExpression) -> float:
         """Return the time between samples [s]: that of a log of the same, or a part of all."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.holds import check_holds
-from tissuec.compiler.observed import MeasureScope
+from tissuec.compiler.quantities import ObservedExpression, QuantityReader
 from tissuec.compiler.script import ScriptReader
 from tissuec.core.errors import SimulationError, TissueWarning
 from tissuec.core.processors import permitted
@@ -89,6 +89,7 @@ class SteppedRun:
         self._sentences = list(saved.sentences if saved else ())
         self._warned: set[str] = set()
         self._times: dict[str, float] = {}  # of texts [s]
+        self._quantities: dict[str, ObservedExpression] = {}
         self._run = StepwiseRun(
             compiled.network,
             compiled.plan,
@@ -175,7 +176,7 @@ class SteppedRun:
         if not isinstance(span, str):
             return float(span)
         if span not in self._times:
-            node = self._expression(span)
+            node = self._item(span).value
             with self._reporting():
                 value = self._scope.number(node)
                 self._scope.expect(value, TIME, node.span, what="the time")
@@ -262,16 +263,42 @@ class SteppedRun:
         """Return a number at the present time, in SI units.
 
         Args:
-            what: As in a condition: "force(forceps A)", "position(tip along (0, 0, 1)) - 2 mm".
+            what: As in a condition or study: "force of forceps A", "position(tip along (0, 0,
+                1)) - 2 mm".
 
         Raises:
-            CompileError: This measures nothing.
+            CompileError: This measures nothing, or not the present.
         """
-        node = self._expression(what)
-        with self._reporting():
-            readings = self._conditions.readings(node)
-            found = MeasureScope(readings, self._scope, self.snapshot).number(node)
-        return float(found.amount)
+        return float(self.quantity(what).sample((), self.snapshot)[0])
+
+    def quantity(self, what: str) -> ObservedExpression:
+        """Return what is measured, read and checked once, to be evaluated on snapshots.
+
+        Args:
+            what: See ``measure``.
+
+        Raises:
+            CompileError: This measures nothing, or not the present.
+        """
+        if what not in self._quantities:
+            item = self._item(what)
+            with self._reporting():
+                self._quantities[what] = self._read_quantity(item)
+        return self._quantities[what]
+
+    def _read_quantity(self, item: s.Assign) -> ObservedExpression:
+        """Return a quantity of the present."""
+        self._conditions.needs_ledger = False
+        found = QuantityReader(self._conditions).read(item.value, item.clauses, item.value.span)
+        if any(reading.time is not None for reading in found.readings.values()):
+            message = "what is measured now cannot name a time"
+            self._findings.reject("TIS702", message, item.value.span)
+        if self._conditions.needs_ledger and not self.compiled.plan.needs_ledger:
+            self._findings.reject(
+                "TIS702", "this run does not keep the energies of its motion", item.value.span,
+                hint='add "energy every 10 ms" to the output block of the scene',
+            )  # fmt: skip
+        return found
 
     # --- orders -------------------------------------------------------------------------------
 
@@ -368,9 +395,12 @@ class SteppedRun:
                 check_holds(every, plan.triggers, network.tools, shaped=shaped)
             )
 
-    def _expression(self, text: str) -> s.Expression:
-        (item,) = parse(Source(ORDERED, f"value = {text}"), has_heading=False).items
-        return cast(s.Assign, item).value
+    def _item(self, text: str) -> s.Assign:
+        """Return what is written as the value of an entry."""
+        items = parse(Source(ORDERED, f"value = {text}"), has_heading=False).items
+        if len(items) != 1:
+            raise ValueError(f'"{text}" is not one value but {len(items)}')
+        return cast(s.Assign, items[0])
 
     @contextmanager
     def _reporting(self) -> Generator[None]:
@@ -404,9 +434,11 @@ class SteppedRun:
 
     def fork(self) -> Self:
         """Return another run that is where this one is, and writes no result."""
-        return type(self)(
+        other = type(self)(
             self.compiled, self._request, threads=self._threads, saved=self.save()
         )
+        other._quantities = self._quantities  # which depend on the scene alone
+        return other
 
     def script(self) -> str:
         """Return the scene with everything that was ordered, which runs the same.

@@ -1,7 +1,7 @@
 """Handing out items to an executor, in portions of about `PORTION` seconds.
 
 A worker that dies takes the items under way with it: each of them is tried again alone, and
-only one whose worker dies again has killed it.
+only one that then loses `TRIALS` workers has killed them.
 """
 
 import pickle
@@ -20,6 +20,7 @@ from tissuec.workers.workers import LOST, Common, Item, Lost, Result, Work
 PORTION = 0.3  # of work at a time [s]
 MOST_AT_ONCE = 64  # items in a portion
 AHEAD = 2  # portions for each worker, so that none waits
+TRIALS = 2  # of an item alone, which may lose its worker by chance
 ROUND = 1.0  # after which the number of workers is looked at again [s]
 _ONE = Lock()  # portion at a time in a process: a worker may have several threads
 
@@ -83,12 +84,22 @@ def handed_out(
 def _one_by_one(
     crew: Crew, packed: bytes, items: Sequence[tuple[int, Any]]
 ) -> Generator[tuple[int, Any], None, None]:
-    """Yield the results of items whose workers died, each alone; LOST if that one dies, too."""
+    """Yield the results of items whose workers died, each tried alone; LOST if that fails."""
     for number, item in items:
+        yield number, _alone(crew, packed, item)
+
+
+def _alone(crew: Crew, packed: bytes, item: Any) -> Any:
+    """Return the result of an item in a worker that does nothing else; LOST if it kills it.
+
+    It is tried again, because somebody may have ended the worker by chance.
+    """
+    for _ in range(TRIALS):
         try:
-            yield number, crew.submit(packed, [item]).result()[1][0]
+            return crew.submit(packed, [item]).result()[1][0]
         except WorkerDied:
-            yield number, LOST
+            continue
+    return LOST
 
 
 class _Pace:
