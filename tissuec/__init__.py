@@ -9,7 +9,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tissuec.api import check, compile, examine, load, modes, properties, run, start, study
+    from tissuec.api import (
+        check,
+        compile,
+        environment,
+        examine,
+        load,
+        modes,
+        properties,
+        run,
+        start,
+        study,
+    )
     from tissuec.core.errors import (
         CompileError,
         Diagnostic,
@@ -37,6 +48,7 @@ __all__ = [
     "__version__",
     "check",
     "compile",
+    "environment",
     "examine",
     "load",
     "modes",
@@ -51,6 +63,7 @@ _HOMES = {
     "tissuec.api": (
         "check",
         "compile",
+        "environment",
         "examine",
         "load",
         "modes",

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tissuec.engine.execution.run import Outcome
     from tissuec.scene.overrides import Given
     from tissuec.scene.request import Request
+    from tissuec.stepping.environment import TissueEnv
     from tissuec.stepping.stepped_run import SteppedRun
     from tissuec.studies.table import StudyTable
     from tissuec.view.notebook import Trajectory
@@ -163,6 +164,45 @@ def start(
     return SteppedRun(
         compiled, request, out=None if out is None else Path(out), threads=threads
     )
+
+
+def environment(
+    scene: Scene,
+    *,
+    observations: "Sequence[str] | Mapping[str, tuple[float, float]]",
+    actions: "Mapping[str, tuple[float, float]]",
+    reward: str,
+    step: str | float,
+    ends: str = "",
+    params: "Mapping[str, Given] | None" = None,
+    libraries: Sequence[str | os.PathLike[str]] = (),
+) -> "TissueEnv":
+    """Return a scene as an environment of gymnasium, for controllers that learn.
+
+    Args:
+        scene: As of `run`.
+        observations: Measures, such as "force of forceps A", or these with their limits in SI
+            units.
+        actions: Sentences of the script with ``{}`` where the number stands, such as "move
+            forceps A by (0, 0, {} mm) using constant speed", with the limits of the number.
+        reward: A measure, or an expression of measures.
+        step: Time between two actions, such as "25 ms"; each sentence takes that long.
+        ends: A condition that ends an episode; empty for none.
+        params, libraries: As those of `run`.
+
+    Raises:
+        CompileError: The text of the scene, a measure, condition or sentence is wrong.
+        TissueError: gymnasium is not installed.
+        ValueError: A sentence has no ``{}``, or limits do not ascend.
+    """
+    try:
+        from tissuec.stepping.environment import TissueEnv
+    except ImportError as error:
+        raise TissueError(
+            'an environment needs gymnasium; install it: pip install "tissuec[gymnasium]"'
+        ) from error
+    run = start(scene, params=params, libraries=libraries)
+    return TissueEnv(run, observations, actions, reward, step=step, ends=ends)
 
 
 def check(

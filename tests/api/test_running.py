@@ -298,3 +298,30 @@ def test_the_present_folder_is_where_relative_names_lead(tmp_path, monkeypatch):
     Path("pull.tis").write_text(PULL)
     assert tissuec.run("pull.tis", out="pull.vtkhdf").path == Path("pull.vtkhdf")
     assert len(tissuec.load("pull.vtkhdf").times) == 21
+
+
+PINT = """body dot { mesh is explicit }
+table nodes of dot in mm with columns "id x mass in g" { 1 0 1; 2 5 1 }
+set one = nodes of dot where id == 1
+environment { gravity = (0, 0, 0) m/s^2 }
+script {
+  at 0 s: fix dot
+  from 0 s to 0.1 s: move one by (lift, push / (1 N/m), 0) + way using smooth profile
+}
+simulate { duration = 0.1 s }
+output { trajectory every 0.1 s }
+"""
+
+
+def test_quantities_of_pint_are_values_of_params():
+    ureg = pytest.importorskip("pint").UnitRegistry()
+    text = "param lift = 1 mm\nparam push = 1 mN\nparam way = (1, 0, 0) mm\n"
+    scene = f"language 1\n{text}" + PINT
+    given = {"lift": 0.3 * ureg.cm, "push": 2e-3 * ureg.newton, "way": [0, 0, 2] * ureg.mm}
+    with tissuec.run(scene, params=given) as found:
+        assert found.manifest["overrides"] == [
+            "lift = 0.003 m", "push = 0.002 kg*m/s^2", "way = (0, 0, 0.002) m"
+        ]  # fmt: skip
+        assert found.position[-1, 0] == pytest.approx([0.003, 0.002, 0.002])
+    with pytest.raises(tissuec.CompileError, match="must be a length"):
+        tissuec.run(scene, params={"lift": 1 * ureg.newton})

@@ -20,6 +20,8 @@ from tissuec.studies.table import read_table
 from tissuec.workers.processes import Processes
 from tissuec.workers.workers import OwnProcess
 
+pytestmark = pytest.mark.usefixtures("interruptible")
+
 MANY = ("vary lift = 2 mm to 9 mm in 20 steps",)  # times two tissues: 40 runs
 COMMAND = (
     "import sys; sys.argv[0] = 'tissuec'\n"

@@ -19,6 +19,9 @@ from tissuec.workers.workers import LOST, OwnProcess, workers_of
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="kills by signals")
 
 
+pytestmark = pytest.mark.usefixtures("interruptible")
+
+
 def is_alive(number: int) -> bool:
     """Return whether there is a process, and it has not ended."""
     try:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 from numbers import Real
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from tissuec.core.names import key_of
 from tissuec.core.units import NUMBER, Dimension, written_unit
 from tissuec.scene.parameters import Parameter
 
-#: A text as in a scene, such as "0.9 s"; or one number or three, in SI units.
+#: A text as in a scene, such as "0.9 s"; one number or three, in SI units; or such with a unit
+#: of pint, which has the type Any.
 Given: TypeAlias = "str | float | Sequence[float]"
 _HEAD = re.compile(r".*?\s(=|is)\s")  # of an assignment
 #: Words, which an entry takes behind "is".
@@ -79,6 +80,8 @@ def _assignment(key: str, value: Given, parameter: Parameter | None) -> str:
 
 def _text(value: Given, name: str, dimension: Dimension) -> str:
     """Return a value as a scene has it."""
+    if hasattr(value, "to_base_units"):
+        return _with_own_unit(value, name)
     text = without_unit(value, name)
     if isinstance(value, str):
         return text
@@ -87,6 +90,13 @@ def _text(value: Given, name: str, dimension: Dimension) -> str:
             f"the unit of {name} cannot be written as a product of powers; write it as text"
         )
     return f"{text} {written_unit(dimension)}".rstrip()
+
+
+def _with_own_unit(quantity: Any, name: str) -> str:
+    """Return a quantity of pint as a scene has it; that its unit fits is checked there."""
+    base = quantity.to_base_units()
+    unit = f"{base.units:~C}".replace("**", "^")
+    return f"{without_unit(base.magnitude, name)} {unit}".rstrip()
 
 
 def without_unit(value: Given, name: str) -> str:

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.conditions import Conditions
+from tissuec.compiler.conditions import Condition, Conditions
 from tissuec.compiler.holds import check_holds
 from tissuec.compiler.quantities import ObservedExpression, QuantityReader
 from tissuec.compiler.script import ScriptReader
@@ -90,6 +90,7 @@ class SteppedRun:
         self._warned: set[str] = set()
         self._times: dict[str, float] = {}  # of texts [s]
         self._quantities: dict[str, ObservedExpression] = {}
+        self._conditions_read: dict[str, Condition] = {}
         self._run = StepwiseRun(
             compiled.network,
             compiled.plan,
@@ -271,6 +272,22 @@ class SteppedRun:
         """
         return float(self.quantity(what).sample((), self.snapshot)[0])
 
+    def holds(self, what: str) -> bool:
+        """Return whether a condition of the script holds at the present time.
+
+        Args:
+            what: Such as "force(forceps A) > 20 mN".
+
+        Raises:
+            CompileError: It is no condition.
+        """
+        if what not in self._conditions_read:
+            items = parse(Source(ORDERED, f"expect {what}"), has_heading=False).items
+            with self._reporting():
+                node = cast(s.Expect, items[0]).condition
+                self._conditions_read[what] = self._conditions.condition(node)
+        return bool(self._conditions_read[what](self.snapshot))
+
     def quantity(self, what: str) -> ObservedExpression:
         """Return what is measured, read and checked once, to be evaluated on snapshots.
 
@@ -437,7 +454,8 @@ class SteppedRun:
         other = type(self)(
             self.compiled, self._request, threads=self._threads, saved=self.save()
         )
-        other._quantities = self._quantities  # which depend on the scene alone
+        # Which depend on the scene alone.
+        other._quantities, other._conditions_read = self._quantities, self._conditions_read
         return other
 
     def script(self) -> str:

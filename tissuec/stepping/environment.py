@@ -1,0 +1,142 @@
+"""A scene as an environment for reinforcement learning: ``gymnasium.Env``.
+
+Observations, rewards and ends are measures and conditions of the language, and actions are
+sentences of its script. (M. Towers et al., Gymnasium, 2024, https://gymnasium.farama.org.)
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import gymnasium  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.errors import SimulationError
+from tissuec.model.network import Floats
+from tissuec.stepping.stepped_run import SteppedRun
+
+Limits = tuple[float, float]
+PLACE = "{}"  # in a sentence: where the number of the action stands
+
+
+class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
+    """A run of a scene that is stepped by actions.
+
+    An episode begins at 0 s. It is truncated at the end of the scene, and terminated by
+    ``ends``, by ``end the run`` of the script, or where the motion cannot be computed; then
+    ``info["reason"]`` says why, and the reward is 0.
+
+    Args:
+        run: The run, at 0 s.
+        observations: Measures, such as "force of forceps A", with their limits in SI units;
+            without limits, they are unbounded.
+        actions: Sentences with ``{}`` where the number stands, such as "move forceps A by
+            (0, 0, {} mm) using constant speed", with the limits of the number.
+        reward: A measure or expression of measures.
+        step: Time between two actions; each sentence takes that long.
+        ends: A condition that ends an episode; empty for none.
+
+    Attributes:
+        run: See above.
+
+    Raises:
+        CompileError: A measure, condition or sentence is wrong.
+        ValueError: A sentence has no place for its number, or limits are no range.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+
+    def __init__(
+        self,
+        run: SteppedRun,
+        observations: Sequence[str] | Mapping[str, Limits],
+        actions: Mapping[str, Limits],
+        reward: str,
+        *,
+        step: str | float,
+        ends: str = "",
+    ):
+        self.run, self._reward, self._step, self._ends = run, reward, step, ends
+        self._observed, self._sentences = tuple(observations), tuple(actions)
+        for sentence in actions:
+            if sentence.count(PLACE) != 1:
+                raise ValueError(f'the action "{sentence}" needs one {PLACE} for its number')
+        given = observations if isinstance(observations, Mapping) else {}
+        self.observation_space = _box(self._observed, given)
+        self.action_space = _box(self._sentences, actions)
+        self._start = run.save()
+        self._rehearse()
+
+    def _rehearse(self) -> None:
+        """Find mistakes in texts before the first episode."""
+        self._observation()
+        self.run.measure(self._reward)
+        if self._ends:
+            self.run.holds(self._ends)
+        self._act(0.5 * (self.action_space.low + self.action_space.high))
+        self.run.restore(self._start)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Begin a new episode at 0 s; return the observation and info.
+
+        The observation is in SI units, shape (observation,).
+
+        Args:
+            seed: Of ``np_random``; the scene itself has no chance in it.
+            options: Not used.
+        """
+        super().reset(seed=seed)
+        self.run.restore(self._start)
+        return self._observation(), self._info()
+
+    def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        """Act for one step.
+
+        Args:
+            action: Numbers of the sentences, in the units written there, shape (action,).
+
+        Returns:
+            Observation in SI units, shape (observation,), reward, whether the episode ended,
+            whether the scene did, and info.
+        """
+        before = self._observation()
+        try:
+            self._act(np.asarray(action, dtype=float))
+            self.run.step(self._step)
+            seen, reward = self._observation(), self.run.measure(self._reward)
+        except SimulationError as error:
+            return before, 0.0, True, False, {"time": self.run.time, "reason": str(error)}
+        is_over = bool(self._ends) and self.run.holds(self._ends)
+        at_end = self.run.time >= self.run.duration
+        is_ended = is_over or (bool(self.run.ended) and not at_end)
+        info = self._info()
+        if is_ended:
+            info["reason"] = self._ends if is_over else self.run.ended
+        return seen, reward, is_ended, at_end and not is_ended, info
+
+    def _act(self, action: Floats) -> None:
+        for sentence, number in zip(self._sentences, action.tolist(), strict=True):
+            self.run.order(sentence.replace(PLACE, repr(number)), over=self._step)
+
+    def _observation(self) -> Floats:
+        """Return the measures, within their limits, shape (observation,)."""
+        seen = np.array([self.run.measure(what) for what in self._observed])
+        return np.clip(seen, self.observation_space.low, self.observation_space.high)
+
+    def _info(self) -> dict[str, Any]:
+        return {"time": self.run.time}
+
+
+def _box(names: Sequence[str], limits: Mapping[str, Limits]) -> Any:
+    """Return the space of numbers with names."""
+    ranges: NDArray[np.float64] = np.array(
+        [limits.get(name, (-np.inf, np.inf)) for name in names], dtype=float
+    ).reshape(-1, 2)
+    if not len(ranges) or not (ranges[:, 0] < ranges[:, 1]).all():
+        wrong = [name for name, (low, high) in zip(names, ranges, strict=True) if low >= high]
+        raise ValueError(
+            f"limits must ascend: {', '.join(wrong)}" if wrong else "nothing given"
+        )
+    return gymnasium.spaces.Box(ranges[:, 0], ranges[:, 1], dtype=np.float64)
