@@ -187,7 +187,7 @@ def test_a_result_is_written_as_a_run_writes_it(tmp_path):
         sim.step("0.15 s")
         tip = sim.position[3]
     result = tissuec.load(tmp_path / "new" / "by_hand.h5")
-    assert result.events[-1].kind == "end"
+    assert result.events[-1].kind == "end the run"
     assert result.events[-1].time == 0.25
     assert result.times[-1] == pytest.approx(0.24)
     assert result.logs["position of tip"].value[-1] == pytest.approx(tip, abs=1e-8)

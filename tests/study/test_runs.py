@@ -152,3 +152,17 @@ def test_python_takes_numbers_in_si_units():
     assert table.column("lift").title == "lift [m]"
     assert table.column("lift").values.tolist() == [0.001, 0.001, 0.002, 0.002]
     assert table.column("pull").numbers[1] > 1.9 * table.column("pull").numbers[0]
+
+
+def test_the_end_of_the_run_is_told_from_that_of_a_motion():
+    text = SCENE.replace(
+        "  from 0 s to 0.1 s: move",
+        "  when position(tip along (1, 0, 0)) > 23 mm: end the run\n  from 0 s to 0.1 s: move",
+    )
+    table = carried_out(
+        "vary lift = [2 mm, 4 mm]", "measure ended = time of end the run",
+        "measure moved = time of end", text=text,
+    ).table  # fmt: skip
+    assert table.outcome == ("done", "ended")
+    assert table.column("ended").numbers == pytest.approx([np.nan, 0.075], nan_ok=True)
+    assert table.column("moved").numbers == pytest.approx([0.1, np.nan], nan_ok=True)

@@ -32,7 +32,7 @@ AT, CURVE, EVENT = "at", "every", "time"
 EVENTS = (
     "rupture", "slip", "cut", "grasp", "release", "trigger", "leak", "tie", "fix", "free",
     "hold", "move", "turn", "push", "reel", "inflate", "irrigate", "preserve", "change",
-    "settle", "seize", "stroke", "stop", "end", "note",
+    "settle", "seize", "stroke", "stop", "end", "end the run", "note",
 )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ from typing import NoReturn
 from msgspec import Struct
 
 from tissuec.core.errors import Note, alternatives
+from tissuec.core.units import NUMBER, describe
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.scene.declarations import Declarations
@@ -129,6 +130,15 @@ class Constants(Scope):
         self, item: s.Assign, bounds: s.Bounds, value: Value, written: s.Assign
     ) -> None:
         low, high = self.number(bounds.low), self.number(bounds.high)
+        if value.dimension == NUMBER and low.dimension == high.dimension != NUMBER:
+            self.findings.reject(
+                "TIS502",
+                f"{item.name.text} = {value} has no unit, but its limits are "
+                f"{describe(low.dimension)}",
+                written.value.span,
+                notes=(Note("the limits", bounds.span),),
+                hint=f"write a unit, as in {bounds.high.span.one_line}",
+            )
         for bound, part in ((low, bounds.low), (high, bounds.high)):
             self.expect(bound, value.dimension, part.span, what=f"a limit of {item.name.text}")
         if not low.amount <= value.amount <= high.amount:

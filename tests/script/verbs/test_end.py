@@ -72,13 +72,18 @@ def test_a_run_that_is_ended_is_the_beginning_of_one_that_is_not():
 def test_events_after_the_end_do_not_happen():
     end = "at 0.2 s: end the run\n  at 0.3 s: change gravity to (0, 0, -9.81) m/s^2"
     outcome, _ = carried_out(rope(end))
-    assert [event.kind for _, event in outcome.logged_events] == ["fix", "push", "end"]
+    assert [event.kind for _, event in outcome.logged_events] == ["fix", "push", "end the run"]
 
 
 def test_what_stands_behind_it_at_the_same_time_still_happens():
     end = "at 0.2 s: end the run\n  at 0.2 s: fix tip"
     outcome, _ = carried_out(rope(end))
-    assert [event.kind for _, event in outcome.logged_events] == ["fix", "push", "end", "fix"]
+    assert [event.kind for _, event in outcome.logged_events] == [
+        "fix",
+        "push",
+        "end the run",
+        "fix",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -154,7 +159,7 @@ def test_scipy_agrees(end):
 
 def test_a_result_file_says_what_ended_the_run(tmp_path):
     result = tissuec.run(rope(WHEN), out=tmp_path / "end.h5")
-    assert result.events[-1].kind == "end"
+    assert result.events[-1].kind == "end the run"
     assert result.events[-1].cause == "end the run"
     assert result.promise.state == "kept"
     assert result.times[-1] < 0.2

@@ -12,6 +12,8 @@ from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence
 
 OBJECT = "the run"
+#: Of the event; "end" is that of the end of a motion.
+KIND = "end the run"
 
 
 @VERBS.member("end")
@@ -33,7 +35,7 @@ class End(Struct, frozen=True):
         return cls(order.span)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        ended = LoggedEvent("end", (), sentence(self.span), self.span)
+        ended = LoggedEvent(KIND, (), sentence(self.span), self.span)
         queue.end(ended)
         return (ended,)
 

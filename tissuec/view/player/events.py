@@ -15,7 +15,7 @@ SIGNS = {
     "hollow": ("free", "release", "open", "leak"),
     "arrow": ("move", "turn", "push", "stroke", "reel", "inflate", "irrigate", "settle"),
     "diamond": ("tie", "slip"),
-    "bar": ("end", "stop"),
+    "bar": ("end", "end the run", "stop"),
     "dot": ("trigger", "note", "change"),
 }
 BREAKING = {"rupture": "ruptured", "crush": "crushed"}
