@@ -270,3 +270,16 @@ def test_a_run_that_cannot_go_on_says_so_and_can_be_restored():
     sim.restore(saved)
     sim.run_until("0.5 s")
     assert_same(sim, rope())
+
+
+def test_values_that_were_given_are_in_the_recorded_script():
+    scene = rope().replace("push tip with (4, 0, 0) mN", "push tip with (lift * 1 N/m, 0, 0)")
+    sim = tissuec.start(scene, params={"lift": 5e-3, "viscosity of gut": "4 mN*s/m"})
+    sim.run_until(0.3)
+    text = sim.script()
+    assert "param lift = 0.005 m between" in text
+    assert text.endswith('# Run with: --set "viscosity of gut = 4 mN*s/m"\n')
+    sim = tissuec.start(scene, lift="5 mm")
+    sim.push("tip", with_=(0, 0, 1e-3), over="20 ms")
+    sim.run_until(0.5)
+    assert_same(sim, sim.script())

@@ -31,7 +31,7 @@ from tissuec.scene.request import Request
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.plan import ScheduledAction
 from tissuec.script.verbs import VERBS, Demanding
-from tissuec.stepping.recorded_script import with_sentences
+from tissuec.stepping.recorded_script import recorded
 from tissuec.stepping.sentences import UnitsOrder, joined, with_units
 
 ORDERED = "ordered from Python"  # what the text of a sentence is called in messages
@@ -459,12 +459,12 @@ class SteppedRun:
         return other
 
     def script(self) -> str:
-        """Return the scene with everything that was ordered, which runs the same.
+        """Return the scene with everything that was ordered and given, which runs the same.
 
         Raises:
             TissueError: The script of the scene stands in a file that the scene uses.
         """
-        return with_sentences(self.compiled.scene, self._request, self._sentences)
+        return recorded(self.compiled.scene, self._request, self._sentences)
 
     def close(self) -> None:
         """Write the result file, if one was asked for, up to the present time.
@@ -484,7 +484,7 @@ class SteppedRun:
         sentences = list(self._sentences)
         if self.time < self.duration and not self.ended:
             sentences.append(f"at {self.time!r} s: end the run")
-        text = with_sentences(self.compiled.scene, self._request, sentences)
+        text = recorded(self.compiled.scene, self._request, sentences)
         source = replace(self._request.source, text=text)
         request = replace(self._request, source=source)
         make_folder(self.out.parent)
