@@ -101,13 +101,12 @@ class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
             Observation in SI units, shape (observation,), reward, whether the episode ended,
             whether the scene did, and info.
         """
-        before = self._observation()
         try:
             self._act(np.asarray(action, dtype=float))
             self.run.step(self._step)
             seen, reward = self._observation(), self.run.measure(self._reward)
         except SimulationError as error:
-            return before, 0.0, True, False, {"time": self.run.time, "reason": str(error)}
+            return self._seen, 0.0, True, False, {"time": self.run.time, "reason": str(error)}
         is_over = bool(self._ends) and self.run.holds(self._ends)
         at_end = self.run.time >= self.run.duration
         is_ended = is_over or (bool(self.run.ended) and not at_end)
@@ -122,8 +121,10 @@ class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
 
     def _observation(self) -> Floats:
         """Return the measures, within their limits, shape (observation,)."""
-        seen = np.array([self.run.measure(what) for what in self._observed])
-        return np.clip(seen, self.observation_space.low, self.observation_space.high)
+        found = np.array([self.run.measure(what) for what in self._observed])
+        space = self.observation_space
+        self._seen = np.clip(found, space.low, space.high)  # returned if the next step fails
+        return self._seen
 
     def _info(self) -> dict[str, Any]:
         return {"time": self.run.time}
