@@ -283,3 +283,40 @@ def test_values_that_were_given_are_in_the_recorded_script():
     sim.push("tip", with_=(0, 0, 1e-3), over="20 ms")
     sim.run_until(0.5)
     assert_same(sim, sim.script())
+
+
+def test_measures_are_written_as_in_conditions_and_in_studies():
+    sim = tissuec.start(rope())
+    sim.step("60 ms")
+    assert sim.measure("position of tip along (1, 0, 0)") == sim.position[3, 0]
+    assert sim.measure("position of tip") == pytest.approx(np.linalg.norm(sim.position[3]))
+    assert sim.measure("force of tip") == sim.measure("force(tip)")
+    assert abs(sim.measure("energy drift")) < 1e-3
+    other = sim.fork()
+    other.step("10 ms")
+    assert other.measure("position of tip along (1, 0, 0)") == other.position[3, 0]
+
+
+@pytest.mark.parametrize(
+    ("what", "message"),
+    [
+        ("2 mm", "measures nothing"),
+        ("position(tip, 10 ms)", "cannot name a time"),
+        ("position of tipp", 'no set, body or tool called "tipp"'),
+        ("position(tip) of wall", "write: MEASURE of A"),
+    ],
+)
+def test_what_measures_nothing_now_is_refused(what, message):
+    with pytest.raises(CompileError, match=message):
+        tissuec.start(rope()).measure(what)
+
+
+def test_several_values_are_no_measure():
+    with pytest.raises(ValueError, match="not one value but 2"):
+        tissuec.start(rope()).measure("force(tip); b = 3")
+
+
+def test_energies_that_are_not_kept_cannot_be_measured():
+    sim = tissuec.start(rope().replace("; energy every 7 ms", ""))
+    with pytest.raises(CompileError, match="does not keep the energies"):
+        sim.measure("energy drift")
