@@ -39,6 +39,18 @@ script {
 simulate { duration = 0.2 s; tolerance = 1e-4 }
 output { trajectory every 10 ms; force of hand every 1 ms }
 """
+#: A mass between springs without losses, which all integrators can step.
+CHAIN = """language 1
+tissue spring { spring constant = 2 N/m; viscosity = 0 N*s/m }
+body chain { mesh is explicit; tissue is spring }
+table nodes of chain in mm with columns "id x mass in g" { 1 0 4; 2 12 4; 3 20 4; 4 30 4 }
+table springs of chain with columns "a b rest length in mm" { 1 2 10; 2 3 10; 3 4 10 }
+set walls = nodes of chain where id == 1 or id == 4
+set middle = nodes of chain where id == 2
+environment { gravity = (0, 0, 0) m/s^2; contact is off; damping = 0 N*s/m }
+script { at 0 s: fix walls }
+simulate { duration = 0.2 s; step = 1 ms; integrator is dop853 }
+"""
 STUDY = """study pulling {
   vary lift = 2 mm to 6 mm in 3 steps
   vary tissue of bar = [spring, stiff spring]

@@ -21,6 +21,7 @@ from tissuec.studies.analysis.samples import measure_of, usable
 from tissuec.studies.table import Column, StudyTable
 
 SMALLEST, LARGEST = 1e-3, 30.0  # orders that are looked for
+ROUNDING = 100 * float(np.finfo(float).eps)  # differences that say nothing, relative
 REFINED = ("tolerance", "step", "cell")  # factors that are refined, if there are several
 
 
@@ -32,7 +33,7 @@ class ObservedOrder(Struct, frozen=True, eq=False):
         levels: Values of the refined factor from coarse to fine, shape (level,).
         values: Of the measure, in its unit, shape (level,).
         orders: Of every three successive levels, shape (level - 2,); NaN where differences do
-            not shrink or change their sign.
+            not shrink, change their sign or are rounding errors.
         limit: Value at perfect resolution by the three finest levels, in the unit of the
             measure; NaN if they have no order.
     """
@@ -141,6 +142,8 @@ def order_of(sizes: Sequence[float] | Floats, values: Sequence[float] | Floats) 
     coarse, fine = float(values[0] - values[1]), float(values[1] - values[2])
     ratio = coarse / fine if fine else inf
     if not (0.0 < ratio < inf) or not h[0] > h[1] > h[2] > 0.0:
+        return nan
+    if abs(fine) < ROUNDING * abs(values[2]):
         return nan
 
     def excess(p: float) -> float:
