@@ -36,12 +36,19 @@ script {
   }
 }
 simulate { duration = 0.1 s; METHOD }
-output { trajectory every 10 ms; position of tip every 1 ms; force of finger every 1 ms; energy every 5 ms }
+output {
+  trajectory every 10 ms; position of tip every 1 ms; force of finger every 1 ms
+  energy every 5 ms
+}
 """
 
 
 @pytest.mark.parametrize(
-    "method", ["tolerance = 1e-3", "step = 0.1 ms; integrator is velocity verlet"]
+    "method",
+    [
+        "tolerance = 1e-3",
+        pytest.param("step = 0.1 ms; integrator is velocity verlet", marks=pytest.mark.slow),
+    ],
 )
 def test_a_probe_that_tears_a_sheet(method):
     sim = tissuec.start(PIERCED.replace("METHOD", method))
