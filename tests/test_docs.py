@@ -144,7 +144,7 @@ class Reader(Struct):
     def python(self, block: Block) -> None:
         if "matplotlib" in block.text or "tissuec.view.plots" in block.text:
             pytest.importorskip("matplotlib").use("Agg")
-        for package in ("pandas", "xarray"):
+        for package in ("pandas", "xarray", "pyvista"):
             if f"to_{package}" in block.text:
                 pytest.importorskip(package)
         said = io.StringIO()

@@ -323,8 +323,36 @@ def test_only_what_is_asked_for_is_read(parts):
         parts.to_xarray("speed")
 
 
-@pytest.mark.parametrize(("ask", "package"), [("to_pandas", "pandas"), ("to_xarray", "xarray")])
-def test_a_missing_package_is_named_with_what_brings_it(pulled, monkeypatch, ask, package):
+def test_a_frame_is_a_mesh_of_pyvista(parts):
+    pytest.importorskip("pyvista")
+    mesh, last = parts.to_pyvista(), len(parts.times) - 1
+    cells = parts.cells(last)
+    assert np.array_equal(mesh.points, parts.position[last])
+    assert np.array_equal(mesh.lines.reshape(-1, 3)[:, 1:], cells.lines)
+    assert np.array_equal(mesh.faces.reshape(-1, 4)[:, 1:], cells.triangles)
+    assert np.array_equal(mesh.verts.reshape(-1, 2)[:, 1:], cells.vertices)
+    assert np.array_equal(mesh.point_data["velocity"], parts.velocity[last])
+    tension, rows = parts.spring_force(last)
+    # PyVista knows no lines apart from other cells: the order is that of VTK.
+    assert np.array_equal(mesh.cell_data["spring_force"][cells.line_rows], tension)
+    assert np.array_equal(mesh.cell_data["spring_id"][cells.line_rows], parts.spring_ids[rows])
+    assert mesh.field_data["TimeValue"] == [parts.times[last]]
+    assert parts.to_pyvista(0).field_data["TimeValue"] == [0.0]
+    with pytest.raises(IndexError, match="frame 99"):
+        parts.to_pyvista(99)
+
+
+@pytest.mark.parametrize(
+    ("ask", "package", "extra"),
+    [
+        ("to_pandas", "pandas", "notebook"),
+        ("to_xarray", "xarray", "notebook"),
+        ("to_pyvista", "pyvista", "pyvista"),
+    ],
+)
+def test_a_missing_package_is_named_with_what_brings_it(
+    pulled, monkeypatch, ask, package, extra
+):
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(ImportError, match=rf'{ask} needs {package}.*"tissuec\[notebook\]"'):
+    with pytest.raises(ImportError, match=rf'{ask} needs {package}.*"tissuec\[{extra}\]"'):
         getattr(pulled, ask)()

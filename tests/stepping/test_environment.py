@@ -41,6 +41,16 @@ def test_an_episode_is_the_run_of_the_recorded_script():
     assert np.array_equal(again.position[-1], env.run.position)
 
 
+@pytest.mark.filterwarnings("error")
+def test_the_last_action_ends_with_the_scene():
+    env = environment(step="300 ms")
+    env.reset()
+    for _ in range(4):
+        *_, over, info = env.step(np.array([0.1]))
+    assert over and info["time"] == 1.0
+    assert "  from 0.9 s to 1.0 s: move tongs by (0.1 mm, 0, 0)" in env.run.script()
+
+
 def test_episodes_are_alike_and_end_with_the_scene():
     env = environment()
 

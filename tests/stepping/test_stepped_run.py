@@ -320,3 +320,16 @@ def test_energies_that_are_not_kept_cannot_be_measured():
     sim = tissuec.start(rope().replace("; energy every 7 ms", ""))
     with pytest.raises(CompileError, match="does not keep the energies"):
         sim.measure("energy drift")
+
+
+def test_the_present_net_is_a_mesh_of_pyvista():
+    pytest.importorskip("pyvista")
+    sim = tissuec.start(rope(strength="6 mN"))
+    sim.run_until("0.3 s")
+    mesh = sim.to_pyvista()
+    assert not sim.alive.all()  # what is torn is not drawn
+    assert np.array_equal(mesh.points, sim.position)
+    assert np.array_equal(mesh.lines.reshape(-1, 3)[:, 1:], sim.network.ends[sim.alive])
+    lines = slice(mesh.n_verts, None)
+    assert np.array_equal(mesh.cell_data["spring_force"][lines], sim.tension[sim.alive])
+    assert mesh.field_data["TimeValue"] == [0.3]

@@ -1,4 +1,4 @@
-"""Results as tables of pandas and datasets of xarray, where these are installed."""
+"""Results as tables of pandas, datasets of xarray and meshes of PyVista, where installed."""
 
 from collections.abc import Sequence
 from importlib import import_module
@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from tissuec.core.errors import alternatives
 from tissuec.results.export import find_log, moments_of, spring_name
 from tissuec.results.logs import Log
+from tissuec.results.shapes import ExportedShape
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
+    import pyvista  # pyright: ignore[reportMissingImports]
     import xarray  # pyright: ignore[reportMissingImports]
 
     from tissuec.results.trajectory import Trajectory
@@ -133,8 +135,37 @@ def _names(count: int, places: Sequence[tuple[str, slice]]) -> NDArray[np.str_]:
     return names.astype(str)
 
 
-def package(name: str, what: str) -> Any:
+def to_pyvista(shape: ExportedShape) -> "pyvista.PolyData":
+    """Return a shape as a mesh of PyVista; see `Trajectory.to_pyvista`.
+
+    Raises:
+        ImportError: PyVista is not installed.
+    """
+    pyvista = package("pyvista", "to_pyvista", extra="pyvista")
+    mesh = pyvista.PolyData()
+    mesh.points = np.array(shape.points)
+    # In the order of VTK, which is that of the numbers at cells.
+    mesh.verts, mesh.lines, mesh.faces = (
+        np.insert(table, 0, table.shape[1], axis=1).ravel()
+        for table in (shape.vertices, shape.lines, shape.triangles)
+    )
+    for data, values in (
+        (mesh.point_data, shape.point_data),
+        (mesh.cell_data, shape.cell_data),
+        (mesh.field_data, {"TimeValue": np.array([shape.time])}),
+    ):
+        for name, numbers in values.items():
+            data.set_array(numbers, name, deep_copy=True)
+    return mesh
+
+
+def package(name: str, what: str, *, extra: str = "notebook") -> Any:
     """Return an optional package, imported for ``what``.
+
+    Args:
+        name: Of the package.
+        what: What needs it.
+        extra: Which installs it.
 
     Raises:
         ImportError: It is not installed.
@@ -144,5 +175,5 @@ def package(name: str, what: str) -> Any:
     except ImportError as error:
         raise ImportError(
             f"{what} needs {name}, which is not installed; "
-            'pip install "tissuec[notebook]" installs it'
+            f'pip install "tissuec[{extra}]" installs it'
         ) from error

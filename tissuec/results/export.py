@@ -13,7 +13,13 @@ from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import open_file
 from tissuec.results.logs import Log
-from tissuec.results.shapes import ExportedShape, cannot_write, write_obj, write_vtu
+from tissuec.results.shapes import (
+    ExportedShape,
+    cannot_write,
+    net_shape,
+    write_obj,
+    write_vtu,
+)
 from tissuec.results.store import LIBVER
 from tissuec.results.surface_series import SurfaceSeries
 
@@ -120,21 +126,16 @@ def export_obj(trajectory: "Trajectory", frame: int, path: Path) -> None:
 
 def frame_shape(trajectory: "Trajectory", frame: int) -> ExportedShape:
     """Return the net in one frame; IndexError if there is no such frame."""
-    cells = trajectory.cells(frame)
     tension, rows = trajectory.spring_force(frame)
-    numbers = np.full(cells.total, np.nan, dtype=tension.dtype)
-    numbers[cells.line_rows] = tension
-    identities = np.full(cells.total, -1, dtype=np.int64)
-    identities[cells.line_rows] = trajectory.spring_ids[rows]
-    points = {
-        "velocity": trajectory.velocity[frame],
-        "force": trajectory.force[frame],
-        "node_id": trajectory.node_ids,
-    }
-    return ExportedShape(
-        trajectory.path.name, trajectory.times[frame], trajectory.position[frame],
-        cells.vertices, cells.lines, cells.triangles,
-        points, {"spring_force": numbers, "spring_id": identities},
+    return net_shape(
+        trajectory.path.name, trajectory.times[frame], trajectory.cells(frame),
+        {
+            "position": trajectory.position[frame],
+            "velocity": trajectory.velocity[frame],
+            "force": trajectory.force[frame],
+            "node_id": trajectory.node_ids,
+        },
+        tension, trajectory.spring_ids[rows],
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Indices
 from tissuec.results.errors import ResultError
+from tissuec.results.mesh import Cells
 
 _VTK_TYPES = {"float32": "Float32", "float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
@@ -35,6 +36,35 @@ class ExportedShape(Struct, frozen=True, eq=False):
     triangles: NDArray[np.integer]
     point_data: Mapping[str, NDArray[Any]]
     cell_data: Mapping[str, NDArray[Any]]
+
+
+def net_shape(
+    title: str,
+    time: float,
+    cells: Cells,
+    points: Mapping[str, NDArray[Any]],
+    tension: NDArray[Any],
+    spring_ids: Indices,
+) -> ExportedShape:
+    """Return a net as a shape.
+
+    Args:
+        title: Where it comes from.
+        time: [s].
+        cells: What is drawn.
+        points: "position" [m], shape (node, 3), and what else there is at the nodes.
+        tension: Of the springs of the lines [N], shape (line,).
+        spring_ids: Of these springs, shape (line,).
+    """
+    numbers = np.full(cells.total, np.nan, dtype=tension.dtype)
+    numbers[cells.line_rows] = tension
+    identities = np.full(cells.total, -1, dtype=np.int64)
+    identities[cells.line_rows] = spring_ids
+    others = {name: values for name, values in points.items() if name != "position"}
+    return ExportedShape(
+        title, time, points["position"], cells.vertices, cells.lines, cells.triangles,
+        others, {"spring_force": numbers, "spring_id": identities},
+    )  # fmt: skip
 
 
 def write_vtu(shape: ExportedShape, path: Path) -> None:

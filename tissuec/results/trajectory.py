@@ -34,6 +34,7 @@ from tissuec.results.tools import TOOL_FRAMES, HoldInterval, read_holds
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
+    import pyvista  # pyright: ignore[reportMissingImports]
     import xarray  # pyright: ignore[reportMissingImports]
 
 
@@ -392,6 +393,25 @@ class Trajectory:
         from tissuec.results.conversion import to_xarray
 
         return to_xarray(self, names, frames)
+
+    def to_pyvista(self, frame: int = -1) -> "pyvista.PolyData":
+        """Return one frame as a mesh of PyVista: springs as lines, skin as triangles.
+
+        Points are in m; the arrays at points are "velocity" [m/s], "force" [N] and "node_id",
+        those at cells "spring_force" [N] and "spring_id", which only lines have: NaN and -1
+        elsewhere.
+
+        Args:
+            frame: Its number; a negative one counts from the end.
+
+        Raises:
+            ImportError: PyVista is not installed; says what to install.
+            IndexError: There is no such frame.
+        """
+        from tissuec.results.conversion import to_pyvista
+        from tissuec.results.export import frame_shape
+
+        return to_pyvista(frame_shape(self, frame))
 
     def save(self, path: Path | str) -> Path:
         """Copy the file to another place, with the views of its surfaces, and return its path.

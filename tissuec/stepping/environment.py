@@ -44,7 +44,7 @@ class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
         ValueError: A sentence has no place for its number, or limits are no range.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}  # pyright: ignore
 
     def __init__(
         self,
@@ -61,19 +61,21 @@ class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
         for sentence in actions:
             if sentence.count(PLACE) != 1:
                 raise ValueError(f'the action "{sentence}" needs one {PLACE} for its number')
-        given = observations if isinstance(observations, Mapping) else {}
-        self.observation_space = _box(self._observed, given)
-        self.action_space = _box(self._sentences, actions)
+        given: Mapping[str, Limits] = observations if isinstance(observations, Mapping) else {}
+        self._limits = _limits(self._observed, given)
+        self.observation_space = _space(self._limits)
+        acting = _limits(self._sentences, actions)
+        self.action_space = _space(acting)
         self._start = run.save()
-        self._rehearse()
+        self._rehearse(acting.mean(axis=1))
 
-    def _rehearse(self) -> None:
+    def _rehearse(self, action: Floats) -> None:
         """Find mistakes in texts before the first episode."""
         self._observation()
         self.run.measure(self._reward)
         if self._ends:
             self.run.holds(self._ends)
-        self._act(0.5 * (self.action_space.low + self.action_space.high))
+        self._act(action)
         self.run.restore(self._start)
 
     def reset(
@@ -116,28 +118,37 @@ class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
         return seen, reward, is_ended, at_end and not is_ended, info
 
     def _act(self, action: Floats) -> None:
+        span = min(self.run.seconds(self._step), self.run.duration - self.run.time)
         for sentence, number in zip(self._sentences, action.tolist(), strict=True):
-            self.run.order(sentence.replace(PLACE, repr(number)), over=self._step)
+            self.run.order(sentence.replace(PLACE, repr(number)), over=span)
 
     def _observation(self) -> Floats:
         """Return the measures, within their limits, shape (observation,)."""
         found = np.array([self.run.measure(what) for what in self._observed])
-        space = self.observation_space
-        self._seen = np.clip(found, space.low, space.high)  # returned if the next step fails
+        self._seen = np.clip(found, *self._limits.T)  # returned if the next step fails
         return self._seen
 
     def _info(self) -> dict[str, Any]:
         return {"time": self.run.time}
 
 
-def _box(names: Sequence[str], limits: Mapping[str, Limits]) -> Any:
-    """Return the space of numbers with names."""
-    ranges: NDArray[np.float64] = np.array(
+def _limits(names: Sequence[str], limits: Mapping[str, Limits]) -> Floats:
+    """Return the limits of numbers with names, shape (name, 2), infinite where none are given.
+
+    Raises:
+        ValueError: There are no names, or limits are no range.
+    """
+    found: NDArray[np.float64] = np.array(
         [limits.get(name, (-np.inf, np.inf)) for name in names], dtype=float
     ).reshape(-1, 2)
-    if not len(ranges) or not (ranges[:, 0] < ranges[:, 1]).all():
-        wrong = [name for name, (low, high) in zip(names, ranges, strict=True) if low >= high]
+    wrong = [name for name, (low, high) in zip(names, found, strict=True) if not low < high]
+    if wrong or not names:
         raise ValueError(
             f"limits must ascend: {', '.join(wrong)}" if wrong else "nothing given"
         )
-    return gymnasium.spaces.Box(ranges[:, 0], ranges[:, 1], dtype=np.float64)
+    return found
+
+
+def _space(limits: Floats) -> Any:
+    """Return the space of numbers within limits."""
+    return gymnasium.spaces.Box(limits[:, 0], limits[:, 1], dtype=np.float64)

@@ -5,7 +5,7 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 from msgspec import Struct
@@ -33,6 +33,9 @@ from tissuec.script.plan import ScheduledAction
 from tissuec.script.verbs import VERBS, Demanding
 from tissuec.stepping.recorded_script import recorded
 from tissuec.stepping.sentences import UnitsOrder, joined, with_units
+
+if TYPE_CHECKING:
+    import pyvista  # pyright: ignore[reportMissingImports]
 
 ORDERED = "ordered from Python"  # what the text of a sentence is called in messages
 
@@ -141,7 +144,7 @@ class SteppedRun:
             SimulationError: The run cannot go on.
             KeyboardInterrupt: After Ctrl-C; the run can go on from where it is.
         """
-        seconds = self._seconds(span)
+        seconds = self.seconds(span)
         until = rounded(self.time + seconds)
         if until <= self.time:
             raise ValueError(f"a step must be longer than {span}")
@@ -158,7 +161,7 @@ class SteppedRun:
             SimulationError: The run cannot go on.
             KeyboardInterrupt: After Ctrl-C; the run can go on from where it is.
         """
-        self._go_to(rounded(self._seconds(time)))
+        self._go_to(rounded(self.seconds(time)))
 
     def _go_to(self, time: float) -> None:
         self._refuse_failure()
@@ -173,7 +176,12 @@ class SteppedRun:
         if ending is not None and ending[0] != "done":
             raise SimulationError(f"{self.compiled.scene.source.name}: {ending[1]}")
 
-    def _seconds(self, span: str | float) -> float:
+    def seconds(self, span: str | float) -> float:
+        """Return a time such as "25 ms" in s.
+
+        Raises:
+            CompileError: The text is no time.
+        """
         if not isinstance(span, str):
             return float(span)
         if span not in self._times:
@@ -222,6 +230,17 @@ class SteppedRun:
     def alive(self) -> NDArray[np.bool_]:
         """Return which springs are whole, shape (spring,)."""
         return self.snapshot.state.alive
+
+    def to_pyvista(self) -> "pyvista.PolyData":
+        """Return the net at the present time as a mesh; see ``Trajectory.to_pyvista``.
+
+        Raises:
+            ImportError: PyVista is not installed; says what to install.
+        """
+        from tissuec.results.conversion import to_pyvista
+        from tissuec.stepping.present_shape import present_shape
+
+        return to_pyvista(present_shape(self.compiled.scene.source.name, self.snapshot))
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -337,7 +356,7 @@ class SteppedRun:
         begin = self._run.order_time
         when = f"at {begin!r} s"
         if over is not None:
-            when = f"from {begin!r} s to {rounded(begin + self._seconds(over))!r} s"
+            when = f"from {begin!r} s to {rounded(begin + self.seconds(over))!r} s"
         text = f"{when}: {sentence}"
         items = parse(Source(ORDERED, text), has_heading=False).items
         with self._reporting():
@@ -364,7 +383,7 @@ class SteppedRun:
         if bare:
             sentence = parse(Source(ORDERED, text), has_heading=False).items[0]
             assert isinstance(sentence, s.Sentence)
-            duration = None if over is None else self._seconds(over)
+            duration = None if over is None else self.seconds(over)
             asked = self._asked_units(verb, words, bare, sentence, duration)
             text = with_units(sentence, bare, asked)
         self.order(text, over=over)
