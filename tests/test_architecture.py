@@ -8,6 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from tests.modules import nodes, trees
+
 HEAVY = ("scipy", "numba", "h5py")
 LIGHT = {
     "check": ["check", "library/scenes/sterilisation.tis"],
@@ -114,20 +116,11 @@ CIRCLES = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def trees(repository):
-    package = repository / "tissuec"
-    return {
-        path.relative_to(package).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
-        for path in package.rglob("*.py")
-    }
-
-
-def test_functions_are_short(trees):
+def test_functions_are_short():
     assert [
         f"{path}: {node.name} has {lines} lines"
-        for path, tree in trees.items()
-        for node in ast.walk(tree)
+        for path in trees()
+        for node in nodes(path)
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         and (lines := _lines(node)) > LONGEST
     ] == []
@@ -140,21 +133,21 @@ def _lines(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     return node.end_lineno - node.lineno + 1 - documentation
 
 
-def test_no_other_files_name_each_other(trees):
+def test_no_other_files_name_each_other():
     """Also where an import is late, or only for types."""
-    assert set(_circles(trees)) <= CIRCLES
+    assert set(_circles({path: nodes(path) for path in trees()})) <= CIRCLES
 
 
-def _circles(trees: dict[str, ast.Module]) -> list[tuple[str, ...]]:
+def _circles(modules: dict[str, list[ast.AST]]) -> list[tuple[str, ...]]:
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
-    paths = sorted(trees)
+    paths = sorted(modules)
     number = {path: k for k, path in enumerate(paths)}
     pairs = [
         (number[path], number[other])
-        for path, tree in trees.items()
-        for other in _imported(tree)
+        for path, inside in modules.items()
+        for other in _imported(inside)
         if other in number and not other.endswith("__init__.py")
     ]
     rows, columns = zip(*pairs, strict=True)
@@ -166,9 +159,9 @@ def _circles(trees: dict[str, ast.Module]) -> list[tuple[str, ...]]:
     return [tuple(group) for group in groups if len(group) > 1]
 
 
-def _imported(tree: ast.Module) -> Iterator[str]:
+def _imported(inside: list[ast.AST]) -> Iterator[str]:
     """Yield the files of the package that a module imports from anywhere in it."""
-    for node in ast.walk(tree):
+    for node in inside:
         if isinstance(node, ast.ImportFrom) and str(node.module).startswith("tissuec."):
             place = node.module.removeprefix("tissuec.").replace(".", "/")
             yield f"{place}.py"
@@ -177,5 +170,5 @@ def _imported(tree: ast.Module) -> Iterator[str]:
 
 def test_a_circle_is_found():
     texts = {"a.py": "from tissuec.b import x", "b.py": "def f():\n    from tissuec.a import y"}
-    trees = {path: ast.parse(text) for path, text in texts.items()}
-    assert _circles(trees) == [("a.py", "b.py")]
+    modules = {path: list(ast.walk(ast.parse(text))) for path, text in texts.items()}
+    assert _circles(modules) == [("a.py", "b.py")]

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.modules import nodes, trees
 from tissuec.core.catalogue import CODES, HERE_IN_PAGE, CodeEntry, example_files, reference
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.lang.render import render
@@ -28,8 +29,8 @@ def codes_in_sources() -> set[str]:
     """Return every code that stands as a text of its own in the sources."""
     return {
         node.value
-        for path in (ROOT / "tissuec").rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for path in trees()
+        for node in nodes(path)
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
         if CODE.fullmatch(node.value)
     }

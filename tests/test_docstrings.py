@@ -21,12 +21,13 @@ import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent / "tissuec"
+from tests.modules import ROOT, nodes, trees
+
 #: Modules that only describe another library to the type checker; its manual documents it.
 OF_OTHERS = ("view/plots/drawing.py",)
 #: Modules that do not follow the rules yet.
@@ -61,17 +62,18 @@ class Class:
 class Module:
     """A parsed module."""
 
-    path: Path
+    path: str  # below the package
     shared: str  # shared arguments of its package
     tree: ast.Module
+    nodes: list[ast.AST]
 
-    @cached_property
+    @property
     def name(self) -> str:
-        return self.path.relative_to(ROOT.parent).as_posix()
+        return f"{ROOT.name}/{self.path}"
 
     @cached_property
     def classes(self) -> list[Class]:
-        return [_class(node) for node in ast.walk(self.tree) if isinstance(node, ast.ClassDef)]
+        return [_class(node) for node in self.nodes if isinstance(node, ast.ClassDef)]
 
 
 def _class(node: ast.ClassDef) -> Class:
@@ -94,31 +96,33 @@ def _section(doc: str, title: str) -> str:
     return "".join(m[3] for m in SECTION.finditer(doc + "\n") if m[2] == title)
 
 
-def _modules() -> list[Module]:
-    trees = {path: ast.parse(path.read_text("utf-8")) for path in sorted(ROOT.rglob("*.py"))}
-
-    def shared(path: Path) -> str:
-        tree = trees.get(path.parent / "__init__.py")
+@cache
+def modules() -> list[Module]:
+    def shared(path: str) -> str:
+        tree = trees().get((Path(path).parent / "__init__.py").as_posix())
         return _section(ast.get_docstring(tree) or "", "Shared arguments") if tree else ""
 
-    ours = (path for path in trees if path.relative_to(ROOT).as_posix() not in OF_OTHERS)
-    return [Module(path, shared(path), trees[path]) for path in ours]
+    ours = (path for path in trees() if path not in OF_OTHERS)
+    return [Module(path, shared(path), trees()[path], nodes(path)) for path in ours]
 
 
-MODULES = _modules()
-CLASSES: dict[str, list[Class]] = defaultdict(list)
-for _module in MODULES:
-    for _each in _module.classes:
-        CLASSES[_each.node.name].append(_each)
+@cache
+def classes() -> dict[str, list[Class]]:
+    """Return the classes of all modules by name."""
+    found: dict[str, list[Class]] = defaultdict(list)
+    for each in (each for module in modules() for each in module.classes):
+        found[each.node.name].append(each)
+    return found
 
 
-def _aliases() -> dict[str, dict[str, bool]]:
+@cache
+def aliases() -> dict[str, dict[str, bool]]:
     """Return the names of array types in each module, and whether entries may have a unit."""
-    known = {module.name: dict(BUILTIN) for module in MODULES}
+    known = {module.name: dict(BUILTIN) for module in modules()}
     for _ in range(2):  # an alias of an alias that is imported needs a second pass
-        for module in MODULES:
+        for module in modules():
             here = known[module.name]
-            for node in ast.walk(module.tree):
+            for node in module.nodes:
                 match node:
                     case ast.Assign(
                         targets=[ast.Name(id=name)], value=ast.Subscript() as value
@@ -137,9 +141,6 @@ def _aliases() -> dict[str, dict[str, bool]]:
                                 one.name: found[one.name] for one in names if one.name in found
                             }
     return known
-
-
-ALIASES = _aliases()
 
 
 def _arrays(annotation: ast.expr | None, aliases: Mapping[str, bool]) -> tuple[bool, bool]:
@@ -191,7 +192,7 @@ def _raised(node: ast.AST) -> Iterator[str]:
 
 def _is_documented_elsewhere(node: Function, owner: Class) -> bool:
     names = [one.arg for one in _parameters(node, method=True)]
-    every = (each for many in CLASSES.values() for each in many)
+    every = (each for many in classes().values() for each in many)
     protocols = [] if owner.is_protocol else [each for each in every if each.is_protocol]
     seen: set[str] = set()
     bases, queue = [], list(owner.bases)
@@ -199,7 +200,7 @@ def _is_documented_elsewhere(node: Function, owner: Class) -> bool:
         name = queue.pop()
         if name not in seen:
             seen.add(name)
-            for each in CLASSES.get(name, ()):
+            for each in classes().get(name, ()):
                 bases.append(each)
                 queue += each.bases
     for each in (*bases, *protocols):
@@ -225,7 +226,8 @@ def _missing(node: Function, module: Module, owner: Class | None) -> Iterator[st
         return
     parameters = _parameters(node, method=owner is not None)
     annotations = [each.annotation for each in parameters] + [node.returns]
-    arrays = [_arrays(each, ALIASES.get(module.name, BUILTIN)) for each in annotations]
+    known = aliases().get(module.name, BUILTIN)
+    arrays = [_arrays(each, known) for each in annotations]
     has_arrays, has_units = map(any, zip(*arrays, strict=True))
     if decorators & {"property", "cached_property"} and not has_arrays:
         return
@@ -279,6 +281,12 @@ def findings(module: Module) -> list[str]:
     ]
 
 
+@cache
+def lacking() -> dict[str, list[str]]:
+    """Return what docstrings lack, by module."""
+    return {module.name: findings(module) for module in modules()}
+
+
 EXAMPLES = {
     "def f(x): pass": "docstring",
     "def f(a, b, c):\n    '''Do it.'''": "Args: a, b, c",
@@ -303,15 +311,15 @@ EXAMPLES = {
 
 @pytest.mark.parametrize(("source", "lacks"), EXAMPLES.items())
 def test_examples_lack_what_is_expected(source, lacks):
-    module = Module(ROOT / "example.py", "", ast.parse(source))
+    tree = ast.parse(source)
+    module = Module("example.py", "", tree, list(ast.walk(tree)))
     assert [line.split(": ", 1)[1] for line in findings(module)] == [lacks] * bool(lacks)
 
 
 def test_public_functions_document_arguments_arrays_and_errors():
-    found = [line for m in MODULES if m.name not in NOT_YET for line in findings(m)]
+    found = [line for name, lines in lacking().items() if name not in NOT_YET for line in lines]
     assert not found, "docstrings lack:\n" + "\n".join(found)
 
 
 def test_modules_that_do_not_follow_the_rules_yet_exist_and_do_not():
-    unfinished = {module.name for module in MODULES if findings(module)}
-    assert set(NOT_YET) <= unfinished
+    assert set(NOT_YET) <= {name for name, lines in lacking().items() if lines}
