@@ -104,7 +104,7 @@ class ExplicitBody(Struct, frozen=True, eq=False):
 
 def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
     """Return the mesh and the columns of an explicit body; errors point at their cell."""
-    nodes = _Reader(tables.nodes, NODE_COLUMNS, ("x",), scope).read()
+    nodes = _NumberTable(tables.nodes, NODE_COLUMNS, ("x",), scope).read()
     node_ids = nodes.ids()
     if not len(node_ids):
         message = f"the table contains no node of {body.name}"
@@ -115,7 +115,7 @@ def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
     if tables.springs is None:
         springs, ends, spring_ids = None, np.zeros((0, 2), np.int32), np.zeros(0, np.int64)
     else:
-        springs = _Reader(tables.springs, SPRING_COLUMNS, ("a", "b"), scope).read()
+        springs = _NumberTable(tables.springs, SPRING_COLUMNS, ("a", "b"), scope).read()
         spring_ids = springs.ids()
         ends = np.stack(
             [springs.node_numbers(end, node_ids, body.name) for end in ("a", "b")], axis=1
@@ -139,7 +139,7 @@ def _kind(name: str, dimension: Dimension | None) -> Literal["number", "whole", 
     return "whole" if dimension is None else "number"
 
 
-class _Reader:
+class _NumberTable:
     """One table: its header, and its cells in SI units."""
 
     def __init__(
@@ -157,7 +157,7 @@ class _Reader:
         self.names: list[str] = []
         self.columns: dict[str, Floats] = {}
 
-    def read(self) -> "_Reader":
+    def read(self) -> "_NumberTable":
         """Read header and rows."""
         factors = self._header()
         wanted = [

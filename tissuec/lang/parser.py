@@ -78,13 +78,13 @@ def parse_tree(tree: Tree, *, has_heading: bool = True) -> Module:
         WrongNumbers: Numbers have mistakes, and nothing else.
         CompileError: The text has mistakes; up to ten are reported, in order.
     """
-    reading = _Reading(tree, list(tree.problems))
-    if not tree.is_sound or reading.is_full:
+    parser = _TreeParser(tree, list(tree.problems))
+    if not tree.is_sound or parser.is_full:
         raise CompileError(tree.problems)
     with _LOCK, _no_garbage_collection():
-        module = reading.module(has_heading=has_heading)
-    found = in_order(reading.problems)[:MOST_PROBLEMS]
-    if reading.left_out or any(problem.code not in _OF_NUMBERS for problem in found):
+        module = parser.module(has_heading=has_heading)
+    found = in_order(parser.problems)[:MOST_PROBLEMS]
+    if parser.left_out or any(problem.code not in _OF_NUMBERS for problem in found):
         raise CompileError(found)
     if found:
         raise WrongNumbers(found, module)
@@ -96,7 +96,7 @@ def readable_part(tree: Tree) -> Module:
     if not tree.is_sound:
         return _module((), tree.source)
     with _LOCK, _no_garbage_collection():
-        return _Reading(tree, None).module(has_heading=True)
+        return _TreeParser(tree, None).module(has_heading=True)
 
 
 @contextmanager
@@ -115,7 +115,7 @@ def _module(items: tuple[Item, ...], source: Source) -> Module:
     return Module(Number(1.0, Span(source, 0, 0)), items, source)
 
 
-class _Reading:
+class _TreeParser:
     """One pass over the statements of a tree.
 
     Attributes:

@@ -47,7 +47,7 @@ def read_h5md(fit: Fit, file: ResultGroup, network: Network, complaints: Complai
     Raises:
         CompileError: There is no such observable, or there are no such particles.
     """
-    reader = _Reader(fit, file, network, complaints)
+    reader = _SeriesReader(fit, file, network, complaints)
     if fit.measure is None:
         return reader.positions()
     found = reader.observables()
@@ -64,7 +64,7 @@ def read_h5md(fit: Fit, file: ResultGroup, network: Network, complaints: Complai
     reader.reject(f'{complaints.file} has no observable "{title}"', hint)
 
 
-class _Reader:
+class _SeriesReader:
     """One fit in one file."""
 
     def __init__(self, fit: Fit, file: ResultGroup, network: Network, complaints: Complaints):

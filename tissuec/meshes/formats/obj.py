@@ -15,7 +15,7 @@ from tissuec.meshes.formats import FORMATS, FormatError, RawMesh, faces, gather,
 @known_by(holds=b"\nv ")
 def read(data: bytes, path: Path) -> RawMesh:
     """Return vertices, faces, and the nodes of every group, object and material."""
-    reader = _Reader()
+    reader = _ObjReader()
     text = data.decode("utf-8", "replace").replace("\\\n", " ")
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split("#")[0].split()
@@ -24,8 +24,8 @@ def read(data: bytes, path: Path) -> RawMesh:
     return reader.mesh()
 
 
-class _Reader:
-    """One walk over the lines."""
+class _ObjReader:
+    """Collects vertices, faces and groups, line by line."""
 
     def __init__(self) -> None:
         self.points: list[list[float]] = []
