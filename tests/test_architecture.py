@@ -108,10 +108,6 @@ CIRCLES = {
     ("core/errors.py", "core/rendering.py"),
     ("forces/bending.py", "model/network.py"),
     ("results/conversion.py", "results/export.py", "results/trajectory.py"),
-    ("studies/analysis/convergence.py", "studies/analysis/effects.py",
-     "studies/analysis/quantiles.py", "studies/analysis/samples.py",
-     "studies/analysis/sobol.py", "studies/table.py", "studies/table_conversion.py",
-     "studies/table_hdf5.py", "studies/table_text.py"),
     ("workers/cluster.py", "workers/portions.py", "workers/processes.py", "workers/workers.py"),
 }  # fmt: skip
 

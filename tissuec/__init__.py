@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     )
     from tissuec.core.version import __version__
     from tissuec.results.errors import PlaceError, ResultError
-    from tissuec.studies.table import StudyTable, read_table
     from tissuec.view.notebook import Trajectory
+    from tissuec.view.study_table import StudyTable, read_table
 
 __all__ = [
     "CompileError",
@@ -72,10 +72,10 @@ _HOMES = {
         "start",
         "study",
     ),
-    "tissuec.studies.table": ("StudyTable", "read_table"),
     "tissuec.results.errors": ("PlaceError", "ResultError"),
     "tissuec.core.version": ("__version__",),
     "tissuec.view.notebook": ("Trajectory",),
+    "tissuec.view.study_table": ("StudyTable", "read_table"),
 }
 _ERRORS = "tissuec.core.errors"
 

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from tissuec.scene.request import Request
     from tissuec.stepping.environment import TissueEnv
     from tissuec.stepping.stepped_run import SteppedRun
-    from tissuec.studies.table import StudyTable
     from tissuec.view.notebook import Trajectory
+    from tissuec.view.study_table import StudyTable
 
 #: The text of a scene, or the file that holds it.
 Scene: TypeAlias = "str | os.PathLike[str]"
@@ -412,6 +412,7 @@ def study(
     from tissuec.studies.progress import StudyProgress
     from tissuec.studies.study import prepare, run_study
     from tissuec.studies.writing import sentences_of
+    from tissuec.view.study_table import with_methods
     from tissuec.workers.workers import workers_of
 
     request = _request(scene, params or {}, libraries)
@@ -435,7 +436,7 @@ def study(
     for verdict in result.verdicts:
         if not verdict.holds:
             _warn(f"{verdict.span.place}: {verdict.expect}\n  failed: {verdict.measured}")
-    return result.table
+    return with_methods(result.table)
 
 
 def _request(

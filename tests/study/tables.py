@@ -3,7 +3,7 @@
 import math
 
 from tissuec.studies.rows import DIED, DONE, REFUSED, FactorHead, MeasureHead, Row, StudyHead
-from tissuec.studies.table import StudyTable
+from tissuec.view.study_table import StudyTable
 
 HEAD = StudyHead(
     "lifting", "liver", "grid", 1, 0, 4,

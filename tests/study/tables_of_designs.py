@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from tissuec.studies.rows import DIVERGED, DONE, FactorHead, MeasureHead, Row, StudyHead
-from tissuec.studies.table import StudyTable
+from tissuec.view.study_table import StudyTable
 
 LIFT = FactorHead("lift", "mm", values="1 mm to 6 mm in 6 steps")
 
@@ -89,6 +89,41 @@ def refined():
     orders = {"one": 1, "two": 2, "four": 4}
     factors = (FactorHead("step", "ms"), FactorHead("integrator", "", is_text=True))
     return table_of("grid", factors, points, lambda h, name: (1.0 + 1e-3 * h ** orders[name],))
+
+
+def lossy_sample():
+    """Return a random sample of which one run failed."""
+    points = [(float(n),) for n in range(100)]
+    return table_of("sobol", [LIFT], points, lambda x: None if x == 7.0 else (x,))
+
+
+def lossy_refinement():
+    """Return `refined` with a run of the second method that failed."""
+
+    def measured(h, name):
+        return None if (h, name) == (4.0, "two") else (1.0 + 1e-3 * h ** orders[name],)
+
+    orders = {"one": 1, "two": 2, "four": 4}
+    factors = (FactorHead("step", "ms"), FactorHead("integrator", "", is_text=True))
+    return table_of("grid", factors, product((8.0, 4.0, 2.0, 0.5), orders), measured)
+
+
+def lossy_effects():
+    """Return `one_at_a_time` with a run that failed."""
+    points = [(2.0, 10.0), (1.0, 10.0), (3.0, 10.0), (2.0, 5.0), (2.0, 40.0)]
+    factors = (LIFT, FactorHead("stiffness of liver", "N/m"))
+    return table_of(
+        "one at a time", factors, points, lambda x, c: None if c == 40.0 else (1e-3 * x * c,)
+    )
+
+
+def without_effect():
+    """Return a study for Sobol indices whose last factor changes nothing."""
+    table = indices(base=32)
+    points = np.array([factor.numbers for factor in table.factors]).T.tolist()
+    return table_of(
+        "sobol indices", table.head.factors, points, lambda x, y, z: (x + y,), base=32
+    )
 
 
 def ishigami(x, y, z):

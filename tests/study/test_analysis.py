@@ -7,7 +7,11 @@ from scipy import stats
 from tests.study import tables_of_designs as tables
 from tests.study.scenes import CHAIN, SCENE, carried_out
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.studies.analysis.convergence import order_of
+from tissuec.studies.analysis.completed import completed
+from tissuec.studies.analysis.convergence import order_of, orders
+from tissuec.studies.analysis.sobol import sobol_indices
+from tissuec.studies.rows import FactorHead
+from tissuec.studies.table import StudyTable, rows_of
 
 #: Of the Ishigami function with a = 7 and b = 0.1, first order and total, in closed form.
 FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
@@ -15,7 +19,7 @@ FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
 
 def test_known_indices_are_within_their_intervals():
     found = tables.indices(base=1024).sobol_indices("m0")
-    assert (found.used, found.left_out) == (1024, 0)
+    assert (found.used, found.base, found.left_out.count) == (1024, 1024, 0)
     for one, first, total in zip(found, FIRST, TOTAL, strict=True):
         assert one.first_interval[0] <= first <= one.first_interval[1], one
         assert one.total_interval[0] <= total <= one.total_interval[1], one
@@ -37,7 +41,11 @@ def test_base_runs_with_a_failed_run_are_left_out_and_told():
     whole, part = (
         tables.indices(base=64, failed=f).sobol_indices("m0") for f in ((), (3, 64 + 5, 130))
     )
-    assert (part.used, part.left_out) == (61, 3)
+    assert (part.used, part.base, part.left_out.failed) == (61, 64, 3)
+    assert part.notes() == [
+        "left out of 320 runs: 3 failed",
+        "61 of 64 base runs are used: those with all values",
+    ]
     assert whole.used == 64
     for one, other in zip(whole, part, strict=True):
         assert one.first == pytest.approx(other.first, abs=0.15)
@@ -63,7 +71,7 @@ def test_a_scene_that_measures_the_function_gives_its_values():
     table = carried_out(*sentences, text=text).table
     points = np.array([factor.numbers for factor in table.factors])
     assert table.column("y").numbers == pytest.approx(tables.ishigami(*points), rel=1e-12)
-    assert table.sobol_indices("y").used == 4
+    assert sobol_indices(table, "y").used == 4
 
 
 @pytest.mark.slow
@@ -122,7 +130,7 @@ def test_orders_of_all_integrators_from_one_study():
         "measure place = position of middle along (1, 0, 0) at 0.2 s",
     ]
     table = carried_out(*sentences, text=CHAIN).table
-    found = {one.fixed[0]: one for one in table.orders("place")}
+    found = {one.fixed[0]: one for one in orders(table, "place")}
     assert set(found) == set(INTEGRATORS)
     for name, one in found.items():
         # Of the three finest steps above rounding errors, 7.97 (dop853) and 1.06 (propagation)
@@ -146,9 +154,9 @@ def test_quantiles_of_a_grid_are_refused():
 
 
 def test_effects_one_at_a_time():
-    own, effects = tables.one_at_a_time().effects("m0")
-    assert own == pytest.approx(0.02)
-    first, second = effects
+    found = tables.one_at_a_time().effects("m0")
+    assert found.own == pytest.approx(0.02)
+    first, second = found
     assert (first.factor, first.low, first.high) == ("stiffness of liver", 0.01, 0.08)
     assert (first.at_low, first.at_high) == ("5 N/m", "40 N/m")
     assert second.range == pytest.approx(0.02)
@@ -168,3 +176,147 @@ def test_an_unknown_measure_is_told_with_those_there_are(analysis):
 def test_analyses_say_which_design_they_need(analysis):
     with pytest.raises(ValueError, match="need the design"):
         getattr(tables.grid(), analysis)("m0")
+
+
+# --- runs that are left out -------------------------------------------------------------------
+
+
+def converging(h, name):
+    """Return a measure of order 2; of "odd" the level 4 fails, of "lost" all."""
+    if name == "lost" or (name, h) == ("odd", 4.0):
+        return None
+    return (1.0 + 1e-3 * h**2,)
+
+
+def with_failures(levels=(8.0, 4.0, 2.0, 1.0, 0.5)):
+    """Return a refinement in which runs failed."""
+    points = [(h, name) for h in levels for name in ("good", "odd", "lost")]
+    factors = [FactorHead("step", "ms"), FactorHead("integrator", "", is_text=True)]
+    return tables.table_of("grid", factors, points, converging)
+
+
+def test_orders_are_not_joined_across_a_failed_level_and_no_combination_is_missing():
+    found = with_failures().orders("m0")
+    good, odd, lost = found
+    assert good.orders == pytest.approx([2.0, 2.0, 2.0])
+    assert odd.levels.tolist() == [8.0, 4.0, 2.0, 1.0, 0.5]
+    assert np.isnan(odd.values[1]) and np.isnan(odd.orders[:2]).all()
+    assert odd.orders[2] == odd.order == pytest.approx(2.0)
+    assert odd.limit == pytest.approx(1.0, abs=1e-12)
+    assert np.isnan(lost.order) and np.isnan(lost.limit) and len(lost.gaps) == 5
+    assert found.left_out.failed == 6
+    told = str(found).splitlines()
+    assert told[:3] == [
+        "good: order 2.00; limit 1 N",
+        "odd: order 2.00; limit 1 N",
+        "lost: no order",
+    ]
+    assert told[3:5] == [
+        "left out of 15 runs: 6 failed", "odd, step 4 ms: the motion diverged",
+    ]  # fmt: skip
+
+
+def test_a_level_of_a_grid_that_is_not_done_yet_is_told():
+    table = with_failures((4.0, 2.0, 1.0))
+    part = StudyTable.of(table.head, [row for row in rows_of(table) if row.run != 3])
+    good = orders(part, "m0")[0]
+    assert good.gaps == ("step 2 ms: not done yet",) and np.isnan(good.order)
+    assert orders(part, "m0").left_out.missing == 1
+
+
+def test_a_limit_is_known_where_the_finest_level_failed():
+    table = tables.table_of(
+        "grid", [FactorHead("step", "ms")], [(8.0,), (4.0,), (2.0,), (1.0,)],
+        lambda h: None if h == 1.0 else (1.0 + 1e-3 * h,),
+    )  # fmt: skip
+    (found,) = table.orders("m0")
+    assert found.order == pytest.approx(1.0) and found.limit == pytest.approx(1.0)
+
+
+def test_effects_name_the_values_that_have_none():
+    points = [(2.0, 10.0), (1.0, 10.0), (3.0, 10.0), (2.0, 5.0), (2.0, 40.0)]
+    factors = (tables.LIFT, FactorHead("stiffness of liver", "N/m"))
+    table = tables.table_of(
+        "one at a time", factors, points,
+        lambda x, c: None if x == 3.0 or c != 10.0 else (1e-3 * x * c,),
+    )  # fmt: skip
+    found = table.effects("m0")
+    assert [one.factor for one in found] == ["lift"]
+    assert found.notes() == [
+        "left out of 5 runs: 3 failed",
+        "lift = 3 mm: the motion diverged",
+        "stiffness of liver = 5 N/m: the motion diverged",
+        "stiffness of liver = 40 N/m: the motion diverged",
+    ]
+
+
+def test_a_factor_that_the_scene_does_not_tell_keeps_its_own_runs():
+    nothing = float("nan")
+    points = [(nothing, 10.0), (1.0, 10.0), (3.0, 10.0), (nothing, 5.0)]
+    factors = (tables.LIFT, FactorHead("stiffness of liver", "N/m"))
+    table = tables.table_of(
+        "one at a time", factors, points, lambda x, c: (1e-3 * c * (2.0 if np.isnan(x) else x),)
+    )
+    lift = next(one for one in table.effects("m0") if one.factor == "lift")
+    assert (lift.low, lift.high) == pytest.approx((0.01, 0.03))  # without the 5 N/m
+
+
+def test_quantiles_count_what_they_leave_out():
+    points = [(float(n),) for n in range(100)]
+    table = tables.table_of(
+        "sobol", [tables.LIFT], points,
+        lambda x: None if x < 10 else (float("nan") if x < 13 else x,),
+    )  # fmt: skip
+    found = table.quantiles("m0", 0.5, 0.01)
+    assert found.used == 87 and found[0].value == pytest.approx(56.0)
+    assert found.notes() == [
+        "left out of 100 runs: 10 failed, 3 without a value",
+        "no interval with 87 runs: 1 % needs 368 runs",
+    ]
+
+
+@pytest.mark.parametrize("part", [0.05, 0.25, 0.5, 0.9])
+def test_the_fewest_runs_of_an_interval_are_the_fewest(part):
+    fewest = tables.sample().quantiles("m0", part)[0].fewest
+    for count, has in ((fewest - 1, False), (fewest, True)):
+        points = [(float(n),) for n in range(count)]
+        table = tables.table_of("sobol", [tables.LIFT], points, lambda x: (x,))
+        assert table.quantiles("m0", part)[0].has_interval is has
+
+
+@pytest.mark.parametrize("design", ["grid", "list", "one at a time"])
+def test_chosen_values_are_no_sample(design):
+    table = tables.table_of(design, [tables.LIFT], [(1.0,), (2.0,)], lambda x: (x,))
+    with pytest.raises(ValueError, match=f'"{design}" are no sample.*nanquantile'):
+        table.quantiles("m0")
+
+
+def test_quantiles_of_a_study_for_indices_are_those_of_its_independent_blocks():
+    table = tables.indices(base=256)
+    found = table.quantiles("m0", 0.5)
+    assert found.used == 512 and found.left_out.planned == 512
+    assert found[0].value == np.quantile(table.measures[0].numbers[:512], 0.5)
+
+
+def test_parts_that_are_none_are_refused():
+    with pytest.raises(ValueError, match=r"between 0 and 1, such as 0\.5, not 50"):
+        tables.sample().quantiles("m0", 50)
+
+
+def test_an_index_without_any_effect_has_no_interval_and_says_so():
+    found = tables.without_effect().sobol_indices("m0")
+    assert found[2].first_interval is None and found[2].total_interval is None
+    assert found[0].has_intervals
+    assert found.notes() == [
+        "no interval for x3: all resamples are equal, because nothing changes with the factor "
+        "in these 32 base runs"
+    ]
+
+
+def test_all_kinds_of_lack_are_counted():
+    table = with_failures((4.0, 2.0, 1.0))
+    assert completed(table).left_out.failed == 4
+    assert str(completed(StudyTable.of(table.head, [])).left_out) == (
+        "left out of 9 runs: 9 not done yet"
+    )
+    assert str(completed(tables.sample()).left_out) == "left out of 80 runs: none"

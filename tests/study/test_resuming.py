@@ -16,7 +16,7 @@ from tissuec.engine.execution.companion import Companion
 from tissuec.results.errors import PlaceError
 from tissuec.studies.journal import Journal
 from tissuec.studies.study import run_study
-from tissuec.studies.table import read_table
+from tissuec.studies.table_files import read_table
 from tissuec.workers.processes import Processes
 from tissuec.workers.workers import OwnProcess
 

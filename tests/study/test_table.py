@@ -5,8 +5,9 @@ import pytest
 
 from tests.study.tables import HEAD, ROWS, table
 from tissuec.results.errors import ResultError
-from tissuec.studies.table import Column, StudyTable, read_table, rows_of
+from tissuec.studies.table import Column, rows_of
 from tissuec.studies.table_text import as_csv, head_lines, row_line
+from tissuec.view.study_table import StudyTable, read_table
 
 
 def assert_equal(one: StudyTable, other: StudyTable) -> None:

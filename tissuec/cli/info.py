@@ -28,11 +28,11 @@ def command(settings: Settings, results: tuple[Path, ...]) -> int:
 
 def _summary(path: Path) -> dict[str, Any]:
     """Return the summary of a result, or of the table of a study."""
-    from tissuec.studies.table import is_table
+    from tissuec.studies.table_files import is_table
 
     if is_table(path):
         from tissuec.studies import summary as of_tables
-        from tissuec.studies.table import read_table
+        from tissuec.studies.table_files import read_table
 
         return of_tables.summary(read_table(path), path)
     from tissuec.results.info import summary

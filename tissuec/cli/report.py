@@ -63,7 +63,7 @@ def command(
     tissuec report tube.vtkhdf --validate -o tube.html
     tissuec report lift.stretching.csv
     """
-    from tissuec.studies.table import is_table
+    from tissuec.studies.table_files import is_table
 
     if validation is not None and (validates or len(results) > 1):
         other = "--validate" if validates else "several results"
@@ -146,7 +146,7 @@ def _write(
 
 def _write_study(path: Path, page: Path) -> tuple[str, list[str]]:
     """Write the page of a study; return its verdict, and why runs failed."""
-    from tissuec.studies.table import read_table
+    from tissuec.studies.table_files import read_table
     from tissuec.view.report.study import render_study, verdict
 
     table = read_table(path)

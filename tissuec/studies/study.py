@@ -7,6 +7,7 @@ import time as clock
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import Protocol
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -33,7 +34,8 @@ from tissuec.scene.study_model import Cell, Factor, Study
 from tissuec.studies.designs import Point, points_of
 from tissuec.studies.journal import Journal
 from tissuec.studies.rows import DIED, DONE, ENDED, FactorHead, MeasureHead, Row, StudyHead
-from tissuec.studies.table import StudyTable, is_hdf5
+from tissuec.studies.table import StudyTable
+from tissuec.studies.table_files import is_hdf5
 from tissuec.studies.trial import Job, Task, failed, row_of
 from tissuec.studies.writing import USUAL_NAME, with_sentences
 from tissuec.workers.workers import Lost, Workers
@@ -43,6 +45,21 @@ RUNS = ".runs"  # behind the name of a table: the folder of results
 
 #: Told how many runs there are rows of, how many of them failed, and of how many.
 Progress = Callable[[int, int, int], None]
+
+
+class Digest(Protocol):
+    """A digest of ``hashlib``, whose own type is not public."""
+
+    def update(self, data: bytes, /) -> None:
+        """Take in bytes."""
+
+    def copy(self) -> "Digest":
+        """Return another one that has taken in the same."""
+        ...
+
+    def hexdigest(self) -> str:
+        """Return the digest so far."""
+        ...
 
 
 class PreparedStudy(Struct, frozen=True):
@@ -155,7 +172,9 @@ def run_study(
             rows, taken = _in_file(prepared, workers, out, fresh=fresh, progress=progress)
         table = StudyTable.of(prepared.head, rows)
         if out is not None and is_hdf5(out):
-            table.to_hdf5(out)
+            from tissuec.studies.table_hdf5 import write_hdf5
+
+            write_hdf5(table, out)
     return StudyResult(table, _verdicts(prepared, table), taken, clock.monotonic() - began)
 
 
@@ -286,7 +305,7 @@ def _head(study: Study, compiled: Compiled, planned: int) -> StudyHead:
     )  # fmt: skip
 
 
-def _tasks(study: Study, points: Sequence[Point], digest: "hashlib._Hash") -> Iterator[Task]:
+def _tasks(study: Study, points: Sequence[Point], digest: Digest) -> Iterator[Task]:
     """Yield the runs of a study."""
     for run, point in enumerate(points):
         overrides = tuple(
@@ -310,7 +329,7 @@ def _own(factor: Factor) -> Cell:
     return factor.own
 
 
-def _digest(study: Study, job: Job, compiled: Compiled) -> "hashlib._Hash":
+def _digest(study: Study, job: Job, compiled: Compiled) -> Digest:
     """Return the digest of all that the rows of a study have in common."""
     found = hashlib.sha256(__version__.encode())
     for module in job.program.modules:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.studies.analysis.samples import usable
+from tissuec.studies.analysis.completed import completed
 from tissuec.studies.rows import title
 from tissuec.studies.table import Column, StudyTable
 
@@ -56,10 +56,9 @@ def range_of(table: StudyTable, measure: Column) -> str:
         table: The table.
         measure: The measure.
     """
-    values = measure.numbers[usable(table, measure)]
-    if not len(values):
-        return "no value"
-    low, middle, high = np.quantile(values, [0.0, 0.5, 1.0])
-    lacking = int(table.finished.sum()) - len(values)
+    found = completed(table, measure)
+    if not len(found.rows):
+        return f"no value; {found.left_out}"
+    low, middle, high = np.quantile(measure.numbers[found.rows], [0.0, 0.5, 1.0])
     text = f"{low:.4g} to {high:.4g}, median {middle:.4g}"
-    return f"{text}; no value in {lacking} runs" if lacking else text
+    return f"{text}; {found.left_out}" if found.left_out.count else text

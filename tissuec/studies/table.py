@@ -1,8 +1,7 @@
 """The table of a study: one row for each run, with its values, measures and outcome."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Self
 
 import numpy as np
 from msgspec import Struct
@@ -21,15 +20,6 @@ from tissuec.studies.rows import (
     StudyHead,
     title,
 )
-
-if TYPE_CHECKING:
-    import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
-    import xarray  # pyright: ignore[reportMissingImports]
-
-    from tissuec.studies.analysis.convergence import ObservedOrder
-    from tissuec.studies.analysis.effects import Effect
-    from tissuec.studies.analysis.quantiles import Quantile
-    from tissuec.studies.analysis.sobol import SobolIndices
 
 
 class Column(Struct, frozen=True, eq=False):
@@ -61,6 +51,14 @@ class Column(Struct, frozen=True, eq=False):
         """Return the name with its unit: "lift [mm]"."""
         return title(self.name, self.unit)
 
+    def text(self, row: int) -> str:
+        """Return the value of a row with its unit, such as "2 mm"."""
+        return self.written(self.values[row])
+
+    def written(self, value: Cell) -> str:
+        """Return a value of the column with its unit."""
+        return value if isinstance(value, str) else f"{value:g} {self.unit}".rstrip()
+
 
 class Curve(Struct, frozen=True, eq=False):
     """A measure over time, of every run.
@@ -80,7 +78,7 @@ class Curve(Struct, frozen=True, eq=False):
     @property
     def times(self) -> Floats:
         """Return the times of the samples [s], shape (sample,)."""
-        return np.arange(self.values.shape[1]) * self.every
+        return np.arange(self.values.shape[1], dtype=float) * self.every
 
 
 class StudyTable(Struct, frozen=True, eq=False):
@@ -112,7 +110,7 @@ class StudyTable(Struct, frozen=True, eq=False):
     digests: tuple[str, ...]
 
     @classmethod
-    def of(cls, head: StudyHead, rows: Iterable[Row]) -> "StudyTable":
+    def of(cls, head: StudyHead, rows: Iterable[Row]) -> Self:
         """Return the table of rows in any order; of two rows of one run the later counts."""
         found = {row.run: row for row in rows}
         ordered = [found[run] for run in sorted(found)]
@@ -170,131 +168,6 @@ class StudyTable(Struct, frozen=True, eq=False):
             hint = alternatives(name, [c.name for c in self.columns], what="there are")
             raise ValueError(f'the table has no column "{name}"; {hint}')
         return named[key_of(name)]
-
-    def sobol_indices(self, measure: str) -> "SobolIndices":
-        """Return which part of the variance of a measure comes from which factor.
-
-        See ``studies.analysis.sobol``.
-
-        Raises:
-            ValueError: The design is not "sobol indices", or too few runs have a value.
-        """
-        from tissuec.studies.analysis.sobol import sobol_indices
-
-        return sobol_indices(self, measure)
-
-    def orders(self, measure: str, along: str | None = None) -> "tuple[ObservedOrder, ...]":
-        """Return how fast a measure converges while a factor is refined.
-
-        See ``studies.analysis.convergence``.
-
-        Args:
-            measure: Name of the measure.
-            along: Name of the refined factor, if it is not clear.
-
-        Raises:
-            ValueError: No three values of a factor can be compared.
-        """
-        from tissuec.studies.analysis.convergence import orders
-
-        return orders(self, measure, along)
-
-    def quantiles(self, measure: str, *parts: float) -> "tuple[Quantile, ...]":
-        """Return quantiles of a measure over the runs of a random design.
-
-        See ``studies.analysis.quantiles``.
-
-        Args:
-            measure: Name of the measure.
-            parts: Of the runs below each, between 0 and 1; by default from 5 % to 95 %.
-
-        Raises:
-            ValueError: The runs are no sample of a distribution, or none has a value.
-        """
-        from tissuec.studies.analysis.quantiles import PARTS, quantiles
-
-        return quantiles(self, measure, parts or PARTS)
-
-    def effects(self, measure: str) -> "tuple[float, tuple[Effect, ...]]":
-        """Return the value as written, and the range of a measure over each factor.
-
-        See ``studies.analysis.effects``.
-
-        Raises:
-            ValueError: The design is not "one at a time", or the scene as written has no value.
-        """
-        from tissuec.studies.analysis.effects import effects
-
-        return effects(self, measure)
-
-    def to_csv(self, path: Path | str) -> None:
-        """Write the table as text.
-
-        Raises:
-            ResultError: It cannot be written.
-        """
-        from tissuec.studies.table_text import write_csv
-
-        write_csv(self, Path(path))
-
-    def to_hdf5(self, path: Path | str) -> None:
-        """Write the table as HDF5.
-
-        Raises:
-            ResultError: It cannot be written.
-        """
-        from tissuec.studies.table_hdf5 import write_hdf5
-
-        write_hdf5(self, Path(path))
-
-    def to_pandas(self) -> "pandas.DataFrame":
-        """Return the table without its curves; rows are named by the numbers of their runs.
-
-        Raises:
-            ImportError: pandas is not installed.
-        """
-        from tissuec.studies.table_conversion import to_pandas
-
-        return to_pandas(self)
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """Return the table along "run", or along its factors if it is a complete grid.
-
-        Raises:
-            ImportError: xarray is not installed.
-        """
-        from tissuec.studies.table_conversion import to_xarray
-
-        return to_xarray(self)
-
-
-def read_table(path: Path | str) -> StudyTable:
-    """Return the table of a study, also of one that is not finished.
-
-    Args:
-        path: A file in CSV, or in HDF5 if its name ends with ".h5" or ".hdf5".
-
-    Raises:
-        ResultError: It cannot be read, or is no table of a study.
-    """
-    path = Path(path)
-    if is_hdf5(path):
-        from tissuec.studies.table_hdf5 import read_hdf5
-
-        return read_hdf5(path)
-    from tissuec.studies.table_text import read_csv
-
-    return read_csv(path)
-
-
-def is_table(path: Path) -> bool:
-    """Return whether the name of a file is one that tables of studies have."""
-    return path.suffix.lower() == ".csv" or is_hdf5(path)
-
-
-def is_hdf5(path: Path) -> bool:
-    """Return whether the name of a table says that it is in HDF5."""
-    return path.suffix.lower() in (".h5", ".hdf5")
 
 
 def rows_of(table: StudyTable) -> Iterator[Row]:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tissuec.model.network import Floats
 from tissuec.results.conversion import package
 from tissuec.studies.table import StudyTable
 
@@ -15,7 +16,7 @@ RUN, SAMPLE = "run", "time of"
 
 
 def to_pandas(table: StudyTable) -> "pandas.DataFrame":
-    """Return a table; see `StudyTable.to_pandas`."""
+    """Return a table; see `view.study_table.StudyTable.to_pandas`."""
     columns: dict[str, Any] = {column.title: column.values for column in table.columns}
     columns |= {"outcome": table.outcome, "reason": table.reason, "promise": table.promise}
     index = package("pandas", "to_pandas").Index(table.runs, name=RUN)
@@ -25,7 +26,7 @@ def to_pandas(table: StudyTable) -> "pandas.DataFrame":
 
 
 def to_xarray(table: StudyTable) -> "xarray.Dataset":
-    """Return a dataset; see `StudyTable.to_xarray`."""
+    """Return a dataset; see `view.study_table.StudyTable.to_xarray`."""
     xarray = package("xarray", "to_xarray")
     levels = [list(dict.fromkeys(_listed(factor.values))) for factor in table.factors]
     shape = tuple(map(len, levels))
@@ -55,7 +56,7 @@ def to_xarray(table: StudyTable) -> "xarray.Dataset":
     return xarray.Dataset(data, coordinates, _about(table))
 
 
-def _listed(values: Any) -> list[Any]:
+def _listed(values: Floats | tuple[str, ...]) -> list[Any]:
     return list(values) if isinstance(values, tuple) else values.tolist()
 
 

@@ -1,11 +1,14 @@
 """Plots of the tables of studies: which kind suits a table, what is drawn, and what is told."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from tests.study import tables_of_designs as tables
 from tissuec.core.errors import TissueError
-from tissuec.view.plots import draw
+from tissuec.studies.rows import FactorHead
+from tissuec.view.plots import WrongOption, draw
 
 
 @pytest.mark.parametrize(
@@ -26,8 +29,9 @@ def test_a_family_of_curves_has_one_for_each_word():
     assert soft.get_label() == "hardness of liver soft"
     assert soft.get_xdata() == pytest.approx(np.arange(1.0, 7.0))
     assert soft.get_ydata() == pytest.approx(np.arange(1.0, 7.0))  # mN
-    assert hard.get_ydata() == pytest.approx(3.0 * np.arange(1.0, 6.0))  # one run failed
-    assert figure.notes == ("1 of 12 runs failed and are left out",)
+    assert hard.get_ydata()[:5] == pytest.approx(3.0 * np.arange(1.0, 6.0))
+    assert np.isnan(hard.get_ydata()[5])  # its run failed
+    assert figure.notes == ("left out of 12 runs: 1 failed",)
 
 
 def test_words_can_be_on_the_axis():
@@ -48,13 +52,62 @@ def test_a_tornado_shows_intervals_of_indices():
     lines = figure.axes[0].get_lines()
     points = [line for line in lines if line.get_marker() == "o"]
     assert [line.get_label() for line in points] == ["total", "first order"]
-    assert "1 of 256 base runs are left out" in figure.notes[0]
+    assert figure.notes[1] == "255 of 256 base runs are used: those with all values"
 
 
 def test_convergence_names_the_orders():
     axes = draw("convergence", tables.refined()).axes[0]
     labels = {line.get_label() for line in axes.get_lines()}
     assert labels == {"one: p = 1.00", "two: p = 2.00", "four: p = 4.00"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "table"),
+    [
+        ("response", tables.grid), ("heat-map", tables.grid), ("study-curves", tables.grid),
+        ("scatter-matrix", tables.grid), ("distribution", tables.lossy_sample),
+        ("convergence", tables.lossy_refinement), ("tornado", tables.lossy_effects),
+        ("tornado", lambda: tables.indices(16, failed=(3,))),
+    ],
+)  # fmt: skip
+def test_every_kind_says_what_it_leaves_out(kind, table):
+    notes = draw(kind, table()).notes
+    assert any("left out of " in note and " 1 failed" in note for note in notes), notes
+
+
+def test_a_refinement_names_the_level_that_failed():
+    figure = draw("convergence", tables.lossy_refinement())
+    assert "two, step 4 ms: the motion diverged" in figure.notes
+    assert {line.get_label() for line in figure.axes[0].get_lines()} == {
+        "one: p = 1.00", "two: no order", "four: p = 4.00",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("width", [60.0, 90.0, 160.0, 300.0])
+def test_numbers_of_a_refinement_do_not_touch(width):
+    steps = [(20.0 / 2**n,) for n in range(12)]
+    step = FactorHead("step", "ms")
+    table = tables.table_of("grid", [step], steps, lambda h: (1.0 + h**2,))
+    axes = draw("convergence", table, size=(width, 60.0)).axes[0]
+    axes.figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in axes.get_xticklabels()]
+    assert all(a.x1 < b.x0 for a, b in pairwise(boxes)) and len(boxes) > 1
+    assert {text.get_text() for text in axes.get_xticklabels()} <= {f"{h:g}" for (h,) in steps}
+
+
+def test_tables_plot_themselves():
+    table = tables.grid()
+    assert table.plot().kind == "response"
+    assert table.plot("heat-map", measure="m1", title="Heat").kind == "heat-map"
+    with pytest.raises(WrongOption, match='no option "z"'):
+        table.plot("response", z="lift")
+
+
+def test_an_index_without_interval_is_a_point_with_a_note():
+    figure = draw("tornado", tables.without_effect())
+    assert any("no interval for x3" in note for note in figure.notes)
+    spans = [line for line in figure.axes[0].get_lines() if line.get_linewidth() == 2]
+    assert len(spans) == 4
 
 
 def test_curves_of_runs_are_drawn_to_their_end():

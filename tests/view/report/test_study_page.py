@@ -7,7 +7,10 @@ from click.testing import CliRunner
 
 from tests.study import tables_of_designs as tables
 from tissuec.cli import group
+from tissuec.studies.rows import FactorHead
+from tissuec.studies.table import rows_of
 from tissuec.view.report.study import MOST_ROWS, render_study
+from tissuec.view.study_table import StudyTable
 
 pytest.importorskip("matplotlib")
 
@@ -50,7 +53,7 @@ def test_a_family_is_shown_with_its_failure(tmp_path):
 
 
 def test_sensitivities_are_shown_with_intervals(tmp_path):
-    found = tables.indices().sobol_indices("m0").factors[0]
+    found = tables.indices().sobol_indices("m0")[0]
     text = page(tables.indices(), tmp_path).text
     assert f"{found.first:.3f}" in text
     assert f"{found.total_interval[0]:.3f} to {found.total_interval[1]:.3f}" in text
@@ -62,10 +65,30 @@ def test_quantiles_are_shown(tmp_path):
     assert f"{median.value:.4g} ({median.low:.4g} to" in page(tables.sample(), tmp_path).text
 
 
+def few(x):
+    """Return a measure that some runs lack, and others fail to have."""
+    return None if x == 1.0 else (float("nan") if x == 2.0 else x,)
+
+
+def test_no_number_that_is_none_is_shown(tmp_path):
+    points = [(float(n),) for n in range(8)]
+    sample = tables.table_of("sobol", [tables.LIFT], points, few)
+    text = page(sample, tmp_path).text
+    assert "no interval with 6 runs: 5 % needs 72 runs" in text
+    assert "left out of 8 runs: 1 failed, 1 without a value" in text
+    blocks = [(x, y) for x in (0.0, 3.0, 4.0, 5.0, 6.0) for y in (0.0, 1.0)] * 2
+    factors = [tables.LIFT, FactorHead("width", "mm")]
+    indices = tables.table_of(
+        "sobol indices", factors, blocks, lambda x, y: few(x), base=len(blocks) // 4
+    )
+    own = tables.table_of("one at a time", [tables.LIFT], [(float("nan"),), (2.0,)], few)
+    for table in (sample, indices, own, tables.grid(), tables.indices(4, failed=(3,))):
+        assert "nan" not in page(table, tmp_path).text.split()
+        assert "(nan" not in page(table, tmp_path).text
+
+
 def test_a_part_of_a_study_is_told(tmp_path):
     table = tables.plane()
-    from tissuec.studies.table import StudyTable, rows_of
-
     part = StudyTable.of(table.head, list(rows_of(table))[:7])
     assert "not finished: 7 of 30 runs" in page(part, tmp_path).text
 

@@ -8,8 +8,8 @@ Of three levels h₁ > h₂ > h₃ with the values f₁, f₂, f₃, the order p
 Roache, Verification and Validation in Computational Science and Engineering, 1998.)
 """
 
-from collections.abc import Sequence
-from math import inf, log, nan
+from collections.abc import Iterator, Mapping, Sequence
+from math import inf, isfinite, log, nan
 
 import numpy as np
 from msgspec import Struct
@@ -17,12 +17,15 @@ from msgspec import Struct
 from tissuec.core.errors import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats
-from tissuec.studies.analysis.samples import measure_of, usable
+from tissuec.scene.study_entries import GRID
+from tissuec.studies.analysis.answer import Answer
+from tissuec.studies.analysis.completed import completed, lack_of, measure_of
 from tissuec.studies.table import Column, StudyTable
 
 SMALLEST, LARGEST = 1e-3, 30.0  # orders that are looked for
 ROUNDING = 100 * float(np.finfo(float).eps)  # differences that say nothing, relative
 REFINED = ("tolerance", "step", "cell")  # factors that are refined, if there are several
+_NUMBERS = ("level", "value")
 
 
 class ObservedOrder(Struct, frozen=True, eq=False):
@@ -31,11 +34,12 @@ class ObservedOrder(Struct, frozen=True, eq=False):
     Attributes:
         fixed: The values of the other factors, as texts with units.
         levels: Values of the refined factor from coarse to fine, shape (level,).
-        values: Of the measure, in its unit, shape (level,).
-        orders: Of every three successive levels, shape (level - 2,); NaN where differences do
-            not shrink, change their sign or are rounding errors.
-        limit: Value at perfect resolution by the three finest levels, in the unit of the
-            measure; NaN if they have no order.
+        values: Of the measure, in its unit, shape (level,); NaN where its run is left out.
+        orders: Of every three successive levels, shape (level - 2,); NaN where one of them has
+            no value, or differences do not shrink, change their sign or are rounding errors.
+        limit: Value at perfect resolution by the finest three levels that have an order, in
+            the unit of the measure; NaN if there are none.
+        gaps: The levels without a value, with the reason.
     """
 
     fixed: tuple[str, ...]
@@ -43,6 +47,7 @@ class ObservedOrder(Struct, frozen=True, eq=False):
     values: Floats
     orders: Floats
     limit: float
+    gaps: tuple[str, ...] = ()
 
     @property
     def order(self) -> float:
@@ -50,10 +55,36 @@ class ObservedOrder(Struct, frozen=True, eq=False):
         known = self.orders[np.isfinite(self.orders)]
         return float(known[-1]) if len(known) else nan
 
+    @property
+    def name(self) -> str:
+        """Return the values of the other factors; "" if there are none."""
+        return ", ".join(self.fixed)
 
-def orders(
-    table: StudyTable, measure: str, along: str | None = None
-) -> tuple[ObservedOrder, ...]:
+    def __str__(self) -> str:
+        order = f"order {self.order:.2f}" if isfinite(self.order) else "no order"
+        return f"{self.name}: {order}" if self.fixed else order
+
+
+class ObservedOrders(Answer[ObservedOrder], frozen=True, eq=False, kw_only=True):
+    """The observed order for each combination of the other factors.
+
+    Attributes:
+        refined: Name of the refined factor.
+    """
+
+    refined: str
+
+    def lines(self) -> Iterator[str]:
+        for one in self:
+            limit = f"; limit {one.limit:.6g} {self.unit}" if isfinite(one.limit) else ""
+            yield f"{one}{limit}".rstrip()
+
+    def remarks(self) -> Iterator[str]:
+        for one in self:
+            yield from (f"{one.name}, {gap}" if one.fixed else gap for gap in one.gaps)
+
+
+def orders(table: StudyTable, measure: str, along: str | None = None) -> ObservedOrders:
     """Return the observed order for each combination of the other factors.
 
     Args:
@@ -67,21 +98,57 @@ def orders(
         ValueError: There is no such factor, or no combination has three levels.
     """
     column, refined = measure_of(table, measure), refined_factor(table, along)
-    others = [factor for factor in table.factors if factor is not refined]
-    there = usable(table, column)
-    groups: dict[tuple[str, ...], list[int]] = {}
-    for row in np.flatnonzero(there).tolist():
-        groups.setdefault(tuple(label(factor, row) for factor in others), []).append(row)
-    found = [
-        _observed(fixed, refined, rows, column.numbers[rows])
-        for fixed, rows in groups.items()
-        if len(set(refined.numbers[rows])) >= 3
+    found = completed(table, column)
+    values = dict(zip(found.rows.tolist(), column.numbers[found.rows].tolist(), strict=True))
+    parts = [
+        _observed(fixed, refined, [_Level.of(table, n, row, values) for n, row in rows.items()])
+        for fixed, rows in _combinations(table, refined).items()
+        if len(rows) >= 3
     ]
-    if not found:
+    if not parts:
         raise ValueError(
             f'an order needs three values of "{refined.name}" with all other factors the same'
         )
-    return tuple(found)
+    return ObservedOrders(
+        measure=column.name, unit=column.unit, parts=tuple(parts),
+        left_out=found.left_out, refined=refined.name,
+    )  # fmt: skip
+
+
+def _combinations(
+    table: StudyTable, refined: Column
+) -> dict[tuple[str, ...], dict[float, int | None]]:
+    """Return the rows of all levels for each combination of the other factors.
+
+    A level of a grid that is not done yet has no row.
+    """
+    others = [factor for factor in table.factors if factor is not refined]
+    is_grid = table.head.design == GRID
+    known: list[float] = np.unique(refined.numbers).tolist() if is_grid else []
+    found: dict[tuple[str, ...], dict[float, int | None]] = {}
+    for row, level in enumerate(refined.numbers.tolist()):
+        fixed = tuple(factor.text(row) for factor in others)
+        rows = found.setdefault(fixed, dict.fromkeys(known))
+        if isfinite(level):
+            rows[level] = row
+    return found
+
+
+class _Level(Struct, frozen=True):
+    """A level of a refinement: its size, the value there, or why there is none."""
+
+    level: float
+    value: float
+    lack: str
+
+    @classmethod
+    def of(
+        cls, table: StudyTable, level: float, row: int | None, values: Mapping[int, float]
+    ) -> "_Level":
+        """Return a level by its row, if there is one."""
+        if row is None:
+            return cls(level, nan, "not done yet")
+        return cls(level, values.get(row, nan), "" if row in values else lack_of(table, row))
 
 
 def refined_factor(table: StudyTable, along: str | None = None) -> Column:
@@ -109,24 +176,24 @@ def refined_factor(table: StudyTable, along: str | None = None) -> Column:
     return chosen[0]
 
 
-def label(factor: Column, row: int) -> str:
-    """Return a value of a factor with its unit."""
-    value = factor.values[row]
-    return value if isinstance(value, str) else f"{value:g} {factor.unit}".rstrip()
-
-
 def _observed(
-    fixed: tuple[str, ...], refined: Column, rows: list[int], values: Floats
+    fixed: tuple[str, ...], refined: Column, found: Sequence[_Level]
 ) -> ObservedOrder:
-    levels = refined.numbers[rows]
-    counts_divisions = not refined.unit and bool((levels >= 1.0).all())
+    """Return how a measure converges in one combination."""
+    counts_divisions = not refined.unit and min(one.level for one in found) >= 1.0
+    ordered = sorted(found, key=lambda one: one.level, reverse=not counts_divisions)
+    levels, values = (np.array([getattr(one, name) for one in ordered]) for name in _NUMBERS)
     sizes = 1.0 / levels if counts_divisions else levels
-    order = np.argsort(-sizes, kind="stable")
-    sizes, values = sizes[order], values[order]
-    found = np.array(
-        [order_of(sizes[n : n + 3], values[n : n + 3]) for n in range(len(sizes) - 2)]
-    )
-    return ObservedOrder(fixed, levels[order], values, found, _limit(sizes, values, found[-1]))
+    triples = [slice(n, n + 3) for n in range(len(sizes) - 2)]
+    known = [order_of(sizes[three], values[three]) for three in triples]
+    limits = [
+        _limit(sizes[three], values[three], order)
+        for three, order in zip(triples, known, strict=True)
+        if isfinite(order)
+    ]
+    gaps = (f"{refined.name} {refined.written(o.level)}: {o.lack}" for o in ordered if o.lack)
+    limit = limits[-1] if limits else nan
+    return ObservedOrder(fixed, levels, values, np.array(known), limit, tuple(gaps))
 
 
 def order_of(sizes: Sequence[float] | Floats, values: Sequence[float] | Floats) -> float:

@@ -1,12 +1,13 @@
 """Effects of factors that vary one at a time, as a tornado plot shows them."""
 
-import numpy as np
+from collections.abc import Iterator, Sequence
+
 from msgspec import Struct
 
 from tissuec.scene.study_entries import ONE_AT_A_TIME
-from tissuec.studies.analysis.convergence import label
-from tissuec.studies.analysis.samples import measure_of, usable
-from tissuec.studies.table import StudyTable
+from tissuec.studies.analysis.answer import Answer
+from tissuec.studies.analysis.completed import completed, lack_of, measure_of
+from tissuec.studies.table import Column, StudyTable
 
 
 class Effect(Struct, frozen=True):
@@ -30,10 +31,28 @@ class Effect(Struct, frozen=True):
         return self.high - self.low
 
 
-def effects(table: StudyTable, measure: str) -> tuple[float, tuple[Effect, ...]]:
-    """Return the value in the scene as written, and the effects, the largest first.
+class Effects(Answer[Effect], frozen=True, eq=False, kw_only=True):
+    """The effects of all factors with a value, the largest first.
 
-    Factors of which no run has a value are left out.
+    Attributes:
+        own: Value of the measure in the scene as written, in its unit.
+        unknown: Values of factors whose runs are left out, with the reason.
+    """
+
+    own: float
+    unknown: tuple[str, ...]
+
+    def lines(self) -> Iterator[str]:
+        for one in self:
+            ends = f"{one.low:.4g} ({one.at_low}) to {one.high:.4g} ({one.at_high})"
+            yield f"{one.factor}: {ends} {self.unit}".rstrip()
+
+    def remarks(self) -> Sequence[str]:
+        return self.unknown
+
+
+def effects(table: StudyTable, measure: str) -> Effects:
+    """Return the value in the scene as written, and the effects of the factors.
 
     Args:
         table: Of a study with the design "one at a time".
@@ -48,27 +67,44 @@ def effects(table: StudyTable, measure: str) -> tuple[float, tuple[Effect, ...]]
             f'effects need the design "{ONE_AT_A_TIME}"; this study has "{table.head.design}"'
         )
     column = measure_of(table, measure)
-    there = usable(table, column)
-    base = np.flatnonzero((table.runs == 0) & there)
-    if not len(base):
+    found = completed(table, column)
+    there = set(found.rows.tolist())
+    own = next((row for row in there if table.runs[row] == 0), None)
+    if own is None:
         raise ValueError(f'the run of the scene as written has no value of "{measure}"')
-    found: list[Effect] = []
-    own, values = int(base[0]), column.numbers
-    for factor in table.factors:
-        at = factor.values
-        varied = [row for row in np.flatnonzero(there).tolist() if at[row] != at[own]]
-        if not varied:
-            continue
-        rows = [own, *varied]
-        low, high = min(rows, key=values.__getitem__), max(rows, key=values.__getitem__)
-        found.append(
-            Effect(
-                factor.name,
-                float(values[low]),
-                float(values[high]),
-                label(factor, low),
-                label(factor, high),
-            )
-        )
-    found.sort(key=lambda effect: -effect.range)
-    return float(values[own]), tuple(found)
+    varied = {
+        factor.name: [row for row in range(len(table)) if _differ(factor, row, own)]
+        for factor in table.factors
+    }
+    parts = [
+        _effect(factor, column, [own, *(row for row in varied[factor.name] if row in there)])
+        for factor in table.factors
+        if there.intersection(varied[factor.name])
+    ]
+    return Effects(
+        measure=column.name,
+        unit=column.unit,
+        parts=tuple(sorted(parts, key=lambda effect: -effect.range)),
+        left_out=found.left_out,
+        own=float(column.numbers[own]),
+        unknown=tuple(
+            f"{factor.name} = {factor.text(row)}: {lack_of(table, row)}"
+            for factor in table.factors
+            for row in varied[factor.name]
+            if row not in there
+        ),
+    )
+
+
+def _effect(factor: Column, column: Column, rows: Sequence[int]) -> Effect:
+    """Return the range of a measure over some rows."""
+    values = column.numbers
+    low, high = (choice(rows, key=values.__getitem__) for choice in (min, max))
+    at_low, at_high = factor.text(low), factor.text(high)
+    return Effect(factor.name, float(values[low]), float(values[high]), at_low, at_high)
+
+
+def _differ(factor: Column, row: int, other: int) -> bool:
+    """Return whether a factor has two values; NaN in both rows is one."""
+    pair = {factor.values[row], factor.values[other]}
+    return len(pair) == 2 and any(value == value for value in pair)

@@ -13,7 +13,7 @@ intervals over the rows of A, B and all AB_i together.
 """
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,8 +21,9 @@ from msgspec import Struct
 
 from tissuec.model.network import Floats
 from tissuec.scene.study_entries import INDICES
-from tissuec.studies.analysis.samples import measure_of, usable
-from tissuec.studies.table import StudyTable
+from tissuec.studies.analysis.answer import Answer
+from tissuec.studies.analysis.completed import completed, measure_of
+from tissuec.studies.table import Column, StudyTable
 
 CONFIDENCE = 0.95
 RESAMPLES = 999
@@ -38,35 +39,55 @@ class SobolIndex(Struct, frozen=True):
         factor: Name of the factor.
         first: Part of the variance by this factor alone.
         total: The same with its interactions with other factors.
-        first_interval, total_interval: Confidence intervals.
+        first_interval, total_interval: Confidence intervals; None where all resamples have the
+            same index, as that of a factor which changes nothing.
     """
 
     factor: str
     first: float
-    first_interval: Interval
+    first_interval: Interval | None
     total: float
-    total_interval: Interval
+    total_interval: Interval | None
+
+    @property
+    def has_intervals(self) -> bool:
+        """Return whether both indices have an interval."""
+        return self.first_interval is not None and self.total_interval is not None
 
 
-class SobolIndices(Struct, frozen=True):
-    """The indices of all factors of a study for a measure.
+class SobolIndices(Answer[SobolIndex], frozen=True, eq=False, kw_only=True):
+    """The indices of all factors of a study, in the order of the table.
 
     Attributes:
-        measure: Name of the measure.
-        factors: In the order of the table.
-        used: Base runs that the indices are computed from.
-        left_out: Base runs left out, because one of their runs failed or has no value.
+        base: Base runs of the study.
+        used: Base runs that the indices are computed from: those of which no run is left out.
         confidence: Level of the intervals, such as 0.95.
     """
 
-    measure: str
-    factors: tuple[SobolIndex, ...]
+    base: int
     used: int
-    left_out: int
     confidence: float = CONFIDENCE
 
-    def __iter__(self) -> Iterator[SobolIndex]:  # pyright: ignore[reportIncompatibleMethodOverride]  # Struct has none
-        return iter(self.factors)
+    def lines(self) -> Sequence[str]:
+        return [
+            f"{one.factor}: first order {one.first:.3f} ({ends(one.first_interval)}), "
+            f"total {one.total:.3f} ({ends(one.total_interval)})"
+            for one in self.parts
+        ]
+
+    def remarks(self) -> Iterator[str]:
+        if self.used < self.base:
+            yield f"{self.used} of {self.base} base runs are used: those with all values"
+        if bare := [one.factor for one in self.parts if not one.has_intervals]:
+            yield (
+                f"no interval for {', '.join(bare)}: all resamples are equal, because nothing "
+                f"changes with the factor in these {self.used} base runs"
+            )
+
+
+def ends(interval: Interval | None) -> str:
+    """Return an interval in words."""
+    return "no interval" if interval is None else f"{interval[0]:.3f} to {interval[1]:.3f}"
 
 
 def sobol_indices(table: StudyTable, measure: str) -> SobolIndices:
@@ -84,40 +105,38 @@ def sobol_indices(table: StudyTable, measure: str) -> SobolIndices:
         raise ValueError(
             f'Sobol indices need the design "{INDICES}"; this study has "{table.head.design}"'
         )
-    values = _blocks(table, measure)
-    complete = np.isfinite(values).all(axis=0)
-    used = int(complete.sum())
+    column, base = measure_of(table, measure), table.head.base
+    found = completed(table, column)
+    values = _blocks(table, column, found.rows)
+    known = values[:, np.isfinite(values).all(axis=0)]
+    used = known.shape[1]
     if used < FEWEST:
         raise ValueError(
-            f'only {used} of {table.head.base} base runs have all values of "{measure}"; '
-            f"at least {FEWEST} are needed"
+            f'only {used} of {base} base runs have all values of "{measure}"; at least '
+            f"{FEWEST} are needed ({found.left_out})"
         )
-    known = values[:, complete]
     if not np.ptp(known[:2]) > 0.0:
         raise ValueError(f'"{measure}" has the same value in all runs')
     firsts, totals = _estimates(known)
-    low, high = _intervals(known, table.head.seed)
+    intervals = _intervals(known, table.head.seed)
     count = len(table.factors)
-    factors = (
+    parts = (
         SobolIndex(
-            factor.name,
-            float(firsts[n]),
-            (float(low[n]), float(high[n])),
-            float(totals[n]),
-            (float(low[count + n]), float(high[count + n])),
+            factor.name, float(firsts[n]), intervals[n], float(totals[n]), intervals[count + n]
         )
         for n, factor in enumerate(table.factors)
     )
-    return SobolIndices(measure, tuple(factors), used, table.head.base - used)
+    return SobolIndices(
+        measure=column.name, unit="", parts=tuple(parts), left_out=found.left_out, base=base,
+        used=used,
+    )  # fmt: skip
 
 
-def _blocks(table: StudyTable, measure: str) -> Floats:
+def _blocks(table: StudyTable, column: Column, rows: Any) -> Floats:
     """Return the values of A, B and each AB_i, NaN where there is none, (factor + 2, base)."""
-    column, base = measure_of(table, measure), table.head.base
-    there = usable(table, column)
-    values = np.full((len(table.factors) + 2) * base, np.nan)
-    values[table.runs[there]] = column.numbers[there]
-    return values.reshape(-1, base)
+    values = np.full((len(table.factors) + 2) * table.head.base, np.nan)
+    values[table.runs[rows]] = column.numbers[rows]
+    return values.reshape(-1, table.head.base)
 
 
 def _estimates(values: Floats) -> tuple[Floats, Floats]:
@@ -134,8 +153,8 @@ def _estimates(values: Floats) -> tuple[Floats, Floats]:
     return np.array(firsts), np.array(totals)
 
 
-def _intervals(values: Floats, seed: int) -> tuple[Floats, Floats]:
-    """Return the ends of the intervals of first-order, then total indices, shape (2 factor,).
+def _intervals(values: Floats, seed: int) -> list[Interval | None]:
+    """Return the intervals of all first-order, then of all total indices.
 
     Args:
         values: As in ``_estimates``, shape (factor + 2, base).
@@ -146,12 +165,12 @@ def _intervals(values: Floats, seed: int) -> tuple[Floats, Floats]:
     def statistic(rows: Any, axis: int = -1) -> Floats:
         return np.concatenate(_estimates(values[:, rows]))
 
-    rows = (np.arange(values.shape[1]),)
+    rows: Any = (np.arange(values.shape[1]),)
     with warnings.catch_warnings():
-        # A factor without any effect has the index 0 in every resample.
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # where all resamples are equal, which is told below
         # One resample at a time in memory for 1e6 values; SciPy 1.15 has renamed the seed.
-        found: Any = stats.bootstrap(
+        bootstrap: Any = stats.bootstrap
+        found = bootstrap(
             rows,
             statistic,
             vectorized=True,
@@ -161,7 +180,20 @@ def _intervals(values: Floats, seed: int) -> tuple[Floats, Floats]:
             method="BCa",
             random_state=np.random.default_rng(seed),
         )
-    ends = found.confidence_interval
-    exact = np.concatenate(_estimates(values))
-    low, high = (np.where(np.isnan(end), exact, end) for end in (ends.low, ends.high))
-    return low, high
+    low, high = found.confidence_interval
+    return list(map(_interval, low.tolist(), high.tolist(), found.bootstrap_distribution))
+
+
+def _interval(low: float, high: float, resampled: Floats) -> Interval | None:
+    """Return an interval; that of the percentiles where there is no better one.
+
+    Args:
+        low, high: Its ends; NaN where they cannot be corrected.
+        resampled: The index of each resample, shape (resample,).
+    """
+    if not np.ptp(resampled) > 0.0:
+        return None
+    if not np.isfinite([low, high]).all():
+        rest = 0.5 * (1.0 - CONFIDENCE)
+        low, high = np.quantile(resampled, [rest, 1.0 - rest])
+    return float(low), float(high)

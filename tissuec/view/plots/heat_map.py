@@ -1,50 +1,47 @@
 """A measure of a study over two factors, as colours."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from msgspec import Struct
 
 from tissuec.core.palette import AMOUNT, GRID
 from tissuec.model.network import Floats
 from tissuec.scene import study_entries
-from tissuec.studies.analysis.samples import usable
+from tissuec.studies.analysis.completed import completed
 from tissuec.studies.table import Column, StudyTable
 from tissuec.view.plots import PLOTS
-from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.page import Canvas
 from tissuec.view.plots.study_axes import (
     Across,
     Along,
     FactorAxis,
-    Measures,
     chosen_measures,
     factor_of,
     groups_of,
     scale_of_measure,
 )
-from tissuec.view.plots.subjects import PlotSubject
+from tissuec.view.plots.study_plot import Panels, StudyPlot, left_out
 
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes
 
-WIDTH, PANEL, AROUND = 150.0, 80.0, 12.0  # [mm]
 FEWEST = 5  # numbers of each factor
 
 
 @PLOTS.member("heat-map")
-class HeatMap(Struct, frozen=True):
+class HeatMap(StudyPlot, frozen=True):
     """A measure of a study over two factors, as colours; a panel for each value of others.
 
     Attributes:
-        measure: Measures; the first one if none is named.
+        measure: The measure; the first one if none is named.
         x, y: The factors; those with most numbers if not named.
     """
 
-    takes: ClassVar[str] = "table"
-    several: ClassVar[bool] = False
+    width: ClassVar[float] = 150.0
+    panel: ClassVar[float] = 80.0
 
-    measure: Measures = ()
     x: Along = None
     y: Across = None
 
@@ -54,27 +51,14 @@ class HeatMap(Struct, frozen=True):
         is_grid = table.head.design == study_entries.GRID and len(table.factors) == 2
         return is_grid and bool(table.measures) and all(map(_is_fine, table.factors))
 
-    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
-        """Return the picture of a table.
-
-        Raises:
-            TissueError: There is nothing to draw.
-        """
-        table = subjects[0].content
+    def panels(self, table: StudyTable) -> Panels:
         measure = chosen_measures(table, self.measure)[0]
         along = factor_of(table, self.x)
         across = factor_of(table, self.y, apart=along)
-        rows = np.flatnonzero(usable(table, measure)).tolist()
-        groups = groups_of(table, rows, [along, across])
+        groups = groups_of(table, completed(table, measure).rows.tolist(), [along, across])
         sides = FactorAxis.of(along), FactorAxis.of(across)
-
-        def draw(sheet: Canvas) -> None:
-            panels = sheet.figure.subplots(len(groups), 1, squeeze=False)[:, 0]
-            for axes, (name, members) in zip(panels, groups.items(), strict=True):
-                axes.set_title(name)
-                _draw(sheet, axes, measure, members, sides)
-
-        return Picture(WIDTH, AROUND + PANEL * len(groups), draw)
+        draw = [partial(_draw, measure, *one, sides) for one in groups.items()]
+        return Panels(draw, left_out(table, [measure]))
 
 
 def _is_fine(factor: Column) -> bool:
@@ -84,14 +68,16 @@ def _is_fine(factor: Column) -> bool:
 
 
 def _draw(
-    sheet: Canvas,
-    axes: "Axes",
     measure: Column,
+    name: str,
     rows: Sequence[int],
     sides: tuple[FactorAxis, FactorAxis],
+    sheet: Canvas,
+    axes: "Axes",
 ) -> None:
     from matplotlib.colors import LinearSegmentedColormap
 
+    axes.set_title(name)
     scale = scale_of_measure(measure, rows)
     x, y = (side.places() for side in sides)
     levels = np.unique(x[rows]), np.unique(y[rows])

@@ -1,48 +1,42 @@
 """Measures of a study against a factor: a curve for each combination of the others."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from msgspec import Struct
 
 from tissuec.scene.study_entries import GRID, LIST
-from tissuec.studies.analysis.samples import usable
+from tissuec.studies.analysis.completed import completed
 from tissuec.studies.table import Column, StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import MARKERS, beside, look
-from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.page import Canvas
 from tissuec.view.plots.study_axes import (
     MOST_GROUPS,
     Along,
     FactorAxis,
-    Measures,
     chosen_measures,
     factor_of,
     groups_of,
     scale_of_measure,
 )
-from tissuec.view.plots.subjects import PlotSubject
+from tissuec.view.plots.study_plot import Panels, StudyPlot, left_out
 
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes
 
-WIDTH, PANEL, AROUND = 160.0, 62.0, 12.0  # [mm]
-
 
 @PLOTS.member("response")
-class Response(Struct, frozen=True):
+class Response(StudyPlot, frozen=True):
     """Measures of a study against one factor, with a curve for each combination of the others.
 
     Attributes:
-        measure: Measures; all if none is named.
         x: The factor; the one with most numbers if not named.
     """
 
-    takes: ClassVar[str] = "table"
-    several: ClassVar[bool] = False
+    shares_x: ClassVar[bool] = True
 
-    measure: Measures = ()
     x: Along = None
 
     @staticmethod
@@ -54,40 +48,34 @@ class Response(Struct, frozen=True):
         others = [set(map(str, one.values)) for one in table.factors if one is not along]
         return int(np.prod([len(one) for one in others], dtype=object)) <= MOST_GROUPS
 
-    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
-        """Return the picture of a table.
-
-        Raises:
-            TissueError: There is nothing to draw.
-        """
-        table = subjects[0].content
-        measures, along = chosen_measures(table, self.measure), factor_of(table, self.x)
-        axis = FactorAxis.of(along)
-
-        def draw(sheet: Canvas) -> None:
-            panels = sheet.figure.subplots(len(measures), 1, sharex=True, squeeze=False)[:, 0]
-            for axes, measure in zip(panels, measures, strict=True):
-                _draw(axes, table, measure, axis)
-            axis.mark(panels[-1])
-            handles = panels[0].get_legend_handles_labels()[0]
-            if len(handles) > 1:
-                beside(panels[0], handles)
-            left_out = int((~table.finished).sum())
-            if left_out:
-                sheet.note(f"{left_out} of {len(table)} runs failed and are left out")
-
-        groups_of(table, range(len(table)), [along])  # too many are told before drawing
-        return Picture(WIDTH, AROUND + PANEL * len(measures), draw)
+    def panels(self, table: StudyTable) -> Panels:
+        measures = chosen_measures(table, self.measure)
+        axis = FactorAxis.of(factor_of(table, self.x))
+        groups_of(table, range(len(table)), [axis.column])  # too many are told before drawing
+        draw = [partial(_draw, table, measure, axis) for measure in measures]
+        return Panels(draw, left_out(table, measures), partial(_finish, axis))
 
 
-def _draw(axes: "Axes", table: StudyTable, measure: Column, axis: FactorAxis) -> None:
-    rows = np.flatnonzero(usable(table, measure)).tolist()
+def _draw(
+    table: StudyTable, measure: Column, axis: FactorAxis, sheet: Canvas, axes: "Axes"
+) -> None:
+    rows = completed(table, measure).rows
     scale, places = scale_of_measure(measure, rows), axis.places()
-    for number, (name, members) in enumerate(groups_of(table, rows, [axis.column]).items()):
+    values = np.full(len(table), np.nan)  # which interrupt a curve where a run is left out
+    values[rows] = scale.of(measure.numbers[rows])
+    groups = groups_of(table, range(len(table)), [axis.column])
+    for number, (name, members) in enumerate(groups.items()):
         ordered = sorted(members, key=places.__getitem__)
         style: dict[str, Any] = look(number)
         axes.plot(
-            places[ordered], scale.of(measure.numbers[ordered]), label=name,
+            places[ordered], values[ordered], label=name,
             marker=MARKERS[number % len(MARKERS)], markersize=3.5, **style,
         )  # fmt: skip
     axes.set_ylabel(scale.label(measure.name))
+
+
+def _finish(axis: FactorAxis, sheet: Canvas, panels: "Sequence[Axes]") -> None:
+    axis.mark(panels[-1])
+    handles = panels[0].get_legend_handles_labels()[0]
+    if len(handles) > 1:
+        beside(panels[0], handles)

@@ -1,8 +1,9 @@
 """All factors and measures of a study against one another."""
 
 from collections.abc import Sequence
+from itertools import product
 from textwrap import fill
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
@@ -10,15 +11,16 @@ from msgspec import Struct
 from tissuec.core.errors import TissueError
 from tissuec.core.palette import SERIES
 from tissuec.model.network import Floats
+from tissuec.studies.analysis.completed import completed
 from tissuec.studies.table import StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.study_axes import (
     FactorAxis,
-    Measures,
     chosen_measures,
     scale_of_measure,
 )
+from tissuec.view.plots.study_plot import StudyPlot, left_out
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
@@ -45,17 +47,8 @@ class Dimension(Struct, frozen=True, eq=False):
 
 
 @PLOTS.member("scatter-matrix")
-class ScatterMatrix(Struct, frozen=True):
-    """All factors and measures of a study against one another, with histograms.
-
-    Attributes:
-        measure: Measures; all if none is named.
-    """
-
-    takes: ClassVar[str] = "table"
-    several: ClassVar[bool] = False
-
-    measure: Measures = ()
+class ScatterMatrix(StudyPlot, frozen=True):
+    """All factors and measures of a study against one another, with histograms."""
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
@@ -68,7 +61,7 @@ class ScatterMatrix(Struct, frozen=True):
         Raises:
             TissueError: There is nothing to draw, or there is too much.
         """
-        table = subjects[0].content
+        table: StudyTable = subjects[0].content
         shown = _dimensions(table, self.measure)
         count = len(shown)
         if count > MOST:
@@ -79,7 +72,7 @@ class ScatterMatrix(Struct, frozen=True):
 
         def draw(sheet: Canvas) -> None:
             grid = sheet.figure.subplots(count, count, squeeze=False)
-            for row, column in np.ndindex(count, count):
+            for row, column in product(range(count), repeat=2):
                 _draw(grid[row, column], shown[column], shown[row], is_own=row == column)
                 if row < count - 1:
                     grid[row, column].set_xticks([])
@@ -90,11 +83,12 @@ class ScatterMatrix(Struct, frozen=True):
                 grid[place, 0].set_ylabel(fill(one.label, LINE))
 
         side = AROUND + CELL * max(count, 2)
-        return Picture(side, side, draw)
+        notes = left_out(table, chosen_measures(table, self.measure))
+        return Picture(side, side, draw, tuple(notes))
 
 
 def _dimensions(table: StudyTable, names: Sequence[str]) -> list[Dimension]:
-    rows = table.finished
+    rows = completed(table).rows
     axes = [FactorAxis.of(factor) for factor in table.factors]
     found = [Dimension(one.label, one.places()[rows], one.words) for one in axes]
     for measure in chosen_measures(table, names):

@@ -9,8 +9,7 @@ from msgspec import Struct
 from tissuec.core.errors import TissueError, alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats
-from tissuec.studies.analysis.convergence import label
-from tissuec.studies.analysis.samples import measure_of, usable
+from tissuec.studies.analysis.completed import completed, measure_of
 from tissuec.studies.table import Column, StudyTable
 from tissuec.view.plots.options import Option
 from tissuec.view.plots.scale import AxisUnit, readable, scale_of
@@ -82,7 +81,7 @@ def chosen_measures(table: StudyTable, names: Sequence[str]) -> list[Column]:
         raise TissueError(str(error)) from error
     if not chosen:
         raise TissueError("the table has no measure with a single number for each run")
-    known = [one for one in chosen if usable(table, one).any()]
+    known = [one for one in chosen if len(completed(table, one).rows)]
     if not known:
         names = ", ".join(f'"{one.name}"' for one in chosen)
         raise TissueError(f"no run that came to an end has a value of {names}")
@@ -134,7 +133,7 @@ def groups_of(
     others = [one for one in table.factors if all(one is not other for other in apart)]
     found: dict[str, list[int]] = {}
     for row in rows:
-        name = ", ".join(f"{one.name} {label(one, row)}" for one in others)
+        name = ", ".join(f"{one.name} {one.text(row)}" for one in others)
         found.setdefault(name, []).append(row)
     if len(found) > MOST_GROUPS:
         raise TissueError(

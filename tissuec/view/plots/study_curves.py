@@ -1,61 +1,46 @@
 """What a study measured over time: a curve for each run, coloured by a factor."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from msgspec import Struct
 
 from tissuec.core.errors import TissueError, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.palette import AMOUNT
+from tissuec.studies.analysis.completed import completed
 from tissuec.studies.table import Curve, StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import beside, look
-from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.page import Canvas
 from tissuec.view.plots.scale import scale_of
-from tissuec.view.plots.study_axes import FactorAxis, Measures, factor_of
-from tissuec.view.plots.subjects import PlotSubject
+from tissuec.view.plots.study_axes import FactorAxis, factor_of
+from tissuec.view.plots.study_plot import Panels, StudyPlot, left_out
 
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes
 
-WIDTH, PANEL, AROUND = 170.0, 62.0, 12.0  # [mm]
-
 
 @PLOTS.member("study-curves")
-class StudyCurves(Struct, frozen=True):
+class StudyCurves(StudyPlot, frozen=True):
     """Measures of a study over time: a curve for each run, coloured by the main factor.
 
     Attributes:
         measure: Measures over time; all if none is named.
     """
 
-    takes: ClassVar[str] = "table"
-    several: ClassVar[bool] = False
-
-    measure: Measures = ()
+    width: ClassVar[float] = 170.0
+    shares_x: ClassVar[bool] = True
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
         """Return whether this kind tells most about a table."""
         return bool(table.curves) and not table.measures
 
-    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
-        """Return the picture of a table.
-
-        Raises:
-            TissueError: Nothing was measured over time.
-        """
-        table = subjects[0].content
+    def panels(self, table: StudyTable) -> Panels:
         curves = _chosen(table, self.measure)
-
-        def draw(sheet: Canvas) -> None:
-            panels = sheet.figure.subplots(len(curves), 1, sharex=True, squeeze=False)[:, 0]
-            for axes, curve in zip(panels, curves, strict=True):
-                _draw(sheet, axes, table, curve)
-
-        return Picture(WIDTH, AROUND + PANEL * len(curves), draw)
+        return Panels([partial(_draw, table, one) for one in curves], left_out(table, curves))
 
 
 def _chosen(table: StudyTable, names: Sequence[str]) -> list[Curve]:
@@ -71,16 +56,15 @@ def _chosen(table: StudyTable, names: Sequence[str]) -> list[Curve]:
     return [by_key[key_of(name)] for name in names] or list(table.curves)
 
 
-def _draw(sheet: Canvas, axes: "Axes", table: StudyTable, curve: Curve) -> None:
+def _draw(table: StudyTable, curve: Curve, sheet: Canvas, axes: "Axes") -> None:
     value, time = scale_of(curve.unit, [curve.values]), scale_of("s", [curve.times])
     axis = FactorAxis.of(factor_of(table, None)) if table.factors else None
     places = np.zeros(len(table)) if axis is None else axis.places()
     colours = _Colours(axis, places)
-    for row, values in enumerate(curve.values):
-        known = np.isfinite(values)
-        if known.any():
-            looks = colours.of(places[row])
-            axes.plot(time.of(curve.times[known]), value.of(values[known]), lw=0.9, **looks)
+    for row in completed(table, curve).rows.tolist():
+        known, looks = np.isfinite(curve.values[row]), colours.of(float(places[row]))
+        values = value.of(curve.values[row][known])
+        axes.plot(time.of(curve.times[known]), values, lw=0.9, **looks)
     axes.set(xlabel=time.label("time"), ylabel=value.label(curve.name))
     if axis is not None and axis.words:
         beside(axes, [_sample(axes, number, word) for number, word in enumerate(axis.words)])

@@ -13,7 +13,8 @@ from tissuec.results.places import SUFFIX as RESULT
 from tissuec.scene.library import SUFFIX as SCENE
 from tissuec.scene.library import find_words
 from tissuec.scene.resolve import ResolvedProgram
-from tissuec.studies.table import StudyTable, is_table, read_table
+from tissuec.studies.table import StudyTable
+from tissuec.studies.table_files import is_table, read_table
 
 Kind = Literal["result", "words", "table", "bench", "stress", "laboratory"]
 #: What the kinds are called in messages.

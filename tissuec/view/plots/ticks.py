@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissuec.model.network import Floats
+from tissuec.view.plots.page import Canvas
 
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes
 
 _FEW_DECADES = 2.2
 _MOST_DECADES = 9
+_LETTER = 5.5  # width of a digit [pt]
 
 
 def plain_ticks(axes: "Axes", which: str = "x") -> None:
@@ -26,7 +28,42 @@ def plain_ticks(axes: "Axes", which: str = "x") -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _plain(value: float, _: int | None) -> str:
+def ticks_at(sheet: Canvas, axes: "Axes", values: Floats) -> None:
+    """Mark a logarithmic horizontal axis at values, as far as their numbers do not touch.
+
+    Args:
+        sheet: What the axes are on.
+        axes: Axes of matplotlib.
+        values: In the unit of the axis, of any shape.
+    """
+    from matplotlib.ticker import NullLocator
+
+    places = np.unique(values[np.isfinite(values)])
+    axes.xaxis.set_minor_locator(NullLocator())
+    _mark(axes, places)
+    sheet.later.append(lambda: _mark(axes, _apart(axes, places)))
+
+
+def _mark(axes: "Axes", places: Floats) -> None:
+    axes.set_xticks(places, [_plain(place) for place in places.tolist()])
+
+
+def _apart(axes: "Axes", places: Floats) -> Floats:
+    """Return places whose numbers do not touch, now that the axes have their width."""
+    low, high = np.log(axes.get_xlim())
+    letters = axes.get_window_extent().width * 72.0 / axes.figure.dpi / _LETTER
+    kept: list[float] = []
+    end = -np.inf
+    for place in places.tolist():
+        half = 0.5 * len(_plain(place))
+        middle = letters * (np.log(place) - low) / (high - low)
+        if middle - half > end + 1.0:
+            kept.append(place)
+            end = middle + half
+    return np.array(kept)
+
+
+def _plain(value: float, _: int | None = None) -> str:
     return f"{value:.6g}"
 
 

@@ -1,77 +1,81 @@
 """Which factors of a study move a measure: ranges one at a time, or Sobol indices, as bars."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from msgspec import Struct
 
-from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK, SERIES
 from tissuec.scene.study_entries import INDICES, ONE_AT_A_TIME
-from tissuec.studies.table import Column, StudyTable
+from tissuec.studies.analysis.effects import Effects, effects
+from tissuec.studies.analysis.sobol import SobolIndices, sobol_indices
+from tissuec.studies.table import StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import beside
-from tissuec.view.plots.page import Canvas, Picture
+from tissuec.view.plots.page import Canvas
 from tissuec.view.plots.scale import scale_of
-from tissuec.view.plots.study_axes import Measures, chosen_measures
-from tissuec.view.plots.subjects import PlotSubject
+from tissuec.view.plots.study_axes import chosen_measures
+from tissuec.view.plots.study_plot import Panel, Panels, StudyPlot, together
 
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes
 
-WIDTH, BAR, AROUND = 160.0, 9.0, 22.0  # [mm]
+BAR = 9.0  # [mm]
 
 
 @PLOTS.member("tornado")
-class Tornado(Struct, frozen=True):
-    """Effects of factors on measures: ranges of one at a time, or Sobol indices.
+class Tornado(StudyPlot, frozen=True):
+    """Effects of factors on measures: ranges of one at a time, or Sobol indices."""
 
-    Attributes:
-        measure: Measures; all if none is named.
-    """
-
-    takes: ClassVar[str] = "table"
-    several: ClassVar[bool] = False
-
-    measure: Measures = ()
+    panel: ClassVar[float] = 22.0
+    around: ClassVar[float] = 0.0
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
         """Return whether this kind tells most about a table."""
         return table.head.design in (INDICES, ONE_AT_A_TIME) and bool(table.measures)
 
-    def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
-        """Return the picture of a table.
+    def height(self, table: StudyTable) -> float:
+        """Return the height of a panel [mm]."""
+        return self.panel + BAR * len(table.factors)
+
+    def panels(self, table: StudyTable) -> Panels:
+        """Return a panel for each measure.
 
         Raises:
-            TissueError: The design of the study tells nothing of single factors.
+            ValueError: The design of the study tells nothing of single factors.
         """
-        table = subjects[0].content
         if not Tornado.suits(table):
-            raise TissueError(
+            raise ValueError(
                 f'a tornado needs the design "{ONE_AT_A_TIME}" or "{INDICES}"; this study has '
                 f'"{table.head.design}"'
             )
-        measures = chosen_measures(table, self.measure)
-        drawing = _indices if table.head.design == INDICES else _ranges
+        is_random = table.head.design == INDICES
+        answer: Callable[[StudyTable, str], Any] = sobol_indices if is_random else effects
+        drawing: Callable[[Any, Canvas, Axes], None] = _indices if is_random else _ranges
+        draw, notes = list[Panel](), dict[str, list[str]]()
+        for measure in chosen_measures(table, self.measure):
+            try:
+                found = answer(table, measure.name)
+            except ValueError as error:
+                draw.append(partial(_say, str(error)))
+                notes[measure.name] = []
+            else:
+                draw.append(partial(drawing, found))
+                notes[measure.name] = found.notes()
+        own = [] if is_random else ["the line is the scene as written"]
+        return Panels(draw, [*own, *together(notes)])
 
-        def draw(sheet: Canvas) -> None:
-            panels = sheet.figure.subplots(len(measures), 1, squeeze=False)[:, 0]
-            for axes, measure in zip(panels, measures, strict=True):
-                try:
-                    drawing(sheet, axes, table, measure)
-                except ValueError as error:
-                    axes.text(0.02, 0.5, str(error), transform=axes.transAxes)
 
-        height = (AROUND + BAR * len(table.factors)) * len(measures)
-        return Picture(WIDTH, height, draw)
+def _say(text: str, sheet: Canvas, axes: "Axes") -> None:
+    axes.text(0.02, 0.5, text, transform=axes.transAxes)
 
 
-def _ranges(sheet: Canvas, axes: "Axes", table: StudyTable, measure: Column) -> None:
-    own, effects = table.effects(measure.name)
-    scale = scale_of(measure.unit, [[own], *([one.low, one.high] for one in effects)])
-    for place, one in enumerate(reversed(effects)):
+def _ranges(found: Effects, sheet: Canvas, axes: "Axes") -> None:
+    ordered = found.parts[::-1]
+    scale = scale_of(found.unit, [[found.own], *([one.low, one.high] for one in ordered)])
+    for place, one in enumerate(ordered):
         low, high = scale.of([one.low, one.high])
         axes.fill_between([low, high], place - 0.3, place + 0.3, color=SERIES[0], alpha=0.55)
         for value, text, side in ((low, one.at_low, "right"), (high, one.at_high, "left")):
@@ -80,30 +84,24 @@ def _ranges(sheet: Canvas, axes: "Axes", table: StudyTable, measure: Column) -> 
                 text, (value, place), xytext=(gap, 0), textcoords="offset points", ha=side,
                 va="center", fontsize=7.5,
             )  # fmt: skip
-    axes.axvline(float(scale.of(own)), color=INK, linewidth=1.0)
-    axes.set_yticks(range(len(effects)), [one.factor for one in reversed(effects)])
-    axes.set_xlabel(scale.label(measure.name))
+    axes.axvline(float(scale.of(found.own)), color=INK, linewidth=1.0)
+    axes.set_yticks(range(len(ordered)), [one.factor for one in ordered])
+    axes.set_xlabel(scale.label(found.measure))
     axes.set(xmargin=0.25)  # for the texts at the bars
-    sheet.note("the line is the scene as written")
 
 
-def _indices(sheet: Canvas, axes: "Axes", table: StudyTable, measure: Column) -> None:
-    found = table.sobol_indices(measure.name)
-    ordered = sorted(found.factors, key=lambda one: one.total)
+def _indices(found: SobolIndices, sheet: Canvas, axes: "Axes") -> None:
+    ordered = sorted(found, key=lambda one: one.total)
     places = np.arange(len(ordered))
     for shift, name, colour in ((0.15, "total", SERIES[1]), (-0.15, "first", SERIES[0])):
         for place, one in zip(places, ordered, strict=True):
-            axes.plot(
-                getattr(one, f"{name}_interval"), [place + shift] * 2, color=colour, linewidth=2
-            )
+            if (interval := getattr(one, f"{name}_interval")) is not None:
+                axes.plot(interval, [place + shift] * 2, color=colour, linewidth=2)
         axes.plot(
             [getattr(one, name) for one in ordered], places + shift, "o", color=colour,
             label="first order" if name == "first" else name,
         )  # fmt: skip
     axes.axvline(0.0, color=INK, linewidth=0.8)
     axes.set_yticks(places, [one.factor for one in ordered])
-    axes.set_xlabel(f"Sobol index of {measure.name}")
+    axes.set_xlabel(f"Sobol index of {found.measure}")
     beside(axes, axes.get_legend_handles_labels()[0])
-    if found.left_out:
-        total = found.used + found.left_out
-        sheet.note(f"{found.left_out} of {total} base runs are left out: a run of them failed")

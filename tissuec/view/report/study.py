@@ -1,11 +1,15 @@
 """The page about a study: what varied, pictures, sensitivities, failures and the table."""
 
 from collections import Counter
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.scene.study_entries import GRID, INDICES, LIST, ONE_AT_A_TIME
+from tissuec.studies.analysis.answer import Answer
+from tissuec.studies.analysis.quantiles import PARTS, quantiles
+from tissuec.studies.analysis.sobol import ends, sobol_indices
 from tissuec.studies.rows import DONE, ENDED
 from tissuec.studies.summary import promises, range_of, values_of
 from tissuec.studies.table import StudyTable
@@ -111,7 +115,7 @@ def _indices(table: StudyTable) -> Section | None:
     parts: list[Content] = []
     for measure in table.measures:
         try:
-            found = table.sobol_indices(measure.name)
+            found = sobol_indices(table, measure.name)
         except ValueError as error:
             parts.append(element("p", f"{measure.name}: {error}."))
             continue
@@ -119,45 +123,40 @@ def _indices(table: StudyTable) -> Section | None:
             row(
                 one.factor,
                 f"{one.first:.3f}",
-                _interval(one.first_interval),
+                ends(one.first_interval),
                 f"{one.total:.3f}",
-                _interval(one.total_interval),
+                ends(one.total_interval),
             )
-            for one in found.factors
+            for one in found
         ]
         heads = ("factor", "first order", "95 % interval", "total", "95 % interval")
         parts.append(table_of(f"Sobol indices of {measure.name}", heads, rows))
-        if found.left_out:
-            parts.append(
-                element(
-                    "p",
-                    f"{found.left_out} of {found.used + found.left_out} base runs are left "
-                    "out, because a run of them failed or has no value.",
-                )
-            )
+        parts += _notes(found)
     return Section("indices", "Sensitivities", html(parts))
 
 
-def _interval(ends: tuple[float, float]) -> str:
-    return f"{ends[0]:.3f} to {ends[1]:.3f}"
+def _notes(found: Answer[Any]) -> list[Content]:
+    """Return paragraphs on what an answer leaves out."""
+    return [element("p", f"{found.measure}: {note}.") for note in found.notes()]
 
 
 def _quantiles(table: StudyTable) -> Section | None:
     """Return quantiles of all measures; None where runs are no sample."""
     rows: list[Html] = []
+    notes: list[Content] = []
     for measure in table.measures:
         try:
-            found = table.quantiles(measure.name)
+            found = quantiles(table, measure.name)
         except ValueError:
             continue
-        rows.append(
-            row(measure.title, *(f"{q.value:.4g} ({q.low:.4g} to {q.high:.4g})" for q in found))
-        )
+        rows.append(row(measure.title, *map(str, found)))
+        notes += _notes(found)
     if not rows:
         return None
-    heads = ("measure", "5 %", "25 %", "50 %", "75 %", "95 %")
+    heads = ("measure", *(f"{100 * part:g} %" for part in PARTS))
     caption = "Quantiles with 95 % intervals"
-    return Section("quantiles", "Distributions", table_of(caption, heads, rows))
+    parts = html([table_of(caption, heads, rows), *notes])
+    return Section("quantiles", "Distributions", parts)
 
 
 def _failures(table: StudyTable) -> Section | None:
@@ -195,4 +194,6 @@ def _runs(table: StudyTable) -> Section:
 
 
 def _cell(value: Any) -> str:
-    return value if isinstance(value, str) else f"{value:.5g}"
+    if isinstance(value, str):
+        return value
+    return f"{value:.5g}" if isfinite(value) else "–"
