@@ -14,7 +14,7 @@ def monotone_slopes(times: Floats, values: Floats) -> Floats:
         values: Values at the knots in any unit, shape (knot,).
 
     Returns:
-        Derivatives, shape (knot,), by the harmonic mean of Fritsch & Butland (1984).
+        Derivatives, shape (knot,), by the weighted harmonic mean of Fritsch & Butland (1984).
     """
     h, d = np.diff(times), np.diff(values) / np.diff(times)
     if len(d) == 1:

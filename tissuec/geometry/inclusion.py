@@ -12,7 +12,7 @@ So inner edges have -1 and inner corners of a surface 1, and what lies at its ri
 Euler characteristic χ of what a convex set cuts out of the surface is then the sum of the
 weights of all elements that the set meets, so that Σ weight f(distance) depends on where the
 surface is, and not on how it is divided into triangles. (D. A. Klain, G.-C. Rota, Introduction
-to Geometric Probability, 1997, chapter 5.)
+to Geometric Probability, 1997.)
 """
 
 from typing import NamedTuple

@@ -19,8 +19,8 @@ moduli uneven.
 
 An even stress finds the least stiffness of a coarse net, an even strain of its boundary the
 largest (see ``elasticity``). Between plates, or held elsewhere, it has one about halfway. So at
-last all springs are divided by the geometric mean of both. (R. Hill, J. Mech. Phys. Solids
-11:357, 1963, on both bounds; the step of the constants is derived here.)
+last all springs are divided by the geometric mean of both. (C. Huet, J. Mech. Phys.
+Solids 38:813, 1990, on both bounds; the step of the constants is derived here.)
 """
 
 import numpy as np

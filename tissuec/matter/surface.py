@@ -5,7 +5,7 @@ A surface of thickness t and Young's modulus E resists stretching in its plane w
     C_ijkl = μ (δ_ij δ_kl + δ_ik δ_jl + δ_il δ_jk),    μ = 3/8 E t,
 
 symmetric in all indices, as forces along springs ask for (Cauchy; A. E. H. Love, A Treatise on
-the Mathematical Theory of Elasticity, 1927, note B).
+the Mathematical Theory of Elasticity, 4th edition 1927).
 
 In a grid all cells are alike. The springs of a cell, of length L along n, have to make up
 Σ k L² n_i n_j n_k n_l = A C_ijkl for its area A; of a rectangle with sides a and b, diagonals

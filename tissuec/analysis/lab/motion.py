@@ -3,7 +3,7 @@
 A bar is twisted at its free end and let go, so that it is shear alone that is braked: a mode of
 the angular frequency ω falls by exp(-ω² τ t / 2), τ being the retardation time. A strip, which
 does not resist being twisted, is drawn. (R. W. Clough, J. Penzien, Dynamics of Structures,
-1993, on damping in proportion to stiffness.)
+2003, on damping in proportion to stiffness.)
 """
 
 from math import pi, sqrt

@@ -5,7 +5,7 @@ Motions u(t) = φ cos ωt of the free nodes obey K φ = ω² M φ. With y = M^½
     A = M^-½ K M^-½ = S + W Wᵀ.
 
 S is sparse; W has one column for each enclosed volume with a large surface, whose pressure acts
-between all of its nodes. (R. W. Clough, J. Penzien, Dynamics of Structures, 1993.)
+between all of its nodes. (R. W. Clough, J. Penzien, Dynamics of Structures, 2003.)
 """
 
 from functools import cached_property

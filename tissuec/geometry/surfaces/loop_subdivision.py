@@ -6,9 +6,10 @@ to (1 - n β) of itself and β of each neighbour,
 
     β = (5/8 - (3/8 + cos(2π/n)/4)²) / n.
 
-Free and torn edges are cubic splines of their own nodes alone: 1/2 and 1/2, and 1/8, 3/4, 1/8.
-In the end all points move to where further divisions would take them: to (1 - n ω) of
-themselves and ω = 1/(3/(8β) + n) of each neighbour, or to 1/6, 2/3, 1/6 along free edges.
+Free and torn edges are cubic splines of their own nodes alone: 1/2 and 1/2, and 1/8, 3/4, 1/8
+(H. Hoppe et al., "Piecewise smooth surface reconstruction", SIGGRAPH 1994). In the end all
+points move to where further divisions would take them: to (1 - n ω) of themselves and
+ω = 1/(3/(8β) + n) of each neighbour, or to 1/6, 2/3, 1/6 along free edges.
 """
 
 from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple

@@ -15,8 +15,8 @@ class Exponential(Struct, frozen=True):
     """The force c L0/k (exp(k e/L0) - 1): c at rest, and stiffer with the strain e/L0.
 
     The one-dimensional form of Y. C. Fung, Am. J. Physiol. 213:1532 (1967): the stiffness grows
-    in proportion to the force. With a negative k, springs stiffen in compression instead; a
-    chain of them is Toda's.
+    linearly with the force. With a negative k, springs stiffen in compression instead; a chain
+    of them is a Toda lattice.
 
     Attributes:
         stiffening: The number k; the stiffness is e times as high where the strain is 1/k.

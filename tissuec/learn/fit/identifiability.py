@@ -9,7 +9,8 @@ does not tell; those with small ones are hidden by its noise. (A. Raue et al., B
 
 To that comes what is no noise: how far the errors of the steps shift the estimates, and, where
 residuals are correlated in time, that they tell less than as many independent ones: with a
-correlation r of neighbours, as if there were (1 - r) / (1 + r) of them.
+correlation r of neighbours, as if there were (1 - r) / (1 + r) of them (G. V. Bayley, J. M.
+Hammersley, Suppl. J. R. Stat. Soc. 8:184, 1946).
 """
 
 from collections.abc import Sequence

@@ -18,10 +18,11 @@ from tissuec.script.verbs.tighten import is_of_joints, not_to_be_drawn
 
 #: What knots hold, as parts of the force that breaks the thread. Square: 69.5 % of the strength
 #: of untied 1-0 polypropylene (A. Nigliazzo et al., Surgical Science 2 (2011) 195-197).
-#: Surgeon's: 79.7 N where square knots held 82.9 N (T. M. Muffly et al., Journal of Surgical
-#: Education 67 (2010) 222-226). Granny: an assumption, half of the square knot; it is known to
-#: be the less secure one in several materials (E. Rosin, G. M. Robinson, Veterinary Surgery 18
-#: (1989) 269-273), and how much depends on the material.
+#: Surgeon's: 79.7/82.9 of that, which is the ratio of both knots over four other materials, and
+#: no significant difference (T. M. Muffly et al., Journal of Surgical Education 67 (2010)
+#: 222-226). Granny: an assumption, half of the square knot; it is known to be the less secure
+#: one in several materials (E. Rosin, G. M. Robinson, Veterinary Surgery 18 (1989) 269-273),
+#: and how much depends on the material.
 KNOTS = {"square knot": 0.695, "surgeons knot": 0.668, "granny knot": 0.35}
 
 
@@ -31,12 +32,13 @@ class Tie(Struct, frozen=True):
 
     The knot is a piece of thread between the ends as they stand, without viscosity. It holds
     up to a force: what is written after ``of``, or a part of the ``breaking force`` of the
-    thread. Of a square knot that is 69.5 % and of a surgeons knot 66.8 %, as published for
-    polypropylene; the 35 % of a granny knot are an assumption. Above that it slips: under
-    that constant force the ends part, or the thread is drawn in without them, until neither
-    happens any more, and the knot holds again. A thread whose ``rupture`` is not allowed has no
-    strength, so that the force must be written. Before it is tied, a loop is held together by
-    hand and does not slip.
+    thread. For a square knot that part is 69.5 %, as published for polypropylene; for a
+    surgeons knot it is 66.8 %, by the published ratio of both knots in other materials; the
+    35 % of a granny knot are an assumption. Above that force it slips: under that constant
+    force the ends part, or the thread is drawn in without them, until neither happens any
+    more, and the knot holds again. A thread whose ``rupture`` is not allowed has no strength,
+    so that the force must be written. Before it is tied, a loop is held together by hand and
+    does not slip.
 
     Each spring of a joint is a stitch with a knot of its own, which comes undone above that
     force: the spring ruptures. So its breaking force becomes that of the knot, but no greater
