@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.test_cli import OSCILLATOR, tissuec
+from tissuec import cli
 from tissuec.cli import group
 
 QUICK = OSCILLATOR.replace("duration = 0.5 s", "duration = 0.2 s")
@@ -320,6 +321,13 @@ def test_fmt_as_json_is_one_document(scene):
     done = tissuec("fmt", "--diff", scene, "--json", cwd=scene.parent)
     document = json.loads(done.stdout)
     assert document["changed"] == [str(scene)] and "+param pull" in document["printed"]
+
+
+def test_a_file_with_a_command_says_in_its_first_line_what_help_lists():
+    files = sorted(Path(cli.__file__).parent.glob("*.py"))
+    commands = {path.stem for path in files if "\ndef command(" in path.read_text("utf-8")}
+    assert commands == {*group.list_commands(None), *cli.HIDDEN}
+    assert group.list_commands(None)[0] == "run"
 
 
 TIMES = [

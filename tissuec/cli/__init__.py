@@ -2,8 +2,10 @@
 
 import gc
 import os
+import re
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import click
 
@@ -21,32 +23,30 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 MANY_OBJECTS = 50_000
 USUAL_THRESHOLDS = gc.get_threshold()  # of Python itself
 
-#: Command -> what ``--help`` says of it; its module, of the same name, is imported when used.
-COMMANDS = {
-    "run": "Simulate scenes and write their motion to HDF5.",
-    "check": "Check scenes for mistakes without simulating.",
-    "fmt": "Format scenes.",
-    "explain": "Show the origin of every number of a scene, or explain a code.",
-    "modes": "Print the natural frequencies, damping and modes of a scene.",
-    "words": "List the words of a vocabulary and their values.",
-    "validate": "Compare a run with SciPy's solvers.",
-    "lab": "Test tissues in a virtual laboratory and compare with evidence.",
-    "learn": "Fit parameters or words of a scene to measured data.",
-    "study": "Run a scene many times: ranges, lists, samples; one table.",
-    "compare": "Show the differences between two runs or scenes.",
-    "bench": "Measure computing time against error, also of other solvers.",
-    "plot": "Plot results, vocabularies and benchmarks.",
-    "report": "Write a report page of a run: motion, curves and the origin of every number.",
-    "info": "Summarise result files.",
-    "view": "Play results in a browser page, or draw them as pictures.",
-    "export": "Write logs as CSV, or frames as VTU or OBJ.",
-    "import": "Show the contents of a mesh file, as a scene to start from.",
-    "library": "List the shipped library, or copy a part of it.",
-    "lsp": "Start the language server for editors.",
-    "completion": "Print a completion script for your shell.",
-}
+#: The commands that ``--help`` lists first; all others follow by name.
+FIRST = ("run", "check", "fmt", "explain")
 #: Commands that programs call.
 HIDDEN = ("companion",)
+#: First line of the file of a command: its name and what ``--help`` says of it.
+OPENING = re.compile(r'"""``tissuec (\w+)``: (.+)"""\n')
+
+
+def summaries() -> dict[str, str]:
+    """Return what ``--help`` says of each command, from its file without importing it."""
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    found = {path.stem: text for path in files if (text := summary(path.stem))}
+    first = {name: found.pop(name) for name in FIRST}
+    return first | found
+
+
+def summary(name: str) -> str | None:
+    """Return what ``--help`` says of a command, None if there is no such command."""
+    path = Path(__file__).parent / f"{name}.py"
+    if name in HIDDEN or not name.isidentifier() or not path.is_file():
+        return None
+    with path.open(encoding="utf-8") as file:
+        opening = OPENING.fullmatch(file.readline())
+    return opening[2] if opening else None
 
 
 class LazyGroup(CommandGroup):
@@ -54,18 +54,18 @@ class LazyGroup(CommandGroup):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of the commands."""
-        return list(COMMANDS)
+        return list(summaries())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command, None if there is no such command."""
-        if cmd_name not in (*COMMANDS, *HIDDEN):
+        if cmd_name not in HIDDEN and summary(cmd_name) is None:
             return None
         return import_module(f"tissuec.cli.{cmd_name}").command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
         with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+            formatter.write_dl(list(summaries().items()))
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -79,8 +79,9 @@ class LazyGroup(CommandGroup):
         Raises:
             UsageError: There is no such command.
         """
-        if args and args[0] not in (*COMMANDS, *HIDDEN) and not args[0].startswith("-"):
-            hint = alternatives(args[0], COMMANDS, what="commands")
+        known = args and (args[0].startswith("-") or self.get_command(ctx, args[0]))
+        if args and not known:
+            hint = alternatives(args[0], self.list_commands(ctx), what="commands")
             if args[0].endswith(".tis"):
                 hint = f'did you mean "tissuec run {args[0]}"?'
             raise click.UsageError(

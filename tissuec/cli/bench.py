@@ -1,4 +1,4 @@
-"""``tissuec bench``"""
+"""``tissuec bench``: Measure computing time against error, also of other solvers."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""``tissuec check``"""
+"""``tissuec check``: Check scenes for mistakes without simulating."""
 
 from pathlib import Path
 

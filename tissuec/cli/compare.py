@@ -1,4 +1,4 @@
-"""``tissuec compare``"""
+"""``tissuec compare``: Show the differences between two runs or scenes."""
 
 from contextlib import ExitStack
 from pathlib import Path

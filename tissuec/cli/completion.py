@@ -1,4 +1,4 @@
-"""``tissuec completion``"""
+"""``tissuec completion``: Print a completion script for your shell."""
 
 import click
 from click.shell_completion import get_completion_class

@@ -1,4 +1,4 @@
-"""``tissuec explain``"""
+"""``tissuec explain``: Show the origin of every number of a scene, or explain a code."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""``tissuec export``"""
+"""``tissuec export``: Write logs as CSV, or frames as VTU or OBJ."""
 
 import sys
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""``tissuec fmt``"""
+"""``tissuec fmt``: Format scenes."""
 
 import sys
 from difflib import unified_diff

@@ -1,4 +1,4 @@
-"""``tissuec import``"""
+"""``tissuec import``: Show the contents of a mesh file, as a scene to start from."""
 
 import re
 from collections.abc import Iterator

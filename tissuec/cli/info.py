@@ -1,4 +1,4 @@
-"""``tissuec info``"""
+"""``tissuec info``: Summarise result files."""
 
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""``tissuec lab``"""
+"""``tissuec lab``: Test tissues in a virtual laboratory and compare with evidence."""
 
 from collections.abc import Iterator
 from pathlib import Path

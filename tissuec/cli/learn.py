@@ -1,4 +1,4 @@
-"""``tissuec learn``"""
+"""``tissuec learn``: Fit parameters or words of a scene to measured data."""
 
 import shlex
 from collections.abc import Sequence

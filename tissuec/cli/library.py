@@ -1,4 +1,4 @@
-"""``tissuec library``"""
+"""``tissuec library``: List the shipped library, or copy a part of it."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""``tissuec lsp``"""
+"""``tissuec lsp``: Start the language server for editors."""
 
 from importlib import import_module
 from pathlib import Path

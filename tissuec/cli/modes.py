@@ -1,4 +1,4 @@
-"""``tissuec modes``"""
+"""``tissuec modes``: Print the natural frequencies, damping and modes of a scene."""
 
 from pathlib import Path
 

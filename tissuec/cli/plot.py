@@ -1,4 +1,4 @@
-"""``tissuec plot``"""
+"""``tissuec plot``: Plot results, vocabularies and benchmarks."""
 
 from pathlib import Path
 from typing import Any, cast

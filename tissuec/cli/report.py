@@ -1,4 +1,4 @@
-"""``tissuec report``"""
+"""``tissuec report``: Write a page on a run: motion, curves, the origin of every number."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""``tissuec run``"""
+"""``tissuec run``: Simulate scenes and write their motion to HDF5."""
 
 import gc
 from collections.abc import Mapping, Sequence

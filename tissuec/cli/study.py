@@ -1,4 +1,4 @@
-"""``tissuec study``"""
+"""``tissuec study``: Run a scene many times: ranges, lists, samples; one table."""
 
 from collections import Counter
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""``tissuec validate``"""
+"""``tissuec validate``: Compare a run with SciPy's solvers."""
 
 from contextlib import ExitStack
 from pathlib import Path

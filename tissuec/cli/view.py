@@ -1,4 +1,4 @@
-"""``tissuec view``"""
+"""``tissuec view``: Play results in a browser page, or draw them as pictures."""
 
 import sys
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""``tissuec words``"""
+"""``tissuec words``: List the words of a vocabulary and their values."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
