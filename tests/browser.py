@@ -19,6 +19,7 @@ ARGUMENTS = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
+    "--disable-gpu-compositing",  # only WebGL is left to the driver in software, which is slow
     "--disable-dev-shm-usage",
 )
 #: What the driver says because a test reads pixels back.

@@ -28,7 +28,6 @@ SHIPPED = [
     for path in sorted(library().glob("fuzzy/*.tis"))
     if "\nrules " in path.read_text(encoding="utf-8")
 ]
-POSITIONS = 200
 ALIKE = 1e-9  # relative: exp, log and erfc differ in their last digits
 #: Sets properties by hand, case by case, and tells what the page then shows.
 BY_HAND = """cases => cases.map((settings) => {
@@ -140,16 +139,17 @@ def explained(text: str, name: str, use: str, folder: Path) -> dict[str, Any]:
 # --- numbers --------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("positions", [40, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_sliders_words_and_numbers_lead_to_what_is_explained(page, path, tmp_path):
+def test_sliders_words_and_numbers_lead_to_what_is_explained(page, path, positions, tmp_path):
     opened(page, path, tmp_path)
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     one = of_file(path)
     rules = next(iter(one.words.vocabulary.rules))
-    cases = list(settings(one, rules, POSITIONS, seed=1))
+    cases = list(settings(one, rules, positions, seed=1))
     for number, shown in enumerate(page.evaluate(BY_HAND, cases)):
         assert_inferred(one, shown)
-        if number % 40 == 0:
+        if number % (positions // 4) == 0:
             page.evaluate(BY_HAND, [cases[number]])
             page.get_by_role("button", name="Copy the tissue").click()
             copied = page.evaluate("navigator.clipboard.readText()")
@@ -160,7 +160,9 @@ def test_sliders_words_and_numbers_lead_to_what_is_explained(page, path, tmp_pat
                 assert value == pytest.approx(quantity["value"], rel=ALIKE)
 
 
-@pytest.mark.parametrize("seed", [3, 14, 21, 45, 58])
+@pytest.mark.parametrize(
+    "seed", [3, 14, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (21, 45, 58))]
+)
 def test_random_vocabularies_are_explored_and_their_tissues_compile(page, seed, tmp_path):
     one = vocabulary(seed)
     path = tmp_path / "words.tis"
@@ -305,14 +307,12 @@ def test_what_a_tissue_writes_itself_stays_and_can_be_compiled(odd, tmp_path):
     read_words(Request(Source("", f"{ODD}{text}\n")))
 
 
-@pytest.mark.parametrize(
-    "name", ["wall of organ", 'Müller\'s "own" & <b>x</b>', "", "if", "3a"]
-)
-def test_any_name_compiles(odd, name):
-    odd.locator("#name").fill(name)
-    text = odd.locator("#text").text_content()
-    words, _ = read_words(Request(Source("", f"{ODD}{text}\n")))
-    assert len(words.tissues) == 2
+def test_any_name_compiles(odd):
+    for name in ("wall of organ", 'Müller\'s "own" & <b>x</b>', "", "if", "3a"):
+        odd.locator("#name").fill(name)
+        text = odd.locator("#text").text_content()
+        words, _ = read_words(Request(Source("", f"{ODD}{text}\n")))
+        assert len(words.tissues) == 2, name
 
 
 def test_a_state_is_kept_and_given_back(odd):

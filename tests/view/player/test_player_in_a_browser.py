@@ -19,6 +19,7 @@ from tissuec.view.player.reading import read_film
 
 pytest.importorskip("playwright", reason="a browser is driven by playwright")
 CUT = 0.7  # s
+SMALL = {"width": 800, "height": 500}  # which is drawn in software
 
 
 def state(page):
@@ -43,6 +44,7 @@ def opened(page, tmp_path):
 
     def open_page(text, name="page.html"):
         (tmp_path / name).write_text(text, encoding="utf-8")
+        page.set_viewport_size(SMALL)
         page.goto((tmp_path / name).as_uri())
         assert page.evaluate("tissuec.ready")
         return page

@@ -31,20 +31,24 @@ def test_a_link_into_a_folded_text_unfolds_it(page, address):
     assert box is not None and 0 <= box["y"] <= 800
 
 
-@pytest.mark.parametrize("width", [360, 800, 1440])
-def test_nothing_reaches_beyond_the_sides(page, address, width):
-    page.set_viewport_size({"width": width, "height": 800})
-    page.goto(address)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+def test_nothing_reaches_beyond_the_sides(page, address):
+    for width in (360, 800, 1440):
+        page.set_viewport_size({"width": width, "height": 800})
+        if width == 360:
+            page.goto(address)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_words_are_dark_on_light_or_light_on_dark(page, address, scheme):
+READ = ("h1", "p.made", "nav a", "td a", ".mark", "pre.text", "pre.text .digits")
+
+
+def test_words_are_dark_on_light_or_light_on_dark(page, address):
     """4.5 to 1 is what WCAG 2 (AA) asks of text."""
-    page.emulate_media(color_scheme=scheme)
     page.goto(address)
-    for selector in ("h1", "p.made", "nav a", "td a", ".mark", "pre.text", "pre.text .digits"):
-        assert contrast(page, selector) >= 4.5, selector
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        for selector in READ:
+            assert contrast(page, selector) >= 4.5, (scheme, selector)
 
 
 def test_paper_is_light_and_has_no_player(page, address):
