@@ -247,6 +247,49 @@ def test_hdf5_is_beside_the_rows(tmp_path, whole):
     assert read_table(tmp_path / "table.h5").is_complete
 
 
+def test_a_table_in_hdf5_goes_on_without_the_rows_beside_it(tmp_path):
+    carried_out("vary lift = [3 mm, 4 mm]", out=tmp_path / "table.h5")
+    (tmp_path / "table.csv").unlink()
+    found = carried_out("vary lift = [2 mm, 4 mm, 3 mm]", out=tmp_path / "table.h5")
+    assert found.taken_over == 4
+    carried_out("vary lift = [2 mm, 4 mm, 3 mm]", out=tmp_path / "other.csv")
+    assert (tmp_path / "table.csv").read_bytes() == (tmp_path / "other.csv").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("study pulling", "study pushing"), "is the table of study pulling of bar"),
+        (("simulate { duration = 0.2 s", "simulate { duration = 0.3 s"), "6 runs .*another"),
+    ],
+)
+def test_a_table_in_hdf5_of_something_else_is_kept(tmp_path, change, message):
+    path, text = tmp_path / "table.h5", (SCENE + STUDY).replace(*change)
+    carried_out(out=path)
+    before = path.read_bytes()
+    (tmp_path / "table.csv").unlink()
+    with pytest.raises(PlaceError, match=rf"table\.h5.*{message}.*-o other\.h5; --fresh"):
+        carried_out(text=text, out=path)
+    assert path.read_bytes() == before and not (tmp_path / "table.csv").exists()
+    assert carried_out(text=text, out=path, fresh=True).taken_over == 0
+
+
+@pytest.mark.parametrize("fresh", [False, True])
+def test_other_files_in_hdf5_are_not_overwritten(tmp_path, fresh):
+    import h5py
+
+    path = tmp_path / "mine.h5"
+    with h5py.File(path, "w") as file:
+        file["data"] = [1.0, 2.0]
+    before = path.read_bytes()
+    with pytest.raises(PlaceError, match=r"no table of a study; remove it, or .*-o other\.h5"):
+        carried_out(out=path, fresh=fresh)
+    assert path.read_bytes() == before
+    path.write_bytes(b"no HDF5 at all")
+    with pytest.raises(PlaceError, match=r"remove it, or write to another"):
+        carried_out(out=path, fresh=fresh)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no advisory locks")
 def test_two_studies_do_not_write_one_table(tmp_path, whole):
     ready = prepared(*MANY)

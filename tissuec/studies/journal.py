@@ -5,7 +5,7 @@ A table with rows that it cannot take over stays as it is, unless its end is ask
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from io import FileIO
 from pathlib import Path
 from typing import Self
@@ -17,9 +17,9 @@ from tissuec.core.files import lock, replacing
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import check_place
 from tissuec.studies.rows import DIED, Row, StudyHead
+from tissuec.studies.table import rows_of
 from tissuec.studies.table_text import MARK, as_csv, parse_rows, row_line
 
-OTHER = "-o other.csv"
 REPLACES_OPEN = os.name != "nt"  # whether the system replaces files that are open
 
 
@@ -31,6 +31,7 @@ class Journal:
         head: Of the study.
         digests: Of each of its runs.
         fresh: Whether to begin again.
+        known: Rows that are known from elsewhere, by their runs.
 
     Attributes:
         rows: All rows so far, by the numbers of their runs.
@@ -40,19 +41,23 @@ class Journal:
             process is writing it.
     """
 
-    def __init__(self, path: Path, head: StudyHead, digests: Sequence[str], *, fresh: bool):
+    def __init__(
+        self, path: Path, head: StudyHead, digests: Sequence[str], *, fresh: bool,
+        known: Mapping[int, Row] | None = None,
+    ):  # fmt: skip
         check_place(path)
         self.path, self.head = path, head
         self.rows: dict[int, Row] = {}
         self._file: FileIO | None = None
         try:
             self._file = _locked(path)
-            self.rows = self._taken_over(self._file.readall(), digests, fresh=fresh)
+            taken = self._taken_over(self._file.readall(), digests, fresh=fresh)
+            self.rows = {**(known or {}), **taken}
             self._write()
         except BlockingIOError as error:
             raise PlaceError(
                 f'cannot write "{path}": another study is writing it; wait for its end, or '
-                f"write to another file: {OTHER}"
+                f"{_way_out(path)}"
             ) from error
         except OSError as error:
             self.close()
@@ -64,30 +69,14 @@ class Journal:
     def _taken_over(
         self, data: bytes, digests: Sequence[str], *, fresh: bool
     ) -> dict[int, Row]:
-        """Return the rows of a table that hold for this study, by their runs."""
+        """Return the rows of the file that hold for this study, by their runs."""
         if not data or (fresh and data.startswith(MARK.encode())):
             return {}
-        way_out = f"write to another file: {OTHER}"
         try:
             head, rows = parse_rows(data, self.path)
         except ResultError as error:
-            raise PlaceError(f"{error}; remove it, or {way_out}") from error
-        way_out += "; --fresh discards the table"
-        if (head.name, head.scene) != (self.head.name, self.head.scene):
-            raise PlaceError(
-                f'"{self.path}" is the table of study {head.name} of {head.scene}; {way_out}'
-            )
-        places: dict[str, list[int]] = {}
-        for run, digest in enumerate(digests):
-            places.setdefault(digest, []).append(run)
-        rows = [row for row in rows if row.outcome != DIED]
-        others = sum(row.digest not in places for row in rows)
-        if others:
-            raise PlaceError(
-                f'"{self.path}" has {counted(others, "run")} with other values, or of another '
-                f"text of the scene or version of tissuec; {way_out}"
-            )
-        return {run: replace(row, run=run) for row in rows for run in places[row.digest]}
+            raise PlaceError(f"{error}; remove it, or {_way_out(self.path)}") from error
+        return _matching(self.path, head, rows, self.head, digests)
 
     def _write(self) -> None:
         """Write what is known so far, in the order of the design."""
@@ -161,6 +150,65 @@ def _locked(path: Path) -> FileIO:
             file.close()
             raise
         file.close()
+
+
+def rows_in_hdf5(
+    path: Path, head: StudyHead, digests: Sequence[str], *, fresh: bool
+) -> dict[int, Row]:
+    """Return the rows of a table in HDF5 that hold for a study, by their runs.
+
+    Args:
+        path: The table, which need not exist.
+        head: Of the study.
+        digests: Of each of its runs.
+        fresh: Whether to discard the rows of any study.
+
+    Raises:
+        PlaceError: The file is no table, that of another study, or cannot be written.
+    """
+    from tissuec.studies.table_hdf5 import read_hdf5
+
+    check_place(path)
+    if not path.exists():
+        return {}
+    try:
+        table = read_hdf5(path)
+    except ResultError as error:
+        raise PlaceError(f"{error}; remove it, or {_way_out(path)}") from error
+    return {} if fresh else _matching(path, table.head, rows_of(table), head, digests)
+
+
+def _matching(
+    path: Path, head: StudyHead, rows: Iterable[Row], own: StudyHead, digests: Sequence[str]
+) -> dict[int, Row]:
+    """Return the rows of a table that hold for a study, by their runs.
+
+    Args:
+        path: What messages call the table.
+        head, rows: What it holds.
+        own: Head of the study.
+        digests: Of each of its runs.
+    """
+    way_out = f"{_way_out(path)}; --fresh discards the table"
+    if (head.name, head.scene) != (own.name, own.scene):
+        raise PlaceError(
+            f'"{path}" is the table of study {head.name} of {head.scene}; {way_out}'
+        )
+    places: dict[str, list[int]] = {}
+    for run, digest in enumerate(digests):
+        places.setdefault(digest, []).append(run)
+    rows = [row for row in rows if row.outcome != DIED]
+    others = sum(row.digest not in places for row in rows)
+    if others:
+        raise PlaceError(
+            f'"{path}" has {counted(others, "run")} with other values, or of another text of '
+            f"the scene or version of tissuec; {way_out}"
+        )
+    return {run: replace(row, run=run) for row in rows for run in places[row.digest]}
+
+
+def _way_out(path: Path) -> str:
+    return f"write to another file: -o other{path.suffix.lower()}"
 
 
 def _failure(path: Path, error: OSError) -> str:

@@ -32,7 +32,7 @@ from tissuec.scene.study_entries import INDICES, RESULTS
 from tissuec.scene.study_levels import alone, check_rows
 from tissuec.scene.study_model import Cell, Factor, Study
 from tissuec.studies.designs import Point, points_of
-from tissuec.studies.journal import Journal
+from tissuec.studies.journal import Journal, rows_in_hdf5
 from tissuec.studies.rows import DIED, DONE, ENDED, FactorHead, MeasureHead, Row, StudyHead
 from tissuec.studies.table import StudyTable
 from tissuec.studies.table_files import is_hdf5
@@ -203,7 +203,8 @@ def _in_file(
     """Write the rows of all runs; returns them, and how many were there before."""
     path, job = out.with_suffix(".csv") if is_hdf5(out) else out, prepared.job
     digests = [task.digest for task in prepared.tasks]
-    with Journal(path, prepared.head, digests, fresh=fresh) as journal:
+    known = rows_in_hdf5(out, prepared.head, digests, fresh=fresh) if is_hdf5(out) else None
+    with Journal(path, prepared.head, digests, fresh=fresh, known=known) as journal:
         if prepared.keeps:
             folder = out.with_suffix(RUNS)
             make_folder(folder)
