@@ -1,4 +1,4 @@
-"""``tissuec export``: Write logs as CSV, or frames as VTU or OBJ."""
+"""``tissuec export``: Write logs or tables as CSV, or frames as VTU or OBJ."""
 
 import sys
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from tissuec.cli.arguments import TimeArgument
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
+from tissuec.cli.exporting_tables import HDF5, export_table
 from tissuec.core.errors import TissueError, alternatives, counted
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
 
 FRAMES = ("vtu", "obj", "ply")
-FORMATS = ("csv", *FRAMES, "vtkhdf")
+FORMATS = ("csv", *FRAMES, "vtkhdf", HDF5)
 STDOUT = "-"
 
 
@@ -61,25 +62,33 @@ def command(
     time: float | None,
     every: bool,
 ) -> int:
-    """Write LOGS of RESULT as CSV, or frames as VTU, OBJ or PLY.
+    """Write LOGS of RESULT as CSV, or frames as VTU, OBJ or PLY; or the table of a study.
 
     Without LOGS, all logs are written. The tables "energies" and "events" can be named too,
     "events" only alone. With --json, the output on stdout is JSON. A smooth surface in the
-    format .vtkhdf contains all frames.
+    format .vtkhdf contains all frames. RESULT may be the table of a study, which is written as
+    CSV or HDF5; LOGS then name measures, for a plain CSV with a row for each run, or for each
+    sample of a curve.
 
     \b
     tissuec export tube.vtkhdf "force of forceps A" > force.csv
     tissuec export tube.vtkhdf energies "force of forceps A" -o tube.csv
     tissuec export tube.vtkhdf --frame 0 -o tube.obj
     tissuec export tube.vtkhdf --surface oviduct --time 0.5 -o tube.ply
+    tissuec export lift.stretching.csv pull > pull.csv
     """
     from tissuec.results.trajectory import Trajectory
+    from tissuec.studies.table_files import is_table
 
     output = None if str(output) == STDOUT else output
     kind = kind or _kind(output)
     chosen = [name for name, is_there in (
         ("--frame", frame is not None), ("--time", time is not None), ("--all", every)
     ) if is_there]  # fmt: skip
+    if is_table(result):
+        if wrong := [*chosen, *(["--surface"] if surface is not None else [])]:
+            raise click.UsageError(f'{wrong[0]} is for results; "{result}" is a table')
+        return export_table(settings, result, logs, kind, output)
     _check_usage(kind, output, chosen, logs, surface)
     if output is not None:
         keep_input(output, result)
@@ -112,6 +121,8 @@ def _check_usage(
         raise click.UsageError(
             "-o names the file of a frame, such as -o frame.vtu, frame.obj or frame.ply"
         )
+    if kind == HDF5:
+        raise click.UsageError(".h5 is for tables of studies; a result is in HDF5 already")
     if kind == "csv" and chosen:
         raise click.UsageError(
             f"{chosen[0]} is for .vtu, .obj and .ply; CSV contains all times"

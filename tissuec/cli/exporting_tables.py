@@ -1,0 +1,97 @@
+"""What ``tissuec export`` writes of the table of a study."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from tissuec.cli.common import DONE, Settings, keep_input, print_json
+from tissuec.core.errors import TissueError
+
+HDF5 = "h5"
+TABLES = ("csv", HDF5)
+
+
+def export_table(
+    settings: Settings, path: Path, names: tuple[str, ...], kind: str, output: Path | None
+) -> int:
+    """Write a table, or some of its columns; return the exit code.
+
+    Args:
+        settings: Of the program.
+        path: The table.
+        names: Of measures and curves; if there are none, the whole table is written.
+        kind: "csv" or "h5".
+        output: The file; None for stdout.
+
+    Raises:
+        UsageError: The format does not hold what is asked for.
+        TissueError: The table cannot be read, a column is none of it, or nothing is written.
+    """
+    from tissuec.studies.table_files import read_table
+
+    if kind not in TABLES:
+        raise click.UsageError(
+            f'"{path}" is the table of a study, which has no frames; write it as .csv or .h5. '
+            "Netcdf is written from Python: tissuec.read_table(…).to_xarray().to_netcdf(…)"
+        )
+    if kind == HDF5 and (names or output is None):
+        wrong = "contains whole tables, no single columns; write these as CSV"
+        raise click.UsageError(f"HDF5 {wrong if names else 'needs a file: -o table.h5'}")
+    if output is not None:
+        keep_input(output, path)
+    table = read_table(path)
+    if output is None and settings.json:
+        print_json(_plain(table, names))
+        return DONE
+    _write(table, names, kind, output)
+    if settings.json:
+        print_json({"ok": True, "file": str(output), "runs": len(table)})
+    elif output is not None:
+        settings.say(f"wrote {output}")
+    return DONE
+
+
+def _plain(table: Any, names: tuple[str, ...]) -> dict[str, Any]:
+    """Return columns by their heads."""
+    from tissuec.studies.table_export import export
+
+    found = export(table, names or [one.name for one in (*table.measures, *table.curves)])
+    return dict(zip(found.heads, zip(*found.rows, strict=True), strict=True))
+
+
+def _write(table: Any, names: tuple[str, ...], kind: str, output: Path | None) -> None:
+    """Write a table to a file or stdout."""
+    if kind == HDF5:
+        from tissuec.studies.table_hdf5 import write_hdf5
+
+        assert output is not None
+        write_hdf5(table, output)
+        return
+    text = _csv(table, names)
+    if output is None:
+        sys.stdout.write(text)
+        return
+    try:
+        output.write_text(text, "utf-8", newline="")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise TissueError(f'cannot write "{output}": {reason}') from error
+
+
+def _csv(table: Any, names: tuple[str, ...]) -> str:
+    """Return the whole table as it is read again, or single columns as a plain table."""
+    from tissuec.studies.table import rows_of
+    from tissuec.studies.table_text import as_csv
+
+    if not names:
+        return as_csv(table.head, rows_of(table))
+    from io import StringIO
+
+    from tissuec.results.export import write_csv
+    from tissuec.studies.table_export import export
+
+    found, stream = export(table, names), StringIO(newline="")
+    write_csv([found.heads, *found.rows], stream)
+    return stream.getvalue()
