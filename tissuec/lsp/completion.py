@@ -22,7 +22,7 @@ from tissuec.lang.tokens import STRING, Token, tokens
 from tissuec.lang.tree import Statement
 from tissuec.lang.words import CONTINUING, DECLARING_WORDS, TIME_WORDS, written_name
 from tissuec.lsp.blocks import block_of
-from tissuec.lsp.context import Phrase, phrase_at_end
+from tissuec.lsp.phrases import Phrase, phrase_at_end
 from tissuec.lsp.terms import Term
 from tissuec.lsp.views import Symbol, View
 from tissuec.lsp.written import left_out_of

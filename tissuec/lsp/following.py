@@ -1,34 +1,64 @@
-"""Reserved words that can follow in a statement, by its block and first word."""
+"""Reserved words that can follow at a place, from the forms of its sentence.
 
-FOLLOWING: dict[tuple[str, str], tuple[str, ...]] = {
-    ("", "set"): ("of", "where", "in"),
-    ("", "tissue"): ("like",),
-    ("", "property"): ("from", "to"),
-    ("", "quantity"): ("from", "to", "on"),
-    ("", "param"): ("between", "and"),
-    ("", "table"): ("of", "in", "with"),
-    ("", "expect"): (
-        "at", "from", "to", "until", "over", "between", "and", "or", "not", "along", "of",
-    ),
-    ("tissue", ""): ("is", "in", "of", "between", "and", "per", "from", "to", "by"),
-    ("law", ""): ("is", "of", "and"),
-    ("body", ""): ("is", "where"),
-    ("region", ""): ("is",),
-    ("mesh", ""): ("is", "from", "to", "in"),
-    ("joint", ""): ("is", "from", "to"),
-    ("tool", ""): ("is",),
-    ("force", ""): ("is", "on"),
-    ("environment", ""): ("is",),
-    ("simulate", ""): ("is",),
-    ("integrator", ""): ("is",),
-    ("surface", ""): ("is",),
-    ("output", ""): ("is", "of", "to", "every"),
-    ("rules", ""): ("is",),
-    ("quantity", ""): ("to", "is", "from", "until", "of"),
-    ("property", ""): ("from", "to", "until"),
-    ("learn", ""): (
-        "using", "in", "every", "to", "weighing", "with", "along", "of", "from", "around", "by",
-        "per", "is",
-    ),
-    ("script", ""): ("to", "every", "and", "or", "not", "between", "along"),
-}  # fmt: skip
+Which of them the grammar allows there is asked later.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+from tissuec.lsp.forms import forms_of
+from tissuec.lsp.prefix import Prefix
+
+_LOGIC = ("and", "or", "not", "is", "between", "within", "of")
+_OF_TRIGGERS = ("to", "every", "and", "or", "not", "between", "along")
+#: Words that stand behind another one of the same form only.
+_SECOND = {"to": "from", "and": "between"}
+
+#: Words that a sentence can have several times, by its block: ``of scar of vessel``.
+_REPEATED = (("learn", "of"), ("study", "of"))
+
+
+def following(prefix: Prefix) -> list[str]:
+    """Return the reserved words that could follow, in the order of the forms."""
+    kind, head = prefix.block.kind, prefix.head
+    if prefix.has_verb and "table" in prefix.texts:
+        return ["in"]  # the unit of its columns
+    if prefix.has_verb and prefix.clause == "using":
+        return ["of"]  # the frequency of a sine
+    if kind == "rules" and head == "if":
+        return (
+            ["is", "and", "weighing"]
+            if prefix.has("then")
+            else ["is", "and", "or", "not", "then"]
+        )
+    if prefix.has("where"):
+        return list(_LOGIC)
+    if kind == "script" and not prefix.has_verb:
+        return list(_OF_TRIGGERS)
+    return [*_clauses_left(prefix), *_inside(prefix)]
+
+
+def _clauses_left(prefix: Prefix) -> Iterator[str]:
+    """Yield the joining words of the forms of a sentence that are not written yet."""
+    kind = prefix.block.kind
+    forms = forms_of(kind, prefix.head if kind in ("", "script") else prefix.subject)
+    found = dict[str, None]()
+    for form in forms:
+        if prefix.has_verb and (form.literal or prefix.object) != prefix.object:
+            continue
+        words = [word for word, _ in form.clauses]
+        for before, word in pairwise(["", *words]):
+            is_behind = _SECOND.get(word) != before or prefix.has(before)
+            is_left = not prefix.has(word) or (kind, word) in _REPEATED
+            if word != "=" and is_behind and is_left:
+                found[word] = None
+    yield from found
+
+
+def _inside(prefix: Prefix) -> tuple[str, ...]:
+    """Return the words that go on with what is chosen or measured at a place."""
+    if prefix.head == "expect":
+        return ("and", "or", "not", "between", "along", "of")
+    if prefix.block.kind == "tissue" and prefix.is_choosing:
+        return ("between", "and")
+    return ("along", "of") if prefix.in_measure else ()

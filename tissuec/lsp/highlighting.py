@@ -13,9 +13,10 @@ from typing import Any
 from tissuec.core.units import unit_pattern
 from tissuec.lang.tokens import NUMBER_PATTERN, SIGN_PATTERN, WORD_PATTERN
 from tissuec.lang.words import RESERVED
-from tissuec.lsp import terms
-from tissuec.lsp.orders import forms_of
-from tissuec.lsp.terms import Block, Term
+from tissuec.lsp import vocabulary as v
+from tissuec.lsp.entries import entries
+from tissuec.lsp.forms import forms_of
+from tissuec.lsp.terms import MEASURE, Block, Term
 from tissuec.scene.declarations import NAMED, SINGLE
 
 Rule = dict[str, Any]
@@ -130,7 +131,7 @@ def _basics() -> list[Rule]:
 def _expression() -> list[Rule]:
     """Return what holds wherever nothing else does."""
     return [
-        *_called(terms.functions()),
+        *_called(v.functions()),
         {"match": rf"\b(?:{_RESERVED})\b", "name": SCOPES["keyword"]},
         {"match": SIGN_PATTERN, "name": SCOPES["sign"]},
         {"match": _RUN, "name": SCOPES["name"]},
@@ -141,7 +142,7 @@ def _choices() -> list[Rule]:
     """Return what stands behind "is"."""
     holding = [
         choice
-        for entry in terms.entries(Block("rules")).values()
+        for entry in entries(Block("rules")).values()
         for choice in entry.choices or ()
         if RESERVED & set(choice.split())
     ]
@@ -183,9 +184,9 @@ def _part(kind: str) -> Rule:
     named = "" if kind in _SINGLE else r"(?!\s*(?:=|is\b))"
     head: list[Rule] = [*_include("basics")]
     if kind == "quantity":
-        head.append(_rule(rf"(?<=quantity)\s+({_any(terms.QUANTITY_TERMS)})", {1: "word"}))
+        head.append(_rule(rf"(?<=quantity)\s+({_any(v.QUANTITY_TERMS)})", {1: "word"}))
     if kind in ("property", "quantity"):
-        head.append(_listed(terms.LOG_SCALE, r"(?<=\bon)\s+"))
+        head.append(_listed(v.LOG_SCALE, r"(?<=\bon)\s+"))
     return {
         "begin": rf"{_START}({kind})\b{named}",
         "beginCaptures": _captures({1: "part"}),
@@ -196,7 +197,7 @@ def _part(kind: str) -> Rule:
 
 def _inside(kind: str) -> list[Rule]:
     """Return the rules of what stands in a block."""
-    known = terms.entries(Block(kind))
+    known = entries(Block(kind))
     match kind:
         case "script":
             return _include("orders")
@@ -208,18 +209,18 @@ def _inside(kind: str) -> list[Rule]:
         case "property" | "quantity":
             return _block(_entries(known), *_scale())
         case "output":
-            surface = _block(_entries(terms.entries(Block("surface"))))
+            surface = _block(_entries(entries(Block("surface"))))
             return _block(_logged(known), _entries(known), _braces(surface))
         case "tissue" | "law":
             own = _rule(rf"{_START}({_RUN})", {1: "entry"})
             evidence = _rule(
-                rf"{_START}(known)\s+({_any(terms.KNOWN_TERMS)})", {1: "entry", 2: "entry"}
+                rf"{_START}(known)\s+({_any(v.KNOWN_TERMS)})", {1: "entry", 2: "entry"}
             )
-            source = _listed_behind("by", terms.SOURCE_TERMS, "word")
-            entries = (evidence, source, _entries(known), own)
-            return _block(*entries, _braces(_block(*_laws())))
+            source = _listed_behind("by", v.SOURCE_TERMS, "word")
+            rules = (evidence, source, _entries(known), own)
+            return _block(*rules, _braces(_block(*_laws())))
         case "simulate":
-            choices = _block(_entries(terms.entries(Block("integrator"))))
+            choices = _block(_entries(entries(Block("integrator"))))
             return _block(_entries(known), _braces(choices))
         case "body":
             return _block(_mesh(), _region(), _made_of(), _entries(known))
@@ -240,19 +241,19 @@ def _entries(known: Mapping[str, Term]) -> Rule:
 def _learning(known: Mapping[str, Term]) -> list[Rule]:
     """Return what stands in a learn block."""
     return [
-        _rule(rf"{_START}(adjust)\s+({_any(terms.adjusted())})", {1: "entry", 2: "entry"}),
+        _rule(rf"{_START}(adjust)\s+({_any(v.adjusted())})", {1: "entry", 2: "entry"}),
         _entries(known),
-        *_called({name: term for name, term in terms.fitted().items() if term.behind == "("}),
-        _listed_behind("using", terms.COLUMN, "entry"),
-        _listed_behind("with", terms.FREE_ZERO, "word"),
-        _listed_behind("per", terms.DIVISIONS, "word"),
+        *_called({name: term for name, term in v.fitted().items() if term.behind == "("}),
+        _listed_behind("using", v.COLUMN, "entry"),
+        _listed_behind("with", v.FREE_ZERO, "word"),
+        _listed_behind("per", v.DIVISIONS, "word"),
         {
             "begin": r"(?<=adjust)\s*(=)\s*(\[)",
             "beginCaptures": _captures({1: "sign", 2: "sign"}),
             "end": r"\]|$",
             "endCaptures": {"0": {"name": SCOPES["sign"]}},
             "patterns": [
-                _rule(rf"\b({_any(terms.adjusted())})", {1: "entry"}),
+                _rule(rf"\b({_any(v.adjusted())})", {1: "entry"}),
                 *_include("basics", "expression"),
             ],
         },
@@ -267,7 +268,7 @@ def _listed_behind(word: str, found: Mapping[str, Term], kind: str) -> Rule:
 
 def _logged(known: Mapping[str, Term]) -> Rule:
     """Return the rule of measures that an output logs."""
-    labels = [term.label for term in known.values() if term.kind == terms.MEASURE]
+    labels = [term.label for term in known.values() if term.kind == MEASURE]
     return _rule(rf"{_START}({_any(labels)})", {1: "measure"})
 
 
@@ -276,7 +277,7 @@ def _made_of() -> Rule:
 
 
 def _mesh() -> Rule:
-    inner = _block(_entries(terms.entries(Block("mesh"))))
+    inner = _block(_entries(entries(Block("mesh"))))
     return {
         "begin": rf"{_START}(mesh)\s+(is)\s+({_RUN})",
         "beginCaptures": _captures({1: "entry", 2: "keyword", 3: "word"}),
@@ -286,7 +287,7 @@ def _mesh() -> Rule:
 
 
 def _region() -> Rule:
-    inner = _block(_made_of(), _entries(terms.entries(Block("region"))))
+    inner = _block(_made_of(), _entries(entries(Block("region"))))
     return {
         "begin": rf"{_START}(region)\b",
         "beginCaptures": _captures({1: "entry"}),
@@ -299,15 +300,15 @@ def _region() -> Rule:
 
 
 def _laws() -> list[Rule]:
-    known = {**terms.entries(Block("spring law")), **terms.entries(Block("viscosity law"))}
+    known = {**entries(Block("spring law")), **entries(Block("viscosity law"))}
     return [_entries(known)]
 
 
 def _scale() -> list[Rule]:
     """Return the words of a scale and the shapes that they have."""
     return [
-        *_called(terms.SHAPE_TERMS),
-        _listed(terms.SPREADS, r"(?<=\bto)\s+"),
+        *_called(v.SHAPE_TERMS),
+        _listed(v.SPREADS, r"(?<=\bto)\s+"),
         _rule(rf"{_START}({_RUN})", {1: "word"}),
         {
             "begin": r"\[",
@@ -336,7 +337,7 @@ def _table() -> Rule:
         "patterns": [
             *_include("basics"),
             _rule(r"(?<=table)\s+((?i:nodes|springs))\b", {1: "word"}),
-            _rule(rf"\b(with)\s+({_any(terms.COLUMNS)})", {1: "keyword", 2: "entry"}),
+            _rule(rf"\b(with)\s+({_any(v.COLUMNS)})", {1: "keyword", 2: "entry"}),
             _braces(
                 [
                     {"match": r"#.*$", "name": SCOPES["comment"]},
@@ -355,11 +356,11 @@ def _table() -> Rule:
 
 
 def _chosen_from() -> Rule:
-    return _rule(rf"(?<==)\s*({_any(terms.CHOSEN_FROM)})(?=\s+of\b)", {1: "word"})
+    return _rule(rf"(?<==)\s*({_any(v.CHOSEN_FROM)})(?=\s+of\b)", {1: "word"})
 
 
 def _hedge() -> list[Rule]:
-    return [*_called(terms.HEDGE_TERMS), _listed(terms.DIRECTION_TERMS, r"(?<=,)\s*")]
+    return [*_called(v.HEDGE_TERMS), _listed(v.DIRECTION_TERMS, r"(?<=,)\s*")]
 
 
 def _where() -> Rule:
@@ -368,7 +369,7 @@ def _where() -> Rule:
         rf"\b((?i:region|group))\s+(is)\s+(?:(not)\s+)?({_RUN})",
         {1: "measure", 2: "keyword", 3: "keyword", 4: "name"},
     )
-    chosen_by = _rule(rf"\b({_any(terms.conditions())})", {1: "measure"})
+    chosen_by = _rule(rf"\b({_any(v.conditions())})", {1: "measure"})
     return {
         "begin": r"\b(where)\b",
         "beginCaptures": _captures({1: "keyword"}),
@@ -380,15 +381,15 @@ def _where() -> Rule:
 def _measured() -> list[Rule]:
     return [
         _rule(
-            rf"\b((?i:count))\s*(\()\s*({_any(terms.COUNTED)})",
+            rf"\b((?i:count))\s*(\()\s*({_any(v.COUNTED)})",
             {1: "measure", 2: "sign", 3: "word"},
         ),
         _rule(
-            rf"\b({_any(terms.errors())})\s*(\()\s*({_any(terms.ERRORS_OF)})",
+            rf"\b({_any(v.errors())})\s*(\()\s*({_any(v.ERRORS_OF)})",
             {1: "measure", 2: "sign", 3: "word"},
         ),
-        *_called({**terms.logged(), **terms.measures(), **terms.errors()}),
-        _listed(terms.RUN, r"(?<=\bover)\s+"),
+        *_called({**v.logged(), **v.measures(), **v.errors()}),
+        _listed(v.RUN, r"(?<=\bover)\s+"),
     ]
 
 
@@ -399,10 +400,10 @@ def _orders() -> list[Rule]:
         *_include("basics"),
         *(
             _rule(rf"{before}({verb})\s+({_any(literals)})", {1: "verb", 2: "entry"})
-            for verb in terms.verbs()
-            if (literals := {form.literal for form in forms_of(verb) if form.literal})
+            for verb in v.verbs()
+            if (literals := {form.literal for form in forms_of("script", verb) if form.literal})
         ),
-        _rule(rf"{before}({_any(terms.verbs())})", {1: "verb"}),
+        _rule(rf"{before}({_any(v.verbs())})", {1: "verb"}),
         *_clauses(),
         {
             "begin": rf"{_START}(when)\b",
@@ -417,14 +418,14 @@ def _orders() -> list[Rule]:
 
 def _clauses() -> list[Rule]:
     """Return the words of the language that stand behind joining words of orders."""
-    found: dict[str, set[str]] = {"using": set(terms.profiles()) - {"table"}}
-    for verb in terms.verbs():
-        for form in forms_of(verb):
+    found: dict[str, set[str]] = {"using": set(v.profiles()) - {"table"}}
+    for verb in v.verbs():
+        for form in forms_of("script", verb):
             for word, content in form.clauses:
                 literal = " ".join(part for part in content if part.islower())
                 if literal and not literal.startswith("table"):
                     found.setdefault(word, set()).add(literal)
-                found.setdefault(word, set()).update(terms.kinds_of_clause(verb, word))
+                found.setdefault(word, set()).update(v.kinds_of_clause(verb, word))
     rules = [
         _rule(rf"\b({word})\s+({_any(labels)})", {1: "keyword", 2: "word"})
         for word, labels in found.items()

@@ -13,7 +13,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import describe, parse_unit, show, si_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.tokens import COMMENT, KEYWORD, Token, tokens
-from tissuec.lsp.context import Phrase
+from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.views import Symbol, View
 from tissuec.scene.meanings import PARTS, RESERVED
 from tissuec.scene.model import Tissue

@@ -13,7 +13,7 @@ from tissuec.lang import syntax as s
 from tissuec.lang.tokens import STRING, WORD, Token, tokens
 from tissuec.lang.tree import Statement
 from tissuec.lang.words import written_name
-from tissuec.lsp.context import NUMBERS, ONE_NAMESPACE, SUBJECTS
+from tissuec.lsp.expected import NUMBERS, ONE_NAMESPACE, SUBJECTS
 from tissuec.lsp.views import Symbol, View, view_of
 from tissuec.scene.declarations import NAMED, SINGLE
 from tissuec.scene.imports import Program

@@ -18,7 +18,7 @@ from tissuec.lang.tokens import (
 from tissuec.lang.tree import Tree
 from tissuec.lang.tree_builder import tree_of
 from tissuec.lsp import terms
-from tissuec.lsp.context import Phrase, phrases
+from tissuec.lsp.phrases import Phrase, phrases
 
 #: ``part`` begins a part of a text (body, script), ``entry`` an entry of a block, ``verb`` an
 #: order; ``measure`` is measured or computed; ``word`` is chosen behind "is".

@@ -11,8 +11,9 @@ from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.tokens import COMMENT
 from tissuec.lang.tree import Statement, Tree
-from tissuec.lsp.context import ONE_NAMESPACE, Phrase, phrases
 from tissuec.lsp.documents import Desk, Lenient
+from tissuec.lsp.expected import ONE_NAMESPACE
+from tissuec.lsp.phrases import Phrase, phrases
 from tissuec.scene.declarations import Declared
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, load

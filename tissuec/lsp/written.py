@@ -5,8 +5,9 @@ from collections.abc import Collection, Iterable
 from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
-from tissuec.lsp.context import Phrase
-from tissuec.lsp.terms import Block, entries
+from tissuec.lsp.entries import entries
+from tissuec.lsp.phrases import Phrase
+from tissuec.lsp.terms import Block
 from tissuec.lsp.views import View
 from tissuec.scene.declarations import SINGLE
 from tissuec.scene.laws import BY_ENTRY, LawKind

@@ -1,0 +1,44 @@
+"""What can stand at a place: words of the language, kinds of names, numbers, units, files."""
+
+from typing import NamedTuple
+
+from tissuec.core.units import Dimension
+from tissuec.lsp import vocabulary as v
+from tissuec.lsp.terms import Terms
+
+#: Kinds of names that numbers, and that orders, are about.
+NUMBERS = ("param", "let")
+SUBJECTS = ("set", "body", "joint", "tool")
+#: Of those, what has nodes; by the sorts of sets and tools.
+NODES = ("nodes", "body")
+#: And what has springs.
+SPRINGS = ("set", "body", "joint")
+#: All of these differ from one another, so that a name tells which of them it is.
+ONE_NAMESPACE = (*NUMBERS, *SUBJECTS, "force")
+
+
+class Expected(NamedTuple):
+    """Completions that are allowed at a place.
+
+    Attributes:
+        terms: Words of the language.
+        names: Kinds of names that are declared.
+        scale: The property or quantity whose words can stand here.
+        declares: Kind of the name that is new here.
+        files: What kind of file is named here: "use", or the entry that names it.
+        unit: Whether a unit can stand here.
+        dimension: Of the unit, where that is known.
+    """
+
+    terms: tuple[Terms, ...] = ()
+    names: tuple[str, ...] = ()
+    scale: str = ""
+    declares: str = ""
+    files: str = ""
+    unit: bool = False
+    dimension: Dimension | None = None
+
+
+def number(*known: Terms) -> Expected:
+    """Return what a number can be: a param, a function, or one of some terms."""
+    return Expected((*known, v.functions()), NUMBERS)

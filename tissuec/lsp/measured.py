@@ -1,0 +1,39 @@
+"""What measures are taken of, and what stands in their brackets."""
+
+from tissuec.lsp import vocabulary as v
+from tissuec.lsp.expected import NODES, SPRINGS, Expected, number
+from tissuec.lsp.prefix import Prefix
+from tissuec.lsp.terms import Terms
+from tissuec.script.measures import MEASURES
+
+#: What a measure is taken of, by what it takes.
+_TAKEN_OF = {"nodes": (*NODES, "holding"), "springs": SPRINGS, "any": (*SPRINGS, "holding")}
+
+
+def measured(*known: Terms) -> Expected:
+    """Return what a condition on the motion is about: a measure, a number, or other terms."""
+    return number(v.measures(), *known)
+
+
+def kinds_measured(measure: str) -> tuple[str, ...]:
+    """Return kinds of names of what a measure is taken of."""
+    return _TAKEN_OF[MEASURES[measure].takes] if measure in MEASURES else NODES
+
+
+def argument(prefix: Prefix) -> Expected:
+    """Return what a measure is taken of, or where and when."""
+    call, last = prefix.call, prefix.last
+    assert last is not None
+    if call == "error":
+        return Expected((v.ERRORS_OF,))
+    if call == "count" and last.text == "(":
+        return Expected((v.COUNTED,))
+    if last.text not in ("(", ",", "of"):
+        return number()
+    if last.text == "," and call in MEASURES and prefix.commas[-1] >= MEASURES[call].subjects:
+        return number()
+    return Expected(
+        names=kinds_measured(
+            prefix.last_words(len(prefix.tokens) - 1) if call == "count" else call
+        )
+    )

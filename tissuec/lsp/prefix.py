@@ -1,0 +1,131 @@
+"""What stands before a place in a statement: joining words, and brackets that are open."""
+
+import re
+from contextlib import suppress
+
+from tissuec.core.names import key_of
+from tissuec.core.units import Dimension, parse_unit
+from tissuec.lang.tokens import KEYWORD, SIGN, UNIT, Token
+from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
+from tissuec.lsp.terms import Block
+from tissuec.script.measures import MEASURES
+from tissuec.script.verbs import VERBS
+
+#: What is written like a measure, too.
+_MEASURED = frozenset((*MEASURES, "count", "positions", "error"))
+_CLAUSES = frozenset((*TIME_WORDS, *JOINING_WORDS))
+#: Behind these a word is chosen.
+_CHOOSING = re.compile(r"\bis( not| between( and)?)?$")
+
+
+class Prefix:
+    """The tokens of a statement up to a place, and what they open.
+
+    Attributes:
+        block: The block of the statement.
+        head: The first word of the statement, of an order: the verb.
+        subject: What stands before "is", or "=".
+        object: Literal words behind a verb or entry, such as "spring constant".
+        openers: Reserved words and "=" so far, without those of measures.
+        calls: What each open bracket belongs to.
+        commas: How many there are in each of them.
+        is_order: Whether an order stands here.
+        dimension: Of the first unit or measure.
+    """
+
+    def __init__(self, block: Block):
+        self.block = block
+        self.tokens: list[Token] = []
+        self.head = self.subject = self.object = ""
+        self.openers: list[str] = []
+        self.calls: list[str] = []
+        self.commas: list[int] = []
+        self.is_order = block == Block("script", "inner")
+        self.dimension: Dimension | None = None
+
+    def take(self, token: Token) -> None:
+        """Go on by one token."""
+        if token.kind == KEYWORD:
+            self._keyword(token.text)
+        elif token.kind == UNIT:
+            with suppress(ValueError, ArithmeticError):
+                self.dimension = self.dimension or parse_unit(token.text).dimension
+        elif token.kind == SIGN:
+            self._sign(token.text)
+        self.tokens.append(token)
+
+    def _keyword(self, word: str) -> None:
+        self.head = self.head if self.tokens else word
+        if not self.in_measure:
+            self.openers.append(word)
+
+    def _sign(self, sign: str) -> None:
+        if sign in "([":
+            is_call = sign == "(" and self.tokens and self.tokens[-1].is_name
+            self.calls.append(self.last_words() if is_call else sign)
+            self.commas.append(0)
+        elif sign in ")]" and self.calls:
+            self.calls.pop()
+            self.commas.pop()
+        elif sign == "=":
+            self.openers.append(sign)
+        elif sign == "," and self.commas:
+            self.commas[-1] += 1
+        elif sign == ":" and self.block.kind == "script":
+            self.head, self.is_order = "", True
+            self.openers.clear()
+
+    def last_words(self, before: int | None = None) -> str:
+        """Return the words directly before the end, or before the token of a number."""
+        stop = start = len(self.tokens) if before is None else before
+        while start and self.tokens[start - 1].is_name:
+            start -= 1
+        return key_of(" ".join(token.text for token in self.tokens[start:stop]))
+
+    # --- what it says -------------------------------------------------------------------------
+
+    @property
+    def last(self) -> Token | None:
+        """Return the last token."""
+        return self.tokens[-1] if self.tokens else None
+
+    @property
+    def texts(self) -> list[str]:
+        """Return the tokens as they are written."""
+        return [token.text for token in self.tokens]
+
+    @property
+    def call(self) -> str:
+        """Return what the innermost open bracket belongs to; "(" or "[" alone, "" without."""
+        return self.calls[-1] if self.calls else ""
+
+    @property
+    def in_measure(self) -> bool:
+        """Return whether the bracket of a measure is open."""
+        return any(call in _MEASURED for call in self.calls)
+
+    @property
+    def clause(self) -> str:
+        """Return the last joining word; "" behind a condition."""
+        since = self.openers[self.openers.index("where") :] if self.has("where") else None
+        words = (word for word in reversed(self.openers) if word in _CLAUSES)
+        return "" if since is not None else next(words, "")
+
+    @property
+    def seen(self) -> list[str]:
+        """Return the joining words so far."""
+        return [word for word in self.openers if word in _CLAUSES]
+
+    @property
+    def is_choosing(self) -> bool:
+        """Return whether a word is chosen here: behind "is", "is not", "is between"."""
+        return _CHOOSING.search(" ".join(self.openers)) is not None
+
+    @property
+    def has_verb(self) -> bool:
+        """Return whether an order has begun with its verb."""
+        return self.is_order and self.head in VERBS
+
+    def has(self, opener: str) -> bool:
+        """Return whether a reserved word, or "=", stands before."""
+        return opener in self.openers

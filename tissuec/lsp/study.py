@@ -1,0 +1,116 @@
+"""What can stand in the sentences of a study block."""
+
+from functools import cache
+
+from msgspec.structs import replace
+
+from tissuec.compiler.study_expectations import OVER_RUNS
+from tissuec.compiler.study_measures import EVENTS
+from tissuec.lang.words import STEPS
+from tissuec.lsp.entries import entries
+from tissuec.lsp.expected import NUMBERS, SPRINGS, Expected, number
+from tissuec.lsp.measured import kinds_measured
+from tissuec.lsp.prefix import Prefix
+from tissuec.lsp.terms import CHOICE, MEASURE, Block, Term, Terms, by_label, plain
+from tissuec.lsp.vocabulary import RUN, logged
+from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
+from tissuec.script.measures import MEASURES
+
+#: Blocks whose entries can vary, by the kind of block that is named behind them.
+_OWNERS = {
+    "tissue": "tissue", "body": "body", "mesh": "body", "joint": "joint", "tool": "tool",
+    "force": "force",
+}  # fmt: skip
+#: Blocks whose entries vary without a name behind them.
+_UNNAMED = ("simulate", "environment")
+
+DISTRIBUTION_TERMS = by_label(
+    Term(name, MEASURE, "A distribution, for random designs.", form, "(")
+    for name, form in DISTRIBUTIONS.items()
+)
+OVER_RUNS_TERMS = by_label(
+    Term(name, MEASURE, "Over all runs that have a value.", form, "(")
+    for name, form in OVER_RUNS.items()
+)
+AGGREGATE_TERMS = by_label(
+    Term(name, MEASURE, f"Over time: {about}.", f"{name}(MEASURE of SET)", "(")
+    for name, about in AGGREGATES.items()
+)
+EVENT_TERMS = plain(CHOICE, EVENTS, "The first event of this kind.")
+STEPS_TERMS = plain(CHOICE, [STEPS], "So many values, both ends among them.")
+_TIME = Term("time", MEASURE, "The time of the first event.", "time of rupture", " of ")
+
+
+@cache
+def varied() -> Terms:
+    """Return the entries that can vary: with the block that has them, or alone."""
+    found: dict[str, Term] = {}
+    for kind in (*_OWNERS, *_UNNAMED):
+        behind = " = " if kind in _UNNAMED else " of "
+        for name, term in entries(Block(kind)).items():
+            if term.behind in (" = ", " is "):
+                found.setdefault(name, replace(term, behind=behind, form=f"{name}{behind}…"))
+    return found
+
+
+@cache
+def measures() -> Terms:
+    """Return what a study measures, as sentences begin."""
+    said = {
+        name: replace(term, behind=" of ") if MEASURES[name].subjects else term
+        for name, term in logged().items()
+    }
+    return {**said, **AGGREGATE_TERMS, "time": _TIME}
+
+
+def of_study(prefix: Prefix) -> Expected:
+    """Return what stands in a sentence of a study behind its first words."""
+    if prefix.head == "expect":
+        return number(OVER_RUNS_TERMS)._replace(names=("column", *NUMBERS))
+    if prefix.subject == "measure" and prefix.has("="):
+        return _measured(prefix)
+    if prefix.subject == "vary":
+        return _varied(prefix)
+    return number()
+
+
+def _varied(prefix: Prefix) -> Expected:
+    """Return whose entry varies, or a value of it."""
+    entry = prefix.object
+    if not prefix.has("="):
+        return Expected(names=owners_of(entry)) if prefix.clause == "of" else Expected()
+    term = _entry(entry)
+    if term is not None and term.choices:
+        return Expected((term.choices,))
+    if entry == "tissue":
+        return Expected(names=("tissue",))
+    if term is None and prefix.has("of"):
+        return Expected(scale=entry)
+    return number(DISTRIBUTION_TERMS)
+
+
+def owners_of(entry: str) -> tuple[str, ...]:
+    """Return the kinds of blocks that have an entry; a property is one of tissues."""
+    found = (_OWNERS[kind] for kind in _OWNERS if entry in entries(Block(kind)))
+    return tuple(dict.fromkeys(found)) or ("tissue",)
+
+
+def _entry(name: str) -> Term | None:
+    known = (entries(Block(kind)) for kind in (*_OWNERS, *_UNNAMED))
+    return next((terms[name] for terms in known if name in terms), None)
+
+
+def _measured(prefix: Prefix) -> Expected:
+    """Return what is measured, of what, and when."""
+    last = prefix.last
+    assert last is not None
+    words = prefix.texts
+    if last.text in ("of", "to") and "from" not in words:
+        measure = prefix.last_words(before=words.index("of"))
+        if measure == "time":
+            is_kind = words.count("of") == 1
+            return Expected((EVENT_TERMS,)) if is_kind else Expected(names=SPRINGS)
+        return Expected(names=kinds_measured(measure))
+    if prefix.clause == "over":
+        return Expected((RUN,))
+    return number(measures()) if last.text in ("=", "(") else number()

@@ -1,0 +1,234 @@
+"""Words of the language beside entries: verbs, measures, functions, and words of clauses."""
+
+from functools import cache
+
+from msgspec.structs import replace
+
+from tissuec.compiler.learn_expectations import ALL, ERROR, HELD_OUT
+from tissuec.compiler.profiles import PROFILES
+from tissuec.core.markdown import code, described, fenced
+from tissuec.core.units import LENGTH, NUMBER, PRESSURE, describe, show
+from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.lsp.terms import (
+    CHOICE,
+    ENTRY,
+    IN_QUOTES,
+    MEASURE,
+    PART,
+    VARIABLE,
+    VERB,
+    Term,
+    Terms,
+    by_label,
+    plain,
+)
+from tissuec.scene import meanings
+from tissuec.scene.declarations import TOP_LEVEL
+from tissuec.scene.expressions import FUNCTIONS
+from tissuec.scene.laws import FORMS
+from tissuec.scene.learn_entries import (
+    ADJUSTED,
+    DIMENSIONS,
+    DIVIDED,
+)
+from tissuec.scene.parameters import CONSTANTS
+from tissuec.scene.quantities import KNOWABLE, QUANTITIES
+from tissuec.scene.scales import SHAPES
+from tissuec.scene.schema import entries_of
+from tissuec.scene.words import DIRECTIONS
+from tissuec.script.fit_problem import POSITIONS, WORDS
+from tissuec.script.measures import MEASURES
+from tissuec.script.verbs import VERBS
+from tissuec.script.verbs.preserve import FIRMNESS
+from tissuec.script.verbs.tie import KNOTS
+
+
+@cache
+def parts() -> Terms:
+    """Return what statements outside of all blocks begin with."""
+    behind = {"use": IN_QUOTES, "about": IN_QUOTES}
+    single = dict.fromkeys(("environment", "script", "simulate", "output"), " { ")
+    return by_label(
+        Term(part, PART, meanings.PARTS[part], "", (behind | single).get(part, " "))
+        for part in TOP_LEVEL
+    )
+
+
+@cache
+def verbs() -> Terms:
+    """Return the verbs of a script."""
+    return by_label(
+        Term(
+            name, VERB, f"{fenced(chr(10).join(verb.forms))}\n\n{described(verb)}",
+            verb.forms[0], "" if verb.forms[0] == name else " ",
+        )
+        for name, verb in VERBS.items()
+    )  # fmt: skip
+
+
+@cache
+def logged() -> Terms:
+    """Return what can be measured, as outputs name it."""
+    return {
+        name: Term(
+            name, MEASURE, f"{described(measure)}\n\n{describe(measure.dimension)}",
+            measure.form, "(" if measure.subjects else "", measure.dimension,
+        )
+        for name, measure in MEASURES.items()
+    }  # fmt: skip
+
+
+@cache
+def measures() -> Terms:
+    """Return what can be measured, as it is written in conditions."""
+    found = {name: term for name, term in logged().items() if name not in COUNTED}
+    about = "Number of nodes, springs or pieces."
+    counted = Term(
+        "count", MEASURE, about, "count(nodes of A)", "(", MEASURES["nodes"].dimension
+    )
+    return found | {"count": counted}
+
+
+@cache
+def fitted() -> Terms:
+    """Return the measures that a learn block can compare with data."""
+    about = "The positions of all nodes of a set."
+    places = Term(POSITIONS, MEASURE, about, "positions(A)", "(", LENGTH)
+    return {**measures(), POSITIONS: places}
+
+
+@cache
+def errors() -> Terms:
+    """Return the errors about which learning can have expectations."""
+    about = (
+        "The difference between the scene and the measured data after learning, "
+        "relative to the data."
+    )
+    return by_label([Term(ERROR, MEASURE, about, "error(held out)", "(", NUMBER)])
+
+
+@cache
+def adjusted() -> Terms:
+    """Return what a learn block can adjust; constants of laws come last."""
+    found = {
+        name: Term(name, ENTRY, f"{describe(DIMENSIONS[name])}, to be learned", "", " of ")
+        for name in ADJUSTED
+        if name in DIMENSIONS
+    }
+    found[WORDS] = Term(WORDS, ENTRY, "The words of a quantity or property.", "", " of ")
+    laws = (law for family in (SPRING_LAWS, VISCOSITY_LAWS) for law in family.values())
+    constants = (name for law in laws for name in entries_of(law))
+    about = "A constant of a law, to be learned."
+    return {name: Term(name, ENTRY, about, "", " of ") for name in constants} | found
+
+
+@cache
+def adjusted_in_lists() -> Terms:
+    """Return what a list of what is to be adjusted holds, where nothing says of what."""
+    return {key: replace(term, behind="") for key, term in adjusted().items()}
+
+
+@cache
+def conditions(*, of_springs: bool | None = None, are_tests: bool = True) -> Terms:
+    """Return what nodes and springs are chosen by.
+
+    Args:
+        of_springs: Whether to return that of springs or that of nodes; None for both.
+        are_tests: Whether to return that which is a test, and no number, as well.
+    """
+    left_out = {None: (), False: ("length", "bending"), True: ("surface", "group")}[of_springs]
+    left_out += () if are_tests else ("region", "group", "surface", "bending")
+    return by_label(
+        Term(name, MEASURE, about, "", " is " if name in ("region", "group") else "")
+        for name, about in meanings.CONDITIONS.items()
+        if name not in left_out
+    )
+
+
+#: What free formulas are of, and what else stands in them, by what they are called.
+FORMULAS: dict[str, Terms] = {
+    called: by_label(
+        Term(name, VARIABLE, f"Here {describe(dimension)}.", dimension=dimension)
+        for name, dimension in (
+            *form.arguments, *((name, of) for name, (_, of) in form.names.items())
+        )
+    )
+    for called, form in FORMS.items()
+}  # fmt: skip
+
+
+#: What each of them is of, if it does not give those names of its own.
+ARGUMENTS = {
+    called: tuple(name for name, _ in form.arguments) for called, form in FORMS.items()
+}
+
+
+@cache
+def functions() -> Terms:
+    """Return mathematical functions and constants."""
+    called = (Term(name, MEASURE, "A function.", f"{name}(…)", "(") for name in FUNCTIONS)
+    fixed = (Term(name, MEASURE, f"{value:.10g}") for name, value in CONSTANTS.items())
+    return by_label((*called, *fixed))
+
+
+@cache
+def profiles() -> Terms:
+    """Return the profiles of motions and forces in time."""
+    return plain(CHOICE, PROFILES, "A time profile.")
+
+
+@cache
+def kinds_of_clause(verb: str, word: str) -> Terms:
+    """Return the words of which one clause of one verb takes one."""
+    match verb, word:
+        case "tie", "with":
+            return by_label(
+                Term(knot, CHOICE, f"Holds {part:.1%} of the breaking force of its thread.")
+                for knot, part in KNOTS.items()
+            )
+        case "preserve", "with":
+            return by_label(
+                Term(words, CHOICE, show(pressure, PRESSURE))
+                for words, pressure in FIRMNESS.items()
+            )
+        case _:
+            return {}
+
+
+SHAPE_TERMS = by_label(
+    Term(name, MEASURE, f"A word defined by its shape: {code(name + form)}.", name + form, "(")
+    for name, form in SHAPES.items()
+)
+HEDGE_TERMS = by_label(
+    (
+        Term("shift", MEASURE, "Moves a word along its scale.", "shift(50 %, outward)", "("),
+        Term("power", MEASURE, "Raises degrees to a power; for conditions.", "power(2)", "("),
+    )
+)
+DIRECTION_TERMS = plain(CHOICE, DIRECTIONS)
+FREE_ZERO = plain(CHOICE, ["free zero"], "The data has an unknown constant offset.")
+DIVISIONS = plain(CHOICE, DIVIDED, "Each has its own number.")
+ERRORS_OF = plain(CHOICE, [HELD_OUT, ALL], "The data whose error is given.")
+COLUMN = plain(
+    ENTRY, ["column", "columns"], 'Columns of a table: column "force_N", columns "x y z".'
+)
+LOG_SCALE = plain(CHOICE, ["log scale"], "Use the logarithm of the values.")
+CHOSEN_FROM = plain(CHOICE, ["nodes", "springs"])
+COUNTED = plain(CHOICE, ["nodes", "springs", "pieces"])
+RUN = plain(CHOICE, ["run"], "The whole run.")
+COLUMNS = plain(ENTRY, ["columns"], 'The columns of the table: with columns "id x y z".')
+SPREADS = plain(CHOICE, ["each spring", "each node", "whole body"])
+KNOWN_TERMS = {
+    key: Term(
+        quantity.name, ENTRY, f"{describe(quantity.dimension)}, from a source",
+        f'known {quantity.name} from … to … by "…"', " from ", quantity.dimension,
+    )
+    for key, quantity in KNOWABLE.items()
+}  # fmt: skip
+SOURCE_TERMS = by_label(
+    [Term("unverified", CHOICE, "The source was not checked.", "", IN_QUOTES)]
+)
+QUANTITY_TERMS = by_label(
+    Term(quantity.name, CHOICE, describe(quantity.dimension))
+    for quantity in QUANTITIES.values()
+)
