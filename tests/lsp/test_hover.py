@@ -64,6 +64,24 @@ def test_entries_of_learn_blocks_are_explained(place, words):
     assert words in found
 
 
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ("vary", "vary lift = [2 mm, 5 mm]"), ("lift = 1", "`6 mm`"), ("pull =", "a column of"),
+        ("max(f", "the largest value"), ("force of", "force"), ("rupture", "first event"),
+        ("latin", "random points"), ("keep", "what is kept"), ("share", "share(NAME < 2 N)"),
+        ("pull >", "measure pull = max"),
+    ],
+)  # fmt: skip
+def test_sentences_of_studies_are_explained(place, words):
+    text = (
+        "language 1\nparam lift = 6 mm\nstudy s { vary lift = 1 mm to 3 mm\n"
+        "measure pull = max(force of A)\nmeasure tear = time of rupture\n"
+        "design is latin hypercube; keep is results; expect share(pull > 1 N) == 1 }\n"
+    )
+    assert words.lower() in at(text, place).lower()
+
+
 def test_the_unit_of_a_vector_is_what_one_of_it_is():
     assert "`mm` is `0.001 m`" in said("language 1\nlet a = (1, 2, 3) m‸m\n")
 

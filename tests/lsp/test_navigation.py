@@ -27,6 +27,12 @@ script {
   from 0 s to 1 s: move forceps A by (lift, 0, 0) using smooth profile
 }
 simulate { duration = 1 s }
+study lifts {
+  vary lift = 2 mm to 6 mm in 3 steps
+  vary firmness of wall = [soft, very hard]
+  measure pull = max(force of top end)
+  expect max(pull) > 0 N
+}
 expect force(TOP  end) > 0 N at 1 s
 """
 WORDS = """language 1
@@ -71,6 +77,12 @@ def jump(desk, path, place):
         ("force(TOP  e", ("scene.tis", "Top End")),
         ("move forc", ("scene.tis", "forceps A")),
         ("with forceps", ("scene.tis", "forceps A")),
+        ("vary li", ("scene.tis", "lift")),
+        ("firmness of wa", ("words.tis", "wall")),
+        ("vary firm", ("words.tis", "firmness")),
+        ("very ha", ("words.tis", "hard")),
+        ("force of to", ("scene.tis", "Top End")),
+        ("max(pu", ("scene.tis", "pull")),
         ("smooth pro", None),
     ],
 )
@@ -100,6 +112,7 @@ def test_every_place_of_a_name_is_found_across_files(desk, tmp_path):
     assert sorted(place.path.name for place in places) == [
         "scene.tis",
         "scene.tis",
+        "scene.tis",
         "words.tis",
     ]
 
@@ -124,6 +137,7 @@ def renamed(desk, path, place, name):
         ("region lu", "nodule"),
         ("tool for", "clamp"),
         ("body ves", "duct"),
+        ("measure pu", "largest force"),
     ],
 )
 def test_a_scene_means_the_same_under_other_names(desk, tmp_path, place, name):

@@ -211,6 +211,13 @@ tool grip { kind is forceps }
         ("tissue t { viscous force of a = d * ‸ }", {"a", "d"}, {"w", "e"}),
         ("expect force(some) > 1 N ‸", {"at", "over"}, {"then", "is", "set"}),
         ("let a = 3 mm ‸", set(), {"is", "to"}),
+        ("study s { design is grid; ‸ }", {"vary", "keep"}, {"design", "language"}),
+        ("study s { vary rings of ‸ }", {"left"}, {"gum", "some"}),
+        ("study s { vary a = 3 mm ‸ }", {"to"}, {"in", "by", "of"}),
+        ("study s { measure p = force of some ‸ }", {"at"}, {"to", "from", "over"}),
+        ("study s { measure p = force of ‸ }", {"some", "grip"}, {"threads", "shears"}),
+        ("study a { measure p = energy }\nstudy b { expect max(‸", {"max"}, {"p", "force"}),
+        ("tissue t { described ‸ }", {"in"}, {"per", "by", "is"}),
         ("language 1\n‸", {"body"}, {"at"}),
     ],
 )

@@ -84,10 +84,12 @@ def _readable(
         if before and _ends_before(before, text[before[-1].stop : one.start], one):
             continue
         kind = next((token.type for token in tokens(one.insert)), "")
-        if one.kind == "unit" and (number := _measured(statement, one.start)) is not None:
+        if (number := _measured(statement, one.start)) is not None:
             # Together with its unit, a number or a closing bracket is another token.
-            kind = "RPAR_UNIT" if number.text[0] == ")" else "QUANTITY"
-            before = [part for part in before if part.start < number.start]
+            joined = list(tokens(f"{number.pieces[0].text} {one.insert.strip()}"))
+            if len(joined) == 1:
+                kind = joined[0].type
+                before = [part for part in before if part.start < number.start]
         if len(before) not in known:
             known[len(before)] = accepted_behind(
                 before, is_heading=statement.start <= first.start
@@ -135,7 +137,7 @@ def _of_phrase(view: View, phrase: Phrase) -> Iterator[Proposal]:
             if key not in left_out:
                 yield _term(term, phrase)
     if expected.unit:
-        yield from _units(phrase, expected.dimension)
+        yield from _units(phrase, expected.dimension or view.dimension_of(expected.like))
 
 
 def _term(term: Term, phrase: Phrase) -> Proposal:
@@ -148,7 +150,7 @@ def _term(term: Term, phrase: Phrase) -> Proposal:
 def _symbols(view: View, phrase: Phrase) -> list[Symbol]:
     """Return the names that can stand in the place of a phrase."""
     kinds = phrase.expected.names
-    symbols = view.of_kind(*kinds)
+    symbols = list(view.seen_from(phrase.block, *kinds))
     if phrase.block.kind == "tissue":
         parent = [phrase.block.member] if "tissue" in kinds else []
         return [symbol for symbol in symbols if symbol.key not in parent]
@@ -218,6 +220,7 @@ def _keywords(
         starting = {
             "": ("param", "let", "set", "expect", "table"),
             "script": (*TIME_WORDS, "when"),
+            "study": ("expect",),
         }
         for word in starting.get(block.kind, ()):
             yield _keyword(word, last, offset)
@@ -281,7 +284,7 @@ def _used(view: View) -> Iterator[tuple[str, str]]:
 def _numbers(view: View, kind: str) -> Iterator[tuple[str, str]]:
     """Yield mesh files, or tables, beside a scene and in libraries."""
     library = Library.of(view.source, view.desk.libraries)
-    endings = {"table": TABLES, "data": MEASURED, "hold out": MEASURED}.get(
+    endings = {"table": TABLES, "rows": TABLES, "data": MEASURED, "hold out": MEASURED}.get(
         kind, tuple(FORMATS)
     )
     for folder in dict.fromkeys((library.beside, *library.folders)):

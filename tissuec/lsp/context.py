@@ -164,12 +164,15 @@ def behind_number(prefix: Prefix) -> Expected:
     """Return what stands directly behind a number."""
     if prefix.block.kind == "study" and prefix.clause == "in":
         return Expected((study.STEPS_TERMS,))
-    return Expected(unit=True, dimension=_dimension(prefix))
+    varied = prefix.object if prefix.subject == "vary" else ""
+    return Expected(unit=True, dimension=_dimension(prefix), like=varied)
 
 
 def _dimension(prefix: Prefix) -> Dimension | None:
     """Return the dimension of numbers at a place, as far as it is known."""
     kind, clause = prefix.block.kind, prefix.clause
+    if prefix.subject == "vary" and (term := study.entry_of(prefix.object)) is not None:
+        return term.dimension
     if kind == "script" and not prefix.has_verb and prefix.head != "when":
         return units.TIME
     if clause and prefix.has_verb:

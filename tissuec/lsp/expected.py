@@ -28,6 +28,7 @@ class Expected(NamedTuple):
         files: What kind of file is named here: "use", or the entry that names it.
         unit: Whether a unit can stand here.
         dimension: Of the unit, where that is known.
+        like: The param that has the same dimension, if there is one of this name.
     """
 
     terms: tuple[Terms, ...] = ()
@@ -37,6 +38,7 @@ class Expected(NamedTuple):
     files: str = ""
     unit: bool = False
     dimension: Dimension | None = None
+    like: str = ""
 
 
 def number(*known: Terms) -> Expected:

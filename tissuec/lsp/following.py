@@ -8,6 +8,8 @@ from itertools import pairwise
 
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.prefix import Prefix
+from tissuec.scene.study_entries import AGGREGATES
+from tissuec.script.measures import MEASURES
 
 _LOGIC = ("and", "or", "not", "is", "between", "within", "of")
 _OF_TRIGGERS = ("to", "every", "and", "or", "not", "between", "along")
@@ -35,7 +37,25 @@ def following(prefix: Prefix) -> list[str]:
         return list(_LOGIC)
     if kind == "script" and not prefix.has_verb:
         return list(_OF_TRIGGERS)
-    return [*_clauses_left(prefix), *_inside(prefix)]
+    if kind == "study" and prefix.subject == "measure" and prefix.has("="):
+        return list(_of_measure(prefix))
+    return [*([] if prefix.calls else _clauses_left(prefix)), *_inside(prefix)]
+
+
+def _of_measure(prefix: Prefix) -> Iterator[str]:
+    """Yield the words that go on with what a study measures."""
+    start = prefix.texts.index("=") + 1
+    first, *_ = (*prefix.texts[start:], "")
+    if first == "time":
+        yield "of"  # the kind of events, and their springs
+        return
+    if first in AGGREGATES and not prefix.calls:
+        words = ("over", "from", "to" if prefix.has("from") else "until", "every")
+    else:
+        measure = prefix.last_words(before=prefix.texts.index("of")) if prefix.has("of") else ""
+        second = ("to",) if measure in MEASURES and MEASURES[measure].subjects > 1 else ()
+        words = ("of", *second, "along", *(() if prefix.calls else ("at", "every")))
+    yield from (word for word in words if not prefix.has(word))
 
 
 def _clauses_left(prefix: Prefix) -> Iterator[str]:
@@ -48,7 +68,10 @@ def _clauses_left(prefix: Prefix) -> Iterator[str]:
             continue
         words = [word for word, _ in form.clauses]
         for before, word in pairwise(["", *words]):
-            is_behind = _SECOND.get(word) != before or prefix.has(before)
+            if prefix.subject == "vary":
+                is_behind = (prefix.openers or [""])[-1] in (before, word)
+            else:
+                is_behind = _SECOND.get(word) != before or prefix.has(before)
             is_left = not prefix.has(word) or (kind, word) in _REPEATED
             if word != "=" and is_behind and is_left:
                 found[word] = None
@@ -57,6 +80,8 @@ def _clauses_left(prefix: Prefix) -> Iterator[str]:
 
 def _inside(prefix: Prefix) -> tuple[str, ...]:
     """Return the words that go on with what is chosen or measured at a place."""
+    if prefix.head == "expect" and prefix.block.kind == "study":
+        return ("and", "or", "not", "between")
     if prefix.head == "expect":
         return ("and", "or", "not", "between", "along", "of")
     if prefix.block.kind == "tissue" and prefix.is_choosing:

@@ -13,6 +13,7 @@ from typing import Any
 from tissuec.core.units import unit_pattern
 from tissuec.lang.tokens import NUMBER_PATTERN, SIGN_PATTERN, WORD_PATTERN
 from tissuec.lang.words import RESERVED
+from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.entries import entries
 from tissuec.lsp.forms import forms_of
@@ -176,6 +177,17 @@ def _braces(patterns: list[Rule]) -> Rule:
     }
 
 
+#: The rest of a list of words.
+_LISTED_WORDS: Rule = {
+    "end": r"\]|$",
+    "endCaptures": {"0": {"name": SCOPES["sign"]}},
+    "patterns": [
+        {"match": _RUN, "name": SCOPES["word"]},
+        *_include("basics", "expression"),
+    ],
+}
+
+
 # --- parts of a text --------------------------------------------------------------------------
 
 
@@ -203,6 +215,8 @@ def _inside(kind: str) -> list[Rule]:
             return _include("orders")
         case "learn":
             return _block(*_learning(known))
+        case "study":
+            return _block(*_studying(known))
         case "rules":
             chosen = {name: term for name, term in known.items() if name not in RESERVED}
             return _block(_entries(chosen), *_rules())
@@ -261,6 +275,34 @@ def _learning(known: Mapping[str, Term]) -> list[Rule]:
     ]
 
 
+def _studying(known: Mapping[str, Term]) -> list[Rule]:
+    """Return what stands in a study block."""
+    varied = study.varied()
+    words = {name for term in varied.values() for name in term.choices or ()}
+    designs = _any(known["design"].choices or ())
+    return [
+        _rule(rf"{_START}(vary)\s+({_any(varied)})", {1: "entry", 2: "entry"}),
+        {
+            "begin": rf"{_START}(vary)\s+({_RUN})\s+(of)\s+({_RUN})\s*(=)\s*(\[)",
+            "beginCaptures": _captures(
+                {1: "entry", 2: "name", 3: "keyword", 4: "name", 5: "sign", 6: "sign"}
+            ),
+            **_LISTED_WORDS,
+        },
+        _rule(rf"{_START}(measure)\s+({_RUN})(?=\s*=)", {1: "entry", 2: "name"}),
+        _rule(rf"{_START}(design)\s+(is)\s+({designs})", {1: "entry", 2: "keyword", 3: "word"}),
+        _entries(known),
+        _rule(
+            rf"\b(time)\s+(of)\s+({_any(study.EVENT_TERMS)})",
+            {1: "measure", 2: "keyword", 3: "word"},
+        ),
+        *_called({**study.measures(), **study.DISTRIBUTION_TERMS, **study.OVER_RUNS_TERMS}),
+        _listed(study.STEPS_TERMS, r"(?<=[0-9])[ \t]+"),
+        _listed(v.RUN, r"(?<=\bover)\s+"),
+        _rule(rf"(?<=[\[,=])\s*({_any(words)})", {1: "word"}),
+    ]
+
+
 def _listed_behind(word: str, found: Mapping[str, Term], kind: str) -> Rule:
     """Return the rule of words that stand behind a joining word."""
     return _rule(rf"\b({word})\s+({_any(found)})", {1: "keyword", 2: kind})
@@ -313,12 +355,7 @@ def _scale() -> list[Rule]:
         {
             "begin": r"\[",
             "beginCaptures": {"0": {"name": SCOPES["sign"]}},
-            "end": r"\]|$",
-            "endCaptures": {"0": {"name": SCOPES["sign"]}},
-            "patterns": [
-                {"match": _RUN, "name": SCOPES["word"]},
-                *_include("basics", "expression"),
-            ],
+            **_LISTED_WORDS,
         },
     ]
 

@@ -160,7 +160,8 @@ def _place(view: View, span: Span) -> str:
 def _kind(symbol: Symbol) -> str:
     if symbol.kind == "word":
         return f"a word for {symbol.within}"
-    return f"a region of {symbol.within}" if symbol.kind == "region" else symbol.kind
+    of = {"region": "a region of", "column": "a column of study"}.get(symbol.kind)
+    return f"{of} {symbol.within}" if of else symbol.kind
 
 
 def _remark(symbol: Symbol) -> str:
@@ -184,7 +185,7 @@ def _facts(
             yield from _word(view, symbol)
         case "set" | "body" | "joint":
             yield from _drawn(view, symbol, compiled)
-        case "region" | "rules" | "law" | "tool" | "force" | "hedge":
+        case "region" | "column" | "rules" | "law" | "tool" | "force" | "hedge":
             yield fenced(symbol.span.source.line_text(symbol.span.line).strip(), "tis")
         case _:
             pass

@@ -54,6 +54,11 @@ class Phrase(Struct, frozen=True, eq=False):
                 return found
         return None
 
+    @property
+    def may_become_term(self) -> bool:
+        """Return whether a word of the language begins so."""
+        return any(name.startswith(self.key) for words in self.expected.terms for name in words)
+
 
 def phrases(statement: Statement, block: Block | None = None) -> list[Phrase]:
     """Return the phrases of a statement, in order."""
@@ -140,6 +145,10 @@ class _PhraseReader:
         is_called = behind == "(" or (self.is_cut and not behind)
         return Phrase(self.statement, self.block, parts, expected, first, last, is_called)
 
+    def _is_last(self, stop: int) -> bool:
+        """Return whether more can be typed behind a part."""
+        return self.is_cut and stop == len(self.parts)
+
     def _is_open(self, start: int, stop: int) -> bool:
         """Return whether words stand there, or can be typed there now."""
         if not self.is_cut or start < stop:
@@ -154,7 +163,8 @@ class _PhraseReader:
             longest += 1
         for end in range(longest, stop, -1):
             phrase = self._phrase(start, end, expected)
-            if phrase.term is not None:  # "centre of gravity" holds a reserved word
+            # "centre of gravity" holds a reserved word.
+            if phrase.term is not None or (self._is_last(end) and phrase.may_become_term):
                 self.read = end
                 yield phrase
                 return
@@ -194,7 +204,7 @@ class _PhraseReader:
         expected = Expected((known,), names, declares=declares)
         typed = self._phrase(start, stop, expected)
         longer = (name for name in known if name.startswith(typed.key) and name != typed.key)
-        if self.is_cut and start < stop == len(self.parts) and any(longer):
+        if start < stop and self._is_last(stop) and any(longer):
             self.prefix.subject = typed.key  # it may become that
             yield typed
             return

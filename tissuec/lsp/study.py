@@ -76,16 +76,16 @@ def of_study(prefix: Prefix) -> Expected:
 
 def _varied(prefix: Prefix) -> Expected:
     """Return whose entry varies, or a value of it."""
-    entry = prefix.object
+    name = prefix.object
     if not prefix.has("="):
-        return Expected(names=owners_of(entry)) if prefix.clause == "of" else Expected()
-    term = _entry(entry)
+        return Expected(names=owners_of(name)) if prefix.clause == "of" else Expected()
+    term = entry_of(name)
     if term is not None and term.choices:
         return Expected((term.choices,))
-    if entry == "tissue":
+    if name == "tissue":
         return Expected(names=("tissue",))
     if term is None and prefix.has("of"):
-        return Expected(scale=entry)
+        return Expected(scale=name)
     return number(DISTRIBUTION_TERMS)
 
 
@@ -95,7 +95,8 @@ def owners_of(entry: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found)) or ("tissue",)
 
 
-def _entry(name: str) -> Term | None:
+def entry_of(name: str) -> Term | None:
+    """Return the entry of a name that can vary, None if there is none."""
     known = (entries(Block(kind)) for kind in (*_OWNERS, *_UNNAMED))
     return next((terms[name] for terms in known if name in terms), None)
 
@@ -113,4 +114,4 @@ def _measured(prefix: Prefix) -> Expected:
         return Expected(names=kinds_measured(measure))
     if prefix.clause == "over":
         return Expected((RUN,))
-    return number(measures()) if last.text in ("=", "(") else number()
+    return number() if prefix.clause else number(measures())

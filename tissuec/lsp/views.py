@@ -8,13 +8,15 @@ from msgspec import Struct, field
 
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source, Span
+from tissuec.core.units import Dimension
 from tissuec.lang import syntax as s
 from tissuec.lang.tokens import COMMENT
 from tissuec.lang.tree import Statement, Tree
 from tissuec.lsp.documents import Desk, Lenient
 from tissuec.lsp.expected import ONE_NAMESPACE
 from tissuec.lsp.phrases import Phrase, phrases
-from tissuec.scene.declarations import Declared
+from tissuec.lsp.terms import Block
+from tissuec.scene.declarations import Declared, without
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, load
 from tissuec.scene.model import Tissue
@@ -28,7 +30,8 @@ class Symbol(Struct, frozen=True):
 
     Attributes:
         kind: "param", "body", "property", "region", "word" and so on.
-        within: For a word its property or quantity, for a region its body; by key.
+        within: For a word its property or quantity, for a region its body, for a column of a
+            table its study; by key.
         sorts: Of a set what it holds, "nodes" or "springs"; of a tool its kind, and "holding"
             if it can hold nodes. All that it may be while that is not written.
     """
@@ -91,10 +94,22 @@ class View(Struct, frozen=True, eq=False, dict=True):
             if symbol.kind in kinds or not set(kinds).isdisjoint(symbol.sorts)
         ]
 
-    def named(self, kinds: tuple[str, ...], key: str) -> Symbol | None:
-        """Return the meaning of a name of one of these kinds."""
-        found = (symbol for symbol in self.of_kind(*kinds) if symbol.key == key)
+    def named(self, kinds: tuple[str, ...], key: str, block: Block) -> Symbol | None:
+        """Return the meaning of a name in a block.
+
+        Args:
+            kinds: Kinds of names, of which it is one.
+            key: The name, as names are compared.
+            block: The block.
+        """
+        found = (symbol for symbol in self.seen_from(block, *kinds) if symbol.key == key)
         return next(found, None)
+
+    def seen_from(self, block: Block, *kinds: str) -> Iterator[Symbol]:
+        """Yield the names of some kinds that a block can use: not the columns of others."""
+        for symbol in self.of_kind(*kinds):
+            if symbol.kind != "column" or symbol.within == block.member:
+                yield symbol
 
     def scale(self, name: str) -> NamedScale | None:
         """Return the scale of a property or quantity."""
@@ -103,6 +118,11 @@ class View(Struct, frozen=True, eq=False, dict=True):
         vocabulary = self.words.vocabulary
         quantity = vocabulary.quantities.get(name)
         return vocabulary.properties.get(name) or (quantity.named if quantity else None)
+
+    def dimension_of(self, key: str) -> Dimension | None:
+        """Return the dimension of a number by its lower-case name, None if it is unknown."""
+        value = self.words.constants.definitions.values.get(key) if self.words else None
+        return value.dimension if value is not None else None
 
     def tissue(self, key: str) -> Tissue | None:
         """Return a tissue by its lower-case name, None if it is unknown."""
@@ -136,7 +156,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
             within = ""
             if expected.declares == "word":
                 within = phrase.block.member if phrase.block.kind else ""
-            if expected.declares == "region":
+            if expected.declares in ("region", "column"):
                 within = phrase.block.member
             symbol = self.symbols.get((expected.declares, within, key))
             if symbol is not None or phrase.term is None:
@@ -146,11 +166,11 @@ class View(Struct, frozen=True, eq=False, dict=True):
         kinds = expected.names
         if set(kinds) & set(ONE_NAMESPACE):
             kinds = (*kinds, *ONE_NAMESPACE)
-        return self.named(kinds, key) if kinds else None
+        return self.named(kinds, key, phrase.block) if kinds else None
 
     def _is_own(self, key: str) -> bool:
         """Return whether a text declares a number of its own under the name of a constant."""
-        return key == "pi" and self.named(("param", "let"), key) is not None
+        return key == "pi" and bool({("param", "", key), ("let", "", key)} & set(self.symbols))
 
     def words_of(self, phrase: Phrase) -> Iterator[tuple[Symbol, int, int]]:
         """Yield the hedges and the word of a phrase that describes, and where they stand."""
@@ -262,7 +282,7 @@ def _sorts_of_tool(items: Iterable[s.Item]) -> tuple[str, ...]:
 
 
 def _inside(kind: str, declared: Declared) -> Iterator[Symbol]:
-    """Yield the words of a scale, or the regions of a body."""
+    """Yield the words of a scale, the regions of a body, or the columns of a study."""
     if not isinstance(declared.item, s.Block):
         return
     within = declared.name.key
@@ -270,6 +290,10 @@ def _inside(kind: str, declared: Declared) -> Iterator[Symbol]:
         if kind in ("property", "quantity"):
             for name in _words_in(item):
                 yield Symbol("word", name.text, name.span, within)
+        elif kind == "study" and isinstance(item, s.Assign):
+            name = without(item.name, "measure")
+            if name is not None:
+                yield Symbol("column", name.text, name.span, within)
         elif kind == "body" and isinstance(item, s.Block):
             first, _, rest = item.name.words.partition(" ")
             if first.lower() == "region" and (rest or item.name.quoted):

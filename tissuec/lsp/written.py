@@ -1,6 +1,6 @@
 """Words that cannot stand at a place because of what is written elsewhere in the text."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 
 from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
@@ -9,6 +9,8 @@ from tissuec.lsp.entries import entries
 from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.terms import Block
 from tissuec.lsp.views import View
+from tissuec.scene import learn_entries, study_entries
+from tissuec.scene.block_sentences import Sentences
 from tissuec.scene.declarations import SINGLE
 from tissuec.scene.laws import BY_ENTRY, LawKind
 from tissuec.scene.learn_entries import ADJUSTED, learn_schema
@@ -65,11 +67,18 @@ def _once(block: Block) -> Collection[str]:
         case "":
             return SINGLE
         case "learn":
-            return (*learn_schema(), "time", "displacement")
+            return (*learn_schema(), *_single(learn_entries.SENTENCES))
+        case "study":
+            settings = entries_of(study_entries.StudySettings)
+            return (*settings, *_single(study_entries.SENTENCES))
         case "output":
             return ("trajectory", "energy", "precision")
         case kind:
             return [key for key in entries(block) if key not in _REPEATED.get(kind, ())]
+
+
+def _single(known: Mapping[str, Sentences]) -> list[str]:
+    return [name for name, sentence in known.items() if sentence.is_single]
 
 
 def _properties(view: View) -> list[str]:

@@ -114,7 +114,7 @@ class _StudyReader:
                 self.design = self._choice(item, DESIGNS)
             case "error estimate" if isinstance(item, s.Sentence) and item.phrase is not None:
                 self._once(ESTIMATE, item.span, self.places)
-                self.estimates = self._choice(item, ("on", "off")) == "on"
+                self.estimates = self._choice(item, ("off",)) != "off"
             case "" if isinstance(item, s.Assign | s.Sentence):
                 entries = schema.entries_of(StudySettings)
                 found = schema.find_entry(entries, item, self.scope, what=self.what)

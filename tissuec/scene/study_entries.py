@@ -63,6 +63,7 @@ SENTENCES: dict[str, Sentences] = {
             "measure height = position of tip along (0, 0, 1) at 0.3 s",
             "measure tear = time of rupture",
             "measure curve = force of forceps A every 1 ms",
+            "measure early = mean(force of forceps A) from 0 s to 0.1 s",
         ),
         "A column of the table: the largest (``max``), smallest (``min``), ``mean``, ``first``"
         " or ``last`` value of a measure; its value at a time; the time of the first event of a"
@@ -75,9 +76,9 @@ SENTENCES: dict[str, Sentences] = {
         is_single=True,
     ),
     "error estimate": Sentences(
-        ("error estimate is on", "error estimate is off"),
-        "Whether each run is followed by one with smaller steps, which shows whether it keeps"
-        " its tolerance.",
+        ("error estimate is off",),
+        "Leaves out the second run with smaller steps, which by default shows whether a run"
+        " keeps its tolerance.",
         is_single=True,
     ),
 }  # fmt: skip
