@@ -93,7 +93,7 @@ def written(text):
         ("learn t { method is ‸ }", ["least squares", '"l-bfgs-b"']),
         ('learn t { data "a.csv" { ‸ } }', ["lift", "pause"]),
         ("study s { ‸ }", ["vary", "measure", "design", "keep", "runs", "seed", "expect"]),
-        (BODY + "study s { vary ‸ }", ["lift", "hardness", "tissue", "integrator", "tolerance"]),
+        (BODY + "study s { vary ‸ }", ["lift", "hardness", "tissue", "integrator"]),
         (BODY + "study s { vary hardness of ‸ }", ["fallopian tube"]),
         (BODY + "study s { vary rings of ‸ }", ["oviduct"]),
         ("study s { vary hardness of fallopian tube = [soft, very ‸] }", ["soft", "hard"]),
