@@ -16,15 +16,16 @@ from tests.test_docs import DOCS, blocks
 
 PAGE = DOCS / "extending.md"
 PARTS = ("docs", "grammars", "library", "tests", "tissuec")
-#: By the folder of an example: tests of its family, and what those of the example contain.
+#: By the folder of an example: tests of its family, and what those of the example contain, or
+#: nothing where each test takes all members.
 FAMILIES = {
-    "generators": ("tests/meshes/test_mesh_laws.py", "[ring"),
+    "generators": ("tests/meshes/test_mesh_laws.py", ""),
     "formats": ("tests/imports/test_imported.py", "organ.off"),
     "tools": ("tests/contact/test_instruments.py", "spatula"),
     "measures": ("tests/script/measures", "spread"),
     "forces": ("tests/forces/test_fields.py", "magnet"),
     "spring": ("tests/laws", "saturating"),
-    "surfaces": ("tests/geometry/surfaces", "local"),
+    "surfaces": ("tests/geometry/surfaces", ""),
     "plots": ("tests/view/plots/test_kinds.py", "phases and not every_format"),
 }
 

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
 
-import pytest
 from msgspec.structs import replace
 
+from tests.every import every
 from tests.test_scenes import BAD, request_of
 from tissuec.core.errors import CompileError, Diagnostic, Edit
 from tissuec.lang.characters import normalise
@@ -88,7 +88,7 @@ def kinds(findings: Iterable[Diagnostic]) -> Counter:
     return Counter((finding.code, finding.message) for finding in findings)
 
 
-@pytest.mark.parametrize("name", BY_NAME)
+@every("name", BY_NAME, parts=4)
 def test_hints_lead_out_of_a_mistake(name):
     findings = found(name)
     for finding in findings:

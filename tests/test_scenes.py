@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.every import every
 from tissuec.core.catalogue import CODES
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.resources import root
@@ -51,7 +52,7 @@ def said(path: Path) -> str:
     return text.replace(str(path.parent), ".").replace(str(root()), "…")
 
 
-@pytest.mark.parametrize("path", BAD, ids=lambda path: path.stem)
+@every("path", BAD, parts=2)
 def test_a_bad_scene_is_answered_as_written_beside_it(path: Path) -> None:
     beside = path.with_suffix(".txt")
     expected = beside.read_text(encoding="utf-8") if beside.exists() else ""
@@ -71,7 +72,7 @@ def test_a_bad_scene_is_answered_as_written_beside_it(path: Path) -> None:
     assert answer, "a bad scene must be answered"
 
 
-@pytest.mark.parametrize("path", GOOD, ids=lambda path: path.stem)
+@every("path", GOOD)
 def test_a_good_scene_is_checked_without_a_word(path: Path) -> None:
     try:
         compiled, warnings = check_request(request_of(path))
@@ -82,7 +83,7 @@ def test_a_good_scene_is_checked_without_a_word(path: Path) -> None:
     assert compiled.network.node_count > 0
 
 
-@pytest.mark.parametrize("path", GOOD, ids=lambda path: path.stem)
+@every("path", GOOD)
 def test_formatting_a_good_scene_is_stable_and_keeps_its_meaning(path: Path) -> None:
     source = read_source(path, path.name)
     once = Source(path.name, format_source(source))

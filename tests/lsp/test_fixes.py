@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.every import every
 from tests.lsp.desks import BAD, SCENES
 from tissuec.core.errors import removal
 from tissuec.core.resources import library
@@ -60,7 +61,7 @@ def offered(desk, path, checked):
             )
 
 
-@pytest.mark.parametrize("path", PLAIN, ids=lambda path: path.stem)
+@every("path", PLAIN, parts=2)
 def test_every_edit_of_a_hint_is_offered_in_its_place(path):
     """That the finding goes then is tested by tests/test_hints.py."""
     desk = Desk()

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tests.every import every
 from tissuec.core.fields import LocatedFile
 from tissuec.core.resources import library
 from tissuec.meshes.generators import MESHES
@@ -73,7 +74,7 @@ def label(value):
 SAMPLES = [
     *samples(),
 ]
-every_sample = pytest.mark.parametrize(("kind", "entries"), SAMPLES, ids=label)
+every_sample = every(("kind", "entries"), SAMPLES, ids=label)
 
 
 def test_every_kind_has_a_sample():
@@ -197,7 +198,7 @@ def symmetries(kind, entries):
     return [mirrored(0), mirrored(1), mirrored(2)]
 
 
-@pytest.mark.parametrize(
+@every(
     ("kind", "entries"), [s for s in SAMPLES if s[0] not in ("explicit", "imported")], ids=label
 )
 def test_a_mesh_is_as_symmetric_as_its_shape(kind, entries):
@@ -207,7 +208,7 @@ def test_a_mesh_is_as_symmetric_as_its_shape(kind, entries):
         assert image_of(mesh.position, mesh.ends, move) == drawn
 
 
-@pytest.mark.parametrize(("kind", "entries"), [s for s in SAMPLES if s[0] in SOLIDS], ids=label)
+@every(("kind", "entries"), [s for s in SAMPLES if s[0] in SOLIDS], ids=label)
 def test_the_skin_of_a_solid_is_closed_and_faces_outwards(kind, entries):
     mesh = MESHES[kind](**entries).build()
     edges = mesh.skin[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)

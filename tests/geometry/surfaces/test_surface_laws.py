@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.every import every
 from tests.geometry.surfaces.conftest import build, skin_of
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.model.topology import pieces
@@ -27,7 +28,7 @@ SAMPLES = [
     if mesh.grid is not None or not surface.needs_grid
     for torn in (0.0, 0.1, 0.5)
 ]
-every_sample = pytest.mark.parametrize(("kind", "name", "torn"), SAMPLES)
+every_sample = every(("kind", "name", "torn"), SAMPLES)
 
 
 def sample(kind, name, torn, *, subdivisions=2):
