@@ -37,7 +37,8 @@ def _sections(parent: click.Group, name: str, above: click.Context) -> str:
 
 def _section(command: click.Command, context: click.Context) -> str:
     usage = " ".join([context.command_path, *command.collect_usage_pieces(context)])
-    own = [p for p in command.params if isinstance(p, click.Option) and p.name not in FLAGS]
+    options = [p for p in command.params if isinstance(p, click.Option) and not p.hidden]
+    own = [option for option in options if option.name not in FLAGS]
     parts = [
         f"## `{context.command_path}`",
         f"```text\n{usage}\n```",
@@ -49,6 +50,6 @@ def _section(command: click.Command, context: click.Context) -> str:
 def _options(options: list, context: click.Context) -> str:
     rows = []
     for option in options:
-        spelling, text = option.get_help_record(context) or ("", "")
+        spelling, text = option.get_help_record(context)
         rows.append((code(spelling), text))
     return table(("option", "meaning"), rows)

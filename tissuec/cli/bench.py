@@ -1,4 +1,4 @@
-"""``tissuec bench``: Measure computing time against error, also of other solvers."""
+"""``tissuec bench``: Measure computing time against error, including other solvers."""
 
 import os
 from pathlib import Path
@@ -99,7 +99,7 @@ def command(
     libraries: tuple[Path, ...],
     strict: bool,
 ) -> int:
-    """Measure computing time against error of every method on SCENE, also of other solvers.
+    """Measure computing time against error on SCENE, for every method and for other solvers.
 
     The other solvers are those of SciPy and, if installed (extra bench), CVODE and MuJoCo;
     SciPy and CVODE use the compiled forces of tissuec. Times are processor times on one thread.

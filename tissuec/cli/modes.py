@@ -54,8 +54,8 @@ def command(
 
     Modes are small motions about that state, with prestress, laws and enclosed volumes, but
     without contact. Nodes that are fixed or grasped at 0 s are held, and `settle` at 0 s is
-    carried out first. "rigid" is a part that moves as a whole without any force; "no spring
-    resists" is a deformation that needs no force to first order.
+    carried out first. A mode called "rigid" moves a part as a whole without any force; in one
+    called "no spring resists", the part deforms, but no force opposes this to first order.
 
     In the file of --out, the largest displacement is 5 % of the size of the body.
 

@@ -118,8 +118,9 @@ def command(
 ) -> int:
     """Plot FILES: results, tables of studies, vocabularies, scenes, or the JSON of benchmarks.
 
-    By default, a result is plotted as an overview, a table by what its study tells most about,
-    a scene or vocabulary as its words, and a benchmark as a work-precision diagram. Logs,
+    By default, the plot of a result is an overview, that of a table depends on the design of
+    its study, a scene or vocabulary is plotted as its words, and a benchmark as a
+    work-precision diagram. Logs,
     energies and paths of several results are plotted together. Numbers are in SI units or have
     a unit: --start 40ms.
 

@@ -68,8 +68,8 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
 @click.option(
     "--threads",
     type=click.IntRange(min=1),
-    help="Maximum number of threads for a large net. By default as many as processors, or half "
-    "as many if the companion run may use the others. Results do not depend on it.",
+    help="Maximum number of threads for a large net; by default one for each processor, or "
+    "half as many if the companion run may use the others. Results do not depend on it.",
 )
 @click.option("--twin/--no-twin", default=None, hidden=True, help="Former names: auto, off.")
 @scene_options
@@ -86,10 +86,10 @@ def command(
 ) -> int:
     """Simulate SCENES; scene.tis gives scene.vtkhdf in the current directory.
 
-    The result opens in ParaView, as H5MD and with h5py. When the run ends, it replaces an
-    earlier result, but no other file. Exit code: 0 done; 1 an expectation failed or, with
-    --strict, the error exceeds the tolerance or is unknown; 2 the text or the command line is
-    wrong; 3 the run could not continue; 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
+    ParaView, H5MD readers and h5py open the result. When the run ends, it replaces an earlier
+    result of the same name, but no other file. Exit code: 0 done; 1 an expectation failed or,
+    with --strict, the error exceeds the tolerance or is unknown; 2 the text or the command line
+    is wrong; 3 the run could not continue; 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
     """
     if output is not None and (len(scenes) > 1 or folder is not None):
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")

@@ -1,4 +1,4 @@
-"""``tissuec study``: Run a scene many times: ranges, lists, samples; one table."""
+"""``tissuec study``: Run a scene many times with varied values, and write one table."""
 
 from collections import Counter
 from pathlib import Path
@@ -57,7 +57,8 @@ _DESIGNS = ("grid", "list", "one at a time", "latin hypercube", "sobol", "sobol 
 @click.option(
     "--design",
     type=click.Choice(_DESIGNS),
-    help="How values are combined; a grid if all are listed, else a latin hypercube.",
+    help="How values are combined; by default a grid if all values are listed, otherwise a "
+    "Latin hypercube.",
 )
 @click.option("--runs", type=click.IntRange(min=1), help="Number of runs of a random design.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of a random design.")
@@ -99,9 +100,9 @@ def command(
     """Run SCENE many times, as its study block or the options specify.
 
     NAME selects one of several study blocks. The table has one row for each run and can be read
-    at any moment. After an interruption, the same command goes on. Exit code: 0 done; 1 an
-    expectation of the study failed; 2 the text is wrong; 3 no run could be computed; 130
-    interrupted.
+    at any moment. After an interruption, the same command continues the study. Exit code: 0
+    done; 1 an expectation of the study failed; 2 the text is wrong; 3 no run could be computed;
+    130 interrupted.
     """
     from tissuec.results.errors import PlaceError
     from tissuec.scene.request import Request

@@ -26,7 +26,7 @@ WORDS = {
     "nothing promised": "NOT CHECKED: ",
 }
 COLUMNS = ("quantity", "error", "limit", "relative to", "worst at")
-REMARK = "(…): no limit is set; what a position error at the limit could cause"
+REMARK = "(…): not a limit, but the error that a position error at its limit could cause"
 
 Document = Mapping[str, Any]
 
