@@ -240,8 +240,8 @@ def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
         if len(bad):
             yield Diagnostic(
                 "W305",
-                f"{body.name} has {counted(len(bad), 'spring')} without a rest length "
-                f"(down to {show(float(bad.min()), LENGTH)})",
+                f"{body.name} has {counted(len(bad), 'spring')} with a rest length of zero or "
+                f"less (down to {show(float(bad.min()), LENGTH)})",
                 body.span,
                 "such a spring pulls until its ends meet; give it a rest length above zero",
             )
@@ -445,7 +445,7 @@ def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W410",
                 f"the blade does not reach {action.group.name} as drawn: nothing is cut",
                 action.span,
-                extents(state.position[_ends_of(action, state)]),
+                "cut where it is: " + extents(state.position[_ends_of(action, state)]),
             )
 
 

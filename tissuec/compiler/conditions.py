@@ -157,7 +157,8 @@ class Conditions:
             else:
                 self._no_subject(argument.value.span.text, argument.span)
         if len(subjects) != measure.subjects:
-            self.findings.reject("TIS702", f"the form of {key} is {measure.form}", node.span)
+            hint = f"the form is {measure.form}"
+            self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
         return ObservedMeasure(measure, tuple(subjects), time, along)
 
     def _refuse_mistaken(self, name: s.Name) -> None:
@@ -175,9 +176,9 @@ class Conditions:
         if first is None or what not in COUNTED or [c.word for c in first.clauses] != ["of"]:
             self.findings.reject(
                 "TIS702",
-                "the forms of count are count(nodes of A), count(springs of A) and "
-                "count(pieces of A)",
+                "wrong form of count",
                 node.span,
+                hint="forms: count(nodes of A), count(springs of A), count(pieces of A)",
             )
         return what, [s.Argument(first.clauses[0].value, (), first.span), *arguments[1:]]
 

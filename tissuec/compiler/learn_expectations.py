@@ -79,7 +79,7 @@ class ErrorScope(Scope):
 
     def _mixed(self, node: s.Call | s.Name) -> None:
         self.findings.reject(
-            "TIS803", "an error of learning cannot be combined with a measure of the run",
+            "TIS803", "the error of a learn block cannot be combined with a measure of the run",
             node.span, hint="write them on separate lines",
         )  # fmt: skip
 
@@ -89,9 +89,8 @@ def argument_of(call: s.Call, scope: Scope) -> s.Name:
     first = call.arguments[0] if len(call.arguments) == 1 else None
     if first is None or first.clauses or not isinstance(first.value, s.Name):
         scope.findings.reject(
-            "TIS803", 'the forms of error are error(held out), error(data) and '
-            'error("file.csv")',
-            call.span,
+            "TIS803", "wrong form of error", call.span,
+            hint='forms: error(held out), error(data), error("file.csv")',
         )  # fmt: skip
     return first.value
 
@@ -135,7 +134,7 @@ class DemandReader:
         if words not in ([], [("over", "run")]):
             timed = Span(item.span.source, item.condition.span.end, item.clauses[-1].span.end)
             self.findings.reject(
-                "TIS803", "the error of a learning has no time", item.clauses[0].span,
+                "TIS803", "the error of a learn block has no time", item.clauses[0].span,
                 hint=Hint(f"write only: expect {FORM}", Edit("", timed)),
             )  # fmt: skip
         names = [argument_of(call, self.scope) for call in errors_in(item.condition)]

@@ -172,8 +172,9 @@ class OutputReader:
         if len(names) != measure.subjects:
             self.findings.reject(
                 "TIS702",
-                f"the form of {item.name.text} is: {_written(item.name.key, measure.subjects)}",
+                f"wrong form of {item.name.text}",
                 item.span,
+                hint=f"write: {_written(item.name.key, measure.subjects)}",
             )
         every = self._rate(item, clauses)
         subjects = self.conditions.log_subjects(measure, names)

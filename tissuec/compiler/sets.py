@@ -236,9 +236,10 @@ class Groups:
         ):
             self.findings.reject(
                 "TIS312",
-                "the forms of a set are: nodes of BODY where …, springs of BODY where …, "
-                "nodes of BODY in [1, 2], or [A, B]",
+                "wrong form of a set",
                 item.value.span,
+                hint="forms: nodes of BODY where …, springs of BODY where …, "
+                "nodes of BODY in [1, 2], [A, B]",
             )
         of_springs = kind == "springs"
         placed = self._named_part(clauses["of"].value, of_springs=of_springs)

@@ -110,9 +110,9 @@ class RunsScope(Scope):
         return Value.number(float(found), value.dimension)
 
     def _wrong(self, call: s.Call) -> NoReturn:
-        form = OVER_RUNS[call.function.key]
-        message = f"the form of {call.function.key} is {form}"
-        self.findings.reject("TIS312", message, call.span)
+        name = call.function.key
+        hint = f"the form is {OVER_RUNS[name]}"
+        self.findings.reject("TIS312", f"wrong form of {name}", call.span, hint=hint)
 
 
 def check_expectations(

@@ -296,12 +296,14 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
             if first in TOP_LEVEL:
                 example: str = _EXAMPLES.get(first, f"{first} {{ … }}")
                 edits: tuple[Edit, ...] = ()
+                message = f"wrong form of {first}"
                 if first in ("use", "about"):
+                    message = f"{first} needs a text in quotes"
                     example = _quoted(first, item)
                     edits = (Edit(example),)
                 findings.reject(
                     "TIS312",
-                    f"wrong form of {first}",
+                    message,
                     item.span,
                     hint=Hint(f"write: {example}", *edits),
                 )

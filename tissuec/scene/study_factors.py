@@ -222,8 +222,8 @@ class FactorReader:
         kind = call.function.key
         arguments = [argument.value for argument in call.arguments]
         if len(arguments) != _PARAMETERS[kind] or any(a.clauses for a in call.arguments):
-            message = f"the form of {kind} is {DISTRIBUTIONS[kind]}"
-            self.findings.reject("TIS312", message, call.span)
+            hint = f"the form is {DISTRIBUTIONS[kind]}"
+            self.findings.reject("TIS312", f"wrong form of {kind}", call.span, hint=hint)
         first = self._number(arguments[0], dimension, "the first number")
         unit = _unit_of(arguments[0], first)
         numbers: list[float] = []

@@ -86,9 +86,10 @@ class ChangeMemory(Struct, frozen=True):
         if having == len(springs):
             return ""
         first, second = next(pair for pair in PAIRS if self.name in pair)
-        without = counted(len(springs) - having, "spring")
+        without = len(springs) - having
         return (
-            f"{without} of {self.group.name} has no {first} and {second} at the start; "
+            f"{counted(without, 'spring')} of {self.group.name} "
+            f"{'has' if without == 1 else 'have'} no {first} and {second} at the start; "
             f'to change them later, write "{first} is none" and a {second} in the tissue'
         )
 
