@@ -1,131 +1,108 @@
 """What stands behind the joining words of sentences: ``of``, ``with``, ``along``."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from itertools import takewhile
 
 from tissuec.core import units
-from tissuec.core.units import Dimension
+from tissuec.core.units import Dimension, parse_unit
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.expected import NODES, SPRINGS, Expected, number
 from tissuec.lsp.forms import CHANGED, DIMENSIONS, forms_of, kinds_for
 from tissuec.lsp.measured import kinds_measured, measured
 from tissuec.lsp.prefix import Prefix
-from tissuec.lsp.terms import CHOICE, Term, plain
+from tissuec.lsp.terms import CHOICE, plain
+
+#: What the capital words of forms stand for outside of orders.
+_STANDS_FOR = {
+    "TISSUE": Expected(names=("tissue",)),
+    "RULES": Expected(names=("rules",)),
+    "QUANTITY": Expected(names=("quantity", "property")),
+    "REGION": Expected(names=("region",)),
+    "BODY": Expected(names=("body",)),
+    "UNIT": Expected(unit=True, dimension=units.LENGTH),
+    "SET": Expected(names=NODES),
+    "SOURCE": Expected((v.SOURCE_TERMS,)),
+    "SPREAD": Expected((v.SPREADS,)),
+    "TIME": number()._replace(dimension=units.TIME),
+    "LENGTH": number()._replace(dimension=units.LENGTH),
+    "NUMBER": number(),
+    "LIST": number(),
+}
+#: Words of forms that are described.
+_DESCRIBED = {
+    "free zero": v.FREE_ZERO, "log scale": v.LOG_SCALE, "run": v.RUN, "column": v.COLUMN,
+    "columns": v.COLUMNS, **dict.fromkeys(v.DIVISIONS, v.DIVISIONS),
+}  # fmt: skip
 
 
-def of_clause(prefix: Prefix) -> Expected:
-    """Return what stands behind a joining word outside of orders."""
-    word, subject = prefix.clause, prefix.subject
-    match prefix.block.kind:
-        case "":
-            return _of_part(prefix)
-        case "script" if prefix.head == "when":
-            return measured()
-        case "tissue" | "law" if word == "in":
-            return Expected(names=("rules",))
-        case "tissue" if word == "by":
-            return Expected((v.SOURCE_TERMS,))
-        case "body" if subject == "interface":
-            return Expected(names=("region",))
-        case "joint" | "force":
-            return Expected(names=NODES)
-        case "learn":
-            return _of_learning(prefix)
-        case "output" if subject == "surface":
-            return Expected(names=("body",))
-        case "output" if word in ("of", "to"):
-            return Expected(names=kinds_measured(subject))
-        case "quantity" if word == "to" and subject == "applies":
-            return Expected((v.SPREADS,))
-        case "mesh" if word == "in":
-            return Expected(unit=True, dimension=units.LENGTH)
-        case _:
-            return number()
-
-
-def _of_learning(prefix: Prefix) -> Expected:
-    match prefix.subject, prefix.clause:
-        case _, "using":
-            return Expected((v.COLUMN,))
-        case _, "with":
-            return Expected((v.FREE_ZERO,))
-        case _, "in":
-            return Expected(unit=True, dimension=prefix.dimension)
-        case _, "per":
-            return Expected((v.DIVISIONS,))
-        case "revise rules", "of":
-            return Expected(names=("rules",))
-        case "adjust", "of" if prefix.object == "words":
-            return Expected(names=("quantity", "property"))
-        case "adjust", "of":
-            return Expected(names=("tissue", *SPRINGS, "region"))
-        case _, "of":
-            return Expected(names=("set", "body"))
-        case _:
-            return number()
-
-
-def _of_part(prefix: Prefix) -> Expected:
-    match prefix.head, prefix.clause:
-        case "tissue", "like":
-            return Expected(names=("tissue",))
-        case (("property" | "quantity"), "on"):
-            return Expected((v.LOG_SCALE,))
-        case "set", "of":
-            return Expected(names=("body",) if "nodes" in prefix.texts else ("body", "joint"))
-        case "table", "of":
-            return Expected(names=("body",))
-        case "table", "in":
-            return Expected(unit=True, dimension=units.LENGTH)
-        case "table", "with":
-            return Expected((v.COLUMNS,))
-        case "expect", "over":
-            return Expected((v.RUN,))
-        case _:
-            return number()
-
-
-# --- orders -----------------------------------------------------------------------------------
-
-
-def of_order(prefix: Prefix) -> Expected:
-    """Return what a clause of an order holds, from the forms of its verb."""
-    word, last = prefix.clause, prefix.last
-    if word == "in":
-        return Expected(unit=True, dimension=units.LENGTH)
-    is_first = last is not None and last.text == word
-    known: dict[str, Term] = {}
-    names: list[str] = []
-    for first, *more in _contents(prefix):
-        if first in ("PROFILE", "COURSE"):
-            known |= v.profiles()
-        elif found := kinds_for(prefix.head, prefix.object, first):
-            names += found
-        elif first.isupper():
-            is_first = False
-        else:
-            literal = " ".join(part for part in (first, *more) if part.islower())
-            known |= plain(CHOICE, [literal])
-    known |= v.kinds_of_clause(prefix.head, word)
-    if is_first:
-        return Expected((known,), tuple(dict.fromkeys(names)))
-    found = number(known)
-    return found._replace(names=(*names, *found.names))
-
-
-def dimension_of_clause(prefix: Prefix) -> Dimension | None:
-    """Return the dimension of numbers in a clause of an order."""
-    word, verb = prefix.clause, prefix.head
-    if verb == "change":
-        return units.NUMBER if word == "by" else CHANGED.get(prefix.object)
-    if verb == "move" and word == "by":
-        return units.LENGTH
-    found = (DIMENSIONS.get(content[0]) for content in _contents(prefix))
-    return next((dimension for dimension in found if dimension is not None), None)
+def in_clause(prefix: Prefix) -> Expected:
+    """Return what stands behind a joining word, or further on in what it joins."""
+    if prefix.block.kind == "script" and not prefix.has_verb:
+        return measured() if prefix.head == "when" else _STANDS_FOR["TIME"]
+    if prefix.clause == "in" and prefix.block.kind in ("learn", "mesh", "script"):
+        of_table = prefix.block.kind != "learn"
+        return Expected(unit=True, dimension=units.LENGTH if of_table else prefix.dimension)
+    found = [_meaning(prefix, content) for content in _contents(prefix)]
+    if prefix.has_verb:
+        found.append(Expected((v.kinds_of_clause(prefix.head, prefix.clause),)))
+    terms = {key: term for one in found for known in one.terms for key, term in known.items()}
+    names = dict.fromkeys(name for one in found for name in one.names)
+    expected = Expected((terms,), tuple(names), unit=any(one.unit for one in found))
+    dimensions = (one.dimension for one in found if one.dimension is not None)
+    expected = expected._replace(dimension=next(dimensions, None))
+    last = prefix.last
+    is_first = last is not None and last.text == prefix.clause
+    if (prefix.has_verb and not is_first) or not (names or terms or expected.unit):
+        several = number(terms)
+        every = tuple(dict.fromkeys((*names, *several.names)))
+        return several._replace(names=every, dimension=expected.dimension)
+    return expected
 
 
 def _contents(prefix: Prefix) -> Iterator[tuple[str, ...]]:
-    """Yield what can stand in a clause of an order, from the forms of its verb."""
-    for form in forms_of("script", prefix.head):
-        for clause, content in form.clauses:
-            if clause == prefix.clause and (form.literal or prefix.object) == prefix.object:
-                yield content
+    """Yield what can stand in a clause, from the forms of its sentence."""
+    kind = prefix.block.kind
+    for form in forms_of(kind, prefix.head if kind in ("", "script") else prefix.subject):
+        if form.fits(prefix.object, of_order=prefix.has_verb):
+            yield from (content for word, content in form.clauses if word == prefix.clause)
+
+
+def _meaning(prefix: Prefix, content: Sequence[str]) -> Expected:
+    """Return what a part of a form stands for."""
+    first, *more = (*content, "")
+    if first in ("PROFILE", "COURSE"):
+        return Expected((v.profiles(),))
+    if prefix.has_verb and first.isupper():
+        names = kinds_for(prefix.head, prefix.object, first)
+        of_number = number()._replace(dimension=_dimension(prefix, first))
+        return Expected(names=names) if names else of_number
+    if first == "MEASURED":
+        return Expected(names=kinds_measured(prefix.subject))
+    if first == "DRAWN":
+        return Expected(names=("body",) if "nodes" in prefix.texts else ("body", "joint"))
+    if first == "SET" and prefix.block.kind == "learn":
+        is_adjusted = prefix.subject == "adjust"
+        return Expected(names=(*SPRINGS, "region") if is_adjusted else ("set", "body"))
+    if first in _STANDS_FOR:
+        return _STANDS_FOR[first]
+    if not first[:1].isalpha():
+        return number()._replace(dimension=_time_of(more))
+    literal = " ".join(takewhile(str.isalpha, content))
+    return Expected((_DESCRIBED.get(literal) or plain(CHOICE, [literal]),))
+
+
+def _dimension(prefix: Prefix, placeholder: str) -> Dimension | None:
+    """Return the dimension of a number in a clause of an order."""
+    if prefix.head == "change":
+        return units.NUMBER if prefix.clause == "by" else CHANGED.get(prefix.object)
+    if prefix.head == "move" and prefix.clause == "by":
+        return units.LENGTH
+    return DIMENSIONS.get(placeholder)
+
+
+def _time_of(more: Sequence[str]) -> Dimension | None:
+    """Return that a number is a time, if that in the form is one; None for any other."""
+    with suppress(ValueError, ArithmeticError):
+        return units.TIME if parse_unit(more[0]).dimension == units.TIME else None
+    return None

@@ -4,7 +4,7 @@ from tissuec.core import units
 from tissuec.core.units import Dimension
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
-from tissuec.lsp.clauses import dimension_of_clause, of_clause, of_order
+from tissuec.lsp.clauses import in_clause
 from tissuec.lsp.entries import entries
 from tissuec.lsp.expected import SPRINGS, Expected, number
 from tissuec.lsp.forms import forms_of, kinds_for
@@ -15,20 +15,15 @@ from tissuec.scene.declarations import NAMED
 from tissuec.scene.evidence import KNOWN
 
 
-def declared(part: str) -> Expected:
-    """Return what stands behind the first word of a part."""
-    match part:
-        case "use":
-            return Expected(files="use")
-        case "quantity":
-            return Expected((v.QUANTITY_TERMS,), declares="quantity")
-        case _:
-            return Expected(declares=part if part in (*NAMED, "hedge") else "")
-
-
 def named_with(prefix: Prefix) -> Expected:
-    """Return what stands directly behind the words of an entry."""
+    """Return what stands directly behind the first words of a part or entry."""
     match prefix.block.kind, prefix.subject:
+        case "", "use":
+            return Expected(files="use")
+        case "", "quantity":
+            return Expected((v.QUANTITY_TERMS,), declares="quantity")
+        case "", part:
+            return Expected(declares=part if part in (*NAMED, "hedge") else "")
         case _, "region":
             return Expected(declares="region")
         case _, "known":
@@ -96,7 +91,7 @@ def expected_in(prefix: Prefix) -> Expected:
     if kind in ("tissue", "law") and prefix.subject in v.FORMULAS:
         return _formula(prefix)
     if prefix.clause:
-        return of_order(prefix) if prefix.has_verb else of_clause(prefix)
+        return in_clause(prefix)
     return _plain(prefix)
 
 
@@ -170,19 +165,14 @@ def behind_number(prefix: Prefix) -> Expected:
 
 def _dimension(prefix: Prefix) -> Dimension | None:
     """Return the dimension of numbers at a place, as far as it is known."""
-    kind, clause = prefix.block.kind, prefix.clause
-    if prefix.subject == "vary" and (term := study.entry_of(prefix.object)) is not None:
-        return term.dimension
-    if kind == "script" and not prefix.has_verb and prefix.head != "when":
-        return units.TIME
-    if clause and prefix.has_verb:
-        return dimension_of_clause(prefix)
-    if prefix.head == "expect" and clause and kind != "study":
-        return units.TIME
-    if kind in ("output", "study", "learn") and clause in ("every", "at", "until"):
-        return units.TIME
     if prefix.has("where"):
         return units.LENGTH
+    if prefix.clause or (prefix.block.kind == "script" and not prefix.has_verb):
+        of_clause = in_clause(prefix).dimension
+        if of_clause is not None or prefix.has_verb:
+            return of_clause
+    if prefix.subject == "vary" and (term := study.entry_of(prefix.object)) is not None:
+        return term.dimension
     is_known = prefix.subject == KNOWN
     known = v.KNOWN_TERMS if is_known else entries(prefix.block)
     term = known.get(prefix.object if is_known else prefix.subject)

@@ -27,7 +27,7 @@ from tissuec.lsp.terms import (
     members,
     plain,
 )
-from tissuec.lsp.vocabulary import logged
+from tissuec.lsp.vocabulary import logged, parts
 from tissuec.meshes.generators import MESHES
 from tissuec.scene import learn_entries, meanings, settings, study_entries
 from tissuec.scene.block_sentences import Sentences
@@ -83,8 +83,10 @@ def _meant(block: str, behind: Mapping[str, str], **choices: Terms) -> dict[str,
 
 @cache
 def entries(block: Block) -> Terms:
-    """Return the first words of statements of a block, without names of the text."""
+    """Return the first words of statements of a block, or of parts, without own names."""
     match block:
+        case Block(""):
+            return parts()
         case Block("tissue" | "law" | "region" | "interface" | "springs"):
             return _of_material(block.kind)
         case Block("body"):

@@ -64,7 +64,7 @@ def _clauses_left(prefix: Prefix) -> Iterator[str]:
     forms = forms_of(kind, prefix.head if kind in ("", "script") else prefix.subject)
     found = dict[str, None]()
     for form in forms:
-        if prefix.has_verb and (form.literal or prefix.object) != prefix.object:
+        if not form.fits(prefix.object, of_order=prefix.has_verb):
             continue
         words = [word for word, _ in form.clauses]
         for before, word in pairwise(["", *words]):

@@ -11,6 +11,7 @@ from tissuec.lsp.terms import Block
 from tissuec.scene import learn_entries, study_entries
 from tissuec.scene.laws import FORMS
 from tissuec.scene.quantities import QUANTITIES
+from tissuec.script.fit_problem import WORDS
 from tissuec.script.verbs import VERBS
 from tissuec.script.verbs.change import PARAMETERS
 
@@ -50,7 +51,7 @@ _FORMS: dict[tuple[str, str], tuple[str, ...]] = {
     ("", "quantity"): ("quantity NAME from NUMBER to NUMBER on log scale",),
     ("", "tissue"): ("tissue NAME like TISSUE",),
     ("", "param"): ("param NAME = NUMBER between NUMBER and NUMBER",),
-    ("", "set"): ("set NAME = nodes of BODY in LIST where CONDITION",),
+    ("", "set"): ("set NAME = nodes of DRAWN in LIST where CONDITION",),
     ("", "table"): ("table nodes of BODY in UNIT with columns",),
     ("", "expect"): (
         "expect CONDITION at TIME", "expect CONDITION from TIME to TIME",
@@ -65,7 +66,8 @@ _FORMS: dict[tuple[str, str], tuple[str, ...]] = {
     ("body", "interface"): ("interface is MEAN from REGION to REGION",),
     ("joint", "springs"): ("springs from SET to SET",),
     ("force", "acts"): ("acts on SET",),
-    ("output", ""): ("MEASURE of SET to SET every TIME",),
+    ("output", ""): ("MEASURE of MEASURED to MEASURED every TIME",),
+    ("output", "surface"): ("surface of BODY every TIME",),
     ("output", "precision"): ("precision is CHOICE",),
     ("quantity", "applies"): ("applies to SPREAD of LENGTH",),
     ("quantity", "otherwise"): ("otherwise is WORD",),
@@ -81,6 +83,17 @@ class Form(NamedTuple):
     literal: str
     placeholder: str
     clauses: tuple[tuple[str, tuple[str, ...]], ...]
+
+    def fits(self, object_: str, *, of_order: bool) -> bool:
+        """Return whether a sentence about something can be of this form.
+
+        Args:
+            object_: Words between its first ones and a name, such as "spring constant".
+            of_order: Whether it is an order; entries are about more than their forms show.
+        """
+        if of_order:
+            return (self.literal or object_) == object_
+        return (self.literal == WORDS) == (object_ == WORDS)
 
 
 @cache
@@ -106,9 +119,10 @@ def _texts(block: str, entry: str) -> tuple[str, ...]:
         return _FORMS[block, entry]
     if block in ("tissue", "law") and entry in FORMS:
         return tuple(f"{head} = NUMBER" for head in FORMS[entry].heads)
+    if (block, "") in _FORMS:
+        return _FORMS[block, ""]
     term = entries(Block(block)).get(entry)
-    shown = term.form or f"{term.label}{term.behind}…" if term is not None else ""
-    return (shown, *_FORMS.get((block, ""), ()))
+    return (term.form or f"{term.label}{term.behind}…",) if term is not None else ()
 
 
 def _form(text: str, entry: str) -> Form:

@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from tissuec.core.names import key_of
 from tissuec.lang.tokens import KEYWORD, NUMBER, STRING, UNIT, WORD, Token
 from tissuec.lang.tree import Statement
-from tissuec.lang.words import RESERVED
 from tissuec.lsp import context
 from tissuec.lsp import vocabulary as v
 from tissuec.lsp.blocks import block_of
@@ -21,7 +20,6 @@ from tissuec.lsp.following import following
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import ENTRY, Block, Term, plain
-from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.script.verbs import VERBS
 
 
@@ -174,8 +172,6 @@ class _PhraseReader:
 
     def _beginning(self, start: int, stop: int) -> Iterator[Phrase]:
         match self.block.kind:
-            case "":
-                yield from self._part(start, stop)
             case "script":
                 yield from self._order(start, stop)
             case "data":
@@ -184,17 +180,6 @@ class _PhraseReader:
                 yield self._phrase(start, stop, Expected())
             case _:
                 yield from self._entry(start, stop)
-
-    def _part(self, start: int, stop: int) -> Iterator[Phrase]:
-        first = self.parts[start].text if start < stop else ""
-        known = Expected((v.parts(),))
-        if first.lower() not in TOP_LEVEL or first in RESERVED:
-            yield self._phrase(start, stop, known)
-            return
-        self.prefix.head = first.lower()
-        yield self._phrase(start, start + 1, known)
-        if self._is_open(start + 1, stop):
-            yield self._phrase(start + 1, stop, context.declared(self.prefix.head))
 
     def _entry(self, start: int, stop: int) -> Iterator[Phrase]:
         """Yield an entry of a block, and what is named with it."""
@@ -212,6 +197,7 @@ class _PhraseReader:
             phrase = self._phrase(start, end, expected)
             if phrase.key in known and self.parts[end - 1].kind != STRING:
                 self.prefix.subject = phrase.key
+                self.prefix.head = phrase.key if self.block.kind == "" else ""
                 yield phrase
                 if self._is_open(end, stop):
                     named = self._phrase(end, stop, context.named_with(self.prefix))
