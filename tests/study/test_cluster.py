@@ -6,13 +6,14 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from tests.study.scenes import carried_out, prepared
 from tissuec.core.errors import TissueError
 from tissuec.studies.study import run_study
-from tissuec.workers import cluster, workers
+from tissuec.workers import cluster, portions, workers
 from tissuec.workers.cluster import Cluster
 
 MANY = ("vary lift = 2 mm to 9 mm in 20 steps",)  # times two tissues: 40 runs
@@ -65,6 +66,83 @@ def found(address, count=2):
         client.wait_for_workers(count, timeout=30)
         pids = client.run(os.getpid)
     return sorted(pids.values())
+
+
+class Client:
+    """A client of dask whose only worker is a thread, and goes and comes as the test says."""
+
+    def __init__(self):
+        self.threads, self.looks = {"tcp://worker": 1}, 0
+        self.executor = ThreadPoolExecutor(1)
+
+    def get_executor(self, *, pure):
+        return self
+
+    def submit(self, call, *given):
+        self.threads = {}
+        return self.executor.submit(self._late, call, *given)
+
+    def _late(self, call, *given):
+        """Begin as soon as the worker is back."""
+        wait_until(lambda: self.threads)
+        return call(*given)
+
+    def nthreads(self):
+        self.looks += 1
+        return self.threads
+
+    def run(self, call, *, on_error):
+        return {worker: call() for worker in self.threads}
+
+    def shutdown(self, *, wait):
+        self.executor.shutdown(wait=wait)
+
+    def close(self): ...
+
+
+def test_a_study_whose_workers_are_all_gone_says_so_again_and_again(monkeypatch, tmp_path):
+    client, told = Client(), []
+    monkeypatch.setattr(cluster, "_client", lambda address: client)
+    for module, name in ((cluster, "LOOK"), (cluster, "REMINDER"), (portions, "ROUND")):
+        monkeypatch.setattr(module, name, 0.01)
+
+    def tell(text):
+        told.append(text)
+        if len(told) >= 3:
+            client.threads = {"tcp://another": 1}
+
+    workers = Cluster("tcp://somewhere:1", tell)
+    found = run_study(prepared("vary lift = [2 mm]"), workers, out=tmp_path / "table.csv")
+    assert set(found.table.outcome) == {"done"} and len(found.table) == 2
+    assert len(told) >= 3
+    assert 'the scheduler at "tcp://somewhere:1" has had no workers for' in told[0]
+    assert "dask worker tcp://somewhere:1" in told[0]
+
+
+@pytest.mark.slow
+def test_workers_that_come_back_finish_a_study(tmp_path, scheduler, monkeypatch):
+    address, processes = scheduler
+    found(address)
+    carried_out(*MANY, out=tmp_path / "one.csv")
+    monkeypatch.setattr(cluster, "LOOK", 0.2)
+    monkeypatch.setattr(cluster, "REMINDER", 0.5)
+    told = []
+
+    def tell(text):
+        told.append(text)
+        if len(told) == 2:
+            processes.append(dask("worker", address, "--nthreads", "1", folder=tmp_path))
+
+    def end(done, failed, planned):
+        if done >= 5 and not told:
+            for process in processes[1:3]:
+                process.terminate()  # with the worker that it watches
+                process.wait(timeout=20)
+
+    workers = Cluster(address, tell)
+    run_study(prepared(*MANY), workers, out=tmp_path / "many.csv", progress=end)
+    assert len(told) >= 2
+    assert (tmp_path / "many.csv").read_bytes() == (tmp_path / "one.csv").read_bytes()
 
 
 @pytest.mark.slow

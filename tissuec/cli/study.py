@@ -127,7 +127,11 @@ def command(
     if not settings.json:
         report(prepared.warnings, settings)
     try:
-        workers = workers_of(options["workers"], options["scheduler"])
+        workers = workers_of(
+            options["workers"],
+            options["scheduler"],
+            lambda text: echo(f"\nwarning: {text}", err=True),
+        )
         with StudyProgress(prepared.study.name, shown=settings.shows_progress) as line:
             result = run_study(
                 prepared, workers, out=target, fresh=options["fresh"], progress=line.at

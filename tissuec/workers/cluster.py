@@ -1,17 +1,25 @@
 """Workers of a dask scheduler that is running: on this machine, or on many."""
 
 import time as clock
-from collections.abc import Generator, Sequence
+import warnings
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future
 from typing import Any, Self
 
-from tissuec.core.errors import TissueError
+from tissuec.core.errors import TissueError, TissueWarning
+from tissuec.core.progress import minutes
 from tissuec.core.version import __version__
 from tissuec.workers.portions import WorkerDied, carried_out, handed_out
 from tissuec.workers.workers import Common, Item, Lost, Result, Work
 
 PATIENCE = 10.0  # for an answer of a scheduler [s]
 LOOK = 5.0  # at the number of workers, which may come and go [s]
+REMINDER = 60.0  # after which it is told again that there are none [s]
+
+
+def warn(text: str) -> None:
+    """Warn the program that uses a cluster."""
+    warnings.warn(text, TissueWarning, stacklevel=2)
 
 
 class Cluster:
@@ -19,20 +27,22 @@ class Cluster:
 
     Args:
         address: Of the scheduler, such as "tcp://127.0.0.1:8786".
+        tell: Is told a sentence again and again while all workers are gone.
 
     Raises:
         TissueError: It does not answer, has no workers, or these have another version.
     """
 
-    def __init__(self, address: str):
-        self.address, self._client = address, _client(address)
+    def __init__(self, address: str, tell: Callable[[str], None] = warn):
+        self.address, self._client, self._tell = address, _client(address), tell
         try:
             self._count = _checked(self._client, address)
         except BaseException:
             self._client.close()
             raise
         self._executor = self._client.get_executor(pure=False)
-        self._looked = clock.monotonic()
+        self._looked = self._seen = clock.monotonic()
+        self._reminded = 0
 
     def map(
         self, work: Work[Common, Item, Result], common: Common, items: Sequence[Item]
@@ -45,7 +55,21 @@ class Cluster:
         if clock.monotonic() > self._looked + LOOK:
             self._looked = clock.monotonic()
             self._count = sum(_asked(self._client.nthreads, self.address).values())
+            self._remind()
         return max(self._count, 1)
+
+    def _remind(self) -> None:
+        """Tell once in a while that there are no workers, for which a study waits."""
+        if self._count:
+            self._seen, self._reminded = self._looked, 0
+            return
+        lonely = self._looked - self._seen
+        if lonely > REMINDER * (self._reminded + 0.5):
+            self._reminded += 1
+            self._tell(
+                f'the scheduler at "{self.address}" has had no workers for {minutes(lonely)}; '
+                f"the study waits for some: dask worker {self.address} --nthreads 1"
+            )
 
     def submit(self, packed: bytes, items: Sequence[Any]) -> Future[Any]:
         """Hand out a portion; see `Crew`."""

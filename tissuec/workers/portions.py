@@ -96,7 +96,11 @@ def _alone(crew: Crew, packed: bytes, item: Any) -> Any:
     """
     for _ in range(TRIALS):
         try:
-            return crew.submit(packed, [item]).result()[1][0]
+            future = crew.submit(packed, [item])
+            while not future.done():
+                crew.capacity()  # which tells if there are no workers at all
+                wait([future], timeout=ROUND)
+            return future.result()[1][0]
         except WorkerDied:
             continue
     return LOST
