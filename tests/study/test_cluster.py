@@ -119,6 +119,24 @@ def test_a_study_whose_workers_are_all_gone_says_so_again_and_again(monkeypatch,
     assert "dask worker tcp://somewhere:1" in told[0]
 
 
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        ("0.0.1", r"worker tcp://worker has tissuec 0\.0\.1, and here is .*same version"),
+        (ImportError("no tissuec"), r"worker tcp://worker cannot import tissuec: no tissuec"),
+    ],
+)
+def test_workers_with_something_else_are_told_before_any_run(monkeypatch, answer, said):
+    client = Client()
+    client.run = lambda call, *, on_error: {"tcp://worker": answer}
+    monkeypatch.setattr(cluster, "_client", lambda address: client)
+    with pytest.raises(TissueError, match=said):
+        Cluster("tcp://somewhere:1")
+    client.threads = {}
+    with pytest.raises(TissueError, match=r"has no workers; start some with: dask worker"):
+        Cluster("tcp://somewhere:1")
+
+
 @pytest.mark.slow
 def test_workers_that_come_back_finish_a_study(tmp_path, scheduler, monkeypatch):
     address, processes = scheduler

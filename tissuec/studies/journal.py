@@ -18,6 +18,7 @@ from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import check_place
 from tissuec.studies.rows import DIED, Row, StudyHead
 from tissuec.studies.table import rows_of
+from tissuec.studies.table_files import is_table
 from tissuec.studies.table_text import MARK, as_csv, parse_rows, row_line
 
 REPLACES_OPEN = os.name != "nt"  # whether the system replaces files that are open
@@ -46,6 +47,11 @@ class Journal:
         known: Mapping[int, Row] | None = None,
     ):  # fmt: skip
         check_place(path)
+        if not is_table(path):
+            raise PlaceError(
+                f'"{path}" does not end with .csv or .h5, the formats of tables; for example: '
+                f"-o {path.stem}.csv"
+            )
         self.path, self.head = path, head
         self.rows: dict[int, Row] = {}
         self._file: FileIO | None = None
