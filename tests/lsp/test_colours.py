@@ -11,8 +11,9 @@ from tests.lsp.desks import BAD, GOOD, LIBRARY
 from tests.lsp.textmate import Engine
 from tissuec.core.units import SYMBOLS
 from tissuec.lang.words import RESERVED
-from tissuec.lsp.highlighting import SCOPES, grammar
+from tissuec.lsp.highlighting import grammar
 from tissuec.lsp.semantic_tokens import KINDS, tokens
+from tissuec.lsp.textmate import SCOPES
 from tissuec.lsp.vscode import contents
 from tissuec.scene import meanings
 from tissuec.scene.bodies import BODY_ENTRIES, ENTRIES

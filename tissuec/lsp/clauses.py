@@ -69,11 +69,9 @@ def _contents(prefix: Prefix) -> Iterator[tuple[str, ...]]:
 
 
 def _meaning(prefix: Prefix, content: Sequence[str]) -> Expected:
-    """Return what a part of a form stands for."""
-    first, *more = (*content, "")
-    if first in ("PROFILE", "COURSE"):
-        return Expected((v.profiles(),))
-    if prefix.has_verb and first.isupper():
+    """Return what a part of a form stands for in a sentence."""
+    first = content[0] if content else ""
+    if prefix.has_verb and first.isupper() and first not in ("PROFILE", "COURSE"):
         names = kinds_for(prefix.head, prefix.object, first)
         of_number = number()._replace(dimension=_dimension(prefix, first))
         return Expected(names=names) if names else of_number
@@ -84,8 +82,16 @@ def _meaning(prefix: Prefix, content: Sequence[str]) -> Expected:
     if first == "SET" and prefix.block.kind == "learn":
         is_adjusted = prefix.subject == "adjust"
         return Expected(names=(*SPRINGS, "region") if is_adjusted else ("set", "body"))
-    if first in _STANDS_FOR:
-        return _STANDS_FOR[first]
+    return stands_for(content)
+
+
+def stands_for(content: Sequence[str]) -> Expected:
+    """Return what a part of a form stands for in any sentence."""
+    first, *more = (*content, "")
+    if first in ("PROFILE", "COURSE"):
+        return Expected((v.profiles(),))
+    if first.isupper():
+        return _STANDS_FOR.get(first, Expected())
     if not first[:1].isalpha():
         return number()._replace(dimension=_time_of(more))
     literal = " ".join(takewhile(str.isalpha, content))

@@ -6,45 +6,36 @@ on over several lines. Patterns are of the kind that both Oniguruma, which edito
 Python read.
 """
 
-import re
 from collections.abc import Iterable, Mapping
-from typing import Any
 
-from tissuec.core.units import unit_pattern
 from tissuec.lang.tokens import NUMBER_PATTERN, SIGN_PATTERN, WORD_PATTERN
 from tissuec.lang.words import RESERVED
 from tissuec.lsp import study
 from tissuec.lsp import vocabulary as v
+from tissuec.lsp.clauses import stands_for
 from tissuec.lsp.entries import entries
 from tissuec.lsp.forms import forms_of
-from tissuec.lsp.terms import MEASURE, Block, Term
+from tissuec.lsp.terms import CHOICE, ENTRY, MEASURE, Block, Term
+from tissuec.lsp.textmate import (
+    RESERVED_WORD,
+    RUN,
+    SCOPE,
+    SCOPES,
+    START,
+    Rule,
+    any_of,
+    basics,
+    between,
+    braces,
+    called,
+    include,
+    listed,
+    rule,
+)  # fmt: skip
 from tissuec.scene.declarations import NAMED, SINGLE
 
-Rule = dict[str, Any]
-
-SCOPE = "source.tissuec"
-#: What each kind of ``semantic_tokens`` is called in themes.
-SCOPES = {
-    "comment": "comment.line.number-sign.tissuec",
-    "string": "string.quoted.double.tissuec",
-    "number": "constant.numeric.tissuec",
-    "unit": "keyword.other.unit.tissuec",
-    "keyword": "keyword.control.tissuec",
-    "part": "storage.type.tissuec",
-    "entry": "entity.other.attribute-name.tissuec",
-    "verb": "support.function.verb.tissuec",
-    "measure": "support.function.measure.tissuec",
-    "word": "constant.language.tissuec",
-    "name": "variable.other.tissuec",
-    "sign": "keyword.operator.tissuec",
-}
-
-_START = r"(?:^|(?<=[;{}]))\s*"
-#: A word that ends no name, and several of them.
-_RESERVED = "|".join(sorted(RESERVED, key=lambda word: (-len(word), word)))
-_WORD = rf"(?!(?:{_RESERVED})\b){WORD_PATTERN}"
-_RUN = rf"{_WORD}(?:\s+{_WORD})*"
-_SINGLE = frozenset(SINGLE)
+#: Where a line, or a statement, ends; and where one with a block does.
+_END, _END_OF_BLOCK = r"(?=[;}])|$", r"(?<=\})|(?=[;}])|$"
 
 
 def grammar() -> Rule:
@@ -53,89 +44,41 @@ def grammar() -> Rule:
         "name": "tissuec",
         "scopeName": SCOPE,
         "fileTypes": ["tis"],
-        "patterns": _include("statements"),
-        "repository": _repository(),
+        "patterns": include("statements"),
+        "repository": {name: {"patterns": rules} for name, rules in _repository().items()},
     }
 
 
-def _repository() -> dict[str, Rule]:
-    parts = [_include(f"{kind}-part")[0] for kind in (*NAMED, *SINGLE)]
+def _repository() -> dict[str, list[Rule]]:
+    parts = {f"{kind}-part": [_part(kind)] for kind in (*NAMED, *SINGLE)}
+    first = rule(rf"{START}(use|about|hedge)\b", {1: "part"})
+    rest = include("hedge", "set", "expect", "expression")
     return {
-        "statements": {
-            "patterns": [
-                *_include("basics"),
-                *_include("table"),
-                *parts,
-                _rule(rf"{_START}(use|about|hedge)\b", {1: "part"}),
-                *_include("hedge", "set", "expect", "expression"),
-            ]
-        },
-        **{f"{kind}-part": _part(kind) for kind in (*NAMED, *SINGLE)},
-        "basics": {"patterns": _basics()},
-        "choice": {"patterns": _choices()},
-        "expression": {"patterns": _expression()},
-        "table": _table(),
-        "hedge": {"patterns": _hedge()},
-        "set": _line("set", [_chosen_from(), *_include("conditions")]),
-        "expect": _line("expect", _include("measures")),
-        "conditions": {"patterns": [*_include("basics"), _where(), *_include("expression")]},
-        "measures": {"patterns": [*_include("basics"), *_measured(), *_include("expression")]},
-        "orders": {"patterns": _orders()},
-    }  # fmt: skip
+        "statements": [*include("basics", "table", *parts), first, *rest],
+        **parts,
+        "basics": basics(),
+        "choice": _choices(),
+        "expression": _expression(),
+        "table": [_table()],
+        "hedge": [*called(v.HEDGE_TERMS), listed(v.DIRECTION_TERMS, r"(?<=,)\s*")],
+        "set": [_line("set", [_chosen_from(), *include("conditions")])],
+        "expect": [_line("expect", include("measures"))],
+        "conditions": [*include("basics"), _where(), *include("expression")],
+        "measures": [*include("basics"), *_measured(), *include("expression")],
+        "orders": _orders(),
+    }
 
 
-# --- small pieces -----------------------------------------------------------------------------
-
-
-def _include(*names: str) -> list[Rule]:
-    return [{"include": f"#{name}"} for name in names]
-
-
-def _captures(kinds: Mapping[int, str]) -> Rule:
-    return {str(number): {"name": SCOPES[kind]} for number, kind in kinds.items()}
-
-
-def _rule(match: str, kinds: Mapping[int, str]) -> Rule:
-    return {"match": match, "captures": _captures(kinds)}
-
-
-def _any(labels: Iterable[str]) -> str:
-    """Return a pattern of any of some words, which may be several words each."""
-    longest_first = sorted(labels, key=lambda label: (-len(label), label))
-    words = "|".join(re.escape(label).replace(r"\ ", r"\s+") for label in longest_first)
-    return rf"(?i:{words})(?!\w)"
-
-
-def _listed(found: Mapping[str, Term], before: str = r"\b") -> Rule:
-    """Return the rule of words that stand behind something."""
-    return _rule(f"{before}({_any(found)})", {1: "word"})
-
-
-def _called(found: Mapping[str, Term]) -> list[Rule]:
-    """Return the rules of what stands before a bracket, and of what stands alone."""
-    called = [term.label for term in found.values() if term.behind == "("]
-    alone = [term.label for term in found.values() if term.behind != "("]
-    rules = [_rule(rf"\b({_any(called)})(?=\s*\()", {1: "measure"})] if called else []
-    return rules + ([_rule(rf"\b({_any(alone)})", {1: "measure"})] if alone else [])
-
-
-def _basics() -> list[Rule]:
-    """Return comments, texts, numbers with units."""
-    return [
-        {"match": r"#.*$", "name": SCOPES["comment"]},
-        {"match": r'"[^"\n]*"?', "name": SCOPES["string"]},
-        _rule(rf"({NUMBER_PATTERN})(?:[ \t]*({unit_pattern()}))?", {1: "number", 2: "unit"}),
-        _rule(rf"(\))[ \t]*({unit_pattern()})", {1: "sign", 2: "unit"}),
-    ]
+# --- what many places have --------------------------------------------------------------------
 
 
 def _expression() -> list[Rule]:
     """Return what holds wherever nothing else does."""
     return [
-        *_called(v.functions()),
-        {"match": rf"\b(?:{_RESERVED})\b", "name": SCOPES["keyword"]},
+        *called(v.functions()),
+        {"match": rf"\b(?:{RESERVED_WORD})\b", "name": SCOPES["keyword"]},
         {"match": SIGN_PATTERN, "name": SCOPES["sign"]},
-        {"match": _RUN, "name": SCOPES["name"]},
+        {"match": RUN, "name": SCOPES["name"]},
     ]
 
 
@@ -143,49 +86,54 @@ def _choices() -> list[Rule]:
     """Return what stands behind "is"."""
     holding = [
         choice
-        for entry in entries(Block("rules")).values()
+        for kind in ("rules", "study")
+        for entry in entries(Block(kind)).values()
         for choice in entry.choices or ()
         if RESERVED & set(choice.split())
     ]
     return [
-        _rule(rf"\b(is)\s+({_any(holding)})", {1: "keyword", 2: "word"}),
-        _rule(
-            rf"\b(is)\s+(between)\s+({_RUN})\s+(and)\s+({_RUN})",
+        rule(rf"\b(is)\s+({any_of(holding)})", {1: "keyword", 2: "word"}),
+        rule(
+            rf"\b(is)\s+(between)\s+({RUN})\s+(and)\s+({RUN})",
             {1: "keyword", 2: "keyword", 3: "word", 4: "keyword", 5: "word"},
         ),
-        _rule(rf"\b(is)\s+(?:(not)\s+)?({_RUN})", {1: "keyword", 2: "keyword", 3: "word"}),
+        rule(rf"\b(is)\s+(?:(not)\s+)?({RUN})", {1: "keyword", 2: "keyword", 3: "word"}),
     ]
 
 
 def _line(word: str, patterns: list[Rule]) -> Rule:
     """Return the rule of a statement that begins with a reserved word, up to its line end."""
-    return {
-        "begin": rf"{_START}({word})\b",
-        "beginCaptures": _captures({1: "keyword"}),
-        "end": r"(?=[;}])|$",
-        "patterns": patterns,
-    }
+    return between(rf"{START}({word})\b", {1: "keyword"}, _END, patterns)
 
 
-def _braces(patterns: list[Rule]) -> Rule:
-    return {
-        "begin": r"\{",
-        "beginCaptures": {"0": {"name": SCOPES["sign"]}},
-        "end": r"\}",
-        "endCaptures": {"0": {"name": SCOPES["sign"]}},
-        "patterns": patterns,
-    }
+def _words_in_list(begin: str, kinds: Mapping[int, str], first: Rule) -> Rule:
+    """Return the rule of a list, in which one rule goes before those of expressions."""
+    patterns = [first, *include("basics", "expression")]
+    return between(begin, kinds, r"\]|$", patterns, closes=True)
 
 
-#: The rest of a list of words.
-_LISTED_WORDS: Rule = {
-    "end": r"\]|$",
-    "endCaptures": {"0": {"name": SCOPES["sign"]}},
-    "patterns": [
-        {"match": _RUN, "name": SCOPES["word"]},
-        *_include("basics", "expression"),
-    ],
-}
+def _clauses(kind: str, first_words: Iterable[str]) -> list[Rule]:
+    """Return the words of the language behind joining words, from the forms of sentences.
+
+    Args:
+        kind: Of the block.
+        first_words: Parts, entries or verbs of the sentences.
+    """
+    found: dict[tuple[str, str], set[str]] = {}
+    for first in (word for word in first_words if word not in v.FORMULAS):
+        for form in forms_of(kind, first):
+            for word, content in form.clauses:
+                if not content or word in ("=", "is", "in"):
+                    continue
+                known = [*stands_for(content).terms]
+                known += [v.kinds_of_clause(first, word)] if kind == "script" else []
+                for term in (term for terms in known for term in terms.values()):
+                    if term.kind in (CHOICE, ENTRY) and not term.label.startswith("table"):
+                        found.setdefault((word, term.kind), set()).add(term.label)
+    return [
+        rule(rf"\b({word})\s+({any_of(labels)})", {1: "keyword", 2: colour})
+        for (word, colour), labels in found.items()
+    ]
 
 
 # --- parts of a text --------------------------------------------------------------------------
@@ -193,240 +141,173 @@ _LISTED_WORDS: Rule = {
 
 def _part(kind: str) -> Rule:
     """Return the rule of a block outside of all others: its head, and what is in it."""
-    named = "" if kind in _SINGLE else r"(?!\s*(?:=|is\b))"
-    head: list[Rule] = [*_include("basics")]
+    named = "" if kind in SINGLE else r"(?!\s*(?:=|is\b))"
+    head = [*include("basics"), *_clauses("", [kind])]
     if kind == "quantity":
-        head.append(_rule(rf"(?<=quantity)\s+({_any(v.QUANTITY_TERMS)})", {1: "word"}))
-    if kind in ("property", "quantity"):
-        head.append(_listed(v.LOG_SCALE, r"(?<=\bon)\s+"))
-    return {
-        "begin": rf"{_START}({kind})\b{named}",
-        "beginCaptures": _captures({1: "part"}),
-        "end": r"(?<=\})|(?=;)|$",
-        "patterns": [*head, _braces(_inside(kind)), *_include("expression")],
-    }
+        head.append(rule(rf"(?<=quantity)\s+({any_of(v.QUANTITY_TERMS)})", {1: "word"}))
+    patterns = [*head, braces(_inside(kind)), *include("expression")]
+    begin = rf"{START}({kind})\b{named}"
+    return between(begin, {1: "part"}, r"(?<=\})|(?=;)|$", patterns)
 
 
 def _inside(kind: str) -> list[Rule]:
     """Return the rules of what stands in a block."""
+    if kind == "script":
+        return include("orders")
     known = entries(Block(kind))
-    match kind:
-        case "script":
-            return _include("orders")
-        case "learn":
-            return _block(*_learning(known))
-        case "study":
-            return _block(*_studying(known))
-        case "rules":
-            chosen = {name: term for name, term in known.items() if name not in RESERVED}
-            return _block(_entries(chosen), *_rules())
-        case "property" | "quantity":
-            return _block(_entries(known), *_scale())
-        case "output":
-            surface = _block(_entries(entries(Block("surface"))))
-            return _block(_logged(known), _entries(known), _braces(surface))
-        case "tissue" | "law":
-            own = _rule(rf"{_START}({_RUN})", {1: "entry"})
-            evidence = _rule(
-                rf"{_START}(known)\s+({_any(v.KNOWN_TERMS)})", {1: "entry", 2: "entry"}
-            )
-            source = _listed_behind("by", v.SOURCE_TERMS, "word")
-            rules = (evidence, source, _entries(known), own)
-            return _block(*rules, _braces(_block(*_laws())))
-        case "simulate":
-            choices = _block(_entries(entries(Block("integrator"))))
-            return _block(_entries(known), _braces(choices))
-        case "body":
-            return _block(_mesh(), _region(), _made_of(), _entries(known))
-        case _:
-            return _block(_made_of(), _entries(known))
+    rules = {
+        "learn": _learning, "study": _studying, "rules": _rules, "property": _scale,
+        "quantity": _scale, "output": _output, "tissue": _tissue, "law": _tissue, "body": _body,
+    }.get(kind, _plain)(known)  # fmt: skip
+    # The sentences of studies are examples.
+    clauses = [] if kind == "study" else _clauses(kind, known)
+    return _block(*clauses, *rules)
 
 
 def _block(*rules: Rule) -> list[Rule]:
     """Return the rules of a block, between those that hold in all of them."""
-    return [*_include("basics"), *rules, *_include("choice", "expression")]
+    return [*include("basics"), *rules, *include("choice", "expression")]
 
 
-def _entries(known: Mapping[str, Term]) -> Rule:
+def _entries(known: Iterable[str]) -> Rule:
     """Return the rule of the entries of a block."""
-    return _rule(rf"{_START}({_any(known)})", {1: "entry"})
+    return rule(rf"{START}({any_of(known)})", {1: "entry"})
+
+
+def _inner(*kinds: str) -> Rule:
+    """Return the rule of a block inside of another one."""
+    return braces(_block(_entries([name for kind in kinds for name in entries(Block(kind))])))
+
+
+def _named(entry: str, known: Iterable[str]) -> Rule:
+    """Return the rule of an entry with what it is about."""
+    return rule(rf"{START}({entry})\s+({any_of(known)})", {1: "entry", 2: "entry"})
+
+
+def _plain(known: Mapping[str, Term]) -> list[Rule]:
+    return [_made_of(), _entries(known), _inner("integrator")]
+
+
+def _made_of() -> Rule:
+    return rule(rf"{START}(tissue)\s+(is)\s+({RUN})", {1: "entry", 2: "keyword", 3: "name"})
+
+
+def _tissue(known: Mapping[str, Term]) -> list[Rule]:
+    own = rule(rf"{START}({RUN})", {1: "entry"})
+    laws = _inner("spring law", "viscosity law")
+    return [_named("known", v.KNOWN_TERMS), _entries(known), own, laws]
+
+
+def _output(known: Mapping[str, Term]) -> list[Rule]:
+    logged = [term.label for term in known.values() if term.kind == MEASURE]
+    measured = rule(rf"{START}({any_of(logged)})", {1: "measure"})
+    return [measured, _entries(known), _inner("surface")]
+
+
+def _body(known: Mapping[str, Term]) -> list[Rule]:
+    kinds = {1: "entry", 2: "keyword", 3: "word"}
+    of_mesh = [*include("basics"), _inner("mesh"), *include("expression")]
+    mesh = between(rf"{START}(mesh)\s+(is)\s+({RUN})", kinds, _END_OF_BLOCK, of_mesh)
+    named = rule(rf"(?<=region)\s+({RUN})", {1: "name"})
+    inner = braces(_block(_made_of(), _entries(entries(Block("region")))))
+    of_region = [named, inner, *include("conditions")]
+    region = between(rf"{START}(region)\b", {1: "entry"}, _END_OF_BLOCK, of_region)
+    return [mesh, region, _made_of(), _entries(known)]
+
+
+def _scale(known: Mapping[str, Term]) -> list[Rule]:
+    """Return the words of a scale and the shapes that they have."""
+    words = {"match": RUN, "name": SCOPES["word"]}
+    own = rule(rf"{START}({RUN})", {1: "word"})
+    listing = _words_in_list(r"\[", {0: "sign"}, words)
+    return [_entries(known), *called(v.SHAPE_TERMS), own, listing]
+
+
+def _rules(known: Mapping[str, Term]) -> list[Rule]:
+    """Return the names of properties and quantities, which stand before "is"."""
+    chosen = _entries(name for name in known if name not in RESERVED)
+    return [chosen, rule(rf"\b({RUN})(?=\s+is\b)", {1: "entry"})]
 
 
 def _learning(known: Mapping[str, Term]) -> list[Rule]:
     """Return what stands in a learn block."""
+    adjusted = rule(rf"\b({any_of(v.adjusted())})", {1: "entry"})
     return [
-        _rule(rf"{_START}(adjust)\s+({_any(v.adjusted())})", {1: "entry", 2: "entry"}),
+        _named("adjust", v.adjusted()),
         _entries(known),
-        *_called({name: term for name, term in v.fitted().items() if term.behind == "("}),
-        _listed_behind("using", v.COLUMN, "entry"),
-        _listed_behind("with", v.FREE_ZERO, "word"),
-        _listed_behind("per", v.DIVISIONS, "word"),
-        {
-            "begin": r"(?<=adjust)\s*(=)\s*(\[)",
-            "beginCaptures": _captures({1: "sign", 2: "sign"}),
-            "end": r"\]|$",
-            "endCaptures": {"0": {"name": SCOPES["sign"]}},
-            "patterns": [
-                _rule(rf"\b({_any(v.adjusted())})", {1: "entry"}),
-                *_include("basics", "expression"),
-            ],
-        },
-        _braces([*_include("basics", "expression")]),
+        *called({name: term for name, term in v.fitted().items() if term.behind == "("}),
+        _words_in_list(r"(?<=adjust)\s*(=)\s*(\[)", {1: "sign", 2: "sign"}, adjusted),
+        braces(include("basics", "expression")),
     ]
 
 
 def _studying(known: Mapping[str, Term]) -> list[Rule]:
     """Return what stands in a study block."""
     varied = study.varied()
-    words = {name for term in varied.values() for name in term.choices or ()}
-    designs = _any(known["design"].choices or ())
+    choices = {name for term in varied.values() for name in term.choices or ()}
+    words = {"match": RUN, "name": SCOPES["word"]}
+    described = rf"{START}(vary)\s+({RUN})\s+(of)\s+({RUN})\s*(=)\s*(\[)"
+    kinds = {1: "entry", 2: "name", 3: "keyword", 4: "name", 5: "sign", 6: "sign"}
+    event = rf"\b(time)\s+(of)\s+({any_of(study.EVENT_TERMS)})"
     return [
-        _rule(rf"{_START}(vary)\s+({_any(varied)})", {1: "entry", 2: "entry"}),
-        {
-            "begin": rf"{_START}(vary)\s+({_RUN})\s+(of)\s+({_RUN})\s*(=)\s*(\[)",
-            "beginCaptures": _captures(
-                {1: "entry", 2: "name", 3: "keyword", 4: "name", 5: "sign", 6: "sign"}
-            ),
-            **_LISTED_WORDS,
-        },
-        _rule(rf"{_START}(measure)\s+({_RUN})(?=\s*=)", {1: "entry", 2: "name"}),
-        _rule(rf"{_START}(design)\s+(is)\s+({designs})", {1: "entry", 2: "keyword", 3: "word"}),
+        _named("vary", varied),
+        _words_in_list(described, kinds, words),
+        rule(rf"{START}(measure)\s+({RUN})(?=\s*=)", {1: "entry", 2: "name"}),
         _entries(known),
-        _rule(
-            rf"\b(time)\s+(of)\s+({_any(study.EVENT_TERMS)})",
-            {1: "measure", 2: "keyword", 3: "word"},
-        ),
-        *_called({**study.measures(), **study.DISTRIBUTION_TERMS, **study.OVER_RUNS_TERMS}),
-        _listed(study.STEPS_TERMS, r"(?<=[0-9])[ \t]+"),
-        _listed(v.RUN, r"(?<=\bover)\s+"),
-        _rule(rf"(?<=[\[,=])\s*({_any(words)})", {1: "word"}),
+        rule(event, {1: "measure", 2: "keyword", 3: "word"}),
+        *called({**study.measures(), **study.DISTRIBUTION_TERMS, **study.OVER_RUNS_TERMS}),
+        listed(study.STEPS_TERMS, r"(?<=[0-9])[ \t]+"),
+        listed(v.RUN, r"(?<=\bover)\s+"),
+        rule(rf"(?<=[\[,=])\s*({any_of(choices)})", {1: "word"}),
     ]
-
-
-def _listed_behind(word: str, found: Mapping[str, Term], kind: str) -> Rule:
-    """Return the rule of words that stand behind a joining word."""
-    return _rule(rf"\b({word})\s+({_any(found)})", {1: "keyword", 2: kind})
-
-
-def _logged(known: Mapping[str, Term]) -> Rule:
-    """Return the rule of measures that an output logs."""
-    labels = [term.label for term in known.values() if term.kind == MEASURE]
-    return _rule(rf"{_START}({_any(labels)})", {1: "measure"})
-
-
-def _made_of() -> Rule:
-    return _rule(rf"{_START}(tissue)\s+(is)\s+({_RUN})", {1: "entry", 2: "keyword", 3: "name"})
-
-
-def _mesh() -> Rule:
-    inner = _block(_entries(entries(Block("mesh"))))
-    return {
-        "begin": rf"{_START}(mesh)\s+(is)\s+({_RUN})",
-        "beginCaptures": _captures({1: "entry", 2: "keyword", 3: "word"}),
-        "end": r"(?<=\})|(?=[;}])|$",
-        "patterns": [*_include("basics"), _braces(inner), *_include("expression")],
-    }  # fmt: skip
-
-
-def _region() -> Rule:
-    inner = _block(_made_of(), _entries(entries(Block("region"))))
-    return {
-        "begin": rf"{_START}(region)\b",
-        "beginCaptures": _captures({1: "entry"}),
-        "end": r"(?<=\})|(?=[;}])|$",
-        "patterns": [
-            _rule(rf"(?<=region)\s+({_RUN})", {1: "name"}), _braces(inner),
-            *_include("conditions"),
-        ],
-    }  # fmt: skip
-
-
-def _laws() -> list[Rule]:
-    known = {**entries(Block("spring law")), **entries(Block("viscosity law"))}
-    return [_entries(known)]
-
-
-def _scale() -> list[Rule]:
-    """Return the words of a scale and the shapes that they have."""
-    return [
-        *_called(v.SHAPE_TERMS),
-        _listed(v.SPREADS, r"(?<=\bto)\s+"),
-        _rule(rf"{_START}({_RUN})", {1: "word"}),
-        {
-            "begin": r"\[",
-            "beginCaptures": {"0": {"name": SCOPES["sign"]}},
-            **_LISTED_WORDS,
-        },
-    ]
-
-
-def _rules() -> list[Rule]:
-    """Return the names of properties and quantities, which stand before "is"."""
-    return [_rule(rf"\b({_RUN})(?=\s+is\b)", {1: "entry"})]
 
 
 def _table() -> Rule:
     """Return tables: cells are no sentences."""
-    return {
-        "begin": rf"{_START}(table)\b",
-        "beginCaptures": _captures({1: "keyword"}),
-        "end": r"(?<=\})|(?=;)|$",
-        "patterns": [
-            *_include("basics"),
-            _rule(r"(?<=table)\s+((?i:nodes|springs))\b", {1: "word"}),
-            _rule(rf"\b(with)\s+({_any(v.COLUMNS)})", {1: "keyword", 2: "entry"}),
-            _braces(
-                [
-                    {"match": r"#.*$", "name": SCOPES["comment"]},
-                    {"match": r'"[^"\n]*"?', "name": SCOPES["string"]},
-                    {"match": NUMBER_PATTERN, "name": SCOPES["number"]},
-                    {"match": SIGN_PATTERN, "name": SCOPES["sign"]},
-                    {"match": WORD_PATTERN, "name": SCOPES["name"]},
-                ]
-            ),
-            *_include("expression"),
-        ],
-    }
+    cells = {
+        r"#.*$": "comment", r'"[^"\n]*"?': "string", NUMBER_PATTERN: "number",
+        SIGN_PATTERN: "sign", WORD_PATTERN: "name",
+    }  # fmt: skip
+    patterns = [
+        *include("basics"),
+        rule(r"(?<=table)\s+((?i:nodes|springs))\b", {1: "word"}),
+        *_clauses("", ["table"]),
+        braces([{"match": match, "name": SCOPES[kind]} for match, kind in cells.items()]),
+        *include("expression"),
+    ]
+    return between(rf"{START}(table)\b", {1: "keyword"}, r"(?<=\})|(?=;)|$", patterns)
 
 
 # --- conditions and orders --------------------------------------------------------------------
 
 
 def _chosen_from() -> Rule:
-    return _rule(rf"(?<==)\s*({_any(v.CHOSEN_FROM)})(?=\s+of\b)", {1: "word"})
-
-
-def _hedge() -> list[Rule]:
-    return [*_called(v.HEDGE_TERMS), _listed(v.DIRECTION_TERMS, r"(?<=,)\s*")]
+    return rule(rf"(?<==)\s*({any_of(v.CHOSEN_FROM)})(?=\s+of\b)", {1: "word"})
 
 
 def _where() -> Rule:
     """Return conditions; what nodes and springs are chosen by is known behind "where" only."""
-    part_of = _rule(
-        rf"\b((?i:region|group))\s+(is)\s+(?:(not)\s+)?({_RUN})",
+    part_of = rule(
+        rf"\b((?i:region|group))\s+(is)\s+(?:(not)\s+)?({RUN})",
         {1: "measure", 2: "keyword", 3: "keyword", 4: "name"},
     )
-    chosen_by = _rule(rf"\b({_any(v.conditions())})", {1: "measure"})
-    return {
-        "begin": r"\b(where)\b",
-        "beginCaptures": _captures({1: "keyword"}),
-        "end": r"(?=[;{}])|$",
-        "patterns": [*_include("basics"), part_of, chosen_by, *_include("expression")],
-    }
+    chosen_by = rule(rf"\b({any_of(v.conditions())})", {1: "measure"})
+    patterns = [*include("basics"), part_of, chosen_by, *include("expression")]
+    return between(r"\b(where)\b", {1: "keyword"}, r"(?=[;{}])|$", patterns)
 
 
 def _measured() -> list[Rule]:
+    of_what = {"count": v.COUNTED, **dict.fromkeys(v.errors(), v.ERRORS_OF)}
     return [
-        _rule(
-            rf"\b((?i:count))\s*(\()\s*({_any(v.COUNTED)})",
-            {1: "measure", 2: "sign", 3: "word"},
+        *(
+            rule(
+                rf"\b((?i:{name}))\s*(\()\s*({any_of(known)})",
+                {1: "measure", 2: "sign", 3: "word"},
+            )
+            for name, known in of_what.items()
         ),
-        _rule(
-            rf"\b({_any(v.errors())})\s*(\()\s*({_any(v.ERRORS_OF)})",
-            {1: "measure", 2: "sign", 3: "word"},
-        ),
-        *_called({**v.logged(), **v.measures(), **v.errors()}),
-        _listed(v.RUN, r"(?<=\bover)\s+"),
+        *called({**v.logged(), **v.measures(), **v.errors()}),
+        *_clauses("", ["expect"]),
     ]
 
 
@@ -434,38 +315,16 @@ def _orders() -> list[Rule]:
     """Return what stands in a script."""
     before = r"(?:^|(?<=[;{}:]))\s*"
     return [
-        *_include("basics"),
+        *include("basics"),
         *(
-            _rule(rf"{before}({verb})\s+({_any(literals)})", {1: "verb", 2: "entry"})
+            rule(rf"{before}({verb})\s+({any_of(literals)})", {1: "verb", 2: "entry"})
             for verb in v.verbs()
             if (literals := {form.literal for form in forms_of("script", verb) if form.literal})
         ),
-        _rule(rf"{before}({_any(v.verbs())})", {1: "verb"}),
-        *_clauses(),
-        {
-            "begin": rf"{_START}(when)\b",
-            "beginCaptures": _captures({1: "keyword"}),
-            "end": r"(?=[:;{}])|$",
-            "patterns": _include("measures"),
-        },
-        _braces(_include("orders")),
-        *_include("expression"),
+        rule(rf"{before}({any_of(v.verbs())})", {1: "verb"}),
+        *_clauses("script", v.verbs()),
+        rule(r"\b(table)(?=\s+\")", {1: "keyword"}),
+        between(rf"{START}(when)\b", {1: "keyword"}, r"(?=[:;{}])|$", include("measures")),
+        braces(include("orders")),
+        *include("expression"),
     ]
-
-
-def _clauses() -> list[Rule]:
-    """Return the words of the language that stand behind joining words of orders."""
-    found: dict[str, set[str]] = {"using": set(v.profiles()) - {"table"}}
-    for verb in v.verbs():
-        for form in forms_of("script", verb):
-            for word, content in form.clauses:
-                literal = " ".join(part for part in content if part.islower())
-                if literal and not literal.startswith("table"):
-                    found.setdefault(word, set()).add(literal)
-                found.setdefault(word, set()).update(v.kinds_of_clause(verb, word))
-    rules = [
-        _rule(rf"\b({word})\s+({_any(labels)})", {1: "keyword", 2: "word"})
-        for word, labels in found.items()
-        if labels
-    ]
-    return [*rules, _rule(r"\b(table)(?=\s+\")", {1: "keyword"})]

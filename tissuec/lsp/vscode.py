@@ -4,7 +4,8 @@ import json
 from typing import Any
 
 from tissuec import __version__
-from tissuec.lsp.highlighting import SCOPE, SCOPES, grammar
+from tissuec.lsp.highlighting import grammar
+from tissuec.lsp.textmate import SCOPE, SCOPES
 from tissuec.scene.library import SUFFIX
 
 _GRAMMAR = "syntaxes/tissuec.tmLanguage.json"
