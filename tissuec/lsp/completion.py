@@ -1,11 +1,7 @@
 """Completions at a place of a text: reserved words, names, words, units."""
 
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 
-from msgspec import Struct
-
-from tissuec.compiler.fit_targets import RESULTS
 from tissuec.core.units import (
     SYMBOLS,
     Dimension,
@@ -22,41 +18,14 @@ from tissuec.lang.tokens import STRING, Token, tokens
 from tissuec.lang.tree import Statement
 from tissuec.lang.words import CONTINUING, DECLARING_WORDS, TIME_WORDS, written_name
 from tissuec.lsp.blocks import block_of
+from tissuec.lsp.file_names import in_quotes
 from tissuec.lsp.phrases import Phrase, phrase_at_end
+from tissuec.lsp.proposal import Proposal
+from tissuec.lsp.symbols import Symbol
 from tissuec.lsp.terms import Term
-from tissuec.lsp.views import Symbol, View
+from tissuec.lsp.views import View
 from tissuec.lsp.written import left_out_of
-from tissuec.meshes.formats import FORMATS
-from tissuec.scene.library import SUFFIX, Library, files_of
 from tissuec.scene.meanings import RESERVED as MEANINGS
-
-#: As many files are looked at beside a scene.
-MOST_FILES = 1000
-#: Endings of files with numbers.
-TABLES = (".csv",)
-#: Of files with measurements; all of them hold tables, or are results.
-MEASURED = (".csv", ".tsv", ".txt", *RESULTS)
-
-
-class Proposal(Struct, frozen=True):
-    """A proposed replacement of a part of the text.
-
-    Attributes:
-        kind: What a term is coloured as, or a kind of names; "unit", "file", "keyword".
-        insert: What is typed.
-        detail: One line.
-        about: Markdown.
-        rank: Small ones first.
-    """
-
-    label: str
-    kind: str
-    insert: str
-    start: int
-    stop: int
-    detail: str = ""
-    about: str = ""
-    rank: int = 0
 
 
 def complete(view: View, offset: int) -> list[Proposal]:
@@ -68,7 +37,7 @@ def complete(view: View, offset: int) -> list[Proposal]:
     statement = view.structure.at(offset)
     phrase, following = phrase_at_end(statement, offset)
     if phrase.expected.files or (phrase.parts and phrase.parts[-1].kind == STRING):
-        return _in_quotes(view, phrase, offset)
+        return in_quotes(view, phrase, offset)
     found = [*_of_phrase(view, phrase), *_keywords(view, phrase, following, offset)]
     return _narrowed(_readable(view, found, statement), view.source.text, offset)
 
@@ -242,60 +211,3 @@ def _keyword(word: str, start: int, stop: int, insert: str = "") -> Proposal:
     about = MEANINGS.get(word, "")
     rank = 2 if word not in DECLARING_WORDS else 0
     return Proposal(word, "keyword", insert or f"{word} ", start, stop, about, about, rank)
-
-
-# --- files ------------------------------------------------------------------------------------
-
-
-def _in_quotes(view: View, phrase: Phrase, offset: int) -> list[Proposal]:
-    """Return files that can be named between quotes."""
-    quote = phrase.parts[-1] if phrase.parts and phrase.parts[-1].kind == STRING else None
-    kind = phrase.expected.files
-    if not kind:
-        return []
-    start = quote.start + 1 if quote else offset
-    stop = (
-        max(quote.stop - (len(quote.text) > 1 and quote.text[-1] == '"'), start)
-        if quote
-        else offset
-    )
-    names = _used(view) if kind == "use" else _numbers(view, kind)
-    wrap = "{}" if quote else '"{}"'
-    typed = view.source.text[start:offset]
-    return [
-        Proposal(name, "file", wrap.format(name), start, max(stop, offset), where)
-        for name, where in names
-        if name.startswith(typed)
-    ]
-
-
-def _used(view: View) -> Iterator[tuple[str, str]]:
-    """Yield what ``use`` could name, and where it lies."""
-    library = Library.of(view.source, view.desk.libraries)
-    for name, path in files_of(library.folders):
-        if not name.startswith("scenes/"):
-            yield name, str(path)
-    own = view.source.path.resolve() if view.source.path else None
-    for name, path in files_of((library.beside,)):
-        if path.resolve() != own and "/" not in name:
-            yield f"./{name}", str(path)
-
-
-def _numbers(view: View, kind: str) -> Iterator[tuple[str, str]]:
-    """Yield mesh files, or tables, beside a scene and in libraries."""
-    library = Library.of(view.source, view.desk.libraries)
-    endings = {"table": TABLES, "rows": TABLES, "data": MEASURED, "hold out": MEASURED}.get(
-        kind, tuple(FORMATS)
-    )
-    for folder in dict.fromkeys((library.beside, *library.folders)):
-        for path in _some_files(folder):
-            if path.suffix.lower() in endings:
-                yield path.relative_to(folder).as_posix(), str(path)
-
-
-def _some_files(folder: Path) -> list[Path]:
-    try:
-        found = [*folder.glob("*"), *folder.glob("*/*")]
-    except OSError:
-        return []
-    return sorted(path for path in found[:MOST_FILES] if path.suffix != SUFFIX)

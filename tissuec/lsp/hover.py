@@ -14,7 +14,8 @@ from tissuec.core.units import describe, parse_unit, show, si_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.tokens import COMMENT, KEYWORD, Token, tokens
 from tissuec.lsp.phrases import Phrase
-from tissuec.lsp.views import Symbol, View
+from tissuec.lsp.symbols import Symbol
+from tissuec.lsp.views import View
 from tissuec.scene.meanings import PARTS, RESERVED
 from tissuec.scene.model import Tissue
 

@@ -14,7 +14,8 @@ from tissuec.lang.tokens import STRING, WORD, Token, tokens
 from tissuec.lang.tree import Statement
 from tissuec.lang.words import written_name
 from tissuec.lsp.expected import NUMBERS, ONE_NAMESPACE, SUBJECTS
-from tissuec.lsp.views import Symbol, View, view_of
+from tissuec.lsp.symbols import Symbol
+from tissuec.lsp.views import View, view_of
 from tissuec.scene.declarations import NAMED, SINGLE
 from tissuec.scene.imports import Program
 from tissuec.scene.library import SUFFIX, Library

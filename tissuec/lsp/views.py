@@ -1,13 +1,13 @@
 """Meanings of names in an open text, as far as it and its imports can be read."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 
 from msgspec import Struct, field
 
 from tissuec.core.errors import CompileError
-from tissuec.core.source import Source, Span
+from tissuec.core.source import Source
 from tissuec.core.units import Dimension
 from tissuec.lang import syntax as s
 from tissuec.lang.tokens import COMMENT
@@ -15,36 +15,13 @@ from tissuec.lang.tree import Statement, Tree
 from tissuec.lsp.documents import Desk, Lenient
 from tissuec.lsp.expected import ONE_NAMESPACE
 from tissuec.lsp.phrases import Phrase, phrases
+from tissuec.lsp.symbols import Symbol, symbols_of
 from tissuec.lsp.terms import Block
-from tissuec.scene.declarations import Declared, without
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, load
 from tissuec.scene.model import Tissue
 from tissuec.scene.resolve import ResolvedProgram, resolve_words
 from tissuec.scene.words import NamedScale
-from tissuec.script.tools import INSTRUMENTS
-
-
-class Symbol(Struct, frozen=True):
-    """A name and where it is declared.
-
-    Attributes:
-        kind: "param", "body", "property", "region", "word" and so on.
-        within: For a word its property or quantity, for a region its body, for a column of a
-            table its study; by key.
-        sorts: Of a set what it holds, "nodes" or "springs"; of a tool its kind, and "holding"
-            if it can hold nodes. All that it may be while that is not written.
-    """
-
-    kind: str
-    name: str
-    span: Span
-    within: str = ""
-    sorts: tuple[str, ...] = ()
-
-    @property
-    def key(self) -> str:
-        return s.key_of(self.name)
 
 
 class View(Struct, frozen=True, eq=False, dict=True):
@@ -72,19 +49,9 @@ class View(Struct, frozen=True, eq=False, dict=True):
     def symbols(self) -> dict[tuple[str, str, str], Symbol]:
         """Return all declarations, by kind, enclosing declaration and key."""
         found: dict[tuple[str, str, str], Symbol] = {}
-        for kind, declared in self._declared():
-            name, sorts = declared.name, _sorts(declared, self.words)
-            symbol = Symbol(kind, name.text, name.span, "", sorts)
-            found.setdefault((kind, "", symbol.key), symbol)
-            for inner in _inside(kind, declared):
-                found.setdefault((inner.kind, inner.within, inner.key), inner)
+        for one in symbols_of(self.words.declarations) if self.words is not None else ():
+            found.setdefault((one.kind, one.within, one.key), one)
         return found
-
-    def _declared(self) -> Iterator[tuple[str, Declared]]:
-        if self.words is not None:
-            for kind, names in self.words.declarations.named.items():
-                for declared in names.values():
-                    yield kind, declared
 
     def of_kind(self, *kinds: str) -> list[Symbol]:
         """Return the names of some kinds or sorts, in the order of declaration."""
@@ -247,69 +214,3 @@ def _words(program: Program | None) -> ResolvedProgram | None:
     except CompileError:
         return None
     return words
-
-
-def _sorts(declared: Declared, words: ResolvedProgram | None) -> tuple[str, ...]:
-    """Return the sorts of a set or tool."""
-    sets = words.declarations.named.get("set", {}) if words else {}
-    joints = words.declarations.named.get("joint", {}) if words else {}
-    for _ in range(len(sets) + 1):  # sets that hold each other in a circle have no end
-        match declared.item:
-            case s.Assign(keyword="set", value=s.Name(key="nodes" | "springs" as sort)):
-                return (sort,)
-            case s.Assign(keyword="set", value=s.Listing(items=(s.Name(key=key), *_))):
-                if key not in sets:
-                    return ("springs",) if key in joints else ("nodes",)
-                declared = sets[key]
-            case s.Assign(keyword="set"):
-                break
-            case s.Block(name=name, items=items) if name.words.startswith("tool"):
-                return _sorts_of_tool(items)
-            case _:
-                return ()
-    return ("nodes", "springs")
-
-
-def _sorts_of_tool(items: Iterable[s.Item]) -> tuple[str, ...]:
-    said = (
-        item.phrase.words[0].key
-        for item in items
-        if isinstance(item, s.Sentence) and item.name.key == "kind" and item.phrase
-    )
-    kind = next(said, "")
-    kinds = (kind,) if kind in INSTRUMENTS else tuple(INSTRUMENTS)
-    return kinds if kind == "scissors" else (*kinds, "holding")
-
-
-def _inside(kind: str, declared: Declared) -> Iterator[Symbol]:
-    """Yield the words of a scale, the regions of a body, or the columns of a study."""
-    if not isinstance(declared.item, s.Block):
-        return
-    within = declared.name.key
-    for item in declared.item.items:
-        if kind in ("property", "quantity"):
-            for name in _words_in(item):
-                yield Symbol("word", name.text, name.span, within)
-        elif kind == "study" and isinstance(item, s.Assign):
-            name = without(item.name, "measure")
-            if name is not None:
-                yield Symbol("column", name.text, name.span, within)
-        elif kind == "body" and isinstance(item, s.Block):
-            first, _, rest = item.name.words.partition(" ")
-            if first.lower() == "region" and (rest or item.name.quoted):
-                text = rest or item.name.quoted or ""
-                start = item.name.span.start + item.name.span.text.find(text, len(first))
-                span = Span(item.name.span.source, start, item.name.span.end)
-                yield Symbol("region", text, span, within)
-
-
-def _words_in(item: s.Item) -> Iterator[s.Name]:
-    match item:
-        case s.Assign(name=s.Name(key="evenly"), value=s.Listing(items=names)):
-            yield from (name for name in names if isinstance(name, s.Name))
-        case s.Sentence(name=s.Name(key="applies" | "otherwise")):
-            pass
-        case s.Assign(name=name) | s.Sentence(name=name):
-            yield name
-        case _:
-            pass
