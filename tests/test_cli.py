@@ -235,7 +235,7 @@ def test_a_run_by_relaxation_tells_its_method(scene):
 def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene):
     h5py = pytest.importorskip("h5py")
     long = OSCILLATOR.replace(
-        "duration = 0.5 s", "duration = 40000 s; integrator is dop853"
+        "duration = 0.5 s", "duration = 20000 s; integrator is dop853"
     ).replace(
         "trajectory every 50 ms; force of left every 10 ms; energy every 50 ms",
         "trajectory every 400 s",
@@ -256,8 +256,8 @@ def test_an_interrupted_run_exits_with_130_and_resumes_to_the_same_result(scene)
     partial = scene.parent / "broken" / "pair.partial.vtkhdf"
     deadline = time.monotonic() + 60
     while not partial.exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
-    time.sleep(0.2)
+        time.sleep(0.02)
+    time.sleep(0.1)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130, said
