@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from math import isfinite
 
 from tissuec.compiler.profiles import PROFILES
+from tissuec.compiler.study_expectations import OVER_RUNS
 from tissuec.compiler.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
 from tissuec.core import units
 from tissuec.core.markdown import code, described, fenced, paragraphs, summary, table
@@ -16,7 +17,8 @@ from tissuec.geometry.surfaces import SURFACES
 from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.meshes.generators import MESHES
-from tissuec.scene import meanings, settings
+from tissuec.scene import learn_entries, meanings, settings, study_entries
+from tissuec.scene.block_sentences import Sentences
 from tissuec.scene.bodies import BODY_ENTRIES, EXPLICIT
 from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.scene.entries import entry_table
@@ -27,12 +29,12 @@ from tissuec.scene.learn_entries import (
     DIMENSIONS,
     PARTED,
     PLACED,
-    SENTENCES,
     learn_schema,
 )
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import QUANTITIES, TissueQuantity
 from tissuec.scene.schema import entries_of
+from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import INSTRUMENTS
 from tissuec.script.verbs import VERBS
@@ -66,9 +68,12 @@ def parts() -> dict[str, str]:
         "surfaces": member_sections("kind", SURFACES),
         "measures": measure_table(),
         "integrators": integrator_table(),
-        "learn sentences": sentence_sections(),
+        "learn sentences": sentence_sections("learning", learn_entries.SENTENCES),
         "learn settings": entry_table(learn_schema()),
         "adjusted": adjusted_table(),
+        "study sentences": sentence_sections("studies", study_entries.SENTENCES),
+        "study settings": entry_table(entries_of(study_entries.StudySettings)),
+        "study functions": study_functions(),
     }
 
 
@@ -235,14 +240,31 @@ def verb_sections() -> str:
     )
 
 
-def sentence_sections() -> str:
-    """Return a section for each kind of sentence of a learn block."""
+def sentence_sections(block: str, sentences: Mapping[str, Sentences]) -> str:
+    """Return a section for each kind of sentence of a block, whose name is in plain words."""
     sections = []
-    for name, entry in SENTENCES.items():
+    for name, entry in sentences.items():
         needed = " Needed." if entry.is_needed else ""
         forms, about = fenced("\n".join(entry.forms)), paragraphs(entry.about)
-        sections.append(f"#### `{name}` of learning\n\n{forms}\n\n{about}{needed}")
+        sections.append(f"#### `{name}` of {block}\n\n{forms}\n\n{about}{needed}")
     return "\n\n".join(sections)
+
+
+def study_functions() -> str:
+    """Return the functions of a study, by the sentence in which they stand."""
+    aggregates = {f"{name}(MEASURE of SET)": about for name, about in AGGREGATES.items()}
+    distributions = dict.fromkeys(DISTRIBUTIONS.values(), "a distribution")
+    over_runs = dict.fromkeys(OVER_RUNS.values(), "over all runs that have a value")
+    rows = [
+        (sentence, code(form), about)
+        for sentence, forms in (
+            (code("vary"), distributions),
+            (code("measure"), aggregates),
+            (code("expect"), over_runs),
+        )
+        for form, about in forms.items()
+    ]
+    return table(("sentence", "function", "meaning"), rows)
 
 
 def adjusted_table() -> str:
