@@ -46,6 +46,7 @@ def fit_problem(*fits, time=None, moved=None):
         last_part=0.0,
         revise=(),
         passes=10,
+        bootstrap=None,
         seed=0,
         tolerance=1e-9,
         integrator="automatic",

@@ -35,7 +35,7 @@ class Learner:
         self.changes, self.calls, self.error = changes, [], None
         self.told = ()
 
-    def __call__(self, compiled, fit_problem, request, *, state, fresh, progress):
+    def __call__(self, compiled, fit_problem, request, *, state, fresh, progress, workers):
         self.calls.append((fit_problem.name, state, fresh))
         for one in self.told:
             progress(one)

@@ -165,6 +165,20 @@ def scene_options(function: F) -> F:
     return function
 
 
+def worker_options(function: F) -> F:
+    """Add what says who does the work of a command that has much of it."""
+    function = click.option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Use the workers of a dask scheduler, such as tcp://127.0.0.1:8786.",
+    )(function)
+    return click.option(
+        "--workers",
+        type=click.IntRange(min=1),
+        help="Number of processes; by default one for each processor. 1 runs in this process.",
+    )(function)
+
+
 def print_json(document: Any) -> None:
     """Print the one JSON document of a command; NaN and infinity become null."""
     import json  # late: most commands print none

@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 from msgspec import Struct
@@ -22,6 +22,7 @@ from tissuec.cli.common import (
     report,
     scene_options,
     tell_mistakes,
+    worker_options,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, did_you_mean
 from tissuec.engine.execution.signals import SIGNALLED, exit_code
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from tissuec.learn.fit.outcome import Learnt
     from tissuec.scene.request import Request
     from tissuec.script.fit_problem import FitProblem
+    from tissuec.workers.workers import Workers
 
 GRADIENT = 1e-6  # relative difference from which on an exact derivative is wrong
 KEPT = ".learning"  # behind the name of a preset: what goes on after an interruption
@@ -76,6 +78,7 @@ class LearnOptions(Struct, frozen=True):
     help="Do not fit; compare exact derivatives with finite differences.",
 )
 @click.option("--diff", is_flag=True, help="Print the changes of vocabularies as a diff.")
+@worker_options
 @scene_options
 def command(
     settings: Settings,
@@ -84,6 +87,8 @@ def command(
     overrides: tuple[str, ...],
     libraries: tuple[Path, ...],
     strict: bool,
+    workers: int | None,
+    scheduler: str | None,
     **options: Any,
 ) -> int:
     """Fit parameters or words of SCENE to measured data, as its learn blocks specify.
@@ -97,6 +102,7 @@ def command(
     """
     from tissuec.pipeline import compile_request
     from tissuec.scene.request import Request
+    from tissuec.workers.workers import workers_of
 
     request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
     try:
@@ -113,13 +119,15 @@ def command(
     wishes = LearnOptions(again=again, **options)
     codes: list[int] = []
     documents: list[dict[str, Any]] = []
-    for fit_problem in fit_problems:
-        code, document = _carry_out(compiled, fit_problem, request, wishes, settings)
-        codes.append(code)
-        facts = {"scene": str(scene), "lesson": fit_problem.name, "ok": code == DONE}
-        documents.append(facts | {"diagnostics": as_json(warnings)} | document)
-        if code > SIGNALLED:
-            break
+    with workers_of(workers, scheduler) as crew:
+        for fit_problem in fit_problems:
+            task = _Task(compiled, fit_problem, request, crew)
+            code, document = _carry_out(task, wishes, settings)
+            codes.append(code)
+            facts = {"scene": str(scene), "lesson": fit_problem.name, "ok": code == DONE}
+            documents.append(facts | {"diagnostics": as_json(warnings)} | document)
+            if code > SIGNALLED:
+                break
     if settings.json:
         print_json(documents[0] if len(fit_problems) == 1 else documents)
     return max(codes)
@@ -161,20 +169,25 @@ def _again(
     return [*words, *(["--strict"] if strict else [])]
 
 
+class _Task(NamedTuple):
+    """What is learnt, and who helps."""
+
+    compiled: "Compiled"
+    fit_problem: "FitProblem"
+    request: "Request"
+    workers: "Workers"
+
+
 def _carry_out(
-    compiled: "Compiled",
-    fit_problem: "FitProblem",
-    request: "Request",
-    wishes: LearnOptions,
-    settings: Settings,
+    task: _Task, wishes: LearnOptions, settings: Settings
 ) -> tuple[int, dict[str, Any]]:
     """Learn one block, or check its derivatives; returns the exit code and the document."""
     from tissuec.learn.fit.learning import Unlearnable
 
     try:
         if wishes.gradient:
-            return _check_gradient(compiled, fit_problem, request, settings)
-        return _learn(compiled, fit_problem, request, wishes, settings)
+            return _check_gradient(task, settings)
+        return _learn(task, wishes, settings)
     except CompileError as error:
         if not settings.json:
             report(error.diagnostics, settings)
@@ -197,13 +210,7 @@ def _carry_out(
 # --- learning ---------------------------------------------------------------------------------
 
 
-def _learn(
-    compiled: "Compiled",
-    fit_problem: "FitProblem",
-    request: "Request",
-    wishes: LearnOptions,
-    settings: Settings,
-) -> tuple[int, dict[str, Any]]:
+def _learn(task: _Task, wishes: LearnOptions, settings: Settings) -> tuple[int, dict[str, Any]]:
     from tissuec.learn.fit.expectations import judged
     from tissuec.learn.fit.learning import learn, rehearsal
     from tissuec.learn.presets.placing import refuse_others
@@ -212,6 +219,7 @@ def _learn(
     from tissuec.learn.report.passes import Passes
     from tissuec.learn.report.words import differences, drifts
 
+    compiled, fit_problem, request, workers = task
     target = wishes.output or fit_problem.write
     if target is not None:
         _keep_others(target, compiled, force=wishes.force)
@@ -227,8 +235,9 @@ def _learn(
     shown = settings.shows_progress
     with Passes(f"learn {fit_problem.name}", shown=shown) as line:
         learnt = learn(
-            compiled, fit_problem, request, state=state, fresh=wishes.fresh, progress=line.at
-        )
+            compiled, fit_problem, request, state=state, fresh=wishes.fresh, progress=line.at,
+            workers=workers,
+        )  # fmt: skip
     scene = compiled.scene
     moved = drifts(scene, learnt.words)
     document = as_dict(learnt, moved)
@@ -320,13 +329,12 @@ def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
 # --- derivatives ------------------------------------------------------------------------------
 
 
-def _check_gradient(
-    compiled: "Compiled", fit_problem: "FitProblem", request: "Request", settings: Settings
-) -> tuple[int, dict[str, Any]]:
+def _check_gradient(task: _Task, settings: Settings) -> tuple[int, dict[str, Any]]:
     """Tell how far exact derivatives are from differences; FAILED if too far."""
     from tissuec.learn.fit.learning import check_gradient
     from tissuec.learn.report.gradient import as_lines, is_good
 
+    compiled, fit_problem, request, _ = task
     found = check_gradient(compiled, fit_problem, request)
     worst = max((row.apart for row in found), default=0.0)
     code = DONE if is_good(found, GRADIENT) else FAILED

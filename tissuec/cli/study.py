@@ -20,6 +20,7 @@ from tissuec.cli.common import (
     report,
     scene_options,
     tell_mistakes,
+    worker_options,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, TissueError, counted
 from tissuec.engine.execution.signals import exit_code
@@ -77,16 +78,7 @@ _DESIGNS = ("grid", "list", "one at a time", "latin hypercube", "sobol", "sobol 
     help="Table to write, .csv or .h5; by default SCENE.NAME.csv in the current directory.",
 )
 @click.option("--fresh", is_flag=True, help="Discard the rows that the table has already.")
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    help="Number of processes; by default one for each processor. 1 runs in this process.",
-)
-@click.option(
-    "--scheduler",
-    metavar="ADDRESS",
-    help="Use the workers of a dask scheduler, such as tcp://127.0.0.1:8786.",
-)
+@worker_options
 @scene_options
 def command(
     settings: Settings,

@@ -94,6 +94,7 @@ class _FitProblemBuilder:
             last_part=written.last_part,
             revise=written.revise,
             passes=settings.passes,
+            bootstrap=settings.bootstrap,
             seed=settings.seed,
             tolerance=settings.tolerance,
             integrator=settings.integrator,

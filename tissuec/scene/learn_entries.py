@@ -92,6 +92,8 @@ class LearnSettings(Struct, frozen=True):
 
     Attributes:
         passes: maximum number of passes of the optimiser
+        bootstrap: number of fits to resampled residuals that give the intervals; by default,
+            derivatives give them
         seed: seed of random numbers
         tolerance: relative change of the error at which learning ends
         step: fixed time step of the motion during learning; by default chosen automatically
@@ -101,6 +103,7 @@ class LearnSettings(Struct, frozen=True):
     """
 
     passes: Annotated[int, Whole(at_least=1, at_most=1_000_000)] = 100
+    bootstrap: Annotated[int | None, Whole(at_least=40, at_most=1_000_000)] = None
     seed: Annotated[int, Whole(at_least=0)] = 0
     tolerance: Annotated[float, Measure(units.NUMBER, above=0.0, at_most=0.1)] = 1e-9
     step: Annotated[float | None, Measure(units.TIME, above=0.0)] = None

@@ -7,7 +7,8 @@ third derivative, which grows with its square (J. Nocedal, S. J. Wright, Numeric
 2006, chapter 8).
 """
 
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from msgspec.structs import replace
@@ -39,10 +40,20 @@ class RunPredictions(NamedTuple):
     method: str
 
 
+#: Returns the predictions at some parameters, each of shape (parameter,), by a method and up to
+#: a time [s]: each of shape (number,), or None where there is no motion.
+Runs: TypeAlias = Callable[[Sequence[Floats], str, float], Sequence[Floats | None]]
+
+
 class FiniteDifferenceModel:
-    """Predictions of a run by the engine."""
+    """Predictions of a run by the engine.
+
+    Attributes:
+        runs: Does the runs of a derivative; None: one after the other, here.
+    """
 
     name = "finite differences of whole runs"
+    runs: Runs | None = None
 
     def __init__(self, shaping: Parametrisation, series: tuple[Series, ...]):
         self.shaping, self.series = shaping, series
@@ -74,7 +85,8 @@ class FiniteDifferenceModel:
 
     def limit(self, stop: float) -> None:
         """Predict only up to a time [s]."""
-        self._stop, self._known, self._slopes = stop, None, None
+        if stop != self._stop:
+            self._stop, self._known, self._slopes = stop, None, None
 
     def predict(self, theta: Floats) -> Floats:
         """Return the predictions; raises Diverged, and TissueError where there is no scene."""
@@ -89,8 +101,19 @@ class FiniteDifferenceModel:
         key = theta.tobytes()
         if self._slopes is None or self._slopes[0] != key:
             here = self._told(theta)
-            bounds = self.shaping.bounds()
-            rows = [self._slope(theta, here, k, bounds) for k in range(len(theta))]
+            points = [
+                self._moved(theta, k, sign) for k in range(len(theta)) for sign in (-1, 1)
+            ]
+            there = [at for at in points if at is not None]
+            if self.runs is None:
+                found = iter([self.run_at(at, here.method) for at in there])
+            else:
+                found = iter(self.runs(there, here.method, self._stop))
+            sides = [None if at is None else next(found) for at in points]
+            rows = [
+                self._slope(theta, here, k, points[2 * k : 2 * k + 2], sides[2 * k : 2 * k + 2])
+                for k in range(len(theta))
+            ]
             self._slopes = key, np.array(rows).reshape(len(theta), self.size).T.copy()
         return self._slopes[1].copy()
 
@@ -102,23 +125,48 @@ class FiniteDifferenceModel:
         except (Diverged, TissueError):
             return np.full(self.size, np.inf)
 
+    def run_at(self, theta: Floats, method: str) -> Floats | None:
+        """Return the predictions of a run in SI units, shape (number,); None without motion.
+
+        Args:
+            theta: Parameters, dimensionless, shape (parameter,).
+            method: By which it is stepped.
+        """
+        try:
+            return self._run(theta, method).values
+        except (Diverged, TissueError):
+            return None
+
     # --- parts --------------------------------------------------------------------------------
 
+    def _moved(self, theta: Floats, k: int, sign: int) -> Floats | None:
+        """Return parameters with one of them a step away; None where it is at its limit."""
+        low, high = self.shaping.bounds()
+        moved = theta.copy()
+        moved[k] = np.clip(theta[k] + sign * self.step, low[k], high[k])
+        return None if moved[k] == theta[k] else moved
+
     def _slope(
-        self, theta: Floats, here: RunPredictions, k: int, bounds: tuple[Floats, Floats]
+        self,
+        theta: Floats,
+        here: RunPredictions,
+        k: int,
+        points: Sequence[Floats | None],
+        values: Sequence[Floats | None],
     ) -> Floats:
-        """Return the derivatives by one parameter; from one side only where the other ends."""
+        """Return the derivatives by one parameter; from one side only where the other ends.
+
+        Args:
+            theta: Parameters, dimensionless, shape (parameter,).
+            here: What is predicted there.
+            k: Place of the parameter.
+            points: The same a step before and behind, None where there is a limit.
+            values: Predictions there, shape (number,); None where there is no motion.
+        """
         sides = [(theta[k], here.values)]
-        for sign in (-1.0, 1.0):
-            at = float(np.clip(theta[k] + sign * self.step, bounds[0][k], bounds[1][k]))
-            moved = theta.copy()
-            moved[k] = at
-            try:
-                values = self._run(moved, here.method).values if at != theta[k] else None
-            except (Diverged, TissueError):
-                values = None
-            if values is not None:
-                sides.append((at, values))
+        for at, side in zip(points, values, strict=True):
+            if at is not None and side is not None:
+                sides.append((at[k], side))
         if len(sides) == 1:
             return np.zeros(self.size)
         (before, low), (after, high) = sides[-2:]

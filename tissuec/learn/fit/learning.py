@@ -3,7 +3,7 @@
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from msgspec.structs import replace
@@ -14,7 +14,9 @@ from tissuec.core.errors import TissueError
 from tissuec.core.units import TIME, show
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.bootstrap import MOST_FAILED, Resampled, intervals
 from tissuec.learn.fit.checkpoint import keep, kept, key_of
+from tissuec.learn.fit.evaluations import Evaluator
 from tissuec.learn.fit.identifiability import SHOWN, Identifiability, judge
 from tissuec.learn.fit.misfit import misfit, remark, too_coarse, units
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
@@ -26,6 +28,7 @@ from tissuec.learn.fit.starts import sample
 from tissuec.model.network import Floats
 from tissuec.scene.request import Request
 from tissuec.script.fit_problem import FitProblem
+from tissuec.workers.workers import OwnProcess, Workers
 
 STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)  # of differences, in parameters
 AGREED = 1e-9  # of a derivative: differences with two steps that agree so well are believed
@@ -46,6 +49,7 @@ class LearnProgress(NamedTuple):
         error, first: The error function now, and at the beginning of this horizon.
         held_out: Relative error of what was held out; None without any.
         seconds: Since the beginning.
+        fits: How many fits to resampled residuals are over, once the search is.
     """
 
     passes: int
@@ -55,6 +59,7 @@ class LearnProgress(NamedTuple):
     first: float
     held_out: float | None
     seconds: float
+    fits: int | None = None
 
 
 Tell = Callable[[LearnProgress], None]
@@ -68,6 +73,7 @@ def learn(
     state: Path | None = None,
     fresh: bool = False,
     progress: Tell | None = None,
+    workers: Workers | None = None,
 ) -> Learnt:
     """Carry out a ``learn`` block.
 
@@ -76,11 +82,14 @@ def learn(
         request: What it was compiled from.
         state: Where each pass is kept; a learning that was interrupted goes on from there.
         fresh: Whether it begins anew all the same.
-        progress: Told after each pass.
+        progress: Told after each pass, and after each fit to resampled residuals.
+        workers: Who compares starts, runs the scene for differences, and fits resampled
+            residuals, where that takes long; entered already. By default it is done here.
 
     Raises:
         CompileError: Data is wrong.
         Unlearnable: The first prediction has no numbers.
+        TissueError: Workers cannot be reached, or die.
     """
     began = clock.monotonic()
     scene = CandidateScene(compiled, fit_problem, request)
@@ -89,10 +98,10 @@ def learn(
         changed = revised(scene)
         texts, sentences = dict(changed.texts), changed.sentences
         scene = with_texts(scene, texts) if texts else scene
-    session, problem, end, search = _fitted_to(
-        scene, state=state, fresh=fresh, progress=progress, began=began
-    )
+    fitting = _Fitting.of(scene, workers, progress, began)
+    session, (problem, end, search) = fitting.session, fitting.fitted(state, fresh=fresh)
     try:
+        resampled = fitting.resampled(end)
         found = _assessed(session, problem, end.theta)
     except Diverged as failure:
         raise Unlearnable(str(failure)) from failure
@@ -104,7 +113,7 @@ def learn(
     fit_problem = session.fit_problem
     return Learnt(
         fit_problem=fit_problem,
-        estimates=tuple(_estimates(session, end.theta, sureness)),
+        estimates=tuple(_estimates(session, end.theta, sureness, resampled)),
         zeros={fit_problem.fits[k].text: problem.zero(end.theta, k) for k in problem.zeroed},
         error=found.error,
         first_error=found.first_error,
@@ -125,7 +134,7 @@ def learn(
         wall_time=clock.monotonic() - began,
         notes=(
             *(units(problem) if found.failure or sureness.blind else ()),
-            *filter(None, [found.structure]),
+            *filter(None, [found.structure, _of_intervals(session, resampled)]),
             *_notes(session, end.theta, found.stepping_error),
             *sentences,
         ),
@@ -164,54 +173,92 @@ def _assessed(session: LearnSession, problem: Problem, theta: Floats) -> _Assess
 
 
 class _Found(NamedTuple):
-    """A search that is over, and what it searched in."""
+    """A search that is over."""
 
-    session: LearnSession
     problem: Problem
     end: SearchState
     search: Search
 
 
-def _fitted_to(
-    scene: CandidateScene,
-    *,
-    state: Path | None,
-    fresh: bool,
-    progress: Tell | None,
-    began: float,
-) -> _Found:
-    """Fit the parameters of a scene, or go on with that; see ``learn``."""
-    session = prepare(*scene)
-    problem, (compiled, fit_problem, request) = session.problem, scene
-    judges = session.judged(session.held_out, problem) if session.held_out else None
-    key = key_of(
-        session, request, [request.source.text, *(s.text for s in compiled.scene.imports)]
-    )
-    firsts: dict[tuple[int, int], float] = {}
+class _Fitting(NamedTuple):
+    """The search of a learning, and what comes after it; see ``learn``."""
 
-    def passed(now: SearchState) -> None:
-        if state is not None:
-            keep(state, key, now)
-        if progress is None:
-            return
-        first = firsts.setdefault((now.horizon, now.rounds), now.error)
-        held_out = None if judges is None else _relative(judges, now.theta)
-        part, seconds = HORIZONS[now.horizon], clock.monotonic() - began
-        progress(
-            LearnProgress(
-                now.passes, fit_problem.passes, part, now.error, first, held_out, seconds
-            )
+    scene: CandidateScene
+    session: LearnSession
+    evaluator: Evaluator
+    progress: Tell | None
+    began: float
+
+    @classmethod
+    def of(
+        cls, scene: CandidateScene, workers: Workers | None, progress: Tell | None, began: float
+    ) -> Self:
+        """Return a learning that is prepared."""
+        session = prepare(*scene)
+        evaluator = Evaluator(scene, session, workers or OwnProcess())
+        return cls(scene, session, evaluator, progress, began)
+
+    def fitted(self, state: Path | None, *, fresh: bool) -> _Found:
+        """Fit the parameters of the scene, or go on with that."""
+        session, problem = self.session, self.session.problem
+        compiled, _, request = self.scene
+        judges = session.judged(session.held_out, problem) if session.held_out else None
+        texts = [request.source.text, *(s.text for s in compiled.scene.imports)]
+        key = key_of(session, request, texts)
+        firsts: dict[tuple[int, int], float] = {}
+
+        def passed(now: SearchState) -> None:
+            if state is not None:
+                keep(state, key, now)
+            if self.progress is not None:
+                first = firsts.setdefault((now.horizon, now.rounds), now.error)
+                held_out = None if judges is None else _relative(judges, now.theta)
+                self.progress(self._standing(now, first, held_out))
+
+        bounds = session.bounds(problem)
+        search = Search(
+            problem,
+            bounds,
+            passed,
+            lambda: sample(problem, session.shaping, bounds, SAMPLED, self.evaluator),
         )
+        try:
+            before = None if fresh or state is None else kept(state, key)
+            return _Found(problem, search.go(before or search.begin()), search)
+        except Diverged as failure:
+            raise Unlearnable(str(failure)) from failure
 
-    bounds = session.bounds(problem)
-    search = Search(
-        problem, bounds, passed, lambda: sample(problem, session.shaping, bounds, SAMPLED)
+    def resampled(self, end: SearchState) -> Resampled | None:
+        """Return the intervals by bootstrap; None if none are wanted, or fits fail."""
+        fits = self.session.fit_problem.bootstrap
+        if fits is None or not len(end.theta):
+            return None
+
+        def done(count: int) -> None:
+            if self.progress is not None:
+                self.progress(self._standing(end, 0.0, None)._replace(fits=count))
+
+        return intervals(self.evaluator, end, fits, done)
+
+    def _standing(
+        self, now: SearchState, first: float, held_out: float | None
+    ) -> LearnProgress:
+        most, part = self.session.fit_problem.passes, HORIZONS[now.horizon]
+        seconds = clock.monotonic() - self.began
+        return LearnProgress(now.passes, most, part, now.error, first, held_out, seconds)
+
+
+def _of_intervals(session: LearnSession, resampled: Resampled | None) -> str:
+    """Return what the intervals are from, if not from derivatives; empty otherwise."""
+    fits = session.fit_problem.bootstrap
+    if fits is None:
+        return ""
+    if resampled is not None:
+        return f"intervals: {resampled.sentence}"
+    return (
+        f"more than {MOST_FAILED:.0%} of {fits} fits to resampled residuals failed: the "
+        "intervals are from derivatives"
     )
-    try:
-        before = None if fresh or state is None else kept(state, key)
-        return _Found(session, problem, search.go(before or search.begin()), search)
-    except Diverged as failure:
-        raise Unlearnable(str(failure)) from failure
 
 
 class Compared(NamedTuple):
@@ -304,7 +351,7 @@ def rehearsal(compiled: Compiled, fit_problem: FitProblem, request: Request) -> 
     words = session.words
     return Learnt(
         fit_problem=replace(fit_problem, demands=()),
-        estimates=tuple(_estimates(session, theta, sureness)),
+        estimates=tuple(_estimates(session, theta, sureness, None)),
         zeros={},
         error=0.0,
         first_error=0.0,
@@ -334,14 +381,19 @@ def _names(session: LearnSession, problem: Problem) -> tuple[list[str], list[str
 
 
 def _estimates(
-    session: LearnSession, theta: Floats, sureness: Identifiability
+    session: LearnSession,
+    theta: Floats,
+    sureness: Identifiability,
+    resampled: Resampled | None,
 ) -> Iterator[Estimates]:
+    lows, highs = theta - sureness.away, theta + sureness.away
+    if resampled is not None:  # of what no derivative tells, no resample does
+        lows, highs = np.where(sureness.identified, resampled[:2], (lows, highs))
     for number, block in enumerate(session.shaping.blocks):
         part = session.shaping.place(number)
-        here, away = theta[part], sureness.away[part]
-        known = sureness.identified[part]
+        here, known = theta[part], sureness.identified[part]
         with np.errstate(over="ignore"):
-            low, high = block.value(here - away), block.value(here + away)
+            low, high = block.value(lows[part]), block.value(highs[part])
         yield Estimates(
             adjust=block.adjust,
             names=block.names,

@@ -156,7 +156,7 @@ class Search:
             with np.errstate(all="ignore"):  # what has no numbers is not gone to
                 state = replace(self._pass(state), evaluations=self.problem.evaluations)
             self.keep(state)
-        self._enter(state)
+        self.enter(state)
         if not np.isfinite(self.problem.error_at(state.theta)):
             raise InfiniteError(self.problem.stop)
         return state
@@ -175,6 +175,16 @@ class Search:
             self._limit(WHOLE)
             self.problem.freeze(start)
             return self._improved(start, self.problem.error(start), LOOSE, WIDE)[0]
+
+    def refit(self, end: SearchState) -> Floats:
+        """Return the result of a single pass from the end of a search, with other data.
+
+        Without a motion or a smaller error it is that end; dimensionless, shape (parameter,).
+        """
+        tolerance = self.problem.fit_problem.tolerance
+        with np.errstate(all="ignore"):
+            before = self.problem.error(end.theta)
+            return self._improved(end.theta, before, tolerance, WIDE)[0]
 
     # --- parts --------------------------------------------------------------------------------
 
@@ -209,7 +219,7 @@ class Search:
         except (Diverged, TissueError):
             return False
 
-    def _enter(self, state: SearchState) -> None:
+    def enter(self, state: SearchState) -> None:
         """Measure residuals as they are at a state of the search."""
         self._limit(state.horizon)
         problem = self.problem
@@ -228,7 +238,7 @@ class Search:
         """Return where one pass comes to."""
         problem, last = self.problem, old.horizon == WHOLE
         tolerance = problem.fit_problem.tolerance if old.refined else LOOSE
-        self._enter(old)
+        self.enter(old)
         before = self._error_at(old.theta)
         if not np.isfinite(before):
             return self._failed(replace(old, passes=old.passes + 1))
@@ -332,7 +342,7 @@ class Search:
         if state.refined:
             return state
         whole = replace(state, horizon=WHOLE)
-        self._enter(whole)
+        self.enter(whole)
         error = self._error_at(state.theta)
         if error < state.best_error:
             return replace(whole, error=error)

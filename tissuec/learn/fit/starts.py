@@ -6,7 +6,7 @@ Parameters of one ``adjust`` entry move together; each word of a vocabulary move
 import numpy as np
 
 from tissuec.core.errors import TissueError
-from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.evaluations import Evaluator, StartError
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats
@@ -21,11 +21,19 @@ def sample(
     shaping: Parametrisation,
     bounds: tuple[Floats, Floats],
     parts: tuple[float, ...],
+    evaluator: Evaluator,
 ) -> Floats:
     """Return the starts with the best predictions, dimensionless, shape (start, parameter).
 
     Args:
+        problem: What is to be solved.
+        shaping: Its parameters.
+        bounds: Their least and greatest values, shape (parameter,).
         parts: Parts of the data, from its beginning, on which predictions are compared.
+        evaluator: Computes the predictions.
+
+    Raises:
+        TissueError: A worker died of a prediction.
     """
     random = np.random.default_rng(problem.fit_problem.seed)
     groups = np.append(shaping.groups, np.full(problem.size - shaping.size, -1))
@@ -35,19 +43,13 @@ def sample(
     reaches = np.where(np.isfinite(problem.reaches), problem.reaches, 0.0)
     points = np.clip(drawn[:, groups] * reaches, *bounds)
     chosen: list[int] = []
-    for part in parts:
-        problem.limit_to(part)
-        errors = np.array([_error(problem, point) for point in points])
+    every = evaluator.all([StartError(point, part) for part in parts for point in points])
+    if any(error is None for error in every):
+        raise TissueError("workers died while they compared starts; see their memory")
+    problem.evaluations += 2 * len(every)
+    for errors in np.array(every, dtype=float).reshape(len(parts), -1):
         order = [
             k for k in np.argsort(errors, kind="stable").tolist() if np.isfinite(errors[k])
         ]
         chosen += [k for k in order if k not in chosen][:BEST]
     return points[chosen]
-
-
-def _error(problem: Problem, theta: Floats) -> float:
-    try:
-        problem.freeze(theta)
-        return problem.relative(problem.with_zeros(theta))
-    except (Diverged, TissueError):
-        return np.inf

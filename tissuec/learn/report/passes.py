@@ -12,6 +12,8 @@ class Passes(ProgressLine):
         self.show(lambda _: f"{self.name}: {self._text(progress)}")
 
     def _text(self, at: LearnProgress) -> str:
+        if at.fits is not None:
+            return f"{at.fits} fits to resampled residuals, {at.seconds:.0f} s"
         parts = [f"pass {at.passes} of at most {at.most}"]
         if at.horizon < 1.0:
             parts.append(f"first {100 * at.horizon:.0f} % of the data")
