@@ -69,69 +69,46 @@ def run(
     Args:
         scene: A file, or the text itself: a string of several lines or one that begins with
             "language".
-        out: The result file. Without it there is a temporary one, which lasts as long as what
-            is returned; `Trajectory.save` keeps it.
-        params: Values of the scene's params by name: texts such as "0.9 s", or numbers and
-            vectors in SI units.
-        strict: Whether warnings of the text, a run that cannot go on, expectations that fail
-            and a broken promise are errors. Otherwise they are warnings of Python, and the
-            outcome says how a run ended.
-        progress: Whether a line on stderr tells how far it is; or what to call with the
-            simulated time [s] now and then.
-        resume: Go on with the interrupted run of ``out``.
-        companion: How the error of positions is estimated, by a run with finer steps: in a
-            "process" beside the run, "inline" after it, by the better of both ("auto"), or not
-            at all ("off"). `Trajectory.promise` says what came out.
-        threads: Maximum number of threads for a large net; by default as many as processors,
-            or half as many if the companion may use the others. The motion does not depend on
-            it.
-        libraries: Folders that are also searched for what the scene uses.
+        out: The result file; by default a temporary one, which is removed together with the
+            returned object. `Trajectory.save` keeps it.
+        params: Values of params by name: texts such as "0.9 s", or numbers and vectors in SI
+            units.
+        strict: Whether warnings about the text, an unfinished run, failed expectations and a
+            broken promise are errors. By default they are Python warnings.
+        progress: Whether to show a line on stderr; or a function to call with the simulated
+            time [s] now and then.
+        resume: Whether to resume the interrupted run of ``out``.
+        companion: How a run with finer steps estimates the error of positions: in a "process"
+            beside the run, "inline" after it, by the faster of both ("auto"), or not at all
+            ("off"). `Trajectory.promise` is the verdict.
+        threads: Maximum number of threads for a large net; by default one for each processor,
+            or half as many if the companion may use the others. The motion does not change.
+        libraries: Further folders to search for what the scene uses.
         **more: More params; an underscore stands for a blank, as in ``cut_time="0.9 s"``.
 
     Raises:
-        CompileError: The text is wrong; the message is all findings with their places.
+        CompileError: The text is wrong; the message contains all findings with their places.
         PlaceError: The result cannot be written there, or there is nothing to resume.
-        ResultError: Writing failed later on.
-        SimulationError: It is ``strict``, and the run diverged, could not go on, or is not as
-            accurate as promised.
-        ExpectationError: It is ``strict``, and an expectation failed.
+        ResultError: Writing failed later.
+        SimulationError: With ``strict``, the run diverged, could not continue, or broke its
+            promise.
+        ExpectationError: With ``strict``, an expectation failed.
         KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
         SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
     """
     from tissuec.pipeline import compile_request, simulate
-    from tissuec.results.places import SUFFIX, make_folder
-    from tissuec.results.trajectory import temporary_folder
-    from tissuec.view.notebook import Trajectory
 
     request = _request(scene, {**(params or {}), **more}, libraries, strict=strict)
     compiled, found = compile_request(request)
     _warn(*map(str, found))
     name, duration = request.source.name, compiled.plan.simulation.duration
-    folder = temporary_folder() if out is None else None
-    path = Path(name).with_suffix(SUFFIX).name if folder else Path(out or "")
-    try:
-        target = (folder or Path()) / path
-        make_folder(target.parent)
+    with _result_file(out, name) as path:
         with _told(progress, name, duration) as tell:
             result = simulate(
-                compiled,
-                target,
-                request=request,
-                resume=resume,
-                companion=companion,
-                threads=threads,
-                progress=tell,
-            )
-        trajectory = (Trajectory.temporary if folder else Trajectory)(result.path)
-        for complaint in _complaints(result.outcome, trajectory):
-            if strict:
-                raise complaint
-            _warn(str(complaint))
-    except BaseException:
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)
-        raise
-    return trajectory
+                compiled, path, request=request, resume=resume, companion=companion,
+                threads=threads, progress=tell,
+            )  # fmt: skip
+        return _judged(result.path, result.outcome, strict=strict, temporary=out is None)
 
 
 def start(
@@ -485,6 +462,41 @@ def _told(
 
         with RunProgress(name, duration, shown=True, anywhere=True) as line:
             yield line.at
+
+
+@contextmanager
+def _result_file(out: str | os.PathLike[str] | None, name: str) -> Generator[Path]:
+    """Give the path of a result; a temporary one is removed if anything fails.
+
+    Args:
+        out: The path, if one is given.
+        name: What the text of the scene is called.
+    """
+    from tissuec.results.places import SUFFIX, make_folder
+    from tissuec.results.trajectory import temporary_folder
+
+    if out is not None:
+        make_folder(Path(out).parent)
+        yield Path(out)
+        return
+    folder = temporary_folder()
+    try:
+        yield folder / Path(name).with_suffix(SUFFIX).name
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def _judged(path: Path, outcome: "Outcome", *, strict: bool, temporary: bool) -> "Trajectory":
+    """Return a result; what is wrong with it is an error or a warning."""
+    from tissuec.view.notebook import Trajectory
+
+    trajectory = Trajectory.temporary(path) if temporary else Trajectory(path)
+    for complaint in _complaints(outcome, trajectory):
+        if strict:
+            raise complaint
+        _warn(str(complaint))
+    return trajectory
 
 
 def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[TissueError]:

@@ -120,9 +120,8 @@ def command(
 
     By default, the plot of a result is an overview, that of a table depends on the design of
     its study, a scene or vocabulary is plotted as its words, and a benchmark as a
-    work-precision diagram. Logs,
-    energies and paths of several results are plotted together. Numbers are in SI units or have
-    a unit: --start 40ms.
+    work-precision diagram. Logs, energies and paths of several results are plotted together.
+    Numbers are in SI units or have a unit: --start 40ms.
 
     \b
     tissuec plot tube.vtkhdf
@@ -148,6 +147,12 @@ def command(
         raise click.UsageError(str(error)) from error
     target = output or _name(files[0], figure.kind)
     save(figure, target, dpi=dpi)
+    _report(figure, target, files, settings)
+    return DONE
+
+
+def _report(figure: Any, target: Path, files: tuple[str, ...], settings: Settings) -> None:
+    """Say what was drawn."""
     if settings.json:
         width, height = (round(25.4 * side, 2) for side in figure.get_size_inches())
         print_json(
@@ -160,11 +165,10 @@ def command(
                 "notes": figure.notes,
             }
         )
-        return DONE
+        return
     for note in figure.notes:
         settings.say(f"note: {note}")
     settings.say(f"wrote {target}")
-    return DONE
 
 
 def _name(file: str, kind: str) -> Path:
