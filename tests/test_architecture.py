@@ -2,8 +2,10 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 
 import pytest
@@ -168,3 +170,21 @@ def test_a_circle_is_found():
     texts = {"a.py": "from tissuec.b import x", "b.py": "def f():\n    from tissuec.a import y"}
     modules = {path: list(ast.walk(ast.parse(text))) for path, text in texts.items()}
     assert _circles(modules) == [("a.py", "b.py")]
+
+
+def test_the_manual_lists_every_folder_in_the_order_of_the_contracts(repository):
+    page = (repository / "docs" / "extending.md").read_text(encoding="utf-8")
+    section = page.split("## Where things live")[1].split("Where to look:")[0]
+    listed = re.findall(r"^\| `(\w+)(?:\.py)?` \|", section, re.MULTILINE)
+    contracts = tomllib.loads((repository / "pyproject.toml").read_text(encoding="utf-8"))
+    layers = contracts["tool"]["importlinter"]["contracts"][0]["layers"]
+    floor = {
+        name.strip().removeprefix("tissuec."): number
+        for number, layer in enumerate(reversed(layers))
+        for name in layer.split("|")
+    }
+    assert sorted(listed) == sorted(floor)
+    floors = [floor[name] for name in listed]
+    assert floors == sorted(floors)
+    folders = {path.parent.name for path in (repository / "tissuec").glob("*/__init__.py")}
+    assert folders <= set(listed)
