@@ -8,7 +8,8 @@ n a node is pressed by
 
     N n,    N = W k φ(δ) max(0, 1 + b δ̇),    φ(δ) = δ² / 2w up to the depth w, δ - w/2 beyond,
 
-where δ̇ is Σ W φ δ' / Σ W φ over the shapes of one surface, δ' their own rates. The energy is
+where δ̇ is Σ W φ δ' / Σ W φ over the shapes of one surface, δ' their own rates (damping that
+grows with the depth: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42:440, 1975). The energy is
 k Σ W ∫ φ. Shapes are carried by nodes, which get the opposite force: capsules and triangles by
 the weights of the nearest point, planes as turning them asks for. So the work of whoever moves
 them is what the energy takes up, and nothing depends on who holds or drives these nodes.

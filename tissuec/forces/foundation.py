@@ -44,7 +44,7 @@ class Foundation(Struct, frozen=True, eq=False):
             ValueError: None of the nodes is on a surface.
         """
         if not acted.area.any():
-            raise ValueError("it acts by area, but none of these nodes is on a surface")
+            raise ValueError("it acts on surfaces, but none of these nodes is on one")
         kept = acted.area > 0.0
         area = acted.area[kept]
         return Bed(

@@ -1,7 +1,7 @@
 """ESDIRK4(3): six stages, the first explicit, one diagonal of a quarter.
 
 The implicit half of ARK4(3)6L[2]SA. (C. A. Kennedy, M. H. Carpenter, Appl. Numer. Math. 44:139,
-2003, appendix C.)
+2003.)
 """
 
 import numpy as np

@@ -1,8 +1,9 @@
 """Velocity Verlet with predicted velocity: one force per step, second order.
 
 x' = x + h v + h²/2 a(x, v);  ṽ = v + h a;  a' = a(x', ṽ);  v' = v + h/2 (a + a').
-Groot & Warren (1997), with λ = 1 for the prediction from the step's start, which is λ = ½ after
-the first half kick. A force that saw the velocity of the half step would be of first order.
+R. D. Groot, P. B. Warren, J. Chem. Phys. 107:4423 (1997), with λ = 1 for the prediction from
+the step's start, which is λ = ½ after the first half kick. A force that saw the velocity of the
+half step would be of first order.
 """
 
 from math import sqrt
