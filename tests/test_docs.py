@@ -43,7 +43,7 @@ from tissuec.meshes.generators import MESHES
 from tissuec.pipeline import check_request
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
-from tissuec.script.tools import INSTRUMENTS
+from tissuec.script.tools import TOOLS
 from tissuec.script.verbs import VERBS
 from tissuec.validate.forces import FORMULAS
 from tissuec.view.plots import PLOTS
@@ -237,7 +237,7 @@ def similar(shown: str, came: str) -> bool:
 def families_stay():
     """Undo what a page adds to the families."""
     families = (
-        MESHES, FORMATS, INSTRUMENTS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES,
+        MESHES, FORMATS, TOOLS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES,
         PLOTS, FORCES, FORMULAS,
     )  # fmt: skip
     # Listed first, so that each has all of its own members.

@@ -36,7 +36,7 @@ from tissuec.scene.quantities import QUANTITIES, TissueQuantity
 from tissuec.scene.schema import entries_of
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.script.measures import MEASURES
-from tissuec.script.tools import INSTRUMENTS
+from tissuec.script.tools import TOOLS
 from tissuec.script.verbs import VERBS
 
 
@@ -58,7 +58,7 @@ def parts() -> dict[str, str]:
         "joint entries": entry_table(JOINT_ENTRIES),
         "node columns": column_table(NODE_COLUMNS),
         "spring columns": column_table(SPRING_COLUMNS),
-        "tools": member_sections("kind", INSTRUMENTS),
+        "tools": member_sections("kind", TOOLS),
         "forces": member_sections("kind", FORCES),
         "environment entries": entry_table(entries_of(settings.EnvironmentEntries)),
         "simulate entries": entry_table(settings.simulate_schema()),

@@ -8,7 +8,7 @@ from tests.validate.scenes import compiled_scene
 from tissuec.mechanics.state import State
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.snapshot import Snapshot
-from tissuec.script.tools import INSTRUMENTS
+from tissuec.script.tools import TOOLS
 
 #: A sample of each kind; ``SHAPED`` touch the block, from (0, 0, 0) to (20, 20, 10) mm.
 SAMPLES = {
@@ -46,7 +46,7 @@ def text(name):
 
 
 def test_there_is_a_sample_of_every_kind():
-    assert set(SAMPLES) == set(INSTRUMENTS)
+    assert set(SAMPLES) == set(TOOLS)
 
 
 @pytest.mark.parametrize("name", SHAPED)

@@ -16,7 +16,7 @@ from tissuec.model.profiles import TimeProfile
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool
 from tissuec.scene.values import Value, unit_vector
-from tissuec.script.tools import Instrument
+from tissuec.script.tools import ToolKind
 from tissuec.script.verbs import Group, Mover
 
 
@@ -142,7 +142,7 @@ class SentenceOrder:
             self._check_kind(tool, kind, word, self.clauses[word].span)
         return tool.name
 
-    def instrument(self, word: str, kind: str) -> Instrument:
+    def entries_of_tool(self, word: str, kind: str) -> ToolKind:
         if self.tool(word, kind=kind) is None:
             self.reject("TIS304", f'{self.verb} needs "{word}"')
         entries = self.tools[self._name(word).key].entries

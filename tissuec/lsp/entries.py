@@ -40,7 +40,7 @@ from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.schema import Entry, entries_of
 from tissuec.script.measures import MEASURES
 from tissuec.script.plan import AUTOMATIC, RELAXATION
-from tissuec.script.tools import INSTRUMENTS
+from tissuec.script.tools import TOOLS
 
 
 def _entry(entry: Entry, choices: Terms | None = None) -> Term:
@@ -105,8 +105,8 @@ def entries(block: Block) -> Terms:
             own = _meant("joint", {"springs": " from "}, rupture=_rupture())
             return own | {name: _entry(entry) for name, entry in JOINT_ENTRIES.items()}
         case Block("tool", kind):
-            own = _meant("tool", {}, kind=members(INSTRUMENTS))
-            return own | _of_kind(INSTRUMENTS, kind)
+            own = _meant("tool", {}, kind=members(TOOLS))
+            return own | _of_kind(TOOLS, kind)
         case Block("force", kind):
             own = _meant("force", {"acts": " on "}, kind=members(FORCES))
             return own | _of_kind(FORCES, kind)

@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.declarations import Declarations, Declared, without
-from tissuec.script.tools import INSTRUMENTS
+from tissuec.script.tools import TOOLS
 
 
 class Symbol(Struct, frozen=True):
@@ -68,7 +68,7 @@ def _sorts_of_tool(items: Iterable[s.Item]) -> tuple[str, ...]:
         if isinstance(item, s.Sentence) and item.name.key == "kind" and item.phrase
     )
     kind = next(said, "")
-    kinds = (kind,) if kind in INSTRUMENTS else tuple(INSTRUMENTS)
+    kinds = (kind,) if kind in TOOLS else tuple(TOOLS)
     return kinds if kind == "scissors" else (*kinds, "holding")
 
 

@@ -121,7 +121,7 @@ class JointPart(Struct, frozen=True):
 
 
 class ToolShape(NamedTuple):
-    """Shapes that pairs of nodes of an instrument carry.
+    """Shapes that pairs of nodes of a tool carry.
 
     Attributes:
         kind: "capsule" between them, "plane" through the first and at right angles to the way
@@ -134,7 +134,7 @@ class ToolShape(NamedTuple):
 
 
 class ToolPart(Struct, frozen=True):
-    """Nodes that carry the shapes of an instrument, two each, and its kind."""
+    """Nodes that carry the shapes of a tool, two each, and its kind."""
 
     name: str
     kind: str
@@ -179,7 +179,7 @@ class Network(Struct, frozen=True, eq=False):
         spring_ids: The same for springs, shape (spring,).
         bodies: The parts of the arrays that belong to each body.
         joints: Springs behind those of the bodies that join them.
-        tools: Nodes behind those of the bodies that carry the shapes of instruments.
+        tools: Nodes behind those of the bodies that carry the shapes of tools.
         memories: Hidden nodes behind all others whose velocities are variables of first order:
             what friction or springs did before. They stay where they are and are no unknowns
             of the motion.

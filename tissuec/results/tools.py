@@ -1,4 +1,4 @@
-"""Instruments in the file: where the nodes of their shapes are, and who holds what."""
+"""Tools in the file: where the nodes of their shapes are, and who holds what."""
 
 from collections.abc import Mapping
 from functools import partial

@@ -9,7 +9,7 @@ from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool, WrittenForce
-from tissuec.script.tools import INSTRUMENTS
+from tissuec.script.tools import TOOLS
 
 HOLDING = "forceps"  # the kind of tool that holds nodes, and so can move them
 
@@ -19,10 +19,8 @@ def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     assert isinstance(item, s.Block)
     what, kind, shapes, entries = f"tool {name.text}", "", (), None
     with scope.findings.item():
-        kind, others = _kind(what, item, item.items, INSTRUMENTS, HOLDING, scope)
-        read, places = schema.build(
-            INSTRUMENTS[kind], others, scope, what=what, where=item.head
-        )
+        kind, others = _kind(what, item, item.items, TOOLS, HOLDING, scope)
+        read, places = schema.build(TOOLS[kind], others, scope, what=what, where=item.head)
         try:
             shapes = read.shapes()
         except ValueError as error:

@@ -20,7 +20,7 @@ from tissuec.scene.quantities import Spread, TissueQuantity
 from tissuec.scene.study_model import Study
 from tissuec.scene.vocabulary import Vocabulary
 from tissuec.script.plan import Simulation
-from tissuec.script.tools import Instrument, Shape
+from tissuec.script.tools import Shape, ToolKind
 
 #: By which part the truth may differ from a single number that is known.
 ABOUT = 0.05
@@ -274,10 +274,10 @@ class WrittenForce(Struct, frozen=True):
 
 
 class Tool(Struct, frozen=True):
-    """An instrument.
+    """A tool.
 
     Attributes:
-        kind: A member of ``INSTRUMENTS``; "" where what was written is wrong.
+        kind: A member of ``TOOLS``; "" where what was written is wrong.
         shapes: What it touches with; empty if it acts by name only.
         entries: What is written of it; None where that is wrong.
     """
@@ -285,7 +285,7 @@ class Tool(Struct, frozen=True):
     name: str
     kind: str
     shapes: tuple[Shape, ...]
-    entries: Instrument | None
+    entries: ToolKind | None
     span: Span
 
     @property

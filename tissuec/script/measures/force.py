@@ -1,4 +1,4 @@
-"""What an instrument feels."""
+"""What a tool feels."""
 
 from collections.abc import Sequence
 

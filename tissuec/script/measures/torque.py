@@ -1,4 +1,4 @@
-"""How an instrument is twisted."""
+"""How a tool is twisted."""
 
 from collections.abc import Sequence
 

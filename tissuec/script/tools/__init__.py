@@ -1,4 +1,4 @@
-"""Instruments: one file each, holding its entries and the shapes that it touches with.
+"""Kinds of tools: one file each, with its entries and the shapes that it touches with.
 
 A member is a ``Struct`` whose fields are the entries of ``tool NAME { kind is … }``. Its shapes
 move rigidly with the tool, except that jaws may close.
@@ -42,8 +42,8 @@ def capsule(start: Floats, stop: Floats, radius: float, part: str = "") -> Shape
     return Shape("capsule", np.array([start, stop]), radius, part)
 
 
-class Instrument(Protocol):
-    """Interface of members of ``INSTRUMENTS``; their fields are entries in the language."""
+class ToolKind(Protocol):
+    """Interface of members of ``TOOLS``; their fields are entries in the language."""
 
     def shapes(self) -> tuple[Shape, ...]:
         """Return its shapes as drawn; nothing if it only acts on nodes by name.
@@ -54,4 +54,4 @@ class Instrument(Protocol):
         ...
 
 
-INSTRUMENTS: Family[type[Instrument]] = Family("tissuec.script.tools", "tool")
+TOOLS: Family[type[ToolKind]] = Family("tissuec.script.tools", "tool")

@@ -4,10 +4,10 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.fields import LengthIfAny, PointsIfAny
-from tissuec.script.tools import INSTRUMENTS, Shape, capsule
+from tissuec.script.tools import TOOLS, Shape, capsule
 
 
-@INSTRUMENTS.member("forceps")
+@TOOLS.member("forceps")
 class Forceps(Struct, frozen=True, eq=False):
     """Two jaws that close and hold what lies between them by friction, as long as it bears.
 

@@ -3,10 +3,10 @@
 from msgspec import Struct
 
 from tissuec.core.fields import Length, Points, Position, PositionIfAny
-from tissuec.script.tools import INSTRUMENTS, Shape, capsule
+from tissuec.script.tools import TOOLS, Shape, capsule
 
 
-@INSTRUMENTS.member("hook")
+@TOOLS.member("hook")
 class Hook(Struct, frozen=True, eq=False):
     """A round shaft that bends at its end and goes on to a tip, which may bend once more.
 

@@ -9,13 +9,13 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.fields import Length, Measure, OneOf, Point, Position
 from tissuec.model.network import Floats
-from tissuec.script.tools import INSTRUMENTS, Shape
+from tissuec.script.tools import TOOLS, Shape
 
 SUBMERGED = 0.094  # half-width of a turbulent jet within its own fluid, for each distance
 WIDEST = 0.5  # [rad]; beyond, what leaves is a spray and no jet
 
 
-@INSTRUMENTS.member("nozzle")
+@TOOLS.member("nozzle")
 class Nozzle(Struct, frozen=True, eq=False):
     """The round opening of a tube for irrigation; it touches nothing by itself.
 

@@ -8,10 +8,10 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.fields import Point, Position
 from tissuec.model.network import Floats
-from tissuec.script.tools import INSTRUMENTS, Shape
+from tissuec.script.tools import TOOLS, Shape
 
 
-@INSTRUMENTS.member("plane")
+@TOOLS.member("plane")
 class Plane(Struct, frozen=True, eq=False):
     """A plane without end that lets nothing pass to behind it.
 

@@ -4,10 +4,10 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.fields import Length, PointsIfAny, PositionIfAny
-from tissuec.script.tools import INSTRUMENTS, Shape, capsule
+from tissuec.script.tools import TOOLS, Shape, capsule
 
 
-@INSTRUMENTS.member("probe")
+@TOOLS.member("probe")
 class Probe(Struct, frozen=True, eq=False):
     """A sphere at a point, or a rod with round ends along an axis.
 

@@ -2,10 +2,10 @@
 
 from msgspec import Struct
 
-from tissuec.script.tools import INSTRUMENTS, Shape
+from tissuec.script.tools import TOOLS, Shape
 
 
-@INSTRUMENTS.member("scissors")
+@TOOLS.member("scissors")
 class Scissors(Struct, frozen=True, eq=False):
     """Blades that cut where a ``cut`` says; they have no shape of their own."""
 

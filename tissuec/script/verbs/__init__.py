@@ -184,7 +184,7 @@ class Order(Protocol):
         """Return the tool named in a clause, None without the clause; ``kind`` is demanded."""
         ...
 
-    def instrument(self, word: str, kind: str) -> object:
+    def entries_of_tool(self, word: str, kind: str) -> object:
         """Return the entries of the tool of a kind that is named in a clause."""
         ...
 

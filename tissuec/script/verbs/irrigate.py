@@ -98,7 +98,7 @@ class Irrigate(Struct, frozen=True):
             hint = Hint(f"for example: {FLOW}", Edit(FLOW))
             order.reject("TIS308", "a flow must be above 0", word="with", hint=hint)
         group = order.nodes() if order.words else None
-        opening = cast(Opening, order.instrument("through", "nozzle"))
+        opening = cast(Opening, order.entries_of_tool("through", "nozzle"))
         profile = order.profiles(default="constant")[0]
         return cls(group, nozzle, opening, flow, profile, order.span)
 
