@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.every import every
 from tests.modules import nodes, trees
 from tissuec.core.catalogue import CODES, HERE_IN_PAGE, CodeEntry, example_files, reference
 from tissuec.core.errors import CompileError, Diagnostic
@@ -70,7 +71,7 @@ def test_the_text_after_is_good(code: str, tmp_path: Path) -> None:
     assert not found, "\n".join(map(render, found))
 
 
-@pytest.mark.parametrize("code", CODES)
+@every("code", CODES)
 def test_an_explanation_is_made_of_sentences(code: str) -> None:
     entry = CODES[code]
     assert entry.title[0].islower()

@@ -1,9 +1,11 @@
 """Scales: ranges, logarithms, layouts of words, and gaps between them."""
 
 import math
+from itertools import product
 
 import pytest
 
+from tests.every import every
 from tissuec.fuzzy.axis import Axis, OutOfRange
 from tissuec.fuzzy.piecewise import trapezoid, triangle
 from tissuec.fuzzy.scale import Plateau, evenly, gaps, plateaus, shaped
@@ -24,8 +26,7 @@ def places(axis: Axis, count: int = 200) -> list[float]:
     return [low + (high - low) * k / count for k in range(count)] + [high]
 
 
-@pytest.mark.parametrize("axis", AXES, ids=lambda axis: axis.name)
-@pytest.mark.parametrize("count", range(1, 8))
+@every(("axis", "count"), product(AXES, range(1, 8)))
 def test_even_words_sum_to_one_everywhere(axis, count):
     scale = evenly(axis, [f"word {k}" for k in range(count)])
     for u in places(axis):
@@ -33,8 +34,7 @@ def test_even_words_sum_to_one_everywhere(axis, count):
         assert total == pytest.approx(1.0, abs=1e-15)  # two interpolations
 
 
-@pytest.mark.parametrize("axis", AXES, ids=lambda axis: axis.name)
-@pytest.mark.parametrize("count", range(1, 8))
+@every(("axis", "count"), product(AXES, range(1, 8)))
 def test_each_even_word_peaks_in_the_middle_of_its_part_where_its_neighbours_are_false(
     axis, count
 ):

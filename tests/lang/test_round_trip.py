@@ -3,10 +3,10 @@
 from pathlib import Path
 from random import Random
 
-import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from tests.every import every
 from tests.examples import examples
 from tissuec.core.errors import CompileError
 from tissuec.core.units import SYMBOLS
@@ -211,7 +211,7 @@ def test_formatted_text_has_no_needless_blanks_and_lines(text):
     assert all(line == line.rstrip() and "\t" not in line for line in printed.split("\n"))
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@every("path", EXAMPLES)
 def test_examples_survive_formatting(path):
     source = normalise(path.read_bytes(), path.name)
     printed = normalise(format_source(source), path.name)

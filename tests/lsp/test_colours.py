@@ -4,9 +4,8 @@ import json
 import random
 from itertools import pairwise
 
-import pytest
-
 from docs.reference.pages import outdated_grammars
+from tests.every import every
 from tests.lsp.desks import BAD, GOOD, LIBRARY
 from tests.lsp.textmate import Engine
 from tissuec.core.units import SYMBOLS
@@ -49,7 +48,7 @@ def test_words_have_the_colour_of_what_they_are_there_for():
     assert {word: found[word] for word in expected} == expected
 
 
-@pytest.mark.parametrize("path", [*LIBRARY, *GOOD], ids=lambda path: path.stem)
+@every("path", [*LIBRARY, *GOOD])
 def test_every_sign_of_a_text_has_one_colour(path):
     text = path.read_text(encoding="utf-8")
     found = tokens(text)

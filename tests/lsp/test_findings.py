@@ -4,6 +4,7 @@ import random
 
 import pytest
 
+from tests.every import every
 from tests.growth import calls
 from tests.lsp.desks import BAD, GOOD, LIBRARY, asked
 from tissuec.cli.check import _check
@@ -31,7 +32,7 @@ def codes(desk, path):
     return [one.code for one in check(desk, path).diagnostics]
 
 
-@pytest.mark.parametrize("path", [*LIBRARY, *GOOD[::5], *BAD[::9]], ids=lambda path: path.stem)
+@every("path", [*LIBRARY, *GOOD[::5], *BAD[::9]], parts=2)
 def test_a_file_is_answered_as_by_the_command(path):
     said, _ = _check(path, (), ())
     found = check(Desk(), path).diagnostics
@@ -90,7 +91,7 @@ simulate {{ duration = 0.1 s }}
     assert check(desk, path).compiled is not None
 
 
-@pytest.mark.parametrize("path", [*LIBRARY, *GOOD], ids=lambda path: path.stem)
+@every("path", [*LIBRARY, *GOOD])
 def test_a_text_is_laid_out_as_by_the_command(path):
     from tissuec.cli.fmt import _formatted
 

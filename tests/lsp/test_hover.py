@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.every import every
 from tests.lsp.desks import LIBRARY, asked, shipped
 from tissuec.compiler.provenance import explain_tissue
 from tissuec.core.resources import library
@@ -100,7 +101,7 @@ def test_a_param_is_known_while_the_rest_is_half_typed():
     assert "`6 mm`" in said(text)
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@every("path", LIBRARY)
 def test_a_tissue_is_said_as_explain_says_it(path):
     view = view_of(Desk(), path)
     for symbol in view.of_kind("tissue"):

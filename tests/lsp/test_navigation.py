@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.every import every
 from tests.lsp.desks import LIBRARY, asked, shipped
 from tissuec.core.errors import TissueError
 from tissuec.core.resources import library
@@ -174,7 +175,7 @@ def test_the_library_keeps_its_names():
         navigation.renamable(view, offset)
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@every("path", LIBRARY)
 def test_no_name_of_a_library_file_is_left_unknown(path):
     view = view_of(Desk(), path)
     known = {start for _, start, _ in view.occurrences()}
