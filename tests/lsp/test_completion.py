@@ -1,10 +1,13 @@
 """What is offered: whatever stands in a scene, where it stands, and nothing that cannot."""
 
+import random
+
 import pytest
 
 from tests.lsp.desks import GOOD, LIBRARY, MARK, asked, shipped
 from tissuec.lsp.completion import complete
 from tissuec.lsp.documents import Desk
+from tissuec.lsp.hover import hover
 from tissuec.lsp.views import view_of
 
 HEAD = 'language 1\nuse "tissues/fallopian_tube"\nparam lift = 6 mm\nparam pause = 1 s\n'
@@ -221,6 +224,24 @@ def test_every_word_of_a_good_scene_is_offered_where_it_stands(path):
             if not any(typed):
                 missed.append(part.text)
     assert missed == []
+
+
+SIGNS = (
+    "of", "to", "from", "=", "is", "(", ")", "[", "]", ",", "{", "}", ":", "and", "between",
+    "in", "by", "at", "every", "3 mm", "max(", "force", "time", "not", "where", "over", "along",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("path", GOOD, ids=lambda path: path.stem)
+def test_any_text_can_be_completed_and_explained(path):
+    chance, text = random.Random(path.stem), path.read_text(encoding="utf-8")
+    for _ in range(12 if path.stem == "studies" else 3):
+        place = chance.randrange(len(text))
+        typed = " ".join(chance.choices(SIGNS, k=3))
+        view, _ = asked(f"{text[:place]} {typed} ‸{text[place + 5 :]}")
+        for offset in range(place, place + len(typed) + 9, 2):
+            complete(view, min(offset, len(view.source.text)))
+            hover(view, min(offset, len(view.source.text)))
 
 
 def test_the_mark_is_nothing_that_a_scene_holds():

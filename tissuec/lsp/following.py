@@ -15,7 +15,6 @@ _LOGIC = ("and", "or", "not", "is", "between", "within", "of")
 _OF_TRIGGERS = ("to", "every", "and", "or", "not", "between", "along")
 #: Words that stand behind another one of the same form only.
 _SECOND = {"to": "from", "and": "between"}
-
 #: Words that a sentence can have several times, by its block: ``of scar of vessel``.
 _REPEATED = (("learn", "of"), ("study", "of"))
 
@@ -52,8 +51,8 @@ def _of_measure(prefix: Prefix) -> Iterator[str]:
     if first in AGGREGATES and not prefix.calls:
         words = ("over", "from", "to" if prefix.has("from") else "until", "every")
     else:
-        measure = prefix.last_words(before=prefix.texts.index("of")) if prefix.has("of") else ""
-        second = ("to",) if measure in MEASURES and MEASURES[measure].subjects > 1 else ()
+        measure = MEASURES.get(prefix.measure)
+        second = ("to",) if measure is not None and measure.subjects > 1 else ()
         words = ("of", *second, "along", *(() if prefix.calls else ("at", "every")))
     yield from (word for word in words if not prefix.has(word))
 

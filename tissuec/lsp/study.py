@@ -105,11 +105,9 @@ def _measured(prefix: Prefix) -> Expected:
     """Return what is measured, of what, and when."""
     last = prefix.last
     assert last is not None
-    words = prefix.texts
-    if last.text in ("of", "to") and "from" not in words:
-        measure = prefix.last_words(before=words.index("of"))
+    if last.text in ("of", "to") and (measure := prefix.measure) and not prefix.has("from"):
         if measure == "time":
-            is_kind = words.count("of") == 1
+            is_kind = prefix.texts.count("of") == 1
             return Expected((EVENT_TERMS,)) if is_kind else Expected(names=SPRINGS)
         return Expected(names=kinds_measured(measure))
     if prefix.clause == "over":
