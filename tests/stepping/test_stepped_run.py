@@ -274,15 +274,32 @@ def test_a_run_that_cannot_go_on_says_so_and_can_be_restored():
 
 def test_values_that_were_given_are_in_the_recorded_script():
     scene = rope().replace("push tip with (4, 0, 0) mN", "push tip with (lift * 1 N/m, 0, 0)")
-    sim = tissuec.start(scene, params={"lift": 5e-3, "viscosity of gut": "4 mN*s/m"})
+    given = {
+        "lift": 5e-3,  # a param
+        "viscosity of gut": "4 mN*s/m",  # an entry
+        "mass of rope": "20 g",  # a new one, in a block of one line
+        "step": "1 ms",  # in the place of the tolerance
+        "integrator": "velocity verlet",
+    }
+    sim = tissuec.start(scene, params=given)
     sim.run_until(0.3)
     text = sim.script()
     assert "param lift = 0.005 m between" in text
-    assert text.endswith('# Run with: --set "viscosity of gut = 4 mN*s/m"\n')
-    sim = tissuec.start(scene, lift="5 mm")
+    assert "viscosity = 4 mN*s/m; breaking" in text
+    assert "tolerance" not in text and "--set" not in text
     sim.push("tip", with_=(0, 0, 1e-3), over="20 ms")
     sim.run_until(0.5)
     assert_same(sim, sim.script())
+
+
+def test_values_of_other_files_stand_in_a_comment_of_the_recorded_script(tmp_path):
+    tissue = "tissue gut { spring constant = 2 N/m; viscosity = 1 mN*s/m }"
+    (tmp_path / "gut.tis").write_text(f"language 1\n{tissue}\n")
+    lines = rope().split("\n")
+    (tmp_path / "rope.tis").write_text("\n".join([lines[0], 'use "./gut"', *lines[3:]]))
+    sim = tissuec.start(tmp_path / "rope.tis", params={"viscosity of gut": "3 mN*s/m"})
+    sim.push("tip", with_=(0, 0, 1e-3))
+    assert sim.script().endswith('# Run with: --set "viscosity of gut = 3 mN*s/m"\n')
 
 
 def test_measures_are_written_as_in_conditions_and_in_studies():

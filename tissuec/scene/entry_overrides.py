@@ -55,6 +55,14 @@ class Override(Struct, frozen=True):
     item: Entry
     owners: tuple[s.Name, ...]
 
+    @property
+    def entry(self) -> str:
+        """Return the text of the entry, without the names of blocks."""
+        name, whole = self.item.name.span, self.item.span
+        after = self.owners[-1].span.end if self.owners else name.end
+        text = whole.source.text
+        return f"{text[whole.start : name.end].rstrip()} {text[after : whole.end].lstrip()}"
+
 
 class _Home(Struct, frozen=True):
     """A block where an entry may belong, inside of one that is declared.
@@ -156,6 +164,23 @@ def written_entry(
     return (
         _item_at(block, path) if path in set(_written(block, override.item.name.key)) else None
     )
+
+
+def written_place(override: Override, declarations: Declarations, findings: Findings) -> Span:
+    """Return the text that an override would replace; an empty place in a block to add it.
+
+    Arguments as of ``written_entry``.
+    """
+    home = _home(override, declarations, findings)
+    block, path = _place(home, override.item, findings)
+    rival = _RIVALS.get(override.item.name.key, "") if home.kind == "simulate" else ""
+    for key in (override.item.name.key, rival):
+        for written in _written(block, key):
+            if written == path or key == rival:
+                return _item_at(block, written).span
+    inner = _item_at(block, path[:-1]) if path[:-1] else block
+    close = inner.span.end - 1
+    return Span(inner.span.source, close, close)
 
 
 # --- reading ----------------------------------------------------------------------------------

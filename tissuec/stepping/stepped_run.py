@@ -483,7 +483,7 @@ class SteppedRun:
         Raises:
             TissueError: The script of the scene stands in a file that the scene uses.
         """
-        return recorded(self.compiled.scene, self._request, self._sentences)
+        return recorded(self._request, self._sentences)
 
     def close(self) -> None:
         """Write the result file, if one was asked for, up to the present time.
@@ -503,7 +503,7 @@ class SteppedRun:
         sentences = list(self._sentences)
         if self.time < self.duration and not self.ended:
             sentences.append(f"at {self.time!r} s: end the run")
-        text = recorded(self.compiled.scene, self._request, sentences)
+        text = recorded(self._request, sentences)
         source = replace(self._request.source, text=text)
         request = replace(self._request, source=source)
         make_folder(self.out.parent)
