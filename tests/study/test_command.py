@@ -195,6 +195,14 @@ def test_no_run_that_could_be_computed_gives_3_and_some_give_0(call, tmp_path):
     assert np.isnan(read_table(tmp_path / "none.csv").column("pull").numbers).all()
 
 
+def test_expectations_say_which_runs_they_are_not_about(call, tmp_path):
+    text = (SCENE + STUDY).replace("id == 2", "x > lift * 3")
+    text = text.replace("measure tear", "expect max(pull) < 1 N\n  measure tear")
+    (tmp_path / "bar.tis").write_text(text, "utf-8")
+    found = call("bar.tis", "--vary", "lift = [2 mm, 9 mm]")
+    assert "expectations: 1 of 1 hold (left out of 4 runs: 2 failed)" in found.stderr
+
+
 # --- bad input, before any run ----------------------------------------------------------------
 
 

@@ -185,6 +185,7 @@ def _tell(
     settings: Settings,
 ) -> None:
     """Say on stderr what came out."""
+    from tissuec.studies.analysis.completed import completed
     from tissuec.studies.writing import USUAL_NAME
 
     table = result.table
@@ -208,7 +209,9 @@ def _tell(
             echo(f"         {verdict.measured}", err=True)
     if result.verdicts:
         states = ["holds" if verdict.holds else "fails" for verdict in result.verdicts]
-        settings.say(f"  expectations: {wording.expectations(states)}")
+        left_out = completed(table).left_out
+        beside = f" ({left_out})" if left_out.count else ""
+        settings.say(f"  expectations: {wording.expectations(states)}{beside}")
     if prepared.keeps:
         from tissuec.studies.study import RUNS
 
