@@ -293,7 +293,9 @@ def test_values_that_were_given_are_in_the_recorded_script():
 
 
 def test_values_of_other_files_stand_in_a_comment_of_the_recorded_script(tmp_path):
-    tissue = "tissue gut { spring constant = 2 N/m; viscosity = 1 mN*s/m }"
+    tissue = (
+        "tissue gut { spring constant = 2 N/m; viscosity = 1 mN*s/m; breaking force = 1 N }"
+    )
     (tmp_path / "gut.tis").write_text(f"language 1\n{tissue}\n")
     lines = rope().split("\n")
     (tmp_path / "rope.tis").write_text("\n".join([lines[0], 'use "./gut"', *lines[3:]]))

@@ -169,7 +169,10 @@ def written_entry(
 def written_place(override: Override, declarations: Declarations, findings: Findings) -> Span:
     """Return the text that an override would replace; an empty place in a block to add it.
 
-    Arguments as of ``written_entry``.
+    Args:
+        override: What is to be written.
+        declarations: Of the scene.
+        findings: Takes diagnostics, where there is no such block or entry.
     """
     home = _home(override, declarations, findings)
     block, path = _place(home, override.item, findings)
