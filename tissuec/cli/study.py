@@ -136,15 +136,7 @@ def command(
         else:
             print_json({"scene": str(scene), "ok": False, "error": str(error)})
         return WRONG_TEXT if isinstance(error, PlaceError) else STOPPED
-    code = _code(result)
-    if settings.json:
-        facts = {"scene": str(scene), "study": prepared.study.name, "ok": code == DONE}
-        print_json(
-            facts | _document(result, target) | {"diagnostics": as_json(prepared.warnings)}
-        )
-    else:
-        _tell(scene, prepared, result, target, settings)
-    return code
+    return _finish(scene, prepared, result, target, settings)
 
 
 def _sentences(options: dict[str, Any]) -> list[str]:
@@ -175,6 +167,25 @@ def _interrupted(error: KeyboardInterrupt, target: Path, settings: Settings) -> 
         echo("interrupted", err=True)
         settings.say(f"  {target} has the runs so far; the same command goes on")
     return exit_code(getattr(error, "signal", None))
+
+
+def _finish(
+    scene: Path,
+    prepared: "PreparedStudy",
+    result: "StudyResult",
+    target: Path,
+    settings: Settings,
+) -> int:
+    """Say what came out, and return the exit code."""
+    code = _code(result)
+    if settings.json:
+        facts = {"scene": str(scene), "study": prepared.study.name, "ok": code == DONE}
+        print_json(
+            facts | _document(result, target) | {"diagnostics": as_json(prepared.warnings)}
+        )
+    else:
+        _tell(scene, prepared, result, target, settings)
+    return code
 
 
 def _tell(
