@@ -130,7 +130,7 @@ class _TreeBuilder:
 
     # --- one method for each type of token; a result is where to go on ------------------------
 
-    def _open_quote(self, token: Token) -> None:
+    def open_quote(self, token: Token) -> None:
         hint = 'add " at the end of the quoted text'
         if "{" not in (line := token.text.rstrip()):
             place = Span(self.source, token.start + len(line), token.stop)
@@ -138,7 +138,7 @@ class _TreeBuilder:
         self._report("TIS113", "unterminated quote", token.start, token.stop, hint)
         self.statement.parts.append(token)
 
-    def _remark(self, token: Token) -> None:
+    def remark(self, token: Token) -> None:
         lines = token.text.removesuffix("*/")[2:].split("\n")
         remark = "\n".join(f"#{line}" for line in lines)
         behind = self.source.text[token.stop : token.stop + 1]
@@ -148,7 +148,7 @@ class _TreeBuilder:
         message = 'a comment begins with "#"'
         self._report("TIS312", message, token.start, token.start + 2, hint)
 
-    def _character(self, token: Token) -> int | None:
+    def character(self, token: Token) -> int | None:
         text, kind = self.source.text, "CHARACTER"
         if _SUSPECT.match(text, token.start):
             kind = "ODD"
@@ -163,7 +163,7 @@ class _TreeBuilder:
         self.statement.parts.append(Token(kind, token.text, token.start, token.stop))
         return None
 
-    def _semicolon(self, token: Token) -> None:
+    def semicolon(self, token: Token) -> None:
         vector = self.brackets[-1].vector if self._in_bracket() else None
         if vector is None:
             self._split_lines()
@@ -176,12 +176,12 @@ class _TreeBuilder:
             self._report("TIS312", message, token.start, token.stop, hint)
         self.statement.parts.append(Token("COMMA", ";", token.start, token.stop))
 
-    def _open(self, token: Token) -> None:
+    def open_bracket(self, token: Token) -> None:
         """Enter a round or square bracket."""
         self._push(token)
         self.statement.parts.append(token)
 
-    def _close(self, token: Token) -> None:
+    def close_bracket(self, token: Token) -> None:
         """Leave a round or square bracket."""
         if not self._in_bracket():
             self._unmatched(token)
@@ -192,7 +192,7 @@ class _TreeBuilder:
         if not self._in_bracket():
             self.bracketed.clear()
 
-    def _open_block(self, token: Token) -> int | None:
+    def open_block(self, token: Token) -> int | None:
         self._drop_unclosed()
         head = self.statement
         if head.is_table:
@@ -202,7 +202,7 @@ class _TreeBuilder:
         self._end(token.start, token.stop).is_head = True
         return None
 
-    def _close_block(self, token: Token) -> None:
+    def close_block(self, token: Token) -> None:
         self._drop_unclosed()
         head = self.heads.pop() if self.heads else None
         self._end(token.start, token.stop)
@@ -224,7 +224,7 @@ class _TreeBuilder:
         if rows.open_quote is not None and rows.open_quote < place:
             end = text.find("\n", rows.open_quote)
             quote = rows.open_quote, end if end >= 0 else len(text)
-            self._open_quote(Token("OPEN_QUOTE", text[slice(*quote)], *quote))
+            self.open_quote(Token("OPEN_QUOTE", text[slice(*quote)], *quote))
             head.parts.pop()
         self._end(token.start, place + is_closed).close = place + is_closed
         self.statement.is_behind_block = is_closed
@@ -341,15 +341,15 @@ class _TreeBuilder:
 
 #: What is done with tokens that are more than a part of their statement.
 _HANDLERS: dict[str, Callable[[_TreeBuilder, Token], int | None]] = {
-    "OPEN_QUOTE": _TreeBuilder._open_quote,
-    "REMARK": _TreeBuilder._remark,
-    "CHARACTER": _TreeBuilder._character,
-    "SEMICOLON": _TreeBuilder._semicolon,
-    "LPAR": _TreeBuilder._open,
-    "LSQB": _TreeBuilder._open,
-    "RPAR": _TreeBuilder._close,
-    "RPAR_UNIT": _TreeBuilder._close,
-    "RSQB": _TreeBuilder._close,
-    "LBRACE": _TreeBuilder._open_block,
-    "RBRACE": _TreeBuilder._close_block,
+    "OPEN_QUOTE": _TreeBuilder.open_quote,
+    "REMARK": _TreeBuilder.remark,
+    "CHARACTER": _TreeBuilder.character,
+    "SEMICOLON": _TreeBuilder.semicolon,
+    "LPAR": _TreeBuilder.open_bracket,
+    "LSQB": _TreeBuilder.open_bracket,
+    "RPAR": _TreeBuilder.close_bracket,
+    "RPAR_UNIT": _TreeBuilder.close_bracket,
+    "RSQB": _TreeBuilder.close_bracket,
+    "LBRACE": _TreeBuilder.open_block,
+    "RBRACE": _TreeBuilder.close_block,
 }
