@@ -5,6 +5,7 @@ number.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -98,23 +99,50 @@ class Compiled(Struct, frozen=True, eq=False):
         return members(self.network, tuple(self.named_groups()), name, "springs")
 
 
-def compile_scene(scene: Scene, findings: Findings) -> Compiled:
+class Bodies:
+    """The bodies of a scene.
+
+    Attributes:
+        drawings: Of those that can be drawn.
+        built: Those that are right altogether.
+    """
+
+    def __init__(self, drawings: Sequence[Drawing], built: Sequence[BodyArrays]):
+        self.drawings, self.built = drawings, built
+
+    @property
+    def are_whole(self) -> bool:
+        """Return whether all are right, so that nodes and springs have their numbers."""
+        return len(self.built) == len(self.drawings)
+
+    @cached_property
+    def network(self) -> Network:
+        """Return their network, without joints."""
+        return join(self.built)
+
+
+def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None) -> Compiled:
     """Return the network and the plan of a scene.
 
     A scene that was found wrong is compiled as far as it is right, so that its other mistakes
     are found too.
 
+    Args:
+        scene: The scene.
+        findings: Takes diagnostics.
+        bodies: Those of the scene, if they are built already.
+
     Raises:
         CompileError: The scene, its meshes, sets, the script or the outputs are wrong; holds
             every finding.
     """
-    drawings, built = _bodies(scene, findings)
+    bodies = bodies or build_bodies(scene, findings)
     # What can touch stands first, so that its nodes follow those of the bodies.
     tools = sorted(scene.tools.values(), key=lambda tool: not tool.may_touch)
-    groups = Groups(scene.declarations, _place(drawings), scene.constants)
+    groups = Groups(scene.declarations, _place(bodies.drawings), scene.constants)
     joints = build_joints(scene, groups, findings)
-    is_whole = len(built) == len(drawings)  # or nodes and springs have other numbers
-    joined = join(built, joints if is_whole else ())
+    is_joined = joints and bodies.are_whole
+    joined = join(bodies.built, joints) if is_joined else bodies.network
     braked = with_drag(joined, scene.environment, findings)
     network = with_memory(with_tools(braked, tools, scene.environment))
     _refuse_method(scene, network, findings)
@@ -123,8 +151,8 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
     duration = scene.simulation.duration
     conditions = Conditions(groups, scene.tools, scene.constants, duration=duration)
     expects, of_learning = split_expectations(scene.declarations.expects)
-    start = _kept_volumes(network, built)
-    plan = _plan(scene, network, conditions, expects, start, is_whole=is_whole)
+    start = _kept_volumes(network, bodies.built)
+    plan = _plan(scene, network, conditions, expects, start, is_whole=bodies.are_whole)
     fit_problems: tuple[FitProblem, ...] = ()
     if scene.fit_problems or of_learning:
         from tissuec.compiler.fit_problems import (
@@ -133,7 +161,7 @@ def compile_scene(scene: Scene, findings: Findings) -> Compiled:
 
         fit_problems = compile_fit_problems(scene, conditions, of_learning)
     findings.raise_errors()
-    assert len(built) == len(scene.declarations.of("body"))  # only errors leave out any
+    assert len(bodies.built) == len(scene.declarations.of("body"))  # only errors leave out any
     return Compiled(scene, network, plan, groups, fit_problems)
 
 
@@ -177,8 +205,8 @@ def _is_implicit(name: str) -> bool:
     return name in INTEGRATORS and INTEGRATORS[name].implicit
 
 
-def _bodies(scene: Scene, findings: Findings) -> tuple[list[Drawing], list[BodyArrays]]:
-    """Return the bodies that can be drawn, and those of them that are right altogether."""
+def build_bodies(scene: Scene, findings: Findings) -> Bodies:
+    """Return the bodies of a scene, and report what is wrong with the others."""
     drawings: list[Drawing] = []
     built: list[BodyArrays] = []
     for key, declared in scene.declarations.of("body").items():
@@ -191,7 +219,7 @@ def _bodies(scene: Scene, findings: Findings) -> tuple[list[Drawing], list[BodyA
                     built.append(build_body(drawing, findings))
         if drawing is None:
             findings.doubt(declared.name)
-    return drawings, built
+    return Bodies(drawings, built)
 
 
 def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Network:

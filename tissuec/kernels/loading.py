@@ -55,6 +55,7 @@ def called_by(bundle: str) -> frozenset[str]:
     return frozenset(index()["calls"][bundle])
 
 
+@cache
 def is_shipped(bundle: str) -> bool:
     """Return whether there is a bundle of this name."""
     return _path(bundle).is_file()

@@ -7,7 +7,7 @@ it needs. So no function depends on what a scene has besides what the function a
 
 import struct
 from array import array as plain_array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from ctypes import addressof, c_char
 from functools import cache
 from typing import (
@@ -120,9 +120,11 @@ class RecordTable:
 
     def read_back(self) -> None:
         """Set the numbers of the record, which has nothing else, to those of the table."""
-        fields, _ = layout(type(self.record))
-        for (name, field), word in zip(fields.items(), self.words, strict=True):
-            setattr(self.record, name, _double(word) if field.kind is float else word)
+        record = type(self.record)
+        codec = _numbers(record)
+        assert codec is not None
+        for name, number in zip(layout(record)[0], codec.unpack(self.words), strict=True):
+            setattr(self.record, name, number)
 
 
 def tabulated(record: R) -> R:
@@ -130,18 +132,24 @@ def tabulated(record: R) -> R:
     return cast(R, RecordTable(record))
 
 
-def _double(word: int) -> float:
-    """Return the number that a word contains."""
-    return float(struct.unpack("d", struct.pack("q", word))[0])
+@cache
+def _numbers(record: Record) -> struct.Struct | None:
+    """Return what packs the values of a record; None if it has anything but numbers."""
+    kinds = [field.kind for field in layout(record)[0].values()]
+    if not all(kind in (float, int, bool) for kind in kinds):
+        return None
+    return struct.Struct("".join("d" if kind is float else "q" for kind in kinds))
 
 
-def _words(record: Record, values: Any) -> list[int]:
+def _words(record: Record, values: Any) -> Sequence[int]:
     """Return the table of a record."""
     fields, size = layout(record)
     if values is None:
         return [0] * size
     if isinstance(values, Struct):
         values = astuple(values)
+    if (codec := _numbers(record)) is not None:
+        return plain_array("q", codec.pack(*values))
     words: list[int] = []
     for field, value in zip(fields.values(), values, strict=True):
         if field.dtype is not None:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import NoReturn, TypeVar
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from tissuec.core.errors import Edit, Hint, Note, alternatives, did_you_mean
 from tissuec.core.units import SYMBOLS
@@ -72,6 +73,14 @@ class Declarations(Struct):
     about: str = ""
     #: Words and rules that a second file declares as well, with their kinds.
     again: list[tuple[str, s.Name]] = field(default_factory=list[tuple[str, s.Name]])
+
+    #: Of params and lets by key: the names in their definitions that are such, too.
+    needs: dict[str, tuple[s.Name, ...]] = field(default_factory=dict[str, tuple[s.Name, ...]])
+
+    def copy(self) -> "Declarations":
+        """Return declarations of which some can be replaced."""
+        named = {kind: dict(declared) for kind, declared in self.named.items()}
+        return replace(self, named=named, single=dict(self.single))
 
     def of(self, kind: str) -> dict[str, Declared]:
         """Return the declarations of one kind."""

@@ -1,7 +1,7 @@
 """Parameters and derived numbers: ``param``, ``let`` and ``--set``."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NoReturn
 
 from msgspec import Struct
@@ -43,7 +43,7 @@ class Constants(Scope):
             for key, declared in declarations.of(kind).items()
             if isinstance(declared.item, s.Assign)
         }
-        self.overrides = overrides
+        self.overrides, self._written = overrides, declarations.needs
         self.definitions = Definitions("numbers", self._needs, self._compute, findings)
         self.used: set[str] = set()
 
@@ -90,14 +90,19 @@ class Constants(Scope):
         if declared.bounds is not None:
             self._check_bounds(declared, declared.bounds, value, item)
 
-    def _needs(self, key: str) -> Iterator[s.Name]:
-        """Yield the names in a definition that are params or lets."""
-        item = self.declared[key]
+    def _needs(self, key: str) -> Iterable[s.Name]:
+        """Return the names in a definition that are params or lets."""
+        if key not in self._written:
+            item = self.declared[key]
+            self._written[key] = self._numbers_in(item.value, item.bounds)
         override = self.overrides.get(key)
-        parts = (item.value, item.bounds, override.value if override else None)
-        for name in names_in(parts):
-            if name.key in self.declared:
-                yield name
+        return (
+            *self._written[key],
+            *(() if override is None else self._numbers_in(override.value)),
+        )
+
+    def _numbers_in(self, *nodes: s.Expression | s.Bounds | None) -> tuple[s.Name, ...]:
+        return tuple(name for name in names_in(nodes) if name.key in self.declared)
 
     def _compute(self, key: str) -> Value:
         item = self.declared[key]

@@ -36,14 +36,20 @@ class ResolvedProgram(Struct, frozen=True):
 
 
 def resolve_words(
-    program: Program, findings: Findings, overrides: Sequence[str] = ()
+    program: Program,
+    findings: Findings,
+    overrides: Sequence[str] = (),
+    declarations: Declarations | None = None,
 ) -> ResolvedProgram:
     """Return numbers, vocabulary and tissues of a program, which need not be a complete scene.
 
     Args:
+        program: The program.
+        findings: Takes diagnostics.
         overrides: The arguments of ``--set``.
+        declarations: Of the program, if they are collected already; blocks are replaced.
     """
-    declarations = collect(program, findings)
+    declarations = declarations or collect(program, findings)
     constants = Constants(
         declarations, read_overrides(overrides, declarations, findings), findings
     )
@@ -53,15 +59,23 @@ def resolve_words(
     return ResolvedProgram(declarations, constants, vocabulary, laws, tissues)
 
 
-def resolve(program: Program, findings: Findings, overrides: Sequence[str] = ()) -> Scene:
+def resolve(
+    program: Program,
+    findings: Findings,
+    overrides: Sequence[str] = (),
+    declarations: Declarations | None = None,
+) -> Scene:
     """Return the scene that a program describes, as far as it has no errors.
 
     Erroneous parts are left out or replaced, so that errors of the script are reported too.
 
     Args:
+        program: The program.
+        findings: Takes diagnostics.
         overrides: The arguments of ``--set``.
+        declarations: Of the program, if they are collected already; blocks are replaced.
     """
-    words = resolve_words(program, findings, overrides)
+    words = resolve_words(program, findings, overrides, declarations)
     declarations, scope = words.declarations, words.constants
     bodies = declarations.read_each(
         "body",

@@ -7,12 +7,14 @@ what measures need is recorded, and nothing is written unless results are to be 
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from threading import local
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.compiler.compile import Compiled, compile_scene
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.recompiling import Recompiler
 from tissuec.compiler.study_measures import StudyMeasure, compile_measures, observing
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.engine.execution.signals import asked_to_stop, interruption
@@ -20,7 +22,6 @@ from tissuec.model.network import Floats
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
 from tissuec.scene.request import Request
-from tissuec.scene.resolve import resolve
 from tissuec.scene.study_model import Cell, WrittenMeasure
 from tissuec.studies.observer import Observer
 from tissuec.studies.rows import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
@@ -66,6 +67,22 @@ class Task(Struct, frozen=True):
     digest: str
 
 
+class _Latest(local):
+    """What runs of one study share in a thread of a worker."""
+
+    job: Job | None = None
+    recompiler: Recompiler
+
+    def recompiler_of(self, job: Job) -> Recompiler:
+        """Return what compiles the scene of a study."""
+        if self.job is not job:
+            self.job, self.recompiler = job, Recompiler(job.program)
+        return self.recompiler
+
+
+_LATEST = _Latest()
+
+
 def row_of(job: Job, task: Task) -> Row:
     """Return the row of a run; what goes wrong is its reason.
 
@@ -99,8 +116,8 @@ def _compiled(job: Job, task: Task) -> tuple[Compiled, tuple[StudyMeasure, ...],
         CompileError: The values do not go with the scene, or the measures do not.
     """
     findings = Findings()
-    scene = resolve(job.program, findings, (*job.request.overrides, *task.overrides))
-    compiled = compile_scene(scene, findings)
+    recompiler = _LATEST.recompiler_of(job)
+    compiled = recompiler.compile((*job.request.overrides, *task.overrides), findings)
     measures, ledger = compile_measures(compiled, job.measures)
     findings.raise_errors()
     by_name = {measure.name: measure for measure in measures}

@@ -1,7 +1,5 @@
 """Events at one time of a run: ruptures, actions and triggers, with their energy."""
 
-from collections.abc import Generator
-from contextlib import contextmanager
 from typing import Any
 
 from msgspec.structs import replace
@@ -54,9 +52,9 @@ class EventHandler:
 
     def begin(self) -> None:
         """Carry out the events of 0 s; the energy after them is the initial one."""
-        self.handle()
+        self._happen()
         if self.plan.needs_ledger:
-            self.run_state.initial, self.run_state.switched = self._energy(), 0.0
+            self.run_state.initial = self._energy()
 
     def handle(self, *, ruptured: Indices | None = None, true: list[int] | None = None) -> bool:
         """Carry out what is due at the present time; return whether anything happened.
@@ -66,18 +64,38 @@ class EventHandler:
             true: Triggers that are known to be true now, by their places in the plan.
         """
         before = len(self.run_state.logged_events)
-        with self._booked():
-            if ruptured is not None and len(ruptured):
-                self._rupture(ruptured)
-            for name in self.run_state.state.seize():
-                self._log(seized(name, self.run_state.state.knots[name]))
-            self._carry_out()
-            fired = true or self.true_triggers(self.snapshot())
-            while fired:
-                self._fire(fired)
-                self._carry_out()
-                fired = self.true_triggers(self.snapshot())
+        if self.plan.needs_ledger and self._may_happen(ruptured):
+            energy = self._energy()
+            self._happen(ruptured, true)
+            # What events put in or take out.
+            self.run_state.switched += self._energy() - energy
+        else:
+            self._happen(ruptured, true)
         return len(self.run_state.logged_events) > before
+
+    def _may_happen(self, ruptured: Indices | None) -> bool:
+        """Return whether the present time may be that of an event; ``ruptured`` as above."""
+        state, queue = self.run_state.state, self.run_state.queue
+        return bool(
+            (ruptured is not None and len(ruptured))
+            or queue.next <= state.time + queue.near
+            or self.run_state.waiting
+            or state.knots
+            or state.motions
+        )
+
+    def _happen(self, ruptured: Indices | None = None, true: list[int] | None = None) -> None:
+        """Carry out what is due; arguments as of ``handle``."""
+        if ruptured is not None and len(ruptured):
+            self._rupture(ruptured)
+        for name in self.run_state.state.seize():
+            self._log(seized(name, self.run_state.state.knots[name]))
+        self._carry_out()
+        fired = true or self.true_triggers(self.snapshot())
+        while fired:
+            self._fire(fired)
+            self._carry_out()
+            fired = self.true_triggers(self.snapshot())
 
     def enter(self) -> None:
         """Pass the present state to the recorder."""
@@ -200,16 +218,6 @@ class EventHandler:
         time = self.run_state.state.time
         self.run_state.logged_events.append((time, logged_event))
         self.recorder.happened(time, logged_event)
-
-    @contextmanager
-    def _booked(self) -> Generator[None]:
-        """Enter the energy that events put in or take out into the ledger."""
-        if not self.plan.needs_ledger:
-            yield
-            return
-        before = self._energy()
-        yield
-        self.run_state.switched += self._energy() - before
 
     def _energy(self) -> float:
         state = self.run_state.state
