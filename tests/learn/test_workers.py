@@ -73,6 +73,7 @@ def numbers(found):
 def processes(monkeypatch):
     """Return two processes that do all but the first evaluation."""
     monkeypatch.setattr(evaluations, "PAYS", 0.0)
+    monkeypatch.setattr(evaluations, "GOES_ON", 0.0)
     with Processes(2) as both:
         yield both
 
@@ -160,6 +161,7 @@ class Dying(OwnProcess):
 
 def test_fits_that_workers_died_of_are_told(tmp_path, monkeypatch):
     monkeypatch.setattr(evaluations, "PAYS", 0.0)
+    monkeypatch.setattr(evaluations, "GOES_ON", 0.0)
     monkeypatch.setattr(evaluations, "OwnProcess", Processes)  # so that it is asked at all
     plain, scene = learnt(measured(tmp_path)), measured(tmp_path, more="bootstrap = 40")
     found = learnt(scene, Dying())

@@ -25,6 +25,10 @@ Result_co = TypeVar("Result_co", covariant=True)
 PAYS, GOES_ON = 1.0, 0.05  # work [s] for which processes are started, or used once they are
 
 
+class LostWorkersError(Exception):
+    """Workers died or cannot be reached; no search takes it for a motion that is missing."""
+
+
 class Evaluation(Protocol[Result_co]):
     """One evaluation; it can be pickled."""
 
@@ -61,7 +65,7 @@ class Evaluator:
             done: Told how many are over.
 
         Raises:
-            TissueError: No worker can be reached.
+            LostWorkersError: No worker can be reached.
         """
         found: list[Result | None] = []
         began, is_alone = clock.perf_counter(), isinstance(self._workers, OwnProcess)
@@ -83,18 +87,21 @@ class Evaluator:
         self._least = GOES_ON
         found: list[Result | None] = [None] * len(items)
         results = self._workers.map(_evaluated, self._scene, items)
-        for count, (number, result) in enumerate(results, start=before + 1):
-            if not isinstance(result, Lost):
-                found[number] = result
-            if done is not None:
-                done(count)
+        try:
+            for count, (number, result) in enumerate(results, start=before + 1):
+                if not isinstance(result, Lost):
+                    found[number] = result
+                if done is not None:
+                    done(count)
+        except TissueError as error:
+            raise LostWorkersError(str(error)) from error
         return found
 
     def _runs_of(self, experiment: int) -> Runs:
         def runs(points: Sequence[Floats], method: str, stop: float) -> list[Floats | None]:
             found = self.all([WholeRun(experiment, at, method, stop) for at in points])
             if any(one is None for one in found):
-                raise TissueError("workers died while they ran the scene; see their memory")
+                raise LostWorkersError("workers died while they ran the scene")
             return [values if len(values) else None for values in found if values is not None]
 
         return runs

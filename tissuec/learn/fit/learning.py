@@ -1,7 +1,8 @@
 """The whole of learning on one page: data -> search -> identifiability -> result."""
 
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -16,7 +17,7 @@ from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.bootstrap import MOST_FAILED, Resampled, intervals
 from tissuec.learn.fit.checkpoint import keep, kept, key_of
-from tissuec.learn.fit.evaluations import Evaluator
+from tissuec.learn.fit.evaluations import Evaluator, LostWorkersError
 from tissuec.learn.fit.identifiability import SHOWN, Identifiability, judge
 from tissuec.learn.fit.misfit import misfit, remark, too_coarse, units
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
@@ -99,12 +100,11 @@ def learn(
         texts, sentences = dict(changed.texts), changed.sentences
         scene = with_texts(scene, texts) if texts else scene
     fitting = _Fitting.of(scene, workers, progress, began)
-    session, (problem, end, search) = fitting.session, fitting.fitted(state, fresh=fresh)
-    try:
+    session = fitting.session
+    with _told():
+        problem, end, search = fitting.fitted(state, fresh=fresh)
         resampled = fitting.resampled(end)
         found = _assessed(session, problem, end.theta)
-    except Diverged as failure:
-        raise Unlearnable(str(failure)) from failure
     sureness = found.sureness
     if session.words is not None:
         moving = end.theta[session.shaping.own : session.shaping.size]
@@ -140,6 +140,17 @@ def learn(
         ),
         words=texts,
     )
+
+
+@contextmanager
+def _told() -> Generator[None]:
+    """Raise what people are told of in the block."""
+    try:
+        yield
+    except Diverged as failure:
+        raise Unlearnable(str(failure)) from failure
+    except LostWorkersError as lost:
+        raise TissueError(f"{lost}; --workers 1 does without them") from lost
 
 
 class _Assessed(NamedTuple):
@@ -222,11 +233,8 @@ class _Fitting(NamedTuple):
             passed,
             lambda: sample(problem, session.shaping, bounds, SAMPLED, self.evaluator),
         )
-        try:
-            before = None if fresh or state is None else kept(state, key)
-            return _Found(problem, search.go(before or search.begin()), search)
-        except Diverged as failure:
-            raise Unlearnable(str(failure)) from failure
+        before = None if fresh or state is None else kept(state, key)
+        return _Found(problem, search.go(before or search.begin()), search)
 
     def resampled(self, end: SearchState) -> Resampled | None:
         """Return the intervals by bootstrap; None if none are wanted, or fits fail."""

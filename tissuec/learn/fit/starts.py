@@ -5,8 +5,7 @@ Parameters of one ``adjust`` entry move together; each word of a vocabulary move
 
 import numpy as np
 
-from tissuec.core.errors import TissueError
-from tissuec.learn.fit.evaluations import Evaluator, StartError
+from tissuec.learn.fit.evaluations import Evaluator, LostWorkersError, StartError
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats
@@ -33,7 +32,7 @@ def sample(
         evaluator: Computes the predictions.
 
     Raises:
-        TissueError: A worker died of a prediction.
+        LostWorkersError: A worker died of a prediction.
     """
     random = np.random.default_rng(problem.fit_problem.seed)
     groups = np.append(shaping.groups, np.full(problem.size - shaping.size, -1))
@@ -45,7 +44,7 @@ def sample(
     chosen: list[int] = []
     every = evaluator.all([StartError(point, part) for part in parts for point in points])
     if any(error is None for error in every):
-        raise TissueError("workers died while they compared starts; see their memory")
+        raise LostWorkersError("workers died while they compared starts")
     problem.evaluations += 2 * len(every)
     for errors in np.array(every, dtype=float).reshape(len(parts), -1):
         order = [
