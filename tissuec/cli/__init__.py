@@ -3,6 +3,7 @@
 import gc
 import os
 import re
+import signal
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -106,5 +107,7 @@ def main() -> None:
     """Run the command line; exit codes are those of design: 0, 1, 2, 3 or 130."""
     gc.set_threshold(MANY_OBJECTS)
     code = run_guarded(group)
+    # Everything is written and told; Ctrl-C would only print where the process is ending.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.freeze()  # the end of the process frees what is left at once
     sys.exit(code)
