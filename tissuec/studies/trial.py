@@ -7,7 +7,6 @@ what measures need is recorded, and nothing is written unless results are to be 
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from threading import local
 
 import numpy as np
 from msgspec import Struct
@@ -25,6 +24,7 @@ from tissuec.scene.request import Request
 from tissuec.scene.study_model import Cell, WrittenMeasure
 from tissuec.studies.observer import Observer
 from tissuec.studies.rows import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
+from tissuec.workers.kept import Kept
 
 RESULT = "run_{:05d}.vtkhdf"
 _NOTHING = math.nan
@@ -67,20 +67,7 @@ class Task(Struct, frozen=True):
     digest: str
 
 
-class _Latest(local):
-    """What runs of one study share in a thread of a worker."""
-
-    job: Job | None = None
-    recompiler: Recompiler
-
-    def recompiler_of(self, job: Job) -> Recompiler:
-        """Return what compiles the scene of a study."""
-        if self.job is not job:
-            self.job, self.recompiler = job, Recompiler(job.program)
-        return self.recompiler
-
-
-_LATEST = _Latest()
+_RECOMPILERS = Kept[Job, Recompiler](lambda job: Recompiler(job.program))
 
 
 def row_of(job: Job, task: Task) -> Row:
@@ -116,8 +103,8 @@ def _compiled(job: Job, task: Task) -> tuple[Compiled, tuple[StudyMeasure, ...],
         CompileError: The values do not go with the scene, or the measures do not.
     """
     findings = Findings()
-    recompiler = _LATEST.recompiler_of(job)
-    compiled = recompiler.compile((*job.request.overrides, *task.overrides), findings)
+    overrides = (*job.request.overrides, *task.overrides)
+    compiled = _RECOMPILERS.of(job).compile(overrides, findings)
     measures, ledger = compile_measures(compiled, job.measures)
     findings.raise_errors()
     by_name = {measure.name: measure for measure in measures}

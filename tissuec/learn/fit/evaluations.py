@@ -6,7 +6,6 @@ did it.
 
 import time as clock
 from collections.abc import Callable, Sequence
-from threading import local
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -18,6 +17,7 @@ from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.rule_revision import CandidateScene
 from tissuec.learn.fit.session import LearnSession, prepare
 from tissuec.model.network import Floats
+from tissuec.workers.kept import Kept
 from tissuec.workers.workers import Lost, OwnProcess, Workers
 
 Result = TypeVar("Result")
@@ -156,20 +156,8 @@ class StartError(Struct, frozen=True, eq=False):
 # --- in a worker ------------------------------------------------------------------------------
 
 
-class _Latest(local):
-    """The learning that a thread of a worker has prepared last."""
-
-    scene: CandidateScene | None = None
-    session: LearnSession
-
-    def session_of(self, scene: CandidateScene) -> LearnSession:
-        if self.scene is not scene:
-            self.scene, self.session = scene, prepare(*scene)
-        return self.session
-
-
-_LATEST = _Latest()
+_SESSIONS = Kept[CandidateScene, LearnSession](lambda scene: prepare(*scene))
 
 
 def _evaluated(scene: CandidateScene, item: Evaluation[Result]) -> Result:
-    return item.evaluate(_LATEST.session_of(scene))
+    return item.evaluate(_SESSIONS.of(scene))
