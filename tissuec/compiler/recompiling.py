@@ -1,8 +1,8 @@
 """One program compiled again and again with other values: what they do not change is kept."""
 
 from collections.abc import Sequence
+from operator import is_
 
-import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.compile import Bodies, Compiled, build_bodies, compile_scene
@@ -13,7 +13,6 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
 from tissuec.scene.model import Scene
 from tissuec.scene.resolve import resolve
-from tissuec.scene.values import Value
 
 #: Kinds of declarations that no body is made of; of numbers, the values count.
 _ELSEWHERE = ("param", "let", "set", "joint", "tool", "force", "learn", "study")
@@ -55,8 +54,8 @@ class Recompiler:
         """Return the bodies of a scene: those of the last one if they are the same."""
         kept, items = self._kept, _made_of(scene.declarations)
         is_same = kept is not None and len(items) == len(kept.items)
-        if kept is not None and is_same and all(map(_is, items, kept.items)):
-            if all(map(_equal, kept.numbers, _numbers(scene, kept.names))):
+        if kept is not None and is_same and all(map(is_, items, kept.items)):
+            if kept.numbers == _numbers(scene, kept.names):
                 return kept.bodies
             names = kept.names
         else:
@@ -83,7 +82,7 @@ class _KeptBodies(Struct, frozen=True, eq=False):
 
     items: tuple[s.Item, ...]
     names: tuple[str, ...]
-    numbers: tuple[Value | None, ...]
+    numbers: tuple[object, ...]
     bodies: Bodies
 
 
@@ -98,21 +97,10 @@ def _made_of(declarations: Declarations) -> tuple[s.Item, ...]:
     return (*declared, *declarations.tables)
 
 
-def _numbers(scene: Scene, names: Sequence[str]) -> tuple[Value | None, ...]:
-    values = scene.constants.definitions.values
-    return tuple(values.get(name) for name in names)
-
-
-def _is(one: s.Item, other: s.Item) -> bool:
-    return one is other
-
-
-def _equal(one: Value | None, other: Value | None) -> bool:
-    """Return whether two numbers are the same in everything."""
-    if one is None or other is None:
-        return False
-    kinds = (
-        (value.dimension, value.is_vector, value.is_literal, value.amount.shape)
-        for value in (one, other)
+def _numbers(scene: Scene, names: Sequence[str]) -> tuple[object, ...]:
+    """Return everything that tells one value of each number from another."""
+    values = (scene.constants.definitions.values[name] for name in names)
+    return tuple(
+        value and (value.dimension, value.is_vector, value.is_literal, value.amount.tobytes())
+        for value in values
     )
-    return next(kinds) == next(kinds) and bool(np.all(one.amount == other.amount))

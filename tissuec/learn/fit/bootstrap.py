@@ -19,7 +19,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
-from tissuec.learn.derivatives.model import slots_of
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.evaluations import Evaluator
 from tissuec.learn.fit.problem import Problem
@@ -114,15 +113,10 @@ def resampled(problem: Problem, theta: Floats, random: np.random.Generator) -> F
     known = np.isfinite(left)
     count = int(known.sum())
     wider = np.sqrt(count / max(count - problem.size, 1))
-    noise, first = np.zeros_like(left), 0
-    for trial in problem.trials:
-        for slot in slots_of(trial.experiment.series):
-            stop = first + slot.rows * slot.width
-            rows = left[first:stop].reshape(slot.rows, slot.width)
-            drawn = _blocks(slot.rows, random)
-            centred = rows - _mean(rows)
-            noise[first:stop] = wider * np.nan_to_num(centred[drawn]).ravel()
-            first = stop
+    noise = np.zeros_like(left)
+    for rows, into in zip(problem.of_series(left), problem.of_series(noise), strict=True):
+        centred = rows - _mean(rows)
+        into[:] = wider * np.nan_to_num(centred[_blocks(len(rows), random)])
     return np.where(known, predicted + noise, np.nan)
 
 

@@ -191,7 +191,7 @@ class Problem:
         left[self.counted] = self.left(theta) / self.spread[self.fits]
         products, squares, pairs = 0.0, 0.0, 0
         clipped: list[Floats] = []
-        for rows in self._of_series(left):
+        for rows in self.of_series(left):
             known = rows[np.isfinite(rows)]
             size = 1.4826 * float(np.median(np.abs(known))) if len(known) else 0.0
             rows = np.clip(rows, -limit * size, limit * size) if size > 0.0 else rows
@@ -295,6 +295,19 @@ class Problem:
         """
         return float(self._zeros(theta)[fit])
 
+    def of_series(self, numbers: Floats) -> Iterator[Floats]:
+        """Yield views of the numbers of each series, shape (row, component).
+
+        Args:
+            numbers: In any unit, shape (number,).
+        """
+        start = 0
+        for trial in self.trials:
+            for slot in slots_of(trial.experiment.series):
+                size = slot.rows * slot.width
+                yield numbers[start : start + size].reshape(slot.rows, slot.width)
+                start += size
+
     # --- parts --------------------------------------------------------------------------------
 
     @property
@@ -323,15 +336,6 @@ class Problem:
         for trial in self.trials:
             for slot in slots_of(trial.experiment.series):
                 yield np.repeat(np.arange(slot.rows), slot.width)
-
-    def _of_series(self, numbers: Floats) -> Iterator[Floats]:
-        """Yield the numbers of each series, shape (row, component)."""
-        start = 0
-        for trial in self.trials:
-            for slot in slots_of(trial.experiment.series):
-                size = slot.rows * slot.width
-                yield numbers[start : start + size].reshape(slot.rows, slot.width)
-                start += size
 
     def _of_times(self) -> Iterator[Floats]:
         """Yield the time of each number [s], by series."""
