@@ -6,7 +6,9 @@ branches add (``branches``); it pulls a with T u and b with -T u. One of zero le
 direction and thus no tension. ``springs_kernel`` and ``runs_kernel`` have the scalar loops.
 """
 
-from math import inf
+from collections.abc import Callable
+from functools import cache
+from math import inf, prod
 from typing import NamedTuple
 
 import numpy as np
@@ -16,22 +18,20 @@ from numpy.typing import NDArray
 from tissuec.core.vectors import dot, norm
 from tissuec.forces import Resisting
 from tissuec.forces.branches import Inelastic, elongated, flat, pulled, tightened
+from tissuec.kernels.spring_geometry import add_pulls, measure
 from tissuec.laws.evaluation import Behaviour
 from tissuec.model.network import Floats, Indices
 
 
 class SpringPull(NamedTuple):
-    """State of some springs: lengths, directions and tensions.
+    """Lengths and tensions of some springs.
 
     Attributes:
         length: Present lengths [m], shape (…, spring).
-        direction: Unit vectors from the first end to the second, shape (…, spring, 3); zero
-            where the length is.
         tension: [N], shape (…, spring); zero for dead springs and at zero length.
     """
 
     length: Floats
-    direction: Floats
     tension: Floats
 
 
@@ -58,22 +58,39 @@ class SpringSubset(Struct, frozen=True, eq=False):
     memory: Inelastic | None
 
     def pull(self, position: Floats, velocity: Floats) -> SpringPull:
-        """Return lengths, directions and tensions."""
-        gap = reach(self.ends, position)
-        length = norm(gap)
-        has_direction = length > 0.0
-        direction = gap / np.where(has_direction, length, 1.0)[..., None]
+        """Return lengths and tensions."""
+        length, closing = measured(
+            self.ends, position, velocity if self.behaviour.is_viscous else None
+        )
         stretch, own = length - self.behaviour.rest, flat(velocity)
-        if self.behaviour.is_viscous:
-            closing = dot(direction, reach(self.ends, velocity))
-            tension = tightened(self.behaviour, self.memory, stretch, closing, own)
-        else:
+        if closing is None:
             tension = pulled(self.behaviour, self.memory, stretch, own)
-        return SpringPull(length, direction, np.where(self.alive & has_direction, tension, 0.0))
+        else:
+            tension = tightened(self.behaviour, self.memory, stretch, closing, own)
+        return SpringPull(length, np.where(self.alive & (length > 0.0), tension, 0.0))
+
+    def add_forces(self, position: Floats, pull: SpringPull, to: Floats) -> None:
+        """Add what the springs pull at their ends, in their order.
+
+        Args:
+            position: As for ``pull``.
+            pull: What ``pull`` returned.
+            to: Forces on all nodes [N], contiguous, shape (…, node, 3).
+        """
+        place, force = (_states(each, position.shape[-2:]) for each in (position, to))
+        pulls = (_states(each, (len(self.ends),)) for each in pull)
+        _compiled(add_pulls)(np.ascontiguousarray(self.ends), place, *pulls, force)
+
+    def vectors(self, position: Floats, velocity: Floats) -> Floats:
+        """Return the force of each on its first end [N], shape (…, spring, 3)."""
+        length, tension = self.pull(position, velocity)
+        along = tension / np.where(length > 0.0, length, 1.0)
+        return along[..., None] * reach(self.ends, position)
 
     def energy(self, position: Floats, velocity: Floats) -> Floats:
         """Return what each stores with its branches, dead or not [J], shape (…, spring)."""
-        stretch = norm(reach(self.ends, position)) - self.behaviour.rest
+        length, _ = measured(self.ends, position)
+        stretch = length - self.behaviour.rest
         if self.memory is None:
             return self.behaviour.energy(stretch)
         variables = self.memory.variables(flat(velocity))
@@ -140,6 +157,39 @@ class SpringSubset(Struct, frozen=True, eq=False):
             to -= np.bincount(low, each, moved.size).reshape(moved.shape)
 
         return resist
+
+
+def measured(
+    ends: NDArray[np.int32], position: Floats, velocity: Floats | None = None
+) -> tuple[Floats, Floats | None]:
+    """Return lengths of springs [m] and how fast they lengthen [m/s], shape (…, spring).
+
+    Args:
+        ends: Node pair of each spring, shape (spring, 2).
+        position: Of all nodes [m], shape (…, node, 3).
+        velocity: Of all nodes [m/s], shape as ``position``; rates are None without it.
+    """
+    each, shape = position.shape[-2:], (*position.shape[:-2], len(ends))
+    x = _states(position, each)
+    v = x if velocity is None else _states(velocity, each)
+    length = np.empty((len(x), len(ends)))
+    closing = np.empty((len(x), 0 if velocity is None else len(ends)))
+    _compiled(measure)(np.ascontiguousarray(ends), x, v, length, closing)
+    return length.reshape(shape), None if velocity is None else closing.reshape(shape)
+
+
+def _states(values: Floats, each: tuple[int, ...]) -> Floats:
+    """Return values in any unit, shape (…, *each), in the shape (state, values of each)."""
+    states = values.shape[: values.ndim - len(each)]
+    return np.ascontiguousarray(values, dtype=float).reshape(prod(states), prod(each))
+
+
+@cache
+def _compiled(function: Callable[..., None]) -> Callable[..., None]:
+    """Return a function of ``kernels.spring_geometry`` as it is shipped."""
+    from tissuec.kernels.calls import Shipped
+
+    return Shipped(function, "spring_geometry")
 
 
 def reach(ends: NDArray[np.integer], values: Floats) -> Floats:

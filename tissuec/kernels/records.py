@@ -17,6 +17,7 @@ Rows = Annotated[Floats, 2]
 Stack = Annotated[Floats, 3]
 Pixels = Annotated[NDArray[np.float32], 3]
 IntegerRows = Annotated[Integers, 2]
+Pairs = Annotated[NDArray[np.int32], 2]
 
 
 class Team(NamedTuple):

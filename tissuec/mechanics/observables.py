@@ -15,7 +15,6 @@ Shared arguments:
 
 from collections.abc import Iterator
 from functools import lru_cache
-from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -95,20 +94,16 @@ def inner_forces(
 
 def _spring_forces(state: State, position: Floats, velocity: Floats) -> Forces:
     """Return what springs do, summed in their order: it does not depend on the batch."""
-    network, samples = state.network, position.shape[:-2]
-    total = np.zeros((prod(samples), network.node_count, 3))
-    tension = np.empty((*samples, network.spring_count))
+    network = state.network
+    total = np.zeros(position.shape)
+    tension = np.empty((*position.shape[:-2], network.spring_count))
     for part in _in_parts(network):
         springs = slice(None) if part is None else part
-        acting = state.springs(part).pull(position, velocity)
-        tension[..., springs] = acting.tension
-        forces = acting.tension[..., None] * acting.direction
-        first, second = network.ends[springs].T
-        for to, force in zip(total, forces.reshape(len(total), -1, 3), strict=True):
-            for axis in range(3):
-                to[:, axis] += np.bincount(first, force[:, axis], minlength=len(to))
-                to[:, axis] -= np.bincount(second, force[:, axis], minlength=len(to))
-    return Forces(total.reshape(*samples, *total.shape[1:]), tension)
+        acting = state.springs(part)
+        pull = acting.pull(position, velocity)
+        tension[..., springs] = pull.tension
+        acting.add_forces(position, pull, total)
+    return Forces(total, tension)
 
 
 def _in_parts(springs: Network | Indices) -> Iterator[Indices | None]:
@@ -162,10 +157,9 @@ def torque_on(
         about: A point [m], shape (…, 3).
     """
     springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
-    acting = state.springs(springs).pull(position, velocity)
     ends = state.network.ends[springs]
     inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])
-    force = (sign * acting.tension)[..., None] * acting.direction
+    force = sign[:, None] * state.springs(springs).vectors(position, velocity)
     total = _torque(position[..., inside, :], force, about)
     for field in state.fields:
         pressed = np.zeros(position.shape)
@@ -185,8 +179,7 @@ def pull_on(state: State, position: Floats, velocity: Floats, nodes: Indices) ->
     costs only the springs that join them to the rest.
     """
     springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
-    acting = state.springs(springs).pull(position, velocity)
-    return np.einsum("...s,...sk->...k", sign * acting.tension, acting.direction)
+    return np.einsum("s,...sk->...k", sign, state.springs(springs).vectors(position, velocity))
 
 
 @lru_cache(maxsize=64)

@@ -38,7 +38,7 @@ from tissuec.engine.integrators import INTEGRATORS, banded, iterative
 from tissuec.engine.operations import FUNCTIONS, LAWS
 from tissuec.engine.rate import Unknowns, rate
 from tissuec.forces.runs_kernel import springs_in_runs
-from tissuec.kernels import rasterizing, sensitivity, stepping, vectors
+from tissuec.kernels import rasterizing, sensitivity, spring_geometry, stepping, vectors
 from tissuec.kernels.bundles import BUNDLES, FLAGS, of_field, of_method
 from tissuec.kernels.loading import CALLED, ENDING, INDEX, SHIPPED
 from tissuec.kernels.records import Operations
@@ -131,6 +131,7 @@ def _member_of(module: ModuleType) -> Callable[[str], Exported]:
 OTHERS = {
     "derivatives": _derivative,
     "raster": _member_of(rasterizing),
+    "spring_geometry": _member_of(spring_geometry),
     "vectors": _member_of(vectors),
 }
 
