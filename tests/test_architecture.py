@@ -107,7 +107,6 @@ LONGEST = 60  # lines of a function, its documentation aside
 #: No more may come.
 CIRCLES = {
     ("compiler/profiles.py", "compiler/sentences.py"),
-    ("core/errors.py", "core/rendering.py"),
     ("forces/bending.py", "model/network.py"),
     ("results/conversion.py", "results/export.py", "results/trajectory.py"),
     ("workers/cluster.py", "workers/portions.py", "workers/processes.py", "workers/workers.py"),

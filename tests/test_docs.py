@@ -31,12 +31,11 @@ import pytest
 from msgspec import Struct, field
 
 from docs.reference.pages import outdated, unused
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import CompileError, render
 from tissuec.core.source import Source
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.forces import FORCES
 from tissuec.geometry.surfaces import SURFACES
-from tissuec.lang.render import render
 from tissuec.laws import SPRING_LAWS
 from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.generators import MESHES

@@ -16,10 +16,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.examples import examples
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, as_dict, render
 from tissuec.core.source import Source, Span
 from tissuec.lang.characters import normalise
-from tissuec.lang.render import as_dict, render
 from tissuec.pipeline import check_request
 from tissuec.scene.request import Request
 

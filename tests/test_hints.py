@@ -13,7 +13,8 @@ from msgspec.structs import replace
 
 from tests.every import every
 from tests.test_scenes import BAD, request_of
-from tissuec.core.errors import CompileError, Diagnostic, Edit
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.hints import Edit
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.lang.words import JOINING_WORDS, TIME_WORDS

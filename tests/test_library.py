@@ -10,14 +10,13 @@ import pytest
 
 from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import CompileError, render
 from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.engine.stability import damping_radius, spectral_radius
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.fuzzy.rulebase import RuleBase
 from tissuec.lang.printer import format_source
-from tissuec.lang.render import render
 from tissuec.pipeline import Result, check_request, compile_request, read_words, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.imports import read_source

@@ -8,9 +8,8 @@ import sys
 import pytest
 
 from tests.test_cli import tissuec
-from tissuec.core.errors import CompileError, Diagnostic, TissueError
+from tissuec.core.errors import CompileError, Diagnostic, TissueError, render
 from tissuec.core.printable import printable
-from tissuec.core.rendering import render
 from tissuec.core.source import Source, Span
 
 SCENE = """language 1

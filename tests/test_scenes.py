@@ -18,12 +18,11 @@ import pytest
 
 from tests.every import every
 from tissuec.core.catalogue import CODES
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, render
 from tissuec.core.resources import root
 from tissuec.core.source import Source
 from tissuec.lang.parser import parse
 from tissuec.lang.printer import format_source
-from tissuec.lang.render import render
 from tissuec.pipeline import check_request
 from tissuec.scene.imports import read_source
 from tissuec.scene.request import Request

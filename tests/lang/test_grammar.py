@@ -91,7 +91,7 @@ def test_a_changed_grammar_has_another_cache_file(tmp_path, monkeypatch):
 
 def test_parsing_and_formatting_import_no_heavy_libraries():
     code = (
-        "import sys, tissuec.lang.printer, tissuec.lang.render, tissuec.lang.tables\n"
+        "import sys, tissuec.lang.printer, tissuec.lang.tables\n"
         "print([m for m in ('scipy', 'numba', 'h5py') if m in sys.modules])"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -8,12 +8,11 @@ from hypothesis import strategies as st
 
 from tests.every import every
 from tests.examples import examples
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import CompileError, as_dict, render
 from tissuec.core.units import SYMBOLS
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.lang.printer import format_source
-from tissuec.lang.render import as_dict, render
 from tissuec.lang.syntax import Module
 from tissuec.lang.tree_builder import tree_of
 from tissuec.lang.words import CONTINUING, JOINING_WORDS, TIME_WORDS

@@ -8,7 +8,7 @@ from tests.every import every
 from tests.growth import calls
 from tests.lsp.desks import BAD, GOOD, LIBRARY, asked
 from tissuec.cli.check import _check
-from tissuec.lang.render import as_dict
+from tissuec.core.errors import as_dict
 from tissuec.lsp import completion, navigation
 from tissuec.lsp.documents import Desk
 from tissuec.lsp.findings import check

@@ -4,7 +4,7 @@ import pytest
 
 from tests.every import every
 from tests.lsp.desks import BAD, SCENES
-from tissuec.core.errors import removal
+from tissuec.core.hints import removal
 from tissuec.core.resources import library
 from tissuec.core.source import Source, Span
 from tissuec.lang.characters import normalise

@@ -15,7 +15,7 @@ import pytest
 
 from tests.lsp.desks import BAD, LIBRARY, SCENES
 from tissuec.cli.check import _check
-from tissuec.lang.render import as_dict
+from tissuec.core.errors import as_dict
 from tissuec.lsp.layout import formatted
 
 pytest.importorskip("pygls.lsp.server")

@@ -18,7 +18,8 @@ from tissuec.analysis.vibration.modes import modes_of
 from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.drawn_bodies import Drawing
-from tissuec.core.errors import SimulationError, TissueError, alternatives, counted
+from tissuec.core.errors import SimulationError, TissueError, counted
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.matter.breaking import breaking_strains
 from tissuec.matter.elasticity import Elasticity, Unit, of_solid, of_wall, wall_springs

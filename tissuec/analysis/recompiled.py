@@ -9,10 +9,9 @@ from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.manifest import digests
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, render
 from tissuec.core.source import Source
 from tissuec.core.version import __version__
-from tissuec.lang.render import render
 from tissuec.model.network import Network
 from tissuec.pipeline import compile_request, read_words
 from tissuec.results.trajectory import Trajectory

@@ -14,7 +14,8 @@ from tissuec.bench.scales import MotionScales
 from tissuec.bench.trial import Solver
 from tissuec.bench.truth import BestSolution, find_truth
 from tissuec.compiler.compile import Compiled
-from tissuec.core.errors import TissueError, alternatives
+from tissuec.core.errors import TissueError
+from tissuec.core.hints import alternatives
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.script.plan import AUTOMATIC
 

@@ -12,7 +12,7 @@ import click
 
 from tissuec.cli.common import CommandGroup, Settings
 from tissuec.cli.guard import run_guarded
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.version import __version__
 
 # Matrices are small or sparse: threads of BLAS, which start with NumPy, cost more than they

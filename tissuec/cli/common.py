@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from tissuec.cli.completing import params
 from tissuec.core.data import as_data
-from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
+from tissuec.core.errors import CompileError, Diagnostic, TissueError, as_dict, counted, render
 from tissuec.core.printable import printable
 
 DONE, FAILED, WRONG_TEXT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
@@ -188,8 +188,6 @@ def print_json(document: Any) -> None:
 
 def report(diagnostics: Sequence[Diagnostic], settings: Settings) -> None:
     """Show diagnostics on stderr, as text; quietly, those that are errors."""
-    from tissuec.lang.render import render
-
     shows_warnings = settings.strict or not settings.quiet
     for diagnostic in diagnostics:
         if diagnostic.severity == "error" or shows_warnings:
@@ -212,8 +210,6 @@ def tell_mistakes(error: CompileError, settings: Settings, **facts: Any) -> None
 
 def as_json(diagnostics: Sequence[Diagnostic]) -> list[dict[str, Any]]:
     """Return diagnostics as plain data."""
-    from tissuec.lang.render import as_dict
-
     return [as_dict(diagnostic) for diagnostic in diagnostics]
 
 

@@ -19,7 +19,8 @@ from tissuec.cli.common import (
 )
 from tissuec.core.columns import aligned
 from tissuec.core.data import as_data
-from tissuec.core.errors import TissueError, did_you_mean
+from tissuec.core.errors import TissueError
+from tissuec.core.hints import did_you_mean
 
 if TYPE_CHECKING:
     from tissuec.analysis.bodies import BodyProperties

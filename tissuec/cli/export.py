@@ -11,7 +11,8 @@ from msgspec import Struct
 from tissuec.cli.arguments import TimeArgument
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
 from tissuec.cli.exporting_tables import HDF5, export_table
-from tissuec.core.errors import TissueError, alternatives, counted
+from tissuec.core.errors import TissueError, counted
+from tissuec.core.hints import alternatives
 
 if TYPE_CHECKING:
     from tissuec.model.network import Floats

@@ -24,7 +24,8 @@ from tissuec.cli.common import (
     tell_mistakes,
     worker_options,
 )  # fmt: skip
-from tissuec.core.errors import CompileError, did_you_mean
+from tissuec.core.errors import CompileError
+from tissuec.core.hints import did_you_mean
 from tissuec.engine.execution.signals import SIGNALLED, exit_code
 from tissuec.results import wording
 

@@ -8,7 +8,8 @@ from tissuec.cli.common import DONE, Command, CommandGroup, Settings, echo, prin
 from tissuec.cli.completing import shipped_names
 from tissuec.core import resources
 from tissuec.core.columns import aligned
-from tissuec.core.errors import TissueError, did_you_mean
+from tissuec.core.errors import TissueError
+from tissuec.core.hints import did_you_mean
 
 KINDS = {"scenes": "scenes to run", "tissues": "tissues to use", "fuzzy": "vocabularies"}
 

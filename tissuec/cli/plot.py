@@ -8,7 +8,7 @@ from msgspec.structs import fields
 
 from tissuec.cli.arguments import OptionReader
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, scene_options
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.view.plots import PLOTS, USUAL
 from tissuec.view.plots.options import Option, options_of
 

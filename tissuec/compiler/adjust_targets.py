@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from tissuec.compiler.selections import Mask
 from tissuec.compiler.sets import Groups, PlacedBody
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.lang import syntax as s
 from tissuec.model.network import Indices
 from tissuec.scene.model import Scene, Tissue

@@ -9,8 +9,8 @@ import numpy as np
 from tissuec.compiler.adjust_limits import LIMITING, Found, limited
 from tissuec.compiler.adjust_targets import Target, Targets
 from tissuec.compiler.laws_adjusted import LawConstant, constants_of, uses
-from tissuec.core.errors import Edit, Hint, alternatives
 from tissuec.core.fields import Measure
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s

@@ -13,14 +13,8 @@ from numpy.typing import NDArray
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.selections import extents
 from tissuec.compiler.thread_checks import passing_threads, turning_contact_on
-from tissuec.core.errors import (
-    Diagnostic,
-    Hint,
-    Note,
-    SimulationError,
-    counted,
-    leaving_out,
-)
+from tissuec.core.errors import Diagnostic, Note, SimulationError, counted
+from tissuec.core.hints import Hint, leaving_out
 from tissuec.core.names import key_of
 from tissuec.core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, VELOCITY, show
 from tissuec.engine.execution.failure_messages import explain_action

@@ -13,7 +13,7 @@ from tissuec.compiler.observed import (
     place_of,
 )
 from tissuec.compiler.sets import KINDS, Groups, unnamed
-from tissuec.core.errors import alternatives, proposal
+from tissuec.core.hints import alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from tissuec.compiler.selections import Mask, PointScope, extents
 from tissuec.compiler.tables import ExplicitBody, read_tables
 from tissuec.compiler.threads import knot_pairs, thread_of
-from tissuec.core.errors import Note, alternatives, counted
+from tissuec.core.errors import Note, counted
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths

@@ -11,7 +11,8 @@ from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.fit_targets import FitReader
 from tissuec.compiler.learn_expectations import DemandReader, ExpectableErrors
 from tissuec.compiler.matter import can_be_matter
-from tissuec.core.errors import Note, leaving_out
+from tissuec.core.errors import Note
+from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from tissuec.compiler.conditions import Conditions
-from tissuec.core.errors import Edit, Hint, Note, counted
+from tissuec.core.errors import Note, counted
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, NUMBER, TIME
 from tissuec.lang import syntax as s

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.expectations import ERROR, errors_in
-from tissuec.core.errors import Edit, Hint, alternatives
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope

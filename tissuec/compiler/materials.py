@@ -18,7 +18,8 @@ from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.matter import Matter, MatterReader
 from tissuec.compiler.poisson import Poisson, poisson_of
 from tissuec.compiler.shells import hinges_of
-from tissuec.core.errors import Hint, Note, insertion
+from tissuec.core.errors import Note
+from tissuec.core.hints import Hint, insertion
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit

@@ -9,7 +9,8 @@ from msgspec.structs import replace
 from tissuec.compiler.conditions import LEDGER, Conditions
 from tissuec.compiler.sets import Groups
 from tissuec.compiler.smoothing import SURFACE, read_surface
-from tissuec.core.errors import Edit, Hint, Note, alternatives
+from tissuec.core.errors import Note
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s

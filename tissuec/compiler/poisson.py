@@ -15,7 +15,8 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from tissuec.compiler.matter import Matter
-from tissuec.core.errors import Note, leaving_out
+from tissuec.core.errors import Note
+from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, Body

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissuec.core.errors import CompileError, Edit, Hint, alternatives, insertion
+from tissuec.core.errors import CompileError
+from tissuec.core.hints import Edit, Hint, alternatives, insertion
 from tissuec.core.interpolation import monotone_slopes
 from tissuec.core.units import FREQUENCY, LENGTH, UnitError, parse_unit
 from tissuec.lang import syntax as s

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.observed import MeasureScope, ObservedMeasure, Place
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 from tissuec.lang import syntax as s

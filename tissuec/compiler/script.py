@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.sentences import SentenceOrder
 from tissuec.compiler.sets import Groups
-from tissuec.core.errors import Edit, Hint, alternatives, proposal
+from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s

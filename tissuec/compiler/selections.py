@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, NUMBER
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats, Indices

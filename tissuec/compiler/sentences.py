@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.compiler.profiles import read_profiles
 from tissuec.compiler.sets import Groups
-from tissuec.core.errors import Edit, Hint, alternatives, did_you_mean
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.lang import syntax as s

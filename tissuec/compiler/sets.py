@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing, points_of
 from tissuec.compiler.selections import extents
-from tissuec.core.errors import Hint, alternatives
+from tissuec.core.hints import Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in

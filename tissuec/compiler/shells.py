@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.matter import Matter
-from tissuec.core.errors import leaving_out
+from tissuec.core.hints import leaving_out
 from tissuec.forces.bending import Hinges
 from tissuec.model.network import Floats
 from tissuec.model.topology import springs_between

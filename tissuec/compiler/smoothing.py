@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tissuec.core.errors import Edit, Hint
 from tissuec.core.fields import OneOf
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.geometry.surfaces import ELSEWHERE, MOST_POINTS, ON_GRIDS, SURFACES, Smoothing
 from tissuec.lang import syntax as s

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.compiler.observed import describe_sides
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, parse_unit

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.quantities import ObservedExpression, QuantityReader
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, Dimension, si_unit
 from tissuec.lang import syntax as s

@@ -13,7 +13,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.errors import CompileError, Hint, alternatives, insertion
+from tissuec.core.errors import CompileError
+from tissuec.core.hints import Hint, alternatives, insertion
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import (

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import Diagnostic, Edit, Hint
+from tissuec.core.errors import Diagnostic
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show

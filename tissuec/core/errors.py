@@ -1,14 +1,17 @@
 """Diagnostics about a text, and the exceptions that carry them."""
 
-import re
 from collections.abc import Iterable
-from typing import Literal
+from typing import Any, Literal
 
 from msgspec import Struct
 
+from tissuec.core.excerpt import excerpt
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.printable import printable
-from tissuec.core.rendering import render
 from tissuec.core.source import Span
+
+_RED, _YELLOW, _BLUE, _BOLD = "\033[1;31m", "\033[1;33m", "\033[1;34m", "\033[1m"
+_PLAIN = "\033[0m"
 
 
 class Note(Struct, frozen=True):
@@ -16,44 +19,6 @@ class Note(Struct, frozen=True):
 
     message: str
     span: Span | None = None
-
-
-class Edit(Struct, frozen=True):
-    """A text that a hint proposes in place of another.
-
-    Attributes:
-        span: What it replaces; None for the place of the finding.
-        old: With no span: what it replaces there; all of it if empty.
-    """
-
-    text: str
-    span: Span | None = None
-    old: str = ""
-
-    def at(self, place: Span) -> "Edit":
-        """Return the edit of a finding at this place, with a span."""
-        if self.span is not None:
-            return self
-        start = place.text.lower().find(self.old.lower()) if self.old else -1
-        if start < 0:
-            return Edit(self.text, place)
-        start += place.start
-        return Edit(self.text, Span(place.source, start, start + len(self.old)))
-
-
-class Hint(str):
-    """The remedy for a finding, with the edits that it proposes.
-
-    Attributes:
-        edits: Alternatives: after any one of them the finding is gone.
-    """
-
-    edits: tuple[Edit, ...]
-
-    def __new__(cls, text: str, *edits: Edit) -> "Hint":
-        hint = super().__new__(cls, text)
-        hint.edits = edits
-        return hint
 
 
 class Diagnostic(Struct, frozen=True):
@@ -79,13 +44,6 @@ class Diagnostic(Struct, frozen=True):
 
     def __str__(self) -> str:
         return render(self)
-
-
-#: What can stand between a statement and the next one.
-_REST_OF_LINE = re.compile(r"[ \t]*(?:(;)[ \t]*|((?:#[^\n]*)?(?:\n|$)))?")
-
-#: How alike two words must be (of 1) for one to be a misspelling of the other.
-_ALIKE = 0.7
 
 
 class TissueError(Exception):
@@ -121,60 +79,70 @@ class TissueWarning(UserWarning):
     """A warning for callers from Python, which ``strict`` makes an error."""
 
 
+def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
+    """Return a diagnostic as text: headline, place, excerpt, hint and notes."""
+    message, hint = printable(diagnostic.message), printable(diagnostic.hint)
+    tone = _RED if diagnostic.severity == "error" else _YELLOW
+    paint = _paint if color else _leave
+    head = paint(f"{diagnostic.severity}[{diagnostic.code}]", tone)
+    lines = [f"{head}: {paint(message, _BOLD)}"]
+    span = diagnostic.span
+    gutter = " " * (len(str(span.line)) if span else 1)
+    if span:
+        code, carets = excerpt(span)
+        bar = paint("|", _BLUE)
+        lines.append(f"  {paint('-->', _BLUE)} {printable(span.place)}:{span.column}")
+        lines.append(f"{gutter} {bar}")
+        lines.append(f"{paint(str(span.line), _BLUE)} {bar} {code}".rstrip())
+        lines.append(f"{gutter} {bar} {paint(carets, tone)}")
+    if hint:
+        lines.append(f"{gutter} {paint('=', _BLUE)} hint: {hint}")
+    lines += (
+        f"{gutter} {paint('=', _BLUE)} note: {printable(_note(n, span))}"
+        for n in diagnostic.notes
+    )
+    return "\n".join(lines)
+
+
+def _paint(text: str, tone: str) -> str:
+    return f"{tone}{text}{_PLAIN}"
+
+
+def _leave(text: str, _tone: str) -> str:
+    return text
+
+
+def _note(note: Note, main: Span | None) -> str:
+    elsewhere = note.span and (main is None or note.span.place != main.place)
+    return f"{note.message} at {note.span.place}" if note.span and elsewhere else note.message
+
+
+def as_dict(diagnostic: Diagnostic) -> dict[str, Any]:
+    """Return a diagnostic as plain values for JSON; lines and columns count from 1."""
+    return {
+        "code": diagnostic.code,
+        "severity": diagnostic.severity,
+        "message": diagnostic.message,
+        **_place(diagnostic.span),
+        "hint": str(diagnostic.hint),
+        "edits": [{"text": edit.text, **_place(edit.span)} for edit in diagnostic.edits],
+        "notes": [{"message": note.message, **_place(note.span)} for note in diagnostic.notes],
+    }
+
+
+def _place(span: Span | None) -> dict[str, Any]:
+    if span is None:
+        return dict.fromkeys(("file", "line", "column", "end_line", "end_column"))
+    end = Span(span.source, span.end, span.end)
+    return {
+        "file": span.source.name,
+        "line": span.line,
+        "column": span.column,
+        "end_line": end.line,
+        "end_column": end.column,
+    }
+
+
 def counted(number: int, what: str) -> str:
     """Return a number with its noun: ``1 spring``, ``2 springs``."""
     return f"{number} {what}{'' if number == 1 else 's'}"
-
-
-def proposal(text: str, span: Span | None = None) -> Hint:
-    """Return a hint ``write "…"``: a text for a place, which is that of the finding if None."""
-    return Hint(f'write "{text}"', Edit(text, span))
-
-
-def insertion(text: str, span: Span) -> Edit:
-    """Return the edit that puts a text behind a place."""
-    return Edit(text, Span(span.source, span.end, span.end))
-
-
-def removal(place: Span) -> Edit:
-    """Return the edit that removes a statement with its separator, or with its line."""
-    text, start, end = place.source.text, place.start, place.end
-    before = len(text[:start].rstrip(" \t"))
-    behind = _REST_OF_LINE.match(text, end)
-    assert behind is not None
-    if behind[1]:  # a ";"
-        end = behind.end()
-    elif text[before - 1 : before] == ";":
-        start = before - 1
-    elif behind[2] is not None and text[before - 1 : before] in ("", "\n"):
-        start, end = before, behind.end()
-    return Edit("", Span(place.source, start, end))
-
-
-def leaving_out(text: str, *places: Span) -> Hint:
-    """Return a hint whose edits each take one of these statements away."""
-    return Hint(text, *map(removal, places))
-
-
-def did_you_mean(word: str, known: Iterable[str]) -> Hint:
-    """Return a hint ``did you mean "…"?`` for the nearest known word, or an empty one."""
-    from difflib import get_close_matches  # late: most runs have no misspelt word
-
-    names = list(known)
-    swapped = [name for name in names if sorted(name) == sorted(word)]
-    near = swapped or get_close_matches(word, names, n=1, cutoff=_ALIKE)
-    return Hint(f'did you mean "{near[0]}"?', Edit(near[0], old=word)) if near else Hint("")
-
-
-def alternatives(word: str, known: Iterable[str], *, what: str) -> Hint:
-    """Return a hint with the nearest word and then all words, such as for an unknown entry.
-
-    Args:
-        word: The unknown word.
-        known: The known words.
-        what: Introduction of the list, such as "there are".
-    """
-    names = list(known)
-    near = did_you_mean(word, names)
-    every = f"{what}: {', '.join(names)}" if names else ""
-    return Hint("  ".join(part for part in (near, every) if part), *near.edits)

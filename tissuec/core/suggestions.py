@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tissuec.core.errors import Edit, Hint
+from tissuec.core.hints import Edit, Hint
 
 
 def nearby(path: Path, suffix: str, beside: Path | None = None) -> Hint:

@@ -9,7 +9,7 @@ import re
 from functools import cache
 from typing import NamedTuple
 
-from tissuec.core.errors import Edit, Hint, did_you_mean
+from tissuec.core.hints import Edit, Hint, did_you_mean
 
 
 class Dimension(NamedTuple):

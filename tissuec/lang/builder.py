@@ -11,7 +11,8 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from tissuec.core.errors import Diagnostic, proposal
+from tissuec.core.errors import Diagnostic
+from tissuec.core.hints import proposal
 from tissuec.core.source import Source, Span
 from tissuec.core.units import canonical_unit, parse_unit
 from tissuec.lang import syntax as s

@@ -4,7 +4,8 @@ import re
 import unicodedata
 from pathlib import Path
 
-from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Source, Span
 
 #: Matches what may be odd: signs without a meaning, control characters, all beyond ASCII. An

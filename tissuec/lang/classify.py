@@ -9,7 +9,8 @@ from itertools import takewhile
 
 from msgspec.structs import replace
 
-from tissuec.core.errors import Diagnostic, Edit, Hint, Note, proposal
+from tissuec.core.errors import Diagnostic, Note
+from tissuec.core.hints import Edit, Hint, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ALL_UNITS, SYMBOLS, near_unit
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake

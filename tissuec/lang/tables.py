@@ -12,7 +12,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, counted
+from tissuec.core.errors import CompileError, Diagnostic, counted
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.lang.rows import CELL, blank_comments, quoted_rows
 from tissuec.lang.syntax import Table

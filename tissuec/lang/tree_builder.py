@@ -4,7 +4,8 @@ import re
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-from tissuec.core.errors import Diagnostic, Edit, Hint, Note, proposal
+from tissuec.core.errors import Diagnostic, Note
+from tissuec.core.hints import Edit, Hint, proposal
 from tissuec.core.source import Source, Span
 from tissuec.lang.characters import CURLY, SUSPECT, odd_character
 from tissuec.lang.rows import find_rows

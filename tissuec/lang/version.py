@@ -2,7 +2,8 @@
 
 import re
 
-from tissuec.core.errors import CompileError, Diagnostic, Edit, Hint, did_you_mean, insertion
+from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.hints import Edit, Hint, did_you_mean, insertion
 from tissuec.core.source import Source, Span
 from tissuec.lang.tree import Statement
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from tissuec.core.errors import Diagnostic, Edit
+from tissuec.core.errors import Diagnostic
+from tissuec.core.hints import Edit
 from tissuec.core.resources import library
 from tissuec.core.source import Span
 from tissuec.lsp.documents import Desk

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.results.export import find_log, moments_of, spring_name
 from tissuec.results.logs import Log
 from tissuec.results.shapes import ExportedShape

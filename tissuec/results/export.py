@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import open_file

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.results.recording import NamedGroup

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from msgspec import Struct
 
-from tissuec.core.errors import alternatives, did_you_mean
+from tissuec.core.hints import alternatives, did_you_mean
 from tissuec.lang import syntax as s
 from tissuec.scene.findings import Findings
 

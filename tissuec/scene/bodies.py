@@ -6,8 +6,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from tissuec.core import units
-from tissuec.core.errors import Edit, Hint, Note, alternatives
+from tissuec.core.errors import Note
 from tissuec.core.fields import Measure, OneOf, Point
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk

@@ -6,7 +6,8 @@ from typing import NoReturn, TypeVar
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from tissuec.core.errors import Edit, Hint, Note, alternatives, did_you_mean
+from tissuec.core.errors import Note
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
 from tissuec.lang.version import first_line

@@ -12,7 +12,8 @@ from typing import Any, NoReturn, TypeAlias, cast
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core.errors import CompileError, Note, alternatives, did_you_mean
+from tissuec.core.errors import CompileError, Note
+from tissuec.core.hints import alternatives, did_you_mean
 from tissuec.core.names import key_of
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s

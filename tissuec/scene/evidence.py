@@ -7,8 +7,9 @@ known density = 1.06 g/cm^3 by unverified "Duck 1990"
 from collections.abc import Iterable, Mapping
 from typing import NoReturn
 
-from tissuec.core.errors import Edit, Hint, Note, alternatives
+from tissuec.core.errors import Note
 from tissuec.core.fields import Measure
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import show, suggested_unit

@@ -8,7 +8,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import Edit, Hint, alternatives, did_you_mean, proposal
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import (
     ALL_UNITS,

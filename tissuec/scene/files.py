@@ -3,8 +3,9 @@
 import os.path
 from pathlib import Path, PurePosixPath
 
-from tissuec.core.errors import Hint, Note, insertion
+from tissuec.core.errors import Note
 from tissuec.core.fields import FileIn, LocatedFile
+from tissuec.core.hints import Hint, insertion
 from tissuec.core.source import Span
 from tissuec.core.suggestions import nearby
 from tissuec.core.units import UnitError, describe, parse_unit

@@ -8,7 +8,8 @@ from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from typing import NoReturn
 
-from tissuec.core.errors import CompileError, Diagnostic, Note, did_you_mean
+from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.hints import did_you_mean
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 

@@ -5,8 +5,9 @@ from math import inf
 from typing import Any, NoReturn
 
 from tissuec.core import units
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Note
 from tissuec.core.fields import Measure, OneOf
+from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema

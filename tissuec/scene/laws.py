@@ -8,7 +8,8 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.errors import Edit, Hint, Note, alternatives
+from tissuec.core.errors import Note
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from typing import NoReturn
 
-from tissuec.core.errors import Edit, Hint, Note
+from tissuec.core.errors import Note
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, UnitError, describe, parse_unit
 from tissuec.lang import syntax as s

@@ -7,7 +7,8 @@ from pathlib import Path, PurePosixPath
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core.errors import Edit, Hint, Note, alternatives
+from tissuec.core.errors import Note
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Source, Span
 from tissuec.core.suggestions import nearby
 from tissuec.lang import syntax as s

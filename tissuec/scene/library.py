@@ -9,8 +9,9 @@ from pathlib import Path
 from msgspec import Struct
 
 from tissuec.core import resources
-from tissuec.core.errors import CompileError, Edit, Hint, TissueError, did_you_mean
+from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.files import leads_out, read_bytes
+from tissuec.core.hints import Edit, Hint, did_you_mean
 from tissuec.core.source import Source
 from tissuec.core.suggestions import nearby
 from tissuec.lang import syntax as s

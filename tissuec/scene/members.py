@@ -2,7 +2,8 @@
 
 from collections.abc import Collection, Sequence
 
-from tissuec.core.errors import Edit, Hint, Note, alternatives
+from tissuec.core.errors import Note
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.forces import FORCES
 from tissuec.lang import syntax as s
 from tissuec.scene import schema

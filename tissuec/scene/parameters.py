@@ -6,7 +6,8 @@ from typing import NoReturn
 
 from msgspec import Struct
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Note
+from tissuec.core.hints import alternatives
 from tissuec.core.units import NUMBER, describe
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
-from tissuec.core.errors import Note, alternatives, leaving_out
+from tissuec.core.errors import Note
+from tissuec.core.hints import alternatives, leaving_out
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, NUMBER, Dimension, describe, show
 from tissuec.fuzzy.axis import Axis

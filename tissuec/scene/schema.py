@@ -15,8 +15,9 @@ import numpy as np
 from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
 
-from tissuec.core.errors import Edit, Hint, Note, alternatives, insertion, proposal
+from tissuec.core.errors import Note
 from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several, Whole
+from tissuec.core.hints import Edit, Hint, alternatives, insertion, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
 from tissuec.lang import syntax as s

@@ -8,8 +8,9 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.errors import Edit, Hint, Note, insertion, leaving_out
+from tissuec.core.errors import Note
 from tissuec.core.fields import Measure, OneOf, Point
+from tissuec.core.hints import Edit, Hint, insertion, leaving_out
 from tissuec.core.source import Span
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.integrators.procedures import PROCEDURES, Choices

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Note
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s

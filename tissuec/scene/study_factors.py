@@ -7,8 +7,8 @@ import re
 from collections.abc import Sequence
 from typing import NoReturn
 
-from tissuec.core.errors import proposal
 from tissuec.core.files import read_bytes
+from tissuec.core.hints import proposal
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import (

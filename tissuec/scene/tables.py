@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 
-from tissuec.core.errors import Note, alternatives
+from tissuec.core.errors import Note
+from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.declarations import Declarations

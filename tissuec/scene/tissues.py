@@ -7,8 +7,9 @@ import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from tissuec.core.errors import Edit, Hint, Note, alternatives, leaving_out, proposal
+from tissuec.core.errors import Note
 from tissuec.core.fields import Measure
+from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal
 from tissuec.core.source import Span
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.gradual import FARTHEST

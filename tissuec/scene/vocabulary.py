@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core.errors import Edit, Hint, Note, alternatives, leaving_out
+from tissuec.core.errors import Note
+from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER
 from tissuec.fuzzy import conditions as c

@@ -6,7 +6,8 @@ from typing import NoReturn
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.errors import Edit, Hint, Note, did_you_mean
+from tissuec.core.errors import Note
+from tissuec.core.hints import Edit, Hint, did_you_mean
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension
 from tissuec.fuzzy.hedges import Hedge, PowerHedge, Shift, has_effect, hedged

@@ -16,7 +16,8 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.manifest import digests, sources_of
 from tissuec.compiler.study_expectations import Verdict, judge
 from tissuec.compiler.study_measures import compile_measures
-from tissuec.core.errors import Diagnostic, TissueError, alternatives
+from tissuec.core.errors import Diagnostic, TissueError
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.version import __version__
 from tissuec.engine.execution.signals import ending

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.study_model import Cell

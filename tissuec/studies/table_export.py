@@ -5,7 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.errors import TissueError, alternatives
+from tissuec.core.errors import TissueError
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.scene.study_model import Cell
 from tissuec.studies.rows import title

@@ -12,7 +12,8 @@ from tissuec.analysis.lab.coupon import Coupon
 from tissuec.analysis.lab.statics import StressStrainCurve, TensionTest
 from tissuec.compiler.provenance import used_tissues
 from tissuec.core import units
-from tissuec.core.errors import TissueError, did_you_mean
+from tissuec.core.errors import TissueError
+from tissuec.core.hints import did_you_mean
 from tissuec.core.names import key_of
 from tissuec.core.source import Source
 from tissuec.core.units import Dimension, show

@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.units import LENGTH, TIME, Dimension, Unit, UnitError, describe, parse_unit
 from tissuec.learn.data.complaints import Complaints, first_few
 from tissuec.learn.data.experiment import Series

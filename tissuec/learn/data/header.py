@@ -5,7 +5,7 @@ from typing import NoReturn
 
 from msgspec import Struct
 
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, TIME, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import Complaints, first_few

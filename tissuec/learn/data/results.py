@@ -5,7 +5,8 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import alternatives, counted
+from tissuec.core.errors import counted
+from tissuec.core.hints import alternatives
 from tissuec.learn.data.complaints import Complaints, first_few
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.logged import as_measured, find_log, is_position, title_of

@@ -7,7 +7,8 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.errors import alternatives, counted
+from tissuec.core.errors import counted
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.errors import Edit, Hint, insertion
+from tissuec.core.hints import Edit, Hint, insertion
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network, numbers_in

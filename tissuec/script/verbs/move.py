@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.errors import Edit, Hint
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.forces.load import LoadTerm
 from tissuec.mechanics.state import State

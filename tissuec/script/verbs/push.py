@@ -6,7 +6,7 @@ from typing import ClassVar, Self
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.errors import Edit, Hint, insertion
+from tissuec.core.hints import Edit, Hint, insertion
 from tissuec.core.source import Span
 from tissuec.forces.load import Load, LoadTerm
 from tissuec.mechanics.state import State

@@ -4,7 +4,7 @@ from typing import ClassVar, Self
 
 from msgspec import Struct
 
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Order

@@ -14,7 +14,7 @@ from math import inf, isfinite, log, nan
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.errors import alternatives
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats
 from tissuec.scene.study_entries import GRID

@@ -28,7 +28,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from msgspec.structs import fields
 
-from tissuec.core.errors import TissueError, alternatives
+from tissuec.core.errors import TissueError
+from tissuec.core.hints import alternatives
 from tissuec.core.registry import Family
 
 if TYPE_CHECKING:

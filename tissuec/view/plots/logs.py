@@ -7,7 +7,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core.errors import TissueError, alternatives, counted
+from tissuec.core.errors import TissueError, counted
+from tissuec.core.hints import alternatives
 from tissuec.model.network import Floats
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import look, plain

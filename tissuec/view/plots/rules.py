@@ -9,7 +9,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.errors import TissueError, alternatives
+from tissuec.core.errors import TissueError
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.palette import AMOUNT, GRID, INK
 from tissuec.core.units import show

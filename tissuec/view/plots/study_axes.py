@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.errors import TissueError, alternatives
+from tissuec.core.errors import TissueError
+from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats
 from tissuec.studies.analysis.completed import completed, measure_of

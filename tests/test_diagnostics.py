@@ -5,9 +5,8 @@ import re
 
 import pytest
 
-from tissuec.core.errors import Diagnostic, Note
+from tissuec.core.errors import Diagnostic, Note, as_dict, render
 from tissuec.core.source import Source, Span
-from tissuec.lang.render import as_dict, render
 
 SOURCE = Source(
     "sterilisation.tis", "\n" * 25 + "  at 0.10 s             grasp waist with forceps A\nx\n"

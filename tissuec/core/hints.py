@@ -1,0 +1,106 @@
+"""What findings propose: sentences with the edits of the text that carry them out."""
+
+import re
+from collections.abc import Iterable
+
+from msgspec import Struct
+
+from tissuec.core.source import Span
+
+#: What can stand between a statement and the next one.
+_REST_OF_LINE = re.compile(r"[ \t]*(?:(;)[ \t]*|((?:#[^\n]*)?(?:\n|$)))?")
+
+#: How alike two words must be (of 1) for one to be a misspelling of the other.
+_ALIKE = 0.7
+
+
+class Edit(Struct, frozen=True):
+    """A text that a hint proposes in place of another.
+
+    Attributes:
+        span: What it replaces; None for the place of the finding.
+        old: With no span: what it replaces there; all of it if empty.
+    """
+
+    text: str
+    span: Span | None = None
+    old: str = ""
+
+    def at(self, place: Span) -> "Edit":
+        """Return the edit of a finding at this place, with a span."""
+        if self.span is not None:
+            return self
+        start = place.text.lower().find(self.old.lower()) if self.old else -1
+        if start < 0:
+            return Edit(self.text, place)
+        start += place.start
+        return Edit(self.text, Span(place.source, start, start + len(self.old)))
+
+
+class Hint(str):
+    """The remedy for a finding, with the edits that it proposes.
+
+    Attributes:
+        edits: Alternatives: after any one of them the finding is gone.
+    """
+
+    edits: tuple[Edit, ...]
+
+    def __new__(cls, text: str, *edits: Edit) -> "Hint":
+        hint = super().__new__(cls, text)
+        hint.edits = edits
+        return hint
+
+
+def proposal(text: str, span: Span | None = None) -> Hint:
+    """Return a hint ``write "…"``: a text for a place, which is that of the finding if None."""
+    return Hint(f'write "{text}"', Edit(text, span))
+
+
+def insertion(text: str, span: Span) -> Edit:
+    """Return the edit that puts a text behind a place."""
+    return Edit(text, Span(span.source, span.end, span.end))
+
+
+def removal(place: Span) -> Edit:
+    """Return the edit that removes a statement with its separator, or with its line."""
+    text, start, end = place.source.text, place.start, place.end
+    before = len(text[:start].rstrip(" \t"))
+    behind = _REST_OF_LINE.match(text, end)
+    assert behind is not None
+    if behind[1]:  # a ";"
+        end = behind.end()
+    elif text[before - 1 : before] == ";":
+        start = before - 1
+    elif behind[2] is not None and text[before - 1 : before] in ("", "\n"):
+        start, end = before, behind.end()
+    return Edit("", Span(place.source, start, end))
+
+
+def leaving_out(text: str, *places: Span) -> Hint:
+    """Return a hint whose edits each take one of these statements away."""
+    return Hint(text, *map(removal, places))
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> Hint:
+    """Return a hint ``did you mean "…"?`` for the nearest known word, or an empty one."""
+    from difflib import get_close_matches  # late: most runs have no misspelt word
+
+    names = list(known)
+    swapped = [name for name in names if sorted(name) == sorted(word)]
+    near = swapped or get_close_matches(word, names, n=1, cutoff=_ALIKE)
+    return Hint(f'did you mean "{near[0]}"?', Edit(near[0], old=word)) if near else Hint("")
+
+
+def alternatives(word: str, known: Iterable[str], *, what: str) -> Hint:
+    """Return a hint with the nearest word and then all words, such as for an unknown entry.
+
+    Args:
+        word: The unknown word.
+        known: The known words.
+        what: Introduction of the list, such as "there are".
+    """
+    names = list(known)
+    near = did_you_mean(word, names)
+    every = f"{what}: {', '.join(names)}" if names else ""
+    return Hint("  ".join(part for part in (near, every) if part), *near.edits)
