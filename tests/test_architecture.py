@@ -106,10 +106,7 @@ LONGEST = 60  # lines of a function, its documentation aside
 #: Files that name each other: a value, and what converts, prints, reads or analyses it.
 #: No more may come.
 CIRCLES = {
-    ("compiler/profiles.py", "compiler/sentences.py"),
     ("forces/bending.py", "model/network.py"),
-    ("results/conversion.py", "results/export.py", "results/trajectory.py"),
-    ("workers/cluster.py", "workers/portions.py", "workers/processes.py", "workers/workers.py"),
 }  # fmt: skip
 
 

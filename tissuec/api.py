@@ -390,7 +390,7 @@ def study(
     from tissuec.studies.study import prepare, run_study
     from tissuec.studies.writing import sentences_of
     from tissuec.view.study_table import with_methods
-    from tissuec.workers.workers import workers_of
+    from tissuec.workers.selection import workers_of
 
     request = _request(scene, params or {}, libraries)
     if isinstance(vary, Mapping):

@@ -13,8 +13,9 @@ import pytest
 from tests.study.scenes import carried_out, prepared
 from tissuec.core.errors import TissueError
 from tissuec.studies.study import run_study
-from tissuec.workers import cluster, portions, workers
+from tissuec.workers import cluster, portions
 from tissuec.workers.cluster import Cluster
+from tissuec.workers.selection import workers_of
 
 MANY = ("vary lift = 2 mm to 9 mm in 20 steps",)  # times two tissues: 40 runs
 
@@ -218,10 +219,10 @@ def test_a_scheduler_that_is_not_there_is_told_about_at_once(monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 0.3)
     for address in ("tcp://127.0.0.1:9", "nonsense://x"):
         with pytest.raises(TissueError, match=f'no scheduler answers at "{address}"'):
-            workers.workers_of(scheduler=address)
+            workers_of(scheduler=address)
 
 
 def test_without_dask_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(TissueError, match=r'pip install "tissuec\[cluster\]"'):
-        workers.workers_of(scheduler="tcp://127.0.0.1:9")
+        workers_of(scheduler="tcp://127.0.0.1:9")

@@ -14,7 +14,8 @@ from tests.workers import deeds
 from tissuec.core.errors import TissueError
 from tissuec.workers import portions, processes
 from tissuec.workers.processes import Processes, ProcessExecutor
-from tissuec.workers.workers import LOST, OwnProcess, workers_of
+from tissuec.workers.selection import workers_of
+from tissuec.workers.workers import LOST, OwnProcess
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="kills by signals")
 

@@ -103,7 +103,7 @@ def command(
     """
     from tissuec.pipeline import compile_request
     from tissuec.scene.request import Request
-    from tissuec.workers.workers import workers_of
+    from tissuec.workers.selection import workers_of
 
     request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)
     try:

@@ -100,7 +100,7 @@ def command(
     from tissuec.scene.request import Request
     from tissuec.studies.progress import StudyProgress
     from tissuec.studies.study import prepare, run_study
-    from tissuec.workers.workers import workers_of
+    from tissuec.workers.selection import workers_of
 
     try:
         request = Request.file(scene, overrides=overrides, libraries=libraries, strict=strict)

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import PurePosixPath
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissuec.compiler.clauses import ClauseReader
 from tissuec.core.errors import CompileError
 from tissuec.core.hints import Edit, Hint, alternatives, insertion
 from tissuec.core.interpolation import monotone_slopes
@@ -16,9 +16,6 @@ from tissuec.model.network import Floats
 from tissuec.model.profiles import CourseKind, TimeProfile
 from tissuec.scene.imports import read_source
 from tissuec.scene.library import LINK, LINKED, Library
-
-if TYPE_CHECKING:
-    from tissuec.compiler.sentences import SentenceOrder
 
 TABLE = "table"
 #: Written name -> kind of profile. Motions and forces are spelled in their own words.
@@ -39,7 +36,7 @@ _NEED_AN_END = ("ramp", "smooth")
 
 
 def read_profiles(
-    clause: s.Clause | None, default: str, columns: int, order: "SentenceOrder"
+    clause: s.Clause | None, default: str, columns: int, order: ClauseReader
 ) -> tuple[TimeProfile, ...]:
     """Return the profiles of a clause, beginning at 0 s; one per column of a table.
 
@@ -83,7 +80,7 @@ def _profiles(name: str, *, is_motion: bool) -> Hint:
     return alternatives(name, known, what="profiles after using")
 
 
-def _profile_name(clause: s.Clause, order: "SentenceOrder") -> str:
+def _profile_name(clause: s.Clause, order: ClauseReader) -> str:
     if not isinstance(clause.value, s.Name):
         order.reject("TIS312", "a profile must be a name", word=clause.word)
     if clause.value.quoted is not None:
@@ -92,7 +89,7 @@ def _profile_name(clause: s.Clause, order: "SentenceOrder") -> str:
 
 
 def _table_profiles(
-    clause: s.Clause, columns: int, stop: float, order: "SentenceOrder"
+    clause: s.Clause, columns: int, stop: float, order: ClauseReader
 ) -> tuple[TimeProfile, ...]:
     assert isinstance(clause.value, s.Name)
     factor = _length_unit(order) if columns > 1 else 1.0
@@ -138,7 +135,7 @@ def table_texts(items: Sequence[s.Item], library: Library) -> dict[str, str]:
     return found
 
 
-def _length_unit(order: "SentenceOrder") -> float:
+def _length_unit(order: ClauseReader) -> float:
     """Return the metres in the unit of ``in mm``."""
     if not order.has("in"):
         along = order.clauses["along"].span
@@ -154,7 +151,7 @@ def _length_unit(order: "SentenceOrder") -> float:
     return unit.factor
 
 
-def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrder") -> Floats:
+def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: ClauseReader) -> Floats:
     """Return the numbers of a file beside the scene, shape (row, column), at least two rows."""
     path = PurePosixPath(name.quoted or "")
     form = "each row has a time in s and " + ("one number" if columns == 2 else "x, y and z")
@@ -180,7 +177,7 @@ def _read_csv(clause: s.Clause, name: s.Name, columns: int, order: "SentenceOrde
     return np.array(rows)
 
 
-def _text_beside(name: s.Name, path: PurePosixPath, order: "SentenceOrder", word: str) -> str:
+def _text_beside(name: s.Name, path: PurePosixPath, order: ClauseReader, word: str) -> str:
     """Return the text of a file beside the scene that names it behind ``word``."""
     if path.is_absolute() or ".." in path.parts or set("\\:") & set(str(path)):
         order.reject(

@@ -11,13 +11,12 @@ from tissuec.core.hints import alternatives
 from tissuec.results.export import find_log, moments_of, spring_name
 from tissuec.results.logs import Log
 from tissuec.results.shapes import ExportedShape
+from tissuec.results.trajectory import Trajectory
 
 if TYPE_CHECKING:
     import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
     import pyvista  # pyright: ignore[reportMissingImports]
     import xarray  # pyright: ignore[reportMissingImports]
-
-    from tissuec.results.trajectory import Trajectory
 
 EVENTS = "events"
 TIME = "time [s]"
@@ -30,7 +29,7 @@ ARRAYS = {
 }
 
 
-def to_pandas(trajectory: "Trajectory", names: Sequence[str]) -> "pandas.DataFrame":
+def to_pandas(trajectory: Trajectory, names: Sequence[str]) -> "pandas.DataFrame":
     """Return logs as one table; see `Trajectory.to_pandas`."""
     pandas = package("pandas", "to_pandas")
     if list(names) == [EVENTS] and EVENTS not in trajectory.logs:
@@ -65,7 +64,7 @@ def _joined(logs: Sequence[Log], pandas: Any) -> "pandas.DataFrame":
     return pandas.DataFrame(np.concatenate(values, axis=1), index, heads)
 
 
-def _events(trajectory: "Trajectory", pandas: Any) -> "pandas.DataFrame":
+def _events(trajectory: Trajectory, pandas: Any) -> "pandas.DataFrame":
     """Return a row per event, with the ids of its springs."""
     columns = {
         "kind": [event.kind for event in trajectory.events],
@@ -80,9 +79,7 @@ def _events(trajectory: "Trajectory", pandas: Any) -> "pandas.DataFrame":
     return pandas.DataFrame(columns, index=index)
 
 
-def to_xarray(
-    trajectory: "Trajectory", names: Sequence[str], frames: slice
-) -> "xarray.Dataset":
+def to_xarray(trajectory: Trajectory, names: Sequence[str], frames: slice) -> "xarray.Dataset":
     """Return frames as a dataset; see `Trajectory.to_xarray`.
 
     Args:
@@ -109,7 +106,7 @@ def to_xarray(
     return xarray.Dataset(data, _coordinates(trajectory, frames), about)
 
 
-def _coordinates(trajectory: "Trajectory", frames: slice) -> dict[str, Any]:
+def _coordinates(trajectory: Trajectory, frames: slice) -> dict[str, Any]:
     network, nodes, springs = trajectory.network, trajectory.nodes, trajectory.springs
     bodies = _names(network.node_count, [(body.name, body.nodes) for body in network.bodies])
     parts = _names(network.spring_count, [(part.name, part.springs) for part in network.parts])

@@ -4,7 +4,7 @@ import csv
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -22,12 +22,10 @@ from tissuec.results.shapes import (
 )
 from tissuec.results.store import LIBVER
 from tissuec.results.surface_series import SurfaceSeries
-
-if TYPE_CHECKING:
-    from tissuec.results.trajectory import Trajectory
+from tissuec.results.trajectory import Trajectory
 
 
-def export_csv(trajectory: "Trajectory", names: str | Sequence[str], stream: TextIO) -> None:
+def export_csv(trajectory: Trajectory, names: str | Sequence[str], stream: TextIO) -> None:
     """Write the rows of a table as comma-separated values; see ``table_rows``.
 
     Args:
@@ -44,7 +42,7 @@ def write_csv(rows: Iterable[Sequence[object]], stream: TextIO) -> None:
 
 
 def table_rows(
-    trajectory: "Trajectory", names: str | Sequence[str]
+    trajectory: Trajectory, names: str | Sequence[str]
 ) -> Iterable[Sequence[object]]:
     """Return logs, "energies" or "events" as the rows of one table, its head first.
 
@@ -66,13 +64,13 @@ def table_rows(
     return chain([head], _joined_rows(logs))
 
 
-def table_names(trajectory: "Trajectory") -> list[str]:
+def table_names(trajectory: Trajectory) -> list[str]:
     """Return the names of all tables that hold something."""
     energies = ["energies"] if trajectory.energies is not None else []
     return [*trajectory.logs, *energies, *(["events"] if trajectory.events else [])]
 
 
-def table_data(trajectory: "Trajectory", names: Sequence[str]) -> dict[str, Any]:
+def table_data(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Any]:
     """Return tables by name, as plain data for programs.
 
     Raises:
@@ -81,7 +79,7 @@ def table_data(trajectory: "Trajectory", names: Sequence[str]) -> dict[str, Any]
     return {name: _plain_table(trajectory, name) for name in names}
 
 
-def _plain_table(trajectory: "Trajectory", name: str) -> Any:
+def _plain_table(trajectory: Trajectory, name: str) -> Any:
     if name == "events" and "events" not in trajectory.logs:
         heads, *rows = _event_rows(trajectory)
         return [dict(zip(["time", *heads[1:]], row, strict=True)) for row in rows]
@@ -94,7 +92,7 @@ def _plain_table(trajectory: "Trajectory", name: str) -> Any:
     }
 
 
-def export_vtu(trajectory: "Trajectory", frame: int, path: Path) -> None:
+def export_vtu(trajectory: Trajectory, frame: int, path: Path) -> None:
     """Write one frame as a VTK unstructured grid (XML, ``.vtu``).
 
     Args:
@@ -109,7 +107,7 @@ def export_vtu(trajectory: "Trajectory", frame: int, path: Path) -> None:
     write_vtu(frame_shape(trajectory, frame), path)
 
 
-def export_obj(trajectory: "Trajectory", frame: int, path: Path) -> None:
+def export_obj(trajectory: Trajectory, frame: int, path: Path) -> None:
     """Write one frame as Wavefront OBJ: vertices, springs as lines, skin as faces.
 
     Args:
@@ -124,7 +122,7 @@ def export_obj(trajectory: "Trajectory", frame: int, path: Path) -> None:
     write_obj(frame_shape(trajectory, frame), path)
 
 
-def frame_shape(trajectory: "Trajectory", frame: int) -> ExportedShape:
+def frame_shape(trajectory: Trajectory, frame: int) -> ExportedShape:
     """Return the net in one frame; IndexError if there is no such frame."""
     tension, rows = trajectory.spring_force(frame)
     return net_shape(
@@ -160,7 +158,7 @@ def export_surface(series: SurfaceSeries, path: Path) -> None:
         raise cannot_write(path, error) from error
 
 
-def find_log(trajectory: "Trajectory", name: str) -> Log:
+def find_log(trajectory: Trajectory, name: str) -> Log:
     """Return a log, or "energies", by its name.
 
     Raises:
@@ -212,14 +210,14 @@ def moments_of(time: Floats) -> Floats:
     return np.column_stack([time, again])
 
 
-def _event_rows(trajectory: "Trajectory") -> Iterator[list[Any]]:
+def _event_rows(trajectory: Trajectory) -> Iterator[list[Any]]:
     yield ["time [s]", "kind", "springs", "cause", "place"]
     for event in trajectory.events:
         springs = " ".join(spring_name(trajectory, number) for number in event.springs)
         yield [event.time, event.kind, springs, event.cause, event.place]
 
 
-def spring_name(trajectory: "Trajectory", number: int) -> str:
+def spring_name(trajectory: Trajectory, number: int) -> str:
     """Return the id of a spring, with its body where there are several that count their own."""
     network = trajectory.network
     identity = str(network.spring_ids[number])

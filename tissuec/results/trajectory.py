@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -31,11 +31,6 @@ from tissuec.results.recording import Event, ExpectationResult, NamedGroup
 from tissuec.results.surface_series import Surfaces
 from tissuec.results.tables import COMPANION_PATH, ENERGY_PATH, ERROR_PATH, read_events
 from tissuec.results.tools import TOOL_FRAMES, HoldInterval, read_holds
-
-if TYPE_CHECKING:
-    import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
-    import pyvista  # pyright: ignore[reportMissingImports]
-    import xarray  # pyright: ignore[reportMissingImports]
 
 
 class Trajectory:
@@ -360,58 +355,6 @@ class Trajectory:
     def text(self) -> str:
         """The scene as it was run."""
         return access.text(self._file, SCENE)
-
-    def to_pandas(self, *names: str) -> "pandas.DataFrame":
-        """Return logs, "energies" or "events" as a table of pandas.
-
-        Args:
-            names: One log: its columns. Several: columns of two levels, log and column, with
-                NaN where one has no row at a time. None: all logs.
-
-        Returns:
-            A row per moment; the index is the time [s], the units stand in ``attrs["units"]``.
-
-        Raises:
-            ImportError: pandas is not installed; says what to install.
-            ResultError: There is no such log.
-        """
-        from tissuec.results.conversion import to_pandas
-
-        return to_pandas(self, names)
-
-    def to_xarray(self, *names: str, frames: slice = slice(None)) -> "xarray.Dataset":
-        """Return frames as a dataset of xarray, with named axes, units and ids.
-
-        Args:
-            names: Of "position", "velocity", "force" and "tension"; all four if none is named.
-            frames: Which frames are read.
-
-        Raises:
-            ImportError: xarray is not installed; says what to install.
-            ValueError: There is no such array.
-        """
-        from tissuec.results.conversion import to_xarray
-
-        return to_xarray(self, names, frames)
-
-    def to_pyvista(self, frame: int = -1) -> "pyvista.PolyData":
-        """Return one frame as a mesh of PyVista: springs as lines, skin as triangles.
-
-        Points are in m; the arrays at points are "velocity" [m/s], "force" [N] and "node_id",
-        those at cells "spring_force" [N] and "spring_id", which only lines have: NaN and -1
-        elsewhere.
-
-        Args:
-            frame: Its number; a negative one counts from the end.
-
-        Raises:
-            ImportError: PyVista is not installed; says what to install.
-            IndexError: There is no such frame.
-        """
-        from tissuec.results.conversion import to_pyvista
-        from tissuec.results.export import frame_shape
-
-        return to_pyvista(frame_shape(self, frame))
 
     def save(self, path: Path | str) -> Path:
         """Copy the file to another place, with the views of its surfaces, and return its path.

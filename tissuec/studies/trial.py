@@ -24,7 +24,7 @@ from tissuec.scene.request import Request
 from tissuec.scene.study_model import Cell, WrittenMeasure
 from tissuec.studies.observer import Observer
 from tissuec.studies.rows import DIVERGED, DONE, ENDED, REFUSED, STUCK, Row
-from tissuec.workers.kept import Kept
+from tissuec.workers.workers import CommonCache
 
 RESULT = "run_{:05d}.vtkhdf"
 _NOTHING = math.nan
@@ -67,7 +67,7 @@ class Task(Struct, frozen=True):
     digest: str
 
 
-_RECOMPILERS = Kept[Job, Recompiler](lambda job: Recompiler(job.program))
+_RECOMPILERS = CommonCache[Job, Recompiler](lambda job: Recompiler(job.program))
 
 
 def row_of(job: Job, task: Task) -> Row:

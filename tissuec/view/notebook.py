@@ -1,13 +1,21 @@
-"""Results for interactive use: a few lines of text, and in a notebook the motion itself."""
+"""Results for interactive use: as a few lines of text, in a notebook the motion itself, and as
+tables, datasets and meshes of other packages."""
 
 from collections import Counter
 from collections.abc import Sequence
 from html import escape
+from typing import TYPE_CHECKING
 
 from tissuec.core.errors import counted
 from tissuec.core.printable import printable
+from tissuec.results import conversion, wording
 from tissuec.results import trajectory as results
-from tissuec.results import wording
+from tissuec.results.export import frame_shape
+
+if TYPE_CHECKING:
+    import pandas  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
+    import pyvista  # pyright: ignore[reportMissingImports]
+    import xarray  # pyright: ignore[reportMissingImports]
 
 MOST_NAMED = 8  # of a kind
 MOST_NODES = 20_000  # beyond, a net is no picture for a page
@@ -25,6 +33,51 @@ class Trajectory(results.Trajectory):
     def _repr_html_(self) -> str:
         """Show it in a notebook: the motion, and what else there is."""
         return as_html(self)
+
+    def to_pandas(self, *names: str) -> "pandas.DataFrame":
+        """Return logs, "energies" or "events" as a table of pandas.
+
+        Args:
+            names: One log: its columns. Several: columns of two levels, log and column, with
+                NaN where one has no row at a time. None: all logs.
+
+        Returns:
+            A row per moment; the index is the time [s], the units stand in ``attrs["units"]``.
+
+        Raises:
+            ImportError: pandas is not installed; says what to install.
+            ResultError: There is no such log.
+        """
+        return conversion.to_pandas(self, names)
+
+    def to_xarray(self, *names: str, frames: slice = slice(None)) -> "xarray.Dataset":
+        """Return frames as a dataset of xarray, with named axes, units and ids.
+
+        Args:
+            names: Of "position", "velocity", "force" and "tension"; all four if none is named.
+            frames: Which frames are read.
+
+        Raises:
+            ImportError: xarray is not installed; says what to install.
+            ValueError: There is no such array.
+        """
+        return conversion.to_xarray(self, names, frames)
+
+    def to_pyvista(self, frame: int = -1) -> "pyvista.PolyData":
+        """Return one frame as a mesh of PyVista: springs as lines, skin as triangles.
+
+        Points are in m; the arrays at points are "velocity" [m/s], "force" [N] and "node_id",
+        those at cells "spring_force" [N] and "spring_id", which only lines have: NaN and -1
+        elsewhere.
+
+        Args:
+            frame: Its number; a negative one counts from the end.
+
+        Raises:
+            ImportError: PyVista is not installed; says what to install.
+            IndexError: There is no such frame.
+        """
+        return conversion.to_pyvista(frame_shape(self, frame))
 
 
 def as_text(trajectory: results.Trajectory) -> str:

@@ -5,9 +5,8 @@ them, nor on how many there are.
 """
 
 from collections.abc import Callable, Generator, Sequence
-from typing import Protocol, Self, TypeAlias, TypeVar
-
-from tissuec.core.processors import permitted
+from threading import local
+from typing import Generic, Protocol, Self, TypeAlias, TypeVar
 
 Common = TypeVar("Common")
 Item = TypeVar("Item")
@@ -62,28 +61,19 @@ class OwnProcess:
     def __exit__(self, *failure: object) -> None: ...
 
 
-def workers_of(
-    count: int | None = None,
-    scheduler: str | None = None,
-    tell: Callable[[str], None] | None = None,
-) -> Workers:
-    """Return the workers that are asked for.
+class CommonCache(local, Generic[Common, Result]):
+    """What a thread of a worker has made of the last common argument of its calls.
 
     Args:
-        count: Number of processes; one is this process. By default one for each processor.
-        scheduler: Address of a dask scheduler, instead.
-        tell: Is told if a scheduler has lost all workers; a warning by default.
-
-    Raises:
-        TissueError: The scheduler cannot be used.
+        make: Makes it.
     """
-    if scheduler is not None:
-        from tissuec.workers.cluster import Cluster, warn
 
-        return Cluster(scheduler, tell or warn)
-    count = count or permitted()
-    if count == 1:
-        return OwnProcess()
-    from tissuec.workers.processes import Processes
+    def __init__(self, make: Callable[[Common], Result]):
+        self._make = make
+        self._made: tuple[Common, Result] | None = None
 
-    return Processes(count)
+    def of(self, common: Common) -> Result:
+        """Return what is made of an argument; made anew if it is another object."""
+        if self._made is None or self._made[0] is not common:
+            self._made = common, self._make(common)
+        return self._made[1]

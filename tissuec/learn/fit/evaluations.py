@@ -17,8 +17,7 @@ from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.rule_revision import CandidateScene
 from tissuec.learn.fit.session import LearnSession, prepare
 from tissuec.model.network import Floats
-from tissuec.workers.kept import Kept
-from tissuec.workers.workers import Lost, OwnProcess, Workers
+from tissuec.workers.workers import CommonCache, Lost, OwnProcess, Workers
 
 Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)
@@ -156,7 +155,7 @@ class StartError(Struct, frozen=True, eq=False):
 # --- in a worker ------------------------------------------------------------------------------
 
 
-_SESSIONS = Kept[CandidateScene, LearnSession](lambda scene: prepare(*scene))
+_SESSIONS = CommonCache[CandidateScene, LearnSession](lambda scene: prepare(*scene))
 
 
 def _evaluated(scene: CandidateScene, item: Evaluation[Result]) -> Result:

@@ -1,0 +1,155 @@
+"""The clauses of a sentence: words with a value behind them, such as ``by 2 mm``."""
+
+from collections.abc import Container
+from typing import NoReturn
+
+import numpy as np
+
+from tissuec.core.hints import Edit, Hint
+from tissuec.core.source import Span
+from tissuec.core.units import NUMBER, Dimension
+from tissuec.lang import syntax as s
+from tissuec.model.network import Floats
+from tissuec.scene.expressions import Scope
+from tissuec.scene.values import Value, unit_vector
+
+
+class ClauseReader:
+    """Reads the clauses of one sentence, and rejects those that nobody asked for.
+
+    Its methods are those of ``Order`` (see ``tissuec.script.verbs``) that need no network.
+
+    Args:
+        sentence: The syntax node.
+        verb: Its verb.
+        forms: How sentences with this verb may be written.
+        duration: Time from its beginning to its end [s]; None without an interval.
+        scope: Names and findings of the scene.
+    """
+
+    def __init__(
+        self, sentence: s.Sentence, verb: str, forms: tuple[str, ...], duration: float | None,
+        scope: Scope,
+    ):  # fmt: skip
+        self.sentence = sentence
+        self.verb = verb
+        self.forms = forms
+        self.duration = duration
+        self.scope = scope
+        self.span: Span = sentence.span
+        self.object = _behind(sentence.name, verb)
+        self.words = self.object.text
+        self.clauses: dict[str, s.Clause] = {}
+        self.asked: set[str] = set()
+        for clause in sentence.clauses:
+            if clause.word in self.clauses:
+                scope.findings.reject("TIS307", f'"{clause.word}" is given twice', clause.span)
+            self.clauses[clause.word] = clause
+
+    def finish(self) -> None:
+        """Reject clauses that the verb did not ask for."""
+        for word, clause in self.clauses.items():
+            if word not in self.asked:
+                form = Hint(f"write: {self._nearest_form()}", Edit(""))
+                message = f'{self.verb} does not take "{word}"'
+                self.reject("TIS303", message, hint=form, word=clause.word)
+
+    def reject(
+        self, code: str, message: str, *, hint: str = "", word: str | None = None
+    ) -> NoReturn:
+        span = self.clauses[word].span if word in self.clauses else self.span
+        self.scope.findings.reject(
+            code,
+            message,
+            span,
+            hint=hint or f"write: {self._nearest_form()}",
+        )
+
+    def _nearest_form(self) -> str:
+        """Return the form of the verb that shares most words with the sentence."""
+        written = set(self.span.text.split())
+        return max(self.forms, key=lambda form: len(written & set(form.split())))
+
+    def has(self, word: str) -> bool:
+        self.asked.add(word)
+        return word in self.clauses
+
+    def vector(self, word: str, dimension: Dimension) -> Floats:
+        value = self._value(word)
+        if not value.is_vector:
+            self.reject("TIS312", f"{word} needs a vector (x, y, z)", word=word)
+        if np.any(value.amount) or not value.is_literal:
+            self.scope.expect(
+                value,
+                dimension,
+                self.clauses[word].value.span,
+                what=f"the value after {word}",
+            )
+        return value.amount
+
+    def number(self, word: str, dimension: Dimension) -> float:
+        value = self._value(word)
+        if value.is_vector:
+            self.reject("TIS312", f"{word} needs a number, not a vector", word=word)
+        self.scope.expect(
+            value, dimension, self.clauses[word].value.span, what=f"the value after {word}"
+        )
+        return float(value.amount)
+
+    def direction(self, word: str) -> Floats:
+        value = self._value(word)
+        if not value.is_vector or value.dimension != NUMBER:
+            self.reject(
+                "TIS312",
+                f"{word} needs a direction without a unit, such as (0, 0, 1)",
+                word=word,
+            )
+        direction = unit_vector(value.amount)
+        if direction is None:
+            self.reject("TIS308", "a direction cannot be (0, 0, 0)", word=word)
+        return direction
+
+    def is_vector(self, word: str) -> bool:
+        return self._value(word).is_vector
+
+    def word(self, word: str, choices: Container[str]) -> str | None:
+        value = self.clauses[word].value if word in self.clauses else None
+        if not isinstance(value, s.Name) or value.key not in choices:
+            return None
+        self.asked.add(word)
+        return value.key
+
+    def text(self, word: str) -> str:
+        return self._name(word).text
+
+    def _object(self, after: str) -> s.Name:
+        name = _behind(self.object, after) if after else self.object
+        if not name.text:
+            self.reject("TIS304", f"the object of {self.verb} is missing")
+        return name
+
+    def _clause(self, word: str) -> s.Clause:
+        if not self.has(word):
+            self.reject("TIS304", f'{self.verb} needs "{word}"')
+        return self.clauses[word]
+
+    def _name(self, word: str) -> s.Name:
+        value = self._clause(word).value
+        if not isinstance(value, s.Name):
+            self.reject("TIS312", f"{word} needs a name", word=word)
+        return value
+
+    def _value(self, word: str) -> Value:
+        return self.scope.evaluate(self._clause(word).value)
+
+
+def _behind(name: s.Name, prefix: str) -> s.Name:
+    """Return the name without its leading words; the prefix is known to be there."""
+    count = len(prefix.split())
+    rest = " ".join(name.words.split(" ")[count:])
+    if not rest and name.quoted is None:
+        return s.Name("", None, name.span)
+    marker = rest or f'"{name.quoted}"'
+    start = name.span.text.find(marker, len(prefix))
+    span = Span(name.span.source, name.span.start + max(start, 0), name.span.end)
+    return s.Name(rest, name.quoted, span)

@@ -1,0 +1,33 @@
+"""The workers that a number or the address of a scheduler asks for."""
+
+from collections.abc import Callable
+
+from tissuec.core.processors import permitted
+from tissuec.workers.workers import OwnProcess, Workers
+
+
+def workers_of(
+    count: int | None = None,
+    scheduler: str | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Workers:
+    """Return the workers that are asked for.
+
+    Args:
+        count: Number of processes; one is this process. By default one for each processor.
+        scheduler: Address of a dask scheduler, instead.
+        tell: Is told if a scheduler has lost all workers; a warning by default.
+
+    Raises:
+        TissueError: The scheduler cannot be used.
+    """
+    if scheduler is not None:
+        from tissuec.workers.cluster import Cluster, warn  # late: few use dask
+
+        return Cluster(scheduler, tell or warn)
+    count = count or permitted()
+    if count == 1:
+        return OwnProcess()
+    from tissuec.workers.processes import Processes
+
+    return Processes(count)
