@@ -109,8 +109,8 @@ class RecordTable:
         TypeError: An array is not what its record says, or not contiguous.
     """
 
-    def __init__(self, record: Any):
-        self.record: Any = record
+    def __init__(self, record: object):
+        self.record = record
         self.called: Any = None  # what is kept for it, too
         self.words = plain_array("q", _words(type(record), record))
         self.address = self.words.buffer_info()[0]

@@ -6,7 +6,6 @@ from functools import cache
 from typing import Any, cast
 
 import numba
-import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
@@ -39,7 +38,7 @@ register_model(RecordType)(models.OpaqueModel)
 
 def kind_of(field: RecordField) -> types.Type:
     """Return what Numba calls the type of a field."""
-    if field.kind is np.ndarray:
+    if field.dtype is not None:
         return types.Array(numba.from_dtype(field.dtype), field.axes, "C")
     return SCALARS.get(field.kind) or RecordType(field.kind)
 
@@ -80,7 +79,8 @@ def _read(context: Any, builder: Any, record: RecordType, pointer: Any, name: st
         return value if kind == types.int64 else builder.trunc(value, ir.IntType(1))
     array_type = cast(types.Array, kind)
     shape = [read_word(builder, pointer, place + 1 + axis) for axis in range(field.axes)]
-    strides, count = [], WORD(field.dtype.itemsize)
+    strides: list[ir.Value] = []
+    count: ir.Value = WORD(field.dtype.itemsize)
     for length in reversed(shape):
         strides.insert(0, count)
         count = builder.mul(count, length)
