@@ -28,7 +28,7 @@ from tissuec.script.plan import AUTOMATIC
 NETS = Path(__file__).with_name("nets")
 BOUNDS = (1e-2, 1e-4, 1e-8)
 #: That are tried; errors of a run are smaller than its tolerance, or larger.
-TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-9)
+TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-9)
 SOLVERS = (AUTOMATIC, "SciPy DOP853")
 
 

@@ -157,7 +157,8 @@ class Engine:
     def restart(self, state: State) -> None:
         """Take over a state that was changed from outside, with its time."""
         self._inputs.update(state)
-        if self._choice is None:
+        begins = self._choice is None
+        if begins:
             self._begin(state)
         if self._integrator.conservative and (refusal := state.loss):
             self._install(
@@ -177,6 +178,8 @@ class Engine:
         if self._work.sides.shape[2] != cornered:
             self._work = self._work._replace(sides=np.zeros((2, 3, cornered)))
         self._equip(state)
+        if begins:  # they may have been measured for the choice
+            self._facts = dict(self.choice.facts) or None
         self._forget_net()
         self._tables: dict[type[Any], RecordTable] = {}  # of further records
         self._stale, self._segment, self._viewed = False, None, None
@@ -303,6 +306,7 @@ class Engine:
             "doubt": work.doubt.copy(),
             "rate": work.rate[0],
             "cap": self._cap,
+            "facts": json.dumps(self._facts),
             "made": work.solver.made[0],
             "made_at": work.solver.at.copy(),
             "made_speed": work.solver.speed.copy(),
@@ -350,6 +354,7 @@ class Engine:
         self._segment = None if np.isnan(segment) else segment
         inputs.start, inputs.until = float(saved["stretch"]), segment
         work.rate[0], self._cap = saved["rate"], float(saved["cap"])
+        self._facts = json.loads(str(saved["facts"]))
         # Steps are cut by how far nodes are from where they were listed: so those lists again.
         self._listed_at, around = float(saved["listed_at"]), np.asarray(saved["listed_around"])
         self._listed_around = around if len(around) else None

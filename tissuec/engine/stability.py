@@ -69,7 +69,7 @@ def _largest(parts: Sequence[Resisting], root: Floats) -> float:
     # Irregular but fixed, so that no mode is orthogonal to it and runs repeat exactly.
     z = np.sin(1.0 + np.arange(3 * count, dtype=float) ** 2).reshape(count, 3)
     z *= root > 0.0
-    last, size, value = np.zeros_like(z), float(np.linalg.norm(z)), 0.0
+    last, size, value = np.zeros_like(z), sqrt(_inner(z, z)), 0.0
     diagonal: list[float] = []
     beside: list[float] = []
     while size > NOTHING * value and len(diagonal) < ROUNDS:
@@ -78,16 +78,21 @@ def _largest(parts: Sequence[Resisting], root: Floats) -> float:
         for resist in parts:
             resist(moved, image)
         image *= root
-        diagonal.append(float(np.vdot(z, image)))
+        diagonal.append(_inner(z, image))
         image -= diagonal[-1] * z
         if beside:
             image -= beside[-1] * last
         before, value = value, _top(diagonal, beside)
         if len(diagonal) > LEAST_ROUNDS and value - before < CLOSE * value:
             break
-        last, z, size = z, image, float(np.linalg.norm(image))
+        last, z, size = z, image, sqrt(_inner(image, image))
         beside.append(size)
     return MARGIN * value
+
+
+def _inner(one: Floats, other: Floats) -> float:
+    """Return the inner product; BLAS would add in an order that depends on its threads."""
+    return float(np.add.reduce((one * other).ravel()))
 
 
 def _top(diagonal: list[float], beside: list[float]) -> float:

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from tissuec.core.vectors import dot, norm
 from tissuec.forces import Resisting
 from tissuec.forces.branches import Inelastic, elongated, flat, pulled, tightened
-from tissuec.kernels.spring_geometry import add_pulls, measure
+from tissuec.kernels.spring_geometry import add_pulls, add_resistance, measure
 from tissuec.laws.evaluation import Behaviour
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Floats
 
 
 class SpringPull(NamedTuple):
@@ -144,17 +144,12 @@ class SpringSubset(Struct, frozen=True, eq=False):
             direction: Shape (spring, 3).
             along, across: [N/m] or [N s/m], shape (spring,); None if there is nothing.
         """
-        low, high = (_coordinates(self.ends[:, end]) for end in (0, 1))
+        ends = np.ascontiguousarray(self.ends)
+        beside = np.zeros(0) if across is None else across
+        add = _compiled(add_resistance)
 
         def resist(moved: Floats, to: Floats) -> None:
-            relative = (moved.take(high) - moved.take(low)).reshape(-1, 3)
-            part = dot(direction, relative)
-            force = (along * part)[:, None] * direction
-            if across is not None:
-                force += across[:, None] * (relative - part[:, None] * direction)
-            each = force.ravel()
-            to += np.bincount(high, each, moved.size).reshape(moved.shape)
-            to -= np.bincount(low, each, moved.size).reshape(moved.shape)
+            add(ends, direction, along, beside, moved, to)
 
         return resist
 
@@ -200,8 +195,3 @@ def reach(ends: NDArray[np.integer], values: Floats) -> Floats:
         values: Nodal vectors in any unit, shape (…, node, 3).
     """
     return values.take(ends[:, 1], axis=-2) - values.take(ends[:, 0], axis=-2)
-
-
-def _coordinates(nodes: NDArray[np.integer]) -> Indices:
-    """Return where the coordinates of nodes are in a flat vector, shape (3 node,)."""
-    return (3 * nodes.astype(np.int64)[:, None] + np.arange(3)).ravel()

@@ -24,7 +24,7 @@ BUNDLES: dict[str, tuple[str, ...]] = {
         "pull_back", "push_forward", "step_back", "step_change", "step_forward", "weigh_stage",
     ),
     "raster": ("fill",),
-    "spring_geometry": ("add_pulls", "measure"),
+    "spring_geometry": ("add_pulls", "add_resistance", "measure"),
     "vectors": (
         "accumulate", "between", "blended_error", "combine", "copy_sample", "distance", "drift",
         "is_passed", "kick", "polynomials", "quadrature", "scale", "subtract",
