@@ -14,7 +14,8 @@ from tests.whole_runs import AfterAsking, carried_out, every_array
 from tissuec.compiler.prediction import skipped
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces import acts_of
-from tissuec.forces.jets import Jet, JetSurface, finest_width, shares
+from tissuec.forces.jet_surfaces import JetSurface, finest_width
+from tissuec.forces.jets import Jet, shares
 from tissuec.kernels.calls import kernel_on
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle

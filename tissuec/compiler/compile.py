@@ -32,11 +32,11 @@ from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.forces import Imposed
-from tissuec.forces.bending import Hinges
 from tissuec.lang.syntax import Expect
 from tissuec.laws import LINEAR, is_open
 from tissuec.laws.evaluation import Behaviour
 from tissuec.meshes.generators import Celled
+from tissuec.model.hinges import Hinges
 from tissuec.model.network import BodyPart, Indices, JointPart, Network, Provenance, numbers_in
 from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup

@@ -23,12 +23,12 @@ from tissuec.core.hints import Hint, insertion
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
-from tissuec.forces.bending import Hinges
 from tissuec.forces.branches import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
 from tissuec.laws.evaluation import Behaviour
 from tissuec.laws.formula import variables
 from tissuec.matter.breaking import force_at_energy
+from tissuec.model.hinges import Hinges
 from tissuec.model.network import Floats, Origin, Provenance
 from tissuec.scene.bodies import INTERFACES
 from tissuec.scene.findings import Findings

@@ -7,7 +7,8 @@ import numpy as np
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.matter import Matter
 from tissuec.core.hints import leaving_out
-from tissuec.forces.bending import Hinges
+from tissuec.forces.bending import hinges_at
+from tissuec.model.hinges import Hinges
 from tissuec.model.network import Floats
 from tissuec.model.topology import springs_between
 from tissuec.scene.findings import Findings
@@ -71,4 +72,4 @@ def hinges_of(
     walls, which = springs_between(ends, nodes[:, _SIDES].reshape(-1, 2))
     slowness = delay[nodes].mean(axis=1)
     owners = which // len(_SIDES)
-    return Hinges.of(position, nodes, rigidity, rigidity * slowness, walls, owners)
+    return hinges_at(position, nodes, rigidity, rigidity * slowness, walls, owners)

@@ -20,106 +20,33 @@ weight w lets go of triangles that collapse into a line, about which nothing can
 a0 and b0 being the drawn ones; so w is 1 as drawn, and hardly changes while triangles stretch.
 """
 
-from collections.abc import Callable, Sequence
-from math import sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from msgspec.structs import replace
-from numpy.typing import NDArray
+from msgspec.structs import astuple
 
 from tissuec.core.vectors import cross
 from tissuec.forces import Field, Resisting
-from tissuec.kernels.records import BoundaryConditions, Floats, IntegerRows, Rows
-from tissuec.model.network import Indices
+from tissuec.forces.bending_kernel import COLLAPSE, TINY, WHOLE, HingeTable, fold
+from tissuec.kernels.records import BoundaryConditions
+from tissuec.model.hinges import Hinges
+from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
-COLLAPSE = 1e-2  # ε: part of the drawn a² of a triangle that counts as none
-TINY = 1e-200  # keeps the direction of a triangle without area a number
-_OF_HINGES = ("nodes", "stiffness", "damping", "drawn", "squares")
 # How e, x_k - x_i and x_l - x_i depend on the four nodes.
 _SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
 
 
-class Hinges(Field, frozen=True):
-    """The hinges of a network.
-
-    Attributes:
-        nodes: i, j, k and l of each, shape (hinge, 4).
-        stiffness: k [N m], shape (hinge,).
-        damping: d [N m s], shape (hinge,).
-        drawn: θ0 [rad], shape (hinge,).
-        squares: a0² and b0² [m⁴], shape (hinge, 2).
-        walls: Springs between nodes of one hinge: where one is missing, the hinge gives way.
-        walled: The hinge of each of them, shape of ``walls``.
-    """
-
-    nodes: Indices
-    stiffness: Floats
-    damping: Floats
-    drawn: Floats
-    squares: Floats
-    walls: Indices
-    walled: Indices
+class Bending(Hinges, Field, frozen=True):
+    """The force of hinges."""
 
     @classmethod
-    def of(
-        cls,
-        position: Floats,
-        nodes: Indices,
-        stiffness: Floats,
-        damping: Floats,
-        walls: Indices,
-        walled: Indices,
-    ) -> "Hinges":
-        """Return hinges whose angles at rest are those of given positions.
-
-        Args:
-            position: Of all nodes at rest [m], shape (node, 3).
-            nodes: i, j, k and l of each hinge, shape (hinge, 4).
-            stiffness: k [N m], shape (hinge,).
-            damping: d [N m s], shape (hinge,).
-            walls: Springs between nodes of one hinge, shape (wall,).
-            walled: The hinge of each of them, shape (wall,).
-        """
-        e, q, r, a, b = _normals(position[nodes])
-        squares = np.stack([_dot(a, a), _dot(b, b)], axis=1)
-        return cls(nodes, stiffness, damping, _angle(e, q, r, a, b), squares, walls, walled)
-
-    def whole(self, alive: NDArray[np.bool_]) -> "Hinges":
-        """Return the hinges that have all their springs.
-
-        Args:
-            alive: False for springs that were cut or broke, shape (spring,).
-        """
-        torn = np.unique(self.walled[~alive[self.walls]])
-        if not len(torn):
-            return self
-        stays = np.ones(len(self.nodes), dtype=bool)
-        stays[torn] = False
-        kept = stays[self.walled]
-        own = {name: getattr(self, name)[stays] for name in _OF_HINGES}
-        walled = (np.cumsum(stays) - 1)[self.walled[kept]]
-        return Hinges(**own, walls=self.walls[kept], walled=walled)
-
-    @classmethod
-    def joined(cls, parts: Sequence["Hinges"]) -> "Hinges | None":
-        """Return the hinges of several bodies in one numbering; None without any."""
-        if not parts:
-            return None
-        first = np.cumsum([0, *(len(part.nodes) for part in parts)])
-        walled = [part.walled + start for part, start in zip(parts, first, strict=False)]
-        names = (*_OF_HINGES, "walls")
-        arrays = {
-            name: np.concatenate([getattr(part, name) for part in parts]) for name in names
-        }
-        return cls(**arrays, walled=np.concatenate(walled))
-
-    def behind(self, nodes: int, springs: int) -> "Hinges":
-        """Return these with the numbers that they have behind other nodes and springs."""
-        return replace(self, nodes=self.nodes + nodes, walls=self.walls + springs)
+    def of(cls, hinges: Hinges) -> Self:
+        """Return the force of some hinges."""
+        return cls(*astuple(hinges))
 
     def folded(self, position: Floats) -> Floats:
         """Return θ - θ0 [rad], shape (…, hinge).
@@ -137,8 +64,8 @@ class Hinges(Field, frozen=True):
         """Return w, and its derivatives by a² and b² [1/m⁴], shape (…, hinge) each."""
         first, second = self.squares.T
         u, v = _dot(a, a) / first, _dot(b, b) / second
-        upper, lower = ((1.0 + COLLAPSE) * each / (each + COLLAPSE) for each in (u, v))
-        rise = (1.0 + COLLAPSE) * COLLAPSE
+        upper, lower = (WHOLE * each / (each + COLLAPSE) for each in (u, v))
+        rise = WHOLE * COLLAPSE
         by_a = lower * rise / ((u + COLLAPSE) ** 2 * first)
         by_b = upper * rise / ((v + COLLAPSE) ** 2 * second)
         return upper * lower, by_a, by_b
@@ -246,7 +173,7 @@ class Hinges(Field, frozen=True):
         """Return the scalar loops."""
         return fold
 
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "HingeTable":
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> HingeTable:
         """Return the hinges with other numbers of nodes."""
         return HingeTable(
             np.ascontiguousarray(place[self.nodes]),
@@ -256,6 +183,29 @@ class Hinges(Field, frozen=True):
             np.sin(self.drawn),
             self.squares,
         )
+
+
+def hinges_at(
+    position: Floats,
+    nodes: Indices,
+    stiffness: Floats,
+    damping: Floats,
+    walls: Indices,
+    walled: Indices,
+) -> Hinges:
+    """Return hinges whose angles at rest are those of given positions.
+
+    Args:
+        position: Of all nodes at rest [m], shape (node, 3).
+        nodes: i, j, k and l of each hinge, shape (hinge, 4).
+        stiffness: k [N m], shape (hinge,).
+        damping: d [N m s], shape (hinge,).
+        walls: Springs between nodes of one hinge, shape (wall,).
+        walled: The hinge of each of them, shape (wall,).
+    """
+    e, q, r, a, b = _normals(position[nodes])
+    squares = np.stack([_dot(a, a), _dot(b, b)], axis=1)
+    return Hinges(nodes, stiffness, damping, _angle(e, q, r, a, b), squares, walls, walled)
 
 
 def folds(corners: Floats) -> Floats:
@@ -348,92 +298,3 @@ def _crossing(c: Floats) -> Floats:
 
 def _dot(one: Floats, other: Floats) -> Floats:
     return np.einsum("...k,...k->...", one, other)
-
-
-class HingeTable(NamedTuple):
-    """Hinges as the engine has them."""
-
-    nodes: IntegerRows  # both ends of the edge, and the tips beside it, shape (hinge, 4)
-    stiffness: Floats  # [N m], shape (hinge,)
-    damping: Floats  # [N m s], shape (hinge,)
-    cosine: Floats  # of the drawn fold, shape (hinge,)
-    sine: Floats
-    squares: Rows  # of drawn normals [m⁴], shape (hinge, 2)
-
-
-def fold(
-    time: float, x: Floats, v: Floats, f: Floats, power: Floats, folds: HingeTable
-) -> None:
-    """Add the forces of hinges to those on nodes, and the power that they dissipate.
-
-    Args:
-        folds: The hinges.
-    """
-    for h in range(folds.stiffness.size):
-        i, j = 3 * folds.nodes[h, 0], 3 * folds.nodes[h, 1]
-        k, m = 3 * folds.nodes[h, 2], 3 * folds.nodes[h, 3]
-        e0, e1, e2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
-        q0, q1, q2 = x[k] - x[i], x[k + 1] - x[i + 1], x[k + 2] - x[i + 2]
-        r0, r1, r2 = x[m] - x[i], x[m + 1] - x[i + 1], x[m + 2] - x[i + 2]
-        a0, a1, a2 = e1 * q2 - e2 * q1, e2 * q0 - e0 * q2, e0 * q1 - e1 * q0
-        b0, b1, b2 = r1 * e2 - r2 * e1, r2 * e0 - r0 * e2, r0 * e1 - r1 * e0
-        square = e0 * e0 + e1 * e1 + e2 * e2
-        length = sqrt(square)
-        sine = e0 * (b1 * a2 - b2 * a1) + e1 * (b2 * a0 - b0 * a2) + e2 * (b0 * a1 - b1 * a0)
-        cosine = a0 * b0 + a1 * b1 + a2 * b2
-        a = a0 * a0 + a1 * a1 + a2 * a2 + TINY
-        b = b0 * b0 + b1 * b1 + b2 * b2 + TINY
-        sine, both = sine / length, sqrt(a * b)
-        turned = (sine * folds.cosine[h] - cosine * folds.sine[h]) / both
-        kept = (cosine * folds.cosine[h] + sine * folds.sine[h]) / both
-        u, w = a / folds.squares[h, 0] + COLLAPSE, b / folds.squares[h, 1] + COLLAPSE
-        over = 1.0 + COLLAPSE
-        grip_a, grip_b = over * (u - COLLAPSE) / u, over * (w - COLLAPSE) / w
-        held = folds.stiffness[h] * (1.0 - kept) * over * COLLAPSE * 2.0
-        swell_a = held * grip_b / (u * u * folds.squares[h, 0])
-        swell_b = held * grip_a / (w * w * folds.squares[h, 1])
-        upper, lower = length / a, length / b
-        k0, k1, k2 = upper * a0, upper * a1, upper * a2
-        m0, m1, m2 = lower * b0, lower * b1, lower * b2
-        along_k = q0 * e0 + q1 * e1 + q2 * e2
-        along_m = r0 * e0 + r1 * e1 + r2 * e2
-        at_k, at_m = along_k / square, along_m / square
-        j0, j1, j2 = -at_k * k0 - at_m * m0, -at_k * k1 - at_m * m1, -at_k * k2 - at_m * m2
-        speed = k0 * (v[k] - v[i]) + k1 * (v[k + 1] - v[i + 1]) + k2 * (v[k + 2] - v[i + 2])
-        speed += m0 * (v[m] - v[i]) + m1 * (v[m + 1] - v[i + 1]) + m2 * (v[m + 2] - v[i + 2])
-        speed += j0 * (v[j] - v[i]) + j1 * (v[j + 1] - v[i + 1]) + j2 * (v[j + 2] - v[i + 2])
-        braking = grip_a * grip_b * folds.damping[h] * speed
-        power[1] += braking * speed
-        moment = grip_a * grip_b * folds.stiffness[h] * turned + braking
-        # What turns the triangles, and what lets them collapse.
-        p, q, r = swell_a * square, swell_a * along_k, swell_a * (q0 * q0 + q1 * q1 + q2 * q2)
-        k0 = moment * k0 + p * q0 - q * e0
-        k1 = moment * k1 + p * q1 - q * e1
-        k2 = moment * k2 + p * q2 - q * e2
-        j0 = moment * j0 + r * e0 - q * q0
-        j1 = moment * j1 + r * e1 - q * q1
-        j2 = moment * j2 + r * e2 - q * q2
-        p, q, r = swell_b * square, swell_b * along_m, swell_b * (r0 * r0 + r1 * r1 + r2 * r2)
-        m0 = moment * m0 + p * r0 - q * e0
-        m1 = moment * m1 + p * r1 - q * e1
-        m2 = moment * m2 + p * r2 - q * e2
-        j0 += r * e0 - q * r0
-        j1 += r * e1 - q * r1
-        j2 += r * e2 - q * r2
-        take(k, k0, k1, k2, f)
-        take(m, m0, m1, m2, f)
-        take(j, j0, j1, j2, f)
-        take(i, -(j0 + k0 + m0), -(j1 + k1 + m1), -(j2 + k2 + m2), f)
-
-
-def take(place: int, x: float, y: float, z: float, f: Floats) -> None:
-    """Subtract a force from that on the node whose components begin at ``place``.
-
-    Args:
-        place: Index of the first component.
-        x, y, z: Components of the force [N].
-        f: Forces on all nodes [N], flat, shape (3 node,).
-    """
-    f[place] -= x
-    f[place + 1] -= y
-    f[place + 2] -= z

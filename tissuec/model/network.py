@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
+from tissuec.model.hinges import Hinges
 
 if TYPE_CHECKING:  # annotations only
-    from tissuec.forces.bending import Hinges
     from tissuec.forces.branches import Inelastic
 
 Floats = NDArray[np.float64]
@@ -210,7 +210,7 @@ class Network(Struct, frozen=True, eq=False):
     tools: tuple[ToolPart, ...] = ()
     memories: tuple[MemoryPart, ...] = ()
     inelastic: "Inelastic | None" = None
-    hinges: "Hinges | None" = None
+    hinges: Hinges | None = None
     drag: Floats | None = None
 
     def __post_init__(self) -> None:

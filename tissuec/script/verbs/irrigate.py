@@ -111,11 +111,8 @@ class Irrigate(Struct, frozen=True):
         return f"{self.group.name} has no complete triangle of a surface for the jet to push"
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        from tissuec.forces.jets import (  # where something is irrigated
-            Jet,
-            JetSurface,
-            finest_width,
-        )
+        from tissuec.forces.jet_surfaces import JetSurface, finest_width
+        from tissuec.forces.jets import Jet  # where something is irrigated
 
         (profile,), stop = schedule(queue, (self.profile,), state.time, None)
         network, bore = state.network, self.opening.diameter
@@ -155,7 +152,7 @@ class Irrigate(Struct, frozen=True):
 
 def _in_vain(jet: "Jet", network: Network, position: Floats) -> str:
     """Return why a jet pushes nothing now, empty if it does."""
-    from tissuec.forces.jets import buried_in
+    from tissuec.forces.jet_surfaces import buried_in
 
     if body := buried_in(network, position, position[jet.opening[0]]):
         return f"the nozzle is inside {body}, where its jet has no effect"
