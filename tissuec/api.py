@@ -1,7 +1,6 @@
 """tissuec from Python: a scene is checked, compiled or run, and its result read."""
 
 import os
-import shutil
 import signal
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
@@ -96,13 +95,12 @@ def run(
         KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
         SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
     """
-    from tissuec.pipeline import compile_request, simulate
+    from tissuec.pipeline import simulate
+    from tissuec.results.places import result_place
 
-    request = _request(scene, {**(params or {}), **more}, libraries, strict=strict)
-    compiled, found = compile_request(request)
-    _warn(*map(str, found))
+    compiled, request = _compiled(scene, {**(params or {}), **more}, libraries, strict=strict)
     name, duration = request.source.name, compiled.plan.simulation.duration
-    with _result_file(out, name) as path:
+    with result_place(out, name) as path:
         with _told(progress, name, duration) as tell:
             result = simulate(
                 compiled, path, request=request, resume=resume, companion=companion,
@@ -226,12 +224,7 @@ def compile(
     Raises:
         CompileError: The text is wrong; the message contains all findings with their places.
     """
-    from tissuec.pipeline import compile_request
-
-    request = _request(scene, {**(params or {}), **more}, libraries)
-    compiled, found = compile_request(request)
-    _warn(*map(str, found))
-    return compiled
+    return _compiled(scene, {**(params or {}), **more}, libraries)[0]
 
 
 def modes(
@@ -263,11 +256,8 @@ def modes(
     """
     from tissuec.analysis.vibration.scene import scene_modes
     from tissuec.compiler.manifest import manifest_of
-    from tissuec.pipeline import compile_request
 
-    request = _request(scene, {**(params or {}), **more}, libraries)
-    compiled, found = compile_request(request)
-    _warn(*map(str, found))
+    compiled, request = _compiled(scene, {**(params or {}), **more}, libraries)
     result = scene_modes(compiled, body=body, count=count, above=above)
     if out is not None and len(result):
         from tissuec.analysis.vibration.frames import write_modes
@@ -297,11 +287,8 @@ def properties(
         TissueError: There is no such body.
     """
     from tissuec.analysis.bodies import properties_of
-    from tissuec.pipeline import compile_request
 
-    request = _request(scene, {**(params or {}), **more}, libraries)
-    compiled, found = compile_request(request)
-    _warn(*map(str, found))
+    compiled, _ = _compiled(scene, {**(params or {}), **more}, libraries)
     return list(properties_of(compiled, body=body, frequencies=frequencies))
 
 
@@ -362,23 +349,19 @@ def study(
     """Run a scene many times and return the table, as ``tissuec study`` does.
 
     Args:
-        scene: As of `run`.
+        scene: As of `run`, like ``libraries`` and ``params``, which hold for every run.
         name: Of the study block; not needed if there is one, or none.
         vary: Factors as texts, such as "lift = 2 mm to 10 mm in 9 steps"; or values by name:
             texts such as "2 mm to 10 mm in 9 steps", or lists of texts or numbers in SI units.
         measure: Measures as texts, such as "pull = max(force of forceps A)"; or by name.
         design: "grid", "list", "one at a time", "latin hypercube", "sobol" or "sobol indices".
-        runs: Number of runs of a random design.
-        seed: Of a random design.
+        runs, seed: Number of runs of a random design, and which of them.
         sentences: More sentences of the study block, such as "error estimate is off".
         workers: Number of processes; by default one for each processor. 1 is this process.
         scheduler: Address of a dask scheduler whose workers are used instead.
-        out: Table to write, in CSV, or HDF5 if it ends with ".h5"; a table that is there
-            already goes on. Without it nothing is written.
+        out: Table to write or to go on with, in CSV, or HDF5 if it ends with ".h5"; or none.
         fresh: Whether to discard the rows that ``out`` has already.
         progress: Whether a line on stderr tells how far it is.
-        params: As of `run`; they hold for every run.
-        libraries: As of `run`.
 
     Raises:
         CompileError: The text is wrong, or values do not go with the scene.
@@ -393,27 +376,44 @@ def study(
     from tissuec.workers.selection import workers_of
 
     request = _request(scene, params or {}, libraries)
-    if isinstance(vary, Mapping):
-        from tissuec.pipeline import read_words
-        from tissuec.scene.overrides import listed
-
-        vary = listed(vary, read_words(request)[0].constants.parameters())
-    written = sentences_of(vary, measure, design=design, runs=runs, seed=seed)
+    varied = _texts_of(vary, request) if isinstance(vary, Mapping) else vary
+    written = sentences_of(varied, measure, design=design, runs=runs, seed=seed)
     prepared = prepare(request, name, sentences=[*written, *sentences])
-    for finding in prepared.warnings:
-        _warn(str(finding))
+    _warn(*map(str, prepared.warnings))
     with StudyProgress(prepared.study.name, shown=progress, anywhere=True) as line:
         result = run_study(
-            prepared,
-            workers_of(workers, scheduler),
-            out=None if out is None else Path(out),
-            fresh=fresh,
-            progress=line.at,
-        )
-    for verdict in result.verdicts:
-        if not verdict.holds:
-            _warn(f"{verdict.span.place}: {verdict.expect}\n  failed: {verdict.measured}")
+            prepared, workers_of(workers, scheduler), out=None if out is None else Path(out),
+            fresh=fresh, progress=line.at,
+        )  # fmt: skip
+    failed = [verdict for verdict in result.verdicts if not verdict.holds]
+    _warn(*(f"{v.span.place}: {v.expect}\n  failed: {v.measured}" for v in failed))
     return with_methods(result.table)
+
+
+def _texts_of(
+    vary: "Mapping[str, Given | Iterable[Given]]", request: "Request"
+) -> dict[str, str]:
+    """Return factors that are given by name as texts."""
+    from tissuec.pipeline import read_words
+    from tissuec.scene.overrides import listed
+
+    return listed(vary, read_words(request)[0].constants.parameters())
+
+
+def _compiled(
+    scene: Scene,
+    given: "Mapping[str, Given]",
+    libraries: Sequence[str | os.PathLike[str]],
+    *,
+    strict: bool = False,
+) -> "tuple[Compiled, Request]":
+    """Return a compiled scene, and what was asked for; findings are warnings."""
+    from tissuec.pipeline import compile_request
+
+    request = _request(scene, given, libraries, strict=strict)
+    compiled, found = compile_request(request)
+    _warn(*map(str, found), depth=4)
+    return compiled, request
 
 
 def _request(
@@ -464,29 +464,6 @@ def _told(
             yield line.at
 
 
-@contextmanager
-def _result_file(out: str | os.PathLike[str] | None, name: str) -> Generator[Path]:
-    """Give the path of a result; a temporary one is removed if anything fails.
-
-    Args:
-        out: The path, if one is given.
-        name: What the text of the scene is called.
-    """
-    from tissuec.results.places import SUFFIX, make_folder
-    from tissuec.results.trajectory import temporary_folder
-
-    if out is not None:
-        make_folder(Path(out).parent)
-        yield Path(out)
-        return
-    folder = temporary_folder()
-    try:
-        yield folder / Path(name).with_suffix(SUFFIX).name
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
-
-
 def _judged(path: Path, outcome: "Outcome", *, strict: bool, temporary: bool) -> "Trajectory":
     """Return a result; what is wrong with it is an error or a warning."""
     from tissuec.view.notebook import Trajectory
@@ -523,7 +500,7 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
             yield ExpectationError("\n  failed ".join(failure(judged)))
 
 
-def _warn(*messages: str) -> None:
-    """Warn whoever called the function that calls this."""
+def _warn(*messages: str, depth: int = 3) -> None:
+    """Warn whoever called the function that calls this, or another one so many calls above."""
     for message in messages:
-        warnings.warn(message, TissueWarning, stacklevel=3)
+        warnings.warn(message, TissueWarning, stacklevel=depth)

@@ -13,8 +13,9 @@ from tissuec.cli import group
 from tissuec.cli.guard import run_guarded
 from tissuec.core import progress as progress_lines
 from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.learn.fit import learning
-from tissuec.learn.fit.learning import Compared, LearnProgress, Unlearnable
+from tissuec.learn.fit import gradient_check, learning
+from tissuec.learn.fit.gradient_check import Compared
+from tissuec.learn.fit.learning import LearnProgress, Unlearnable
 from tissuec.pipeline import check_request
 from tissuec.scene.request import Request
 
@@ -246,7 +247,7 @@ def test_derivatives_are_held_against_differences(here, call, monkeypatch, apart
         Compared("direction 1", 1.0, 1.0 + apart, apart),
         Compared("direction 2", -2.0, -2.0, 0.0),
     ]
-    monkeypatch.setattr(learning, "check_gradient", lambda *_: rows)
+    monkeypatch.setattr(gradient_check, "check_gradient", lambda *_: rows)
     learner = Learner()
     found, out, _ = call(learner, "scene.tis", "--check-gradient")
     assert found == code and not learner.calls

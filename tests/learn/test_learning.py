@@ -11,7 +11,9 @@ from tests.learn.making import motion, write_positions
 from tissuec.compiler.compile import Compiled
 from tissuec.core.source import Source
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.fit.learning import Learnt, check_gradient, learn
+from tissuec.learn.fit.gradient_check import check_gradient
+from tissuec.learn.fit.learning import learn
+from tissuec.learn.fit.outcome import Learnt
 from tissuec.learn.fit.session import prepare
 from tissuec.model.network import Floats
 from tissuec.pipeline import compile_request

@@ -9,7 +9,8 @@ from tests.learn.known_truths import FAMILIES, SHAKEN
 from tests.learn.test_learning import ADJUST, FIT, TRUE, fit_problem, measure, numbers, truth
 from tissuec.laws.formula import Variable
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.fit.learning import check_gradient, learn
+from tissuec.learn.fit.gradient_check import check_gradient
+from tissuec.learn.fit.learning import learn
 from tissuec.learn.fit.misfit import misfit
 from tissuec.learn.fit.session import prepare
 from tissuec.learn.report.gradient import is_good

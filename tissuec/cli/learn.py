@@ -332,7 +332,7 @@ def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
 
 def _check_gradient(task: _Task, settings: Settings) -> tuple[int, dict[str, Any]]:
     """Tell how far exact derivatives are from differences; FAILED if too far."""
-    from tissuec.learn.fit.learning import check_gradient
+    from tissuec.learn.fit.gradient_check import check_gradient
     from tissuec.learn.report.gradient import as_lines, is_good
 
     compiled, fit_problem, request, _ = task

@@ -1,7 +1,11 @@
 """Names of result files, and whether one can be written before a run spends its time."""
 
 import os
+import shutil
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import mkdtemp
 
 from tissuec.results.errors import PlaceError
 
@@ -60,3 +64,31 @@ def check_place(path: Path) -> None:
         raise PlaceError(
             f'cannot write "{path}": no permission to write to the folder "{folder}"'
         )
+
+
+def temporary_folder() -> Path:
+    """Return a new folder for a temporary result."""
+    return Path(mkdtemp(prefix="tissuec-"))
+
+
+@contextmanager
+def result_place(out: str | os.PathLike[str] | None, name: str) -> Generator[Path]:
+    """Give the path of a result; a temporary one is removed if anything fails.
+
+    Args:
+        out: The path, if one is given.
+        name: What the text of the scene is called.
+
+    Raises:
+        PlaceError: Its folder cannot be created.
+    """
+    if out is not None:
+        make_folder(Path(out).parent)
+        yield Path(out)
+        return
+    folder = temporary_folder()
+    try:
+        yield folder / Path(name).with_suffix(SUFFIX).name
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise

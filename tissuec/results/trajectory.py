@@ -5,7 +5,6 @@ import weakref
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import Any, Self
 
 import numpy as np
@@ -26,6 +25,7 @@ from tissuec.results.mesh import Cells
 from tissuec.results.names import members
 from tissuec.results.origins import read_origins
 from tissuec.results.parts import read_cells
+from tissuec.results.places import temporary_folder
 from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, ExpectationResult, NamedGroup
 from tissuec.results.surface_series import Surfaces
@@ -365,11 +365,6 @@ class Trajectory:
         from tissuec.results.copying import copy_result
 
         return copy_result(self.path, Path(path), self.surfaces)
-
-
-def temporary_folder() -> Path:
-    """Return a new folder for a temporary result."""
-    return Path(mkdtemp(prefix="tissuec-"))
 
 
 def _received(kind: type[Trajectory], name: str, content: bytes) -> Trajectory:

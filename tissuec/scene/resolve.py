@@ -92,13 +92,7 @@ def resolve(
         "force", lambda d: read_force(d.name, d.item, declarations, scope), findings
     )
     _check_parts(program, declarations, findings)
-    # Both stand in for what may be wrong; in a run without end, nothing comes too late.
-    environment = Environment(np.zeros(3), 0.0, 0.0, 0.0, None, whole(program.main))
-    simulation = Simulation(math.inf, AUTOMATIC, None, None, whole(program.main))
-    with findings.item():
-        environment = read_environment(declarations, program.main, scope)
-    with findings.item():
-        simulation = read_simulation(declarations, program.main, scope)
+    environment, simulation = _settings(program, declarations, scope, findings)
     scope.evaluate_all()
     sources = tuple(module.source for module in program.modules)
     fit_problems = read_learn_blocks(declarations, scope, words.vocabulary, sources)
@@ -122,6 +116,22 @@ def resolve(
         studies=read_studies(declarations, scope),
         overrides=tuple(overrides),
     )
+
+
+def _settings(
+    program: Program, declarations: Declarations, scope: Constants, findings: Findings
+) -> tuple[Environment, Simulation]:
+    """Return the environment and how it is simulated, or what stands in for wrong ones.
+
+    In a run without end, nothing of the script comes too late.
+    """
+    environment = Environment(np.zeros(3), 0.0, 0.0, 0.0, None, whole(program.main))
+    simulation = Simulation(math.inf, AUTOMATIC, None, None, whole(program.main))
+    with findings.item():
+        environment = read_environment(declarations, program.main, scope)
+    with findings.item():
+        simulation = read_simulation(declarations, program.main, scope)
+    return environment, simulation
 
 
 def _check_parts(program: Program, declarations: Declarations, findings: Findings) -> None:

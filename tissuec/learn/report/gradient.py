@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
-from tissuec.learn.fit.learning import Compared
+from tissuec.learn.fit.gradient_check import Compared
 
 HEADINGS = ("derivative by", "exact", "by differences", "relative difference", "accuracy")
 BETTER = 10.0  # times the doubt in differences: what is less is no sign of a mistake
