@@ -13,7 +13,7 @@ lost in dampers, by friction, by ambient damping and by springs that relax or fl
 Displacements, because they keep the digits that positions far from the origin would lose.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+SMALL = 4000  # numbers of a matrix that is no faster if it is sparse
 ROUNDING = 4.0 * np.finfo(float).eps
 _NONE: Floats = np.zeros(0)
 
@@ -158,14 +159,14 @@ class Equations:
         self._first: NDArray[np.intp] = places[0]
         self._second: NDArray[np.intp] = places[1]
         self.incidence = incidence_matrix(ends, self.count)
-        self._backwards = self.incidence.T.tocsr()
+        # SciPy's sparse matrices take four times as long as NumPy for a small product.
+        is_small = self.incidence.shape[0] * self.count < SMALL
+        backwards = self.incidence.T
+        self._backwards: Any = backwards.toarray() if is_small else backwards.tocsr()
         self._reach = self.along(network.position)
         self.yielding = Yielding(state.inelastic, self.springs)
-
-    @property
-    def inner(self) -> int:
-        """Return the number of unknowns that bristles and springs remember."""
-        return 3 * len(self.memory) + self.yielding.count
+        #: Number of unknowns that bristles and springs remember.
+        self.inner = 3 * len(self.memory) + self.yielding.count
 
     @property
     def stiffness(self) -> Floats:
@@ -200,9 +201,10 @@ class Equations:
         size = 3 * len(self.free)
         moved[self.free] = y[:size].reshape(-1, 3)
         velocity[self.free] = y[size : 2 * size].reshape(-1, 3)
-        given = len(y) - 2 - self.yielding.count
-        velocity[self.memory] = y[2 * size : given].reshape(-1, 3)
-        self.yielding.write(y[given:-2], velocity)
+        if self.inner:
+            given = len(y) - 2 - self.yielding.count
+            velocity[self.memory] = y[2 * size : given].reshape(-1, 3)
+            self.yielding.write(y[given:-2], velocity)
         return moved, velocity
 
     # --- forces -------------------------------------------------------------------------------
@@ -233,8 +235,7 @@ class Equations:
         behaviour = self.behaviour_at(time)
         reach = self._reach + self.along(moved)
         length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
-        direction = np.divide(reach, length[:, None], where=length[:, None] > 0.0,
-                              out=np.zeros_like(reach))  # fmt: skip
+        direction = reach / np.where(length > 0.0, length, 1.0)[:, None]
         closing = np.einsum("sk,sk->s", direction, self.along(velocity))
         stretch = length - behaviour.rest
         if self.yielding.count:
@@ -293,7 +294,8 @@ class Equations:
             loads = self.outside(time)[self.free]
             acting += loads
             work += np.vdot(loads, own)
-        work += self._drawing(time, springs.pull)
+        if self.reelings:
+            work += self._drawing(time, springs.pull)
         lost = springs.brake @ springs.closing + self.drag @ np.einsum("nk,nk->n", own, own)
         lost += sum(acting.dissipated(inside, position, velocity) for acting in self.fields)
         fall = acting / self.mass[:, None] + self.gravity

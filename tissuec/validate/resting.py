@@ -144,11 +144,19 @@ def lowest(matrix: csr_matrix) -> tuple[float, Floats]:
 
 
 def _lowered(field: "EnergyField", moved: Floats) -> Floats:
+    place, matrix = moved, field.stiffness(moved)
+
+    def bent(u: Floats, p: Floats) -> Floats:  # for many p at each place
+        nonlocal place, matrix
+        if not np.array_equal(u, place):
+            place, matrix = u, field.stiffness(u)
+        return matrix @ p
+
     found = minimize(
         field.energy,
         moved,
         jac=lambda u: -field.frozen_force(u),
-        hessp=lambda u, p: field.stiffness(u) @ p,
+        hessp=bent,
         method="trust-ncg",
         options={
             "gtol": COARSE * field.largest(moved),
