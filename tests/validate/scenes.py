@@ -29,10 +29,10 @@ set right = nodes of rod where x > 29 mm
 environment { gravity = (0, 0, -9.81) m/s^2; contact is off; damping = 0 N*s/m }
 script {
   at 0 s: fix left
-  from 0.05 s to 0.15 s: move right by (2, 0, 1) mm using smooth profile
+  from 0.025 s to 0.075 s: move right by (2, 0, 1) mm using smooth profile
   EXTRA
 }
-simulate { duration = 0.3 s; METHOD }
+simulate { duration = 0.15 s; METHOD }
 output { trajectory of rod every 10 ms; force of right every 5 ms }
 """
 

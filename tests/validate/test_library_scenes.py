@@ -18,14 +18,14 @@ SCENES = sorted(path.stem for path in FOLDER.glob("*.tis"))
 LONG = {"indentation", "ligature", "tubal_ligation"}  # scenes whose beginnings take long, too
 #: How much of a scene its beginning is, where a tenth takes more than some seconds.
 PARTS = {
-    "bladder": 0.01,
+    "bladder": 0.005,
     "indentation": 0.05,
     "ligature": 0.01,
-    "liver": 0.03,
-    "palpation": 0.01,
-    "rupture": 0.025,
-    "sterilisation": 0.05,
-    "suture": 0.05,
+    "liver": 0.015,
+    "palpation": 0.005,
+    "rupture": 0.0125,
+    "sterilisation": 0.025,
+    "suture": 0.025,
 }
 NO_OUTPUT = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
 

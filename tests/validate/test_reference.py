@@ -30,8 +30,8 @@ def lonely(**parameters):
 @pytest.mark.parametrize("method", METHODS)
 def test_two_masses_on_a_damped_spring_follow_the_closed_form(method):
     """Elongation of the relative motion: e₀ e^(-gt) (cos wt + g/w sin wt), reduced mass m/2."""
-    network, times = pair(damping=DAMPER), times_until(0.5)
-    solution = reference(network, make_plan(network, 0.5), times, method=method, rtol=RTOL)
+    network, times = pair(damping=DAMPER), times_until(0.25)
+    solution = reference(network, make_plan(network, 0.25), times, method=method, rtol=RTOL)
     g = DAMPER / MASS
     w = np.sqrt(2.0 * SPRING / MASS - g * g)
     exact = 0.02 * np.exp(-g * times) * (np.cos(w * times) + g / w * np.sin(w * times))
@@ -42,8 +42,8 @@ def test_two_masses_on_a_damped_spring_follow_the_closed_form(method):
 
 
 def test_error_falls_with_the_error_per_step():
-    network, times = pair(damping=DAMPER), times_until(5.0, 6)
-    plan = make_plan(network, 5.0)
+    network, times = pair(damping=DAMPER), times_until(1.0, 6)
+    plan = make_plan(network, 1.0)
     finest = reference(network, plan, times, rtol=1e-13).position
     errors = [
         np.abs(reference(network, plan, times, rtol=rtol).position - finest).max()
@@ -136,8 +136,8 @@ def test_spring_that_stays_below_its_breaking_force_does_not_break():
         velocity=[[0, 0, 0], [1.0, 0, 0]],
         strength=(1.0 + 1e-8) * np.sqrt(SPRING * MASS),
     )  # fmt: skip
-    plan = make_plan(network, 1.0, [event(0.0, "fix left", {"left": [0]})])
-    solution = reference(network, plan, times_until(1.0, 3), rtol=1e-12)
+    plan = make_plan(network, 0.4, [event(0.0, "fix left", {"left": [0]})])
+    solution = reference(network, plan, times_until(0.4, 3), rtol=1e-12)
     assert not solution.breaks
     assert solution.strain[0] == pytest.approx(1.0, abs=1e-3)
 
@@ -249,7 +249,7 @@ def test_trigger_fires_when_its_condition_becomes_true(method):
     off = event(0.0, "change gravity", to=(0.0, 0.0, 0.0))
     trigger = when(lambda snapshot: snapshot.position[0, 2] <= -1.0, off)
     plan = make_plan(network, 1.0, gravity=(0.0, 0.0, -9.81), triggers=[trigger])
-    solution = reference(network, plan, times_until(1.0), method=method, rtol=1e-11)
+    solution = reference(network, plan, times_until(1.0, 6), method=method, rtol=1e-11)
     fall = np.sqrt(2.0 / 9.81)
     assert [firing.trigger for firing in solution.firings] == [0]
     # One-step methods land on the time; the others look at their interpolant.
@@ -315,8 +315,8 @@ def test_reference_is_the_same_for_any_choice_of_times():
     network = pair(damping=DAMPER)
     plan = make_plan(network, 0.5)
     few = reference(network, plan, times_until(0.5, 3), rtol=RTOL)
-    many = reference(network, plan, times_until(0.5, 401), rtol=RTOL)
-    assert many.position[::200] == pytest.approx(few.position, abs=1e-10)
+    many = reference(network, plan, times_until(0.5, 101), rtol=RTOL)
+    assert many.position[::50] == pytest.approx(few.position, abs=1e-10)
 
 
 def test_default_error_per_step_is_far_below_the_promise():

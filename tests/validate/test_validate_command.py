@@ -56,7 +56,7 @@ def test_json_gives_all_numbers(call):
     assert document["ok"] is True
     assert document["verdict"] == "kept"
     assert document["tolerance"] == 1e-4
-    assert document["output_times"] == document["compared_times"] == 61
+    assert document["output_times"] == document["compared_times"] == 31
     names = [quantity["name"] for quantity in document["quantities"]]
     assert names[:3] == ["position", "energy balance", "velocity"]
     for quantity in document["quantities"]:
