@@ -180,6 +180,8 @@ def test_filled_surfaces_are_solids_of_the_volume_within(fill, tmp_path, reposit
     (found,) = tissuec.properties(scene, frequencies=0)
     assert found.kind == "solid"
     assert found.density == pytest.approx(1060.0)
+    assert found.mass == pytest.approx(1060.0 * 666e-6, rel=0.01)
+    assert (tissuec.compile(scene).network.mass > 0.0).all()
     # Halfway between an even stress and this even strain of its surface, which finds more.
     assert found.elasticity.anisotropy < 1.15
     assert found.elasticity.mean == pytest.approx(5e3, rel=0.08)

@@ -45,7 +45,7 @@ def test_tetrahedra_have_the_modulus_of_the_tissue(shaken, tmp_path):
 
 def test_irregular_tetrahedra_bend_as_their_tissue_does(tmp_path):
     """Ends that are turned against each other need M = E I κ, with six cells of thickness."""
-    length, side = 36.0, 12.0
+    length, side = 24.0, 12.0
     x, cells = tetrahedra(np.array([length, side, side]), side / 6.0, 0.15)
     network, plan = compiled(tmp_path, as_vtk(x, cells), "bar.vtk")
     x = network.position
@@ -67,15 +67,6 @@ def test_moments_of_a_volume_are_those_of_a_box():
     solid = Solid.of(x, np.full(8, 3.0), skin)
     assert solid.middle == pytest.approx([2.0, 1.5, -3.0], rel=1e-14)
     assert solid.second == pytest.approx([8.0, 18.0, 32.0], rel=1e-13)
-
-
-def test_a_filled_surface_has_the_mass_of_what_it_encloses(tmp_path, repository):
-    surface = (repository / "library" / "meshes" / "liver.obj").read_text()
-    for filling in ("tetrahedra", "sodium chloride; reach is second neighbours"):
-        more = f"; filling is {filling}; cell = 20 mm"
-        network, _ = compiled(tmp_path, surface, "liver.obj", more=more)
-        assert network.mass.sum() == pytest.approx(0.666, rel=0.01)
-        assert (network.mass > 0.0).all()
 
 
 def test_an_imported_wall_is_damped_in_proportion_to_its_stiffness(tmp_path, repository):

@@ -86,7 +86,7 @@ def test_tension_measures_the_ratio_of_the_tissue(mesh, near, ratio):
         assert found == pytest.approx(ratio, abs=near)
 
 
-@pytest.mark.parametrize("ratio", [0.35, 0.49])
+@pytest.mark.parametrize("ratio", [0.30, 0.49])
 @pytest.mark.parametrize("mesh", [0.0, 0.15, "filled"])
 def test_a_bar_that_cannot_widen_has_the_modulus_of_waves(mesh, ratio):
     # Sides slide on walls: E (1 - ν) / ((1 + ν) (1 - 2 ν)), an even strain. Springs of
