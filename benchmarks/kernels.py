@@ -62,7 +62,7 @@ class Loop:
 
     def __init__(self, plain: ctypes.CDLL, run: Stepping):
         engine: Any = run.engine  # whose arrays are its own matter otherwise
-        net, work = engine._acting(), engine._work
+        net, work = engine.stepper.acting(), engine.stepper.work
         self.evaluate = plain.evaluate
         x, v = work.x[0], work.v[0]
         self.arrays = [

@@ -9,7 +9,7 @@ from tissuec.compiler.checks import check_all
 from tissuec.compiler.joints import nearest_pairs
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.engine.engine import CALL_SPRINGS
+from tissuec.engine.stepper import CALL_SPRINGS
 from tissuec.mechanics import observables
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory

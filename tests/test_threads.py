@@ -6,7 +6,7 @@ import pytest
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out
 from tissuec.core.errors import CompileError
-from tissuec.engine.engine import CALL_SPRINGS
+from tissuec.engine.stepper import CALL_SPRINGS
 from tissuec.geometry.intersections import crossings
 from tissuec.geometry.nearest import CAPSULE
 from tissuec.mechanics import observables

@@ -7,8 +7,8 @@ from tests.contact.scenes import bodies, play
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array
 from tissuec.compiler.prediction import skipped
-from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.engine.kernel_inputs import KernelInputs
+from tissuec.engine.stepper import CALL_SPRINGS
 from tissuec.mechanics.state import State
 
 PRESSED = """language 1

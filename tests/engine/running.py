@@ -123,7 +123,7 @@ class Bench:
         Args:
             samples: Of the buffer; a small one is emptied often.
         """
-        kept, buffer = [], self.engine._buffer
+        kept, buffer = [], self.engine.stepper.buffer
 
         def keep(batch):
             self.batches.append(batch)

@@ -102,7 +102,7 @@ def bed():
 @pytest.mark.parametrize("creeping", [np.inf, 4.0])
 def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
     monkeypatch.setattr("tissuec.engine.method_choice.CREEPING", creeping)
-    monkeypatch.setattr("tissuec.engine.engine.PATIENT", 0.3)
+    monkeypatch.setattr("tissuec.engine.method_control.PATIENT", 0.3)
     bench = stiff()
     bench.state.forces = (bed(),)
     ran = bench.run()

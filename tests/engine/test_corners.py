@@ -141,4 +141,4 @@ def test_sides_change_at_every_corner_and_nowhere_else():
 
 def test_smooth_laws_are_not_looked_at():
     ran = swinging(C * E * (E * E * 1e4 + 1.0), tolerance=1e-6)
-    assert not ran.engine._inputs.features.cornered
+    assert not ran.engine.stepper.inputs.features.cornered

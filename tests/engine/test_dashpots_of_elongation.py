@@ -97,7 +97,7 @@ def test_errors_under_such_a_dashpot_fall_at_the_declared_order(method):
 def test_a_corner_in_elongation_of_a_dashpot_is_landed_on(tolerance):
     """Steps across the corner leave 9 and 83 % of what is allowed; landed on, a fraction."""
     ran = swung("stretched only", tolerance=tolerance)
-    assert ran.engine._inputs.features.cornered
+    assert ran.engine.stepper.inputs.features.cornered
     allowed = 0.01 * tolerance * ran.largest_displacement
     assert (apart(ran, "stretched only") <= allowed).all()
 

@@ -7,8 +7,8 @@ from tests.engine.members import MEMBERS, ON_BACKENDS, affordable, brakes, those
 from tests.engine.running import BACKENDS, Bench, block, chain, lifted_tube, pair
 from tests.hand_net import make_net
 from tissuec.engine.backends import default_backend
-from tissuec.engine.engine import CALL_SPRINGS
 from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.stepper import CALL_SPRINGS
 from tissuec.model.profiles import TimeProfile
 
 

@@ -124,11 +124,11 @@ def test_spring_above_its_crushing_force_at_the_start_breaks_at_once():
 def test_nets_that_are_not_crushed_are_stepped_without_looking_for_it():
     torn = Bench(pair(strength=60.0), 1.0, tolerance=1e-6, ruptures=True)
     torn.advance(0.01)
-    assert torn.engine._inputs.features.watched
-    assert not torn.engine._inputs.features.crushed
+    assert torn.engine.stepper.inputs.features.watched
+    assert not torn.engine.stepper.inputs.features.crushed
     both = Bench(pair(crush=60.0), 1.0, tolerance=1e-6, ruptures=True)
     both.advance(0.01)
-    assert both.engine._inputs.features.crushed
+    assert both.engine.stepper.inputs.features.crushed
 
 
 @pytest.mark.parametrize("method", those(conservative=False))
@@ -249,7 +249,7 @@ def test_few_dead_springs_are_as_good_as_gone(backend):
 def test_springs_between_nodes_that_keep_still_leave_the_sums():
     bench = Bench(chain(4), 1.0, step=0.01, fixed=[0, 1, 2], ruptures=True)
     bench.engine.restart(bench.state)
-    assert sorted(bench.engine._inputs.springs.ids) == [2, 3, 4]
+    assert sorted(bench.engine.stepper.inputs.springs.ids) == [2, 3, 4]
 
 
 @pytest.mark.parametrize("start", [0.0, 2.0, 1e6])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.engine.running import lifted_tube
-from tissuec.engine import engine
+from tissuec.engine import watching
 
 NODE = 100  # of the waist, which is lifted by 3 mm
 METHODS = {"velocity verlet": 3e-2, "dop853": 1e-3, "srkn11": 1e-3, "esdirk43": 1e-3}
@@ -57,7 +57,7 @@ def test_what_may_hold_and_does_not_is_looked_at_closely_and_left():
 
 
 def test_nets_of_many_nodes_are_looked_at_step_by_step(monkeypatch):
-    monkeypatch.setattr(engine, "GLANCED", 1000)
+    monkeypatch.setattr(watching, "GLANCED", 1000)
     _, _, asked = lifted("dop853", threshold=1.0, surveyed=False)
     _, _, each = lifted("dop853", threshold=1.0, surveyed=True)
     assert each == asked

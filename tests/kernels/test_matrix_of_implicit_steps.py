@@ -254,5 +254,5 @@ def test_wide_nets_move_as_narrow_ones(name, monkeypatch):
     narrow = Bench(net, 0.05, **asked).run()
     monkeypatch.setattr(unknowns, "LARGEST_FACTOR", -1.0)
     wide = Bench(net, 0.05, **asked).run()
-    assert wide.engine._work.solver.scratch.size
+    assert wide.engine.stepper.work.solver.scratch.size
     assert np.abs(wide.position - narrow.position).max() < 1e-12

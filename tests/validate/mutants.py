@@ -25,7 +25,7 @@ from msgspec import Struct
 
 from tests.validate.scenes import compiled_scene, silent
 from tissuec.compiler.compile import Compiled
-from tissuec.engine import backends, engine, kernel_inputs, operations
+from tissuec.engine import backends, kernel_inputs, operations, stepper, watching
 from tissuec.engine.binding import Binder
 from tissuec.engine.integrators import banded, iterative
 from tissuec.forces import accelerations, springs_kernel
@@ -284,12 +284,14 @@ def as_python() -> None:
         kernel(time, x, v, f, power, given.record)
 
     kernel_inputs.kernel_address, accelerations.add_field = kernel_address, add_field
-    engine.loop_operations = found
-    engine.bound_drive = lambda integrator, backend: bound(integrator, backends.step_loop.drive)
-    engine.bound_inside = lambda integrator: backends.Inside(
+    stepper.loop_operations = found
+    stepper.bound_drive = lambda integrator, backend: bound(
+        integrator, backends.step_loop.drive
+    )
+    watching.bound_inside = lambda integrator: backends.Inside(
         bound(integrator, backends.step_inside.look), bound(integrator, integrator.prepare)
     )
-    engine.Engine._table = lambda self, record: record
+    stepper.Stepper.table = lambda self, record: record
 
 
 def lines_run(work: Callable[[], object], modules: list[str]) -> dict[str, set[int]]:

@@ -206,11 +206,11 @@ def amplified(z, reach):
         tolerance=1e-4,
     )
     bench.engine.restart(bench.state)
-    work, net = bench.engine._work, bench.engine._acting()
+    work, net = bench.engine.stepper.work, bench.engine.stepper.acting()
     OPERATIONS["force"](0.0, work.x[0], work.v[0], work.a[0], work.power[1], net)
     work.rate[0] = reach
     interpreter(INTEGRATORS["rkc2"]).bind(rkc2.step)(0.0, 1.0, 0, work, net)
-    return bench.engine._inputs.outwards(work.v[1])[:, 0]
+    return bench.engine.stepper.inputs.outwards(work.v[1])[:, 0]
 
 
 REACHES = (0.0, 1.0, 3.0, 10.0, 100.0, 1000.0, 0.65 * rkc2.MOST_STAGES**2)

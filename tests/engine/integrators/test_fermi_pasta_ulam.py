@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from tests.engine.running import Bench
 from tests.hand_net import make_net
-from tissuec.engine import backends, engine
+from tissuec.engine import backends, stepper
 from tissuec.engine import step_loop as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.integrators import INTEGRATORS
@@ -135,7 +135,7 @@ def on_chain(integrator, backend):
     [pytest.param("dop853", 1e-7, marks=pytest.mark.slow), ("srkn11", 1e-5)],
 )
 def test_energies_wander_as_in_two_other_solutions(method, tolerance, monkeypatch):
-    monkeypatch.setattr(engine, "bound_drive", on_chain)
+    monkeypatch.setattr(stepper, "bound_drive", on_chain)
     bench = Bench(
         chain(), DURATION, method=method, tolerance=tolerance, times=TIMES, fixed=[0, 7]
     )

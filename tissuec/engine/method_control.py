@@ -1,0 +1,176 @@
+"""The integrator of a run: which one begins, when another one takes over, and why."""
+
+import numpy as np
+
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.method import MethodChange
+from tissuec.engine.method_choice import Choice, choose, measured_facts
+from tissuec.engine.method_trial import (
+    PATIENT,
+    MethodTrial,
+    candidate_for,
+    cost_of,
+    evaluation_time,
+    trial_cost,
+)
+from tissuec.engine.stepper import Stepper
+from tissuec.kernels.records import OUTSIZE, UNDERFLOW, UNSOLVED
+from tissuec.mechanics.state import State
+from tissuec.script.plan import AUTOMATIC
+
+
+class MethodControl:
+    """Chooses the integrator of a stepper, and changes it between steps.
+
+    Attributes:
+        changes: The integrators in turn.
+        trial: Whether another one comes further.
+        facts: As ``measured_facts`` gives them, if they are known.
+    """
+
+    def __init__(self, stepper: Stepper):
+        self._stepper, self._method = stepper, stepper.method
+        self._choice: Choice | None = None
+        self.changes: list[MethodChange] = []
+        self.trial = MethodTrial()
+        self.facts: dict[str, float] | None = None
+
+    @property
+    def begun(self) -> bool:
+        """Return whether there is an integrator."""
+        return self._choice is not None
+
+    @property
+    def choice(self) -> Choice:
+        """Return the present integrator, and why it was chosen.
+
+        Raises:
+            ValueError: There is none yet.
+        """
+        if self._choice is None:
+            raise ValueError("the integrator is chosen by the first restart")
+        return self._choice
+
+    @property
+    def is_free(self) -> bool:
+        """Return whether the method is ours to change."""
+        return self._method.name == AUTOMATIC and self._method.step is None
+
+    def install(self, choice: Choice) -> None:
+        """Go over to an integrator; the state stays where it is."""
+        now = self._stepper.progress.time
+        self.changes.append(MethodChange(now, choice.name, choice.reason))
+        self._choice = choice
+        self._stepper.install(INTEGRATORS[choice.name])
+
+    def begin(self, state: State, choice: Choice | None = None) -> None:
+        """Install the integrator to begin with; by default, one that goes with the state."""
+        inputs = self._stepper.inputs
+        self.install(choice or choose(state, self._method, inputs.is_banded))
+
+    def yield_to_losses(self, state: State) -> None:
+        """Go over to a method for motions that lose energy, if the present one is for none."""
+        if self._stepper.integrator.conservative and (refusal := state.loss):
+            reason = f"{refusal}, which {self.choice.name} does not support"
+            self.install(Choice("dop853", reason, {}))
+
+    def equip(self, state: State) -> None:
+        """Give the integrator what depends on the net: unknowns or the fastest rate."""
+        stepper = self._stepper
+        if stepper.integrator.implicit:
+            stepper.work = stepper.work._replace(solver=stepper.inputs.solver())
+        if stepper.integrator.stabilised:
+            stepper.work.rate[0], stepper.cap = self._pace(state)
+        self.facts = None
+        self.trial.begin(stepper.progress, stepper.work.effort, self.choice.name, self._cost)
+
+    def contend(self, state: State) -> None:
+        """Go over to another method if that comes further, where the choice is ours."""
+        stepper = self._stepper
+        if not self.is_free:
+            return
+        if stepper.progress.pending or stepper.evaluations < self.trial.look:
+            return
+        change = self.trial.decide(
+            stepper.progress,
+            stepper.work.effort,
+            self._cost,
+            self.choice.name,
+            self._method.duration,
+            lambda pace: self._candidate(state, pace),
+        )
+        if change is not None:
+            self._change(change, state)
+
+    def rescue(self, reason: int, state: State) -> bool:
+        """Go on explicitly where an implicit method failed that was our own choice.
+
+        Args:
+            reason: Why the loop over steps came back.
+            state: Of the run.
+        """
+        failed = reason in (UNSOLVED, UNDERFLOW, OUTSIZE)
+        implicit = self._stepper.integrator.implicit
+        if not (failed and implicit and self._method.name == AUTOMATIC):
+            return False
+        why = f"{self.choice.name} could not solve the equations of a step"
+        self.trial.rival = ""
+        self._change(Choice("dop853", why, {}), state)
+        return True
+
+    def _candidate(self, state: State, pace: float) -> tuple[str, float] | None:
+        """Return what may come further, and the predicted time of its trial [s].
+
+        Args:
+            state: Of the run.
+            pace: Simulated seconds per second of the present method.
+        """
+        stepper = self._stepper
+        if state.inelastic is not None:
+            return None  # implicit methods refuse such springs
+        ahead = self._method.duration - stepper.progress.time
+        if state.fields and not stepper.integrator.implicit and ahead < PATIENT * pace:
+            return None
+        stepper.synchronise(state)
+        self.facts = self.facts or measured_facts(state)
+        solver, banded = stepper.inputs.solver(), stepper.inputs.is_banded()
+        step, evaluation = stepper.progress.step, self._evaluation_time
+        found = candidate_for(
+            self.choice.name, step, pace, self.facts, evaluation, banded=banded
+        )
+        if found is None:
+            return None
+        return found, trial_cost(found, evaluation, len(stepper.inputs.springs.ids), solver)
+
+    def _change(self, choice: Choice, state: State) -> None:
+        """Go over to another method between two steps."""
+        stepper = self._stepper
+        stepper.synchronise(state)
+        was_implicit = stepper.integrator.implicit
+        self.install(choice)
+        stepper.forget_net()
+        self.equip(state)
+        if was_implicit and not stepper.integrator.implicit:
+            stepper.update(step=min(stepper.first_step(), stepper.progress.step))
+        stepper.limit_step()
+
+    @property
+    def _cost(self) -> float:
+        """Return the predicted time of all steps so far, at what they cost now [s]."""
+        springs, work = len(self._stepper.inputs.springs.ids), self._stepper.work
+        return cost_of(work.effort, self._evaluation_time, springs, work.solver)
+
+    @property
+    def _evaluation_time(self) -> float:
+        """Return the predicted time of a force evaluation [s]."""
+        inputs = self._stepper.inputs
+        return evaluation_time(inputs.state, len(inputs.springs.ids))
+
+    def _pace(self, state: State) -> tuple[float, float]:
+        """Return the fastest rate [1/s] of a state, and the longest step at it [s]."""
+        facts = measured_facts(state)
+        omega, zeta = facts["omega"], facts["zeta"]
+        if not omega:
+            return facts["damping"], np.inf
+        fastest = omega * (zeta + np.sqrt(zeta * zeta - 1.0)) if zeta > 1.0 else omega
+        return float(fastest), self._stepper.integrator.stability_limit(omega, zeta)

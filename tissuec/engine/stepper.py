@@ -1,0 +1,241 @@
+"""The arrays that are stepped, and calls of the loop over steps on them."""
+
+from typing import Any, cast
+
+import numpy as np
+from msgspec.structs import replace
+
+from tissuec.engine.backends import bound_drive, loop_operations
+from tissuec.engine.integrators import Integrator
+from tissuec.engine.integrators.procedures import PropagationChoices
+from tissuec.engine.kernel_inputs import KernelInputs
+from tissuec.engine.method import Backend, Method
+from tissuec.engine.sample_buffer import SampleBuffer
+from tissuec.engine.state import first_step, least_pressure, new_progress, new_task, new_work
+from tissuec.kernels.calls import raise_failure
+from tissuec.kernels.record_tables import RecordTable
+from tissuec.kernels.records import Task, Work
+from tissuec.mechanics import observables
+from tissuec.mechanics.state import State
+from tissuec.model.network import Floats, Network
+from tissuec.script.plan import DEFAULT_TOLERANCE
+
+# Spring evaluations after which the loop comes back to be asked for a pause: about 0.2 s.
+CALL_SPRINGS: dict[Backend, int] = {"interpreted": 2_000_000, "compiled": 40_000_000}
+
+
+class Stepper:
+    """What is stepped, and how, without any decision about it.
+
+    Args:
+        network: The network of the run.
+        method: How it is to be stepped.
+        inputs: The network as compiled code takes it.
+        buffer: Takes the samples.
+
+    Attributes:
+        integrator: Set by ``install``, as are ``work`` and ``task``.
+        backend: Of the loop over steps.
+        work: The arrays of the run.
+        task: What is constant in calls of the loop.
+        progress: Where the run stands.
+        cap: Longest step by stability [s].
+        segment: Up to when profiles have no knots [s]; None before the first stretch.
+        asked: Evaluations when a pause was last offered.
+        listed_at: When what is near shapes was listed [s].
+        listed_around: And around which positions, shape (node, 3).
+    """
+
+    integrator: type[Integrator]
+    backend: Backend
+    work: Work
+    task: Task
+
+    def __init__(
+        self, network: Network, method: Method, inputs: KernelInputs, buffer: SampleBuffer
+    ):
+        self.network, self.method, self.inputs, self.buffer = network, method, inputs, buffer
+        self.progress = new_progress(0.0)
+        self.cap = np.inf
+        self.segment: float | None = None
+        self.asked = 0
+        self.listed_at = np.nan
+        self.listed_around: Floats | None = None
+        self._net: RecordTable | None = None  # what acts, once it is asked for
+        self._tables: dict[type[Any], RecordTable] = {}  # of further records
+
+    @property
+    def evaluations(self) -> int:
+        """Return the number of force evaluations so far."""
+        return int(self.work.effort[0])
+
+    # --- the arrays ---------------------------------------------------------------------------
+
+    def install(self, integrator: type[Integrator]) -> None:
+        """Make the arrays for an integrator; the state stays where it is."""
+        before = getattr(self, "work", None)
+        self.integrator = integrator
+        work = new_work(integrator, self.network, self.inputs.team.record)
+        method = self.method
+        if isinstance(method.choices, PropagationChoices):
+            work.choices[:] = method.choices.row()
+        tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
+        task = new_task(self.network, integrator, tolerance, method.duration)
+        self.task = task._replace(fixed=0 if method.step is None else 1)
+        self.cap = np.inf
+        if before is not None:
+            half = self.progress.current
+            work.x[:], work.v[:] = before.x[half], before.v[half]
+            work.trial_x[:], work.trial_v[:] = before.x[half], before.v[half]
+            work.ledger[:] = before.ledger[half]
+            work.origin[:], work.effort[:] = before.origin, before.effort
+            work.doubt[:] = before.doubt
+            work = work._replace(tension=before.tension, sides=before.sides)
+            self.update(fresh=1, memory=0.0, calm=0, current=0)
+        self.work = work
+
+    def begin(self, state: State) -> None:
+        """Stand where a run begins, or is resumed."""
+        self.work.origin[:] = self.inputs.inwards(state.position)
+        sample = int(np.searchsorted(self.buffer.buffer.times, state.time))
+        self.progress = replace(new_progress(state.time), sample=sample)
+
+    def load(self, state: State) -> None:
+        """Copy the state into the arrays; all of them hold the nodes that stand still."""
+        work, inputs = self.work, self.inputs
+        still = (inputs.held & ~inputs.moved)[:, None]
+        still[self.network.memory] = False
+        position = inputs.inwards(state.position)
+        velocity = inputs.inwards(np.where(still, 0.0, state.velocity))
+        work.x[:], work.v[:], work.a[:] = position, velocity, 0.0
+        work.trial_x[:], work.trial_v[:] = position, velocity
+        self.update(time=state.time, fresh=1, memory=0.0, calm=0, pending=0)
+        if self.method.ledger:
+            self._load_energies(state)
+        self._fit()
+        self._tables = {}
+
+    def _load_energies(self, state: State) -> None:
+        """Have the energies of the state among those that errors are relative to."""
+        least = max(self.task.least, least_pressure(state, self.task.floor))
+        self.task = self.task._replace(least=least)
+        present = observables.energies(state, state.time, state.position, state.velocity)
+        energy = float(present.kinetic + present.elastic)
+        self.update(energy=max(self.progress.energy, energy))
+
+    def _fit(self) -> None:
+        """Give arrays with a column for each spring as many as act."""
+        acting = len(self.inputs.springs.ids)
+        springs = acting if self.method.watch_strength else 0
+        if self.work.tension.shape[1] != springs:
+            self.work = self.work._replace(tension=np.zeros((3, springs)))
+        cornered = acting if self.inputs.features.cornered else 0
+        if self.work.sides.shape[2] != cornered:
+            self.work = self.work._replace(sides=np.zeros((2, 3, cornered)))
+
+    def synchronise(self, state: State) -> None:
+        """Copy time and state into the state."""
+        now, work = self.progress, self.work
+        state.time = now.time
+        state.position[:] = self.inputs.outwards(work.x[now.current])
+        state.velocity[:] = self.inputs.outwards(work.v[now.current])
+        state.rest = state.rest_at(state.time)
+
+    def update(self, **changes: Any) -> None:
+        """Change numbers of the progress, in a copy."""
+        self.progress = replace(self.progress, **changes)
+
+    # --- steps --------------------------------------------------------------------------------
+
+    def first_step(self) -> float:
+        """Return a cautious first step [s]."""
+        return first_step(self.inputs, self.integrator, self.method.duration)
+
+    def limit_step(self) -> None:
+        """Find the longest step again, by stability and what moves."""
+        longest = min(self.inputs.longest_step(self.integrator.looks), self.cap)
+        self.task = self.task._replace(longest=longest)
+
+    def begin_segment(self, until: float) -> None:
+        """Prepare a stretch without knots inside: one curve per profile, uniform steps."""
+        now, inputs = self.progress, self.inputs
+        self.segment = until
+        inputs.start, inputs.until = now.time, until
+        self.limit_step()
+        if inputs.is_changing:
+            # Velocities and forces may jump here; the accelerations so far are no longer true.
+            self.update(fresh=1)
+            self.forget_net()
+            self.work.solver.made[2] = 1.0
+        if self.method.step is not None and until > now.time:
+            count = np.ceil((until - now.time) / self.method.step * (1.0 - 1e-12))
+            self.update(step=(until - now.time) / max(count, 1.0))
+
+    def call_limit(self) -> int:
+        """Return the evaluations after which a call comes back, by default."""
+        return self.asked + CALL_SPRINGS[self.backend] // (len(self.inputs.springs.ids) + 100)
+
+    def call(self, hold: int, evaluations: int) -> int:
+        """Run the loop over steps once; return why it came back.
+
+        Args:
+            hold: As in ``Task``.
+            evaluations: Likewise.
+        """
+        task = self.task._replace(until=self.inputs.until, evaluations=evaluations, hold=hold)
+        self.buffer.make_room(hold)
+        work, net, buffer = self.work, self.acting(), self.buffer.buffer
+        if self.backend == "compiled":
+            work, buffer = self.table(work), self.table(buffer)
+        drive = bound_drive(self.integrator, self.backend)
+        self.update()  # a copy, which the loop changes
+        with self.inputs.team:
+            reason = drive(self.progress, task, work, net, buffer)
+        for table in net.fields.kept:
+            raise_failure(table)
+        return reason
+
+    def acting(self) -> RecordTable:
+        """Return what acts, with the operations on it."""
+        if self._net is None:
+            inputs, needed = self.inputs, self.inputs.features
+            if needed.touched:
+                if self.listed_around is None:
+                    self.listed_at = self.progress.time
+                    self.listed_around = inputs.outwards(self.work.x[self.progress.current])
+                inputs.around = self.listed_around
+            called = loop_operations(self.integrator, needed)
+            net = inputs.net(self.integrator)
+            self._net = RecordTable(net._replace(operations=called))
+        return self._net
+
+    def forget_net(self) -> None:
+        """Have what acts, and the lists of what is near, made anew when they are needed."""
+        self._net, self.listed_around = None, None
+
+    def table(self, record: Any) -> RecordTable:
+        """Return a record as compiled code takes it; that of the last one if it is the same."""
+        kind = cast("type[Any]", type(record))
+        kept = self._tables.get(kind)
+        if kept is None or kept.record is not record:
+            kept = self._tables[kind] = RecordTable(record)
+        return kept
+
+    # --- samples ------------------------------------------------------------------------------
+
+    def flush(self) -> None:
+        """Give the samples so far to the recorder."""
+        before = self.progress
+        self.update(filled=0)  # the recorder may ask for a checkpoint
+        self.buffer.flush(before)
+
+    def record_end(self, state: State) -> None:
+        """Record the sample at the time of a state, if there is one."""
+        while self.buffer.is_due(self.progress, np.nextafter(state.time, np.inf)):
+            self.progress = self.buffer.enter(
+                self.progress,
+                self.inputs.inwards(state.position),
+                self.inputs.inwards(state.velocity),
+                self.work.ledger[self.progress.current],
+            )
+        self.flush()

@@ -1,0 +1,124 @@
+"""What interrupts within steps: ruptures, and conditions that are watched."""
+
+from typing import Any
+
+from numpy.typing import NDArray
+
+from tissuec.engine.backends import bound_inside
+from tissuec.engine.method import Interruption
+from tissuec.engine.state import arrays_of
+from tissuec.engine.step_events import RESOLUTION, AcceptedStep, Survey, Watch, bisect
+from tissuec.engine.stepper import Stepper
+from tissuec.kernels.records import GLANCES, Progress
+
+# Steps that are looked at together for conditions, and coordinates of states in them, at most.
+MOST_TOGETHER, GLANCED = 16, 200_000
+
+
+def steps_together(stepper: Stepper) -> int:
+    """Return how many steps are looked at together.
+
+    Only one with contact, threads or springs that relax or flow: they keep state outside of
+    ``Work``, with which the run could not go back.
+    """
+    needed = stepper.inputs.features
+    if needed.touched or needed.reeled or needed.inelastic:
+        return 1
+    return min(MOST_TOGETHER, 1 + GLANCED // (GLANCES * stepper.work.zero.size))
+
+
+def may_hold(stepper: Stepper, survey: Survey) -> bool:
+    """Return whether a condition may hold in the steps of the last call."""
+    buffer, outwards = stepper.buffer.buffer, stepper.inputs.outwards
+    found = slice(stepper.progress.glanced)
+    if not stepper.progress.glanced:
+        return False
+    states = buffer.glance_position[found], buffer.glance_velocity[found]
+    return survey(buffer.glance_time[found], *map(outwards, states))
+
+
+class Standpoint:
+    """Where a stepper stands, to go back to."""
+
+    def __init__(self, stepper: Stepper):
+        self._progress: Progress = stepper.progress
+        self._arrays: list[NDArray[Any]] = [array.copy() for array in arrays_of(stepper.work)]
+
+    def bring_back(self, stepper: Stepper) -> None:
+        """Go back."""
+        stepper.progress = self._progress
+        for array, kept in zip(arrays_of(stepper.work), self._arrays, strict=True):
+            array[:] = kept
+
+
+def first_interruption(
+    stepper: Stepper, watch: Watch | None, *, surpassed: bool
+) -> tuple[AcceptedStep, Interruption | None]:
+    """Return the accepted step, and the first rupture or trigger in it.
+
+    Args:
+        stepper: It has made the step, and not taken it over.
+        watch: Condition that is watched.
+        surpassed: Whether springs may rupture in the step.
+    """
+    inside, work = bound_inside(stepper.integrator), stepper.table(stepper.work)
+    within = AcceptedStep(inside, stepper.progress, work, stepper.acting(), stepper.inputs)
+    rupture = within.first_rupture(stepper.integrator.looks) if surpassed else None
+    stop = within.end if rupture is None else rupture[0]
+    triggered = None if watch is None else _trigger(stepper, within, watch, stop)
+    if triggered is not None and (rupture is None or triggered < stop):
+        return within, Interruption("triggered", triggered)
+    if rupture is None:
+        return within, None
+    return within, Interruption("ruptured", stop, springs=rupture[1])
+
+
+def _trigger(stepper: Stepper, within: AcceptedStep, watch: Watch, stop: float) -> float | None:
+    """Return the first time up to ``stop`` at which the condition is seen to hold [s].
+
+    Args:
+        stepper: It has looked at states within the step.
+        within: The step.
+        watch: The condition.
+        stop: Time in the step [s].
+    """
+    outwards = stepper.inputs.outwards
+
+    def holds(when: float) -> bool:
+        x, v, _ = within.state(when)
+        return watch(when, outwards(x), outwards(v))
+
+    before, buffer = within.start, stepper.buffer.buffer
+    last = stepper.progress.glanced
+    stepper.update(glanced=0)
+    for row in range(last - GLANCES, last):
+        when = float(buffer.glance_time[row])
+        x, v = buffer.glance_position[row], buffer.glance_velocity[row]
+        # A glance is cheap and a little wrong; what it finds is looked at closely.
+        seen = when < stop and watch(when, outwards(x), outwards(v))
+        when = min(when, stop)
+        if (seen or when == stop) and holds(when):
+            finest = 1e-15 * stepper.method.duration
+            resolution = max(RESOLUTION * (stop - within.start), finest)
+            return bisect(holds, before, when, resolution)
+        before = when
+        if when == stop:
+            break
+    return None
+
+
+def cut_step(stepper: Stepper, within: AcceptedStep, stop: float) -> None:
+    """Take over the accepted step up to a time within it, with its samples before that.
+
+    Args:
+        stepper: It has made the step.
+        within: The step.
+        stop: Time in the step [s].
+    """
+    while stepper.buffer.is_due(stepper.progress, stop):
+        when = float(stepper.buffer.buffer.times[stepper.progress.sample])
+        stepper.progress = stepper.buffer.enter(stepper.progress, *within.state(when))
+    x, v, ledger = within.state(stop)
+    work, now = stepper.work, stepper.progress.current
+    work.x[now], work.v[now], work.ledger[now] = x, v, ledger
+    stepper.update(time=stop, pending=0, fresh=1)
