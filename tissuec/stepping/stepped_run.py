@@ -1,11 +1,8 @@
 """A run that is stepped, looked at and acted on from Python."""
 
-import warnings
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from msgspec import Struct
@@ -13,31 +10,21 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
-from tissuec.compiler.conditions import Condition, Conditions
-from tissuec.compiler.holds import check_holds
-from tissuec.compiler.quantities import ObservedExpression, QuantityReader
-from tissuec.compiler.script import ScriptReader
-from tissuec.core.errors import SimulationError, TissueWarning
+from tissuec.compiler.quantities import ObservedExpression
+from tissuec.core.errors import SimulationError
 from tissuec.core.processors import permitted
-from tissuec.core.source import Source
-from tissuec.core.units import TIME, Dimension
 from tissuec.engine.execution.stepwise import SavedRun, StepwiseRun, rounded
-from tissuec.lang import syntax as s
-from tissuec.lang.parser import parse
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.recording import Event
 from tissuec.scene.overrides import Given
 from tissuec.scene.request import Request
 from tissuec.script.measures.snapshot import Snapshot
-from tissuec.script.plan import ScheduledAction
-from tissuec.script.verbs import VERBS, Demanding
+from tissuec.script.verbs import VERBS
 from tissuec.stepping.recorded_script import recorded
-from tissuec.stepping.sentences import UnitsOrder, joined, with_units
+from tissuec.stepping.text_reader import TextReader
 
 if TYPE_CHECKING:
     import pyvista  # pyright: ignore[reportMissingImports]
-
-ORDERED = "ordered from Python"  # what the text of a sentence is called in messages
 
 
 class SavedState(Struct, frozen=True, eq=False):
@@ -82,18 +69,8 @@ class SteppedRun:
     ):
         self.compiled, self.out, self._request = compiled, out, request
         self._threads = threads or permitted()
-        scene = compiled.scene
-        self._duration, self._scope = scene.simulation.duration, scene.constants
-        self._findings = scene.constants.findings
-        self._conditions = Conditions(
-            compiled.groups, scene.tools, scene.constants, duration=self._duration
-        )
-        self._dimensions: dict[tuple[str, ...], dict[str, Dimension]] = {}
+        self._texts = TextReader(compiled)
         self._sentences = list(saved.sentences if saved else ())
-        self._warned: set[str] = set()
-        self._times: dict[str, float] = {}  # of texts [s]
-        self._quantities: dict[str, ObservedExpression] = {}
-        self._conditions_read: dict[str, Condition] = {}
         self._run = StepwiseRun(
             compiled.network,
             compiled.plan,
@@ -125,7 +102,7 @@ class SteppedRun:
     @property
     def duration(self) -> float:
         """Return how long the scene lasts [s]."""
-        return self._duration
+        return self.compiled.scene.simulation.duration
 
     @property
     def ended(self) -> str:
@@ -144,7 +121,7 @@ class SteppedRun:
             SimulationError: The run cannot go on.
             KeyboardInterrupt: After Ctrl-C; the run can go on from where it is.
         """
-        seconds = self.seconds(span)
+        seconds = self._texts.seconds(span)
         until = rounded(self.time + seconds)
         if until <= self.time:
             raise ValueError(f"a step must be longer than {span}")
@@ -161,7 +138,7 @@ class SteppedRun:
             SimulationError: The run cannot go on.
             KeyboardInterrupt: After Ctrl-C; the run can go on from where it is.
         """
-        self._go_to(rounded(self.seconds(time)))
+        self._go_to(rounded(self._texts.seconds(time)))
 
     def _go_to(self, time: float) -> None:
         self._refuse_failure()
@@ -182,15 +159,7 @@ class SteppedRun:
         Raises:
             CompileError: The text is no time.
         """
-        if not isinstance(span, str):
-            return float(span)
-        if span not in self._times:
-            node = self._item(span).value
-            with self._reporting():
-                value = self._scope.number(node)
-                self._scope.expect(value, TIME, node.span, what="the time")
-                self._times[span] = float(value.amount)
-        return self._times[span]
+        return self._texts.seconds(span)
 
     # --- state --------------------------------------------------------------------------------
 
@@ -300,12 +269,7 @@ class SteppedRun:
         Raises:
             CompileError: It is no condition.
         """
-        if what not in self._conditions_read:
-            items = parse(Source(ORDERED, f"expect {what}"), has_heading=False).items
-            with self._reporting():
-                node = cast(s.Expect, items[0]).condition
-                self._conditions_read[what] = self._conditions.condition(node)
-        return bool(self._conditions_read[what](self.snapshot))
+        return bool(self._texts.condition(what)(self.snapshot))
 
     def quantity(self, what: str) -> ObservedExpression:
         """Return what is measured, read and checked once, to be evaluated on snapshots.
@@ -316,25 +280,7 @@ class SteppedRun:
         Raises:
             CompileError: This measures nothing, or not the present.
         """
-        if what not in self._quantities:
-            item = self._item(what)
-            with self._reporting():
-                self._quantities[what] = self._read_quantity(item)
-        return self._quantities[what]
-
-    def _read_quantity(self, item: s.Assign) -> ObservedExpression:
-        """Return a quantity of the present."""
-        self._conditions.needs_ledger = False
-        found = QuantityReader(self._conditions).read(item.value, item.clauses, item.value.span)
-        if any(reading.time is not None for reading in found.readings.values()):
-            message = "what is measured now cannot name a time"
-            self._findings.reject("TIS702", message, item.value.span)
-        if self._conditions.needs_ledger and not self.compiled.plan.needs_ledger:
-            self._findings.reject(
-                "TIS702", "this run does not keep the energies of its motion", item.value.span,
-                hint='add "energy every 10 ms" to the output block of the scene',
-            )  # fmt: skip
-        return found
+        return self._texts.quantity(what)
 
     # --- orders -------------------------------------------------------------------------------
 
@@ -356,13 +302,9 @@ class SteppedRun:
         begin = self._run.order_time
         when = f"at {begin!r} s"
         if over is not None:
-            when = f"from {begin!r} s to {rounded(begin + self.seconds(over))!r} s"
+            when = f"from {begin!r} s to {rounded(begin + self._texts.seconds(over))!r} s"
         text = f"{when}: {sentence}"
-        items = parse(Source(ORDERED, text), has_heading=False).items
-        with self._reporting():
-            script = self._reader().read(items)
-        self._check(script.events)
-        self._run.order(script.events)
+        self._run.order(self._texts.events(text, self._run.actions))
         self._sentences.append(text)
         self._snapshot = None
 
@@ -376,85 +318,8 @@ class SteppedRun:
             over: See ``order``.
             clauses: Values by joining word, numbers in SI units.
         """
-        bare = tuple(
-            word.rstrip("_") for word, value in clauses.items() if not isinstance(value, str)
-        )
-        text = joined(verb, words, clauses)
-        if bare:
-            sentence = parse(Source(ORDERED, text), has_heading=False).items[0]
-            assert isinstance(sentence, s.Sentence)
-            duration = None if over is None else self.seconds(over)
-            asked = self._asked_units(verb, words, bare, sentence, duration)
-            text = with_units(sentence, bare, asked)
-        self.order(text, over=over)
-
-    def _asked_units(
-        self, verb: str, words: Sequence[str], bare: Sequence[str], sentence: s.Sentence,
-        duration: float | None,
-    ) -> dict[str, Dimension]:  # fmt: skip
-        """Return what a verb asks clauses with numbers for."""
-        key = (verb, *words, "", *bare)
-        if key not in self._dimensions:
-            member, scene = VERBS[verb], self.compiled.scene
-            order = UnitsOrder(
-                bare, sentence, verb, member.forms, duration, self.compiled.groups,
-                scene.tools, self._scope,
-            )  # fmt: skip
-            with self._reporting():
-                member.read(order)
-            self._dimensions[key] = order.dimensions
-        return self._dimensions[key]
-
-    def _reader(self) -> ScriptReader:
-        """Return a new reader: one knows sentences by where they are in memory."""
-        scene = self.compiled.scene
-        return ScriptReader(
-            self.compiled.groups, scene.tools, self._conditions, self._scope,
-            duration=self._duration,
-        )  # fmt: skip
-
-    def _check(self, events: Sequence[ScheduledAction]) -> None:
-        """Report what is checked of a whole script."""
-        scene, network = self.compiled.scene, self.compiled.network
-        flaws = [
-            (event.action.span, flaw)
-            for event in events
-            if isinstance(event.action, Demanding) and (flaw := event.action.flaw(network))
-        ]
-        plan = self.compiled.plan
-        every = sorted([*plan.events, *self._run.actions, *events], key=lambda one: one.time)
-        shaped = all(tool.entries is not None for tool in scene.tools.values())
-        with self._reporting():
-            for span, flaw in flaws:
-                self._findings.add("TIS309", flaw, span)
-            self._findings.extend(
-                check_holds(every, plan.triggers, network.tools, shaped=shaped)
-            )
-
-    def _item(self, text: str) -> s.Assign:
-        """Return what is written as the value of an entry."""
-        items = parse(Source(ORDERED, f"value = {text}"), has_heading=False).items
-        if len(items) != 1:
-            raise ValueError(f'"{text}" is not one value but {len(items)}')
-        return cast(s.Assign, items[0])
-
-    @contextmanager
-    def _reporting(self) -> Generator[None]:
-        """Raise what is found wrong in the block, and warn of what is doubtful.
-
-        Raises:
-            CompileError: Something is wrong.
-        """
-        try:
-            with self._findings.item():
-                yield
-            self._findings.raise_errors()
-            for finding in map(str, self._findings.warnings):
-                if finding not in self._warned:
-                    self._warned.add(finding)
-                    warnings.warn(finding, TissueWarning, stacklevel=4)
-        finally:
-            self._findings.clear()
+        duration = None if over is None else self._texts.seconds(over)
+        self.order(self._texts.sentence(verb, words, clauses, duration), over=over)
 
     # --- what was done ------------------------------------------------------------------------
 
@@ -473,8 +338,7 @@ class SteppedRun:
         other = type(self)(
             self.compiled, self._request, threads=self._threads, saved=self.save()
         )
-        # Which depend on the scene alone.
-        other._quantities, other._conditions_read = self._quantities, self._conditions_read
+        other._texts = self._texts
         return other
 
     def script(self) -> str:

@@ -1,0 +1,208 @@
+"""Texts that Python gives, read as what they say of a scene: times, quantities, sentences."""
+
+import warnings
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from typing import cast
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.conditions import Condition, Conditions
+from tissuec.compiler.holds import check_holds
+from tissuec.compiler.quantities import ObservedExpression, QuantityReader
+from tissuec.compiler.script import ScriptReader
+from tissuec.core.errors import TissueWarning
+from tissuec.core.source import Source
+from tissuec.core.units import TIME, Dimension
+from tissuec.lang import syntax as s
+from tissuec.lang.parser import parse
+from tissuec.scene.overrides import Given
+from tissuec.script.plan import ScheduledAction
+from tissuec.script.verbs import VERBS, Demanding
+from tissuec.stepping.sentences import UnitsOrder, joined, with_units
+
+ORDERED = "ordered from Python"  # what a text is called in messages
+
+
+class TextReader:
+    """Reads texts with the names of a scene; each text is read once.
+
+    What is doubtful is warned of once; what is wrong raises a ``CompileError``.
+
+    Args:
+        compiled: The scene.
+    """
+
+    def __init__(self, compiled: Compiled):
+        scene = compiled.scene
+        self._compiled, self._scope = compiled, scene.constants
+        self._duration, self._findings = scene.simulation.duration, scene.constants.findings
+        self._conditions = Conditions(
+            compiled.groups, scene.tools, scene.constants, duration=self._duration
+        )
+        self._warned: set[str] = set()
+        self._times: dict[str, float] = {}  # [s]
+        self._quantities: dict[str, ObservedExpression] = {}
+        self._read_conditions: dict[str, Condition] = {}
+        self._dimensions: dict[tuple[str, ...], dict[str, Dimension]] = {}
+
+    def seconds(self, span: str | float) -> float:
+        """Return a time such as "25 ms" in s.
+
+        Raises:
+            CompileError: The text is no time.
+        """
+        if not isinstance(span, str):
+            return float(span)
+        if span not in self._times:
+            node = _value(span).value
+            with self._reporting():
+                value = self._scope.number(node)
+                self._scope.expect(value, TIME, node.span, what="the time")
+                self._times[span] = float(value.amount)
+        return self._times[span]
+
+    def condition(self, what: str) -> Condition:
+        """Return a condition of the script.
+
+        Raises:
+            CompileError: The text is no condition.
+        """
+        if what not in self._read_conditions:
+            items = parse(Source(ORDERED, f"expect {what}"), has_heading=False).items
+            with self._reporting():
+                node = cast(s.Expect, items[0]).condition
+                self._read_conditions[what] = self._conditions.condition(node)
+        return self._read_conditions[what]
+
+    def quantity(self, what: str) -> ObservedExpression:
+        """Return a quantity of the present.
+
+        Raises:
+            CompileError: The text measures nothing, or not the present.
+        """
+        if what not in self._quantities:
+            item = _value(what)
+            with self._reporting():
+                self._quantities[what] = self._read_quantity(item)
+        return self._quantities[what]
+
+    def _read_quantity(self, item: s.Assign) -> ObservedExpression:
+        self._conditions.needs_ledger = False
+        found = QuantityReader(self._conditions).read(item.value, item.clauses, item.value.span)
+        if any(reading.time is not None for reading in found.readings.values()):
+            message = "what is measured now cannot name a time"
+            self._findings.reject("TIS702", message, item.value.span)
+        if self._conditions.needs_ledger and not self._compiled.plan.needs_ledger:
+            self._findings.reject(
+                "TIS702", "this run does not keep the energies of its motion", item.value.span,
+                hint='add "energy every 10 ms" to the output block of the scene',
+            )  # fmt: skip
+        return found
+
+    def events(self, text: str, ordered: Sequence[ScheduledAction]) -> list[ScheduledAction]:
+        """Return what a sentence with its time orders, checked with the rest of the script.
+
+        Args:
+            text: The sentence.
+            ordered: What was ordered before.
+
+        Raises:
+            CompileError: The sentence is wrong.
+        """
+        compiled, scene = self._compiled, self._compiled.scene
+        items = parse(Source(ORDERED, text), has_heading=False).items
+        with self._reporting():
+            # A new reader: one knows sentences by where they are in memory.
+            script = ScriptReader(
+                compiled.groups, scene.tools, self._conditions, self._scope,
+                duration=self._duration,
+            ).read(items)  # fmt: skip
+        self._check(script.events, ordered)
+        return script.events
+
+    def _check(
+        self, events: Sequence[ScheduledAction], ordered: Sequence[ScheduledAction]
+    ) -> None:
+        """Report what is checked of a whole script."""
+        tools, plan = self._compiled.scene.tools, self._compiled.plan
+        network = self._compiled.network
+        flaws = [
+            (event.action.span, flaw)
+            for event in events
+            if isinstance(event.action, Demanding) and (flaw := event.action.flaw(network))
+        ]
+        every = sorted([*plan.events, *ordered, *events], key=lambda one: one.time)
+        shaped = all(tool.entries is not None for tool in tools.values())
+        with self._reporting():
+            for span, flaw in flaws:
+                self._findings.add("TIS309", flaw, span)
+            self._findings.extend(
+                check_holds(every, plan.triggers, network.tools, shaped=shaped)
+            )
+
+    def sentence(
+        self, verb: str, words: Sequence[str], clauses: dict[str, Given], duration: float | None
+    ) -> str:
+        """Return a sentence in which numbers of clauses have the units that the verb asks for.
+
+        Args:
+            verb: The verb.
+            words: What follows the verb.
+            clauses: Values by joining word, numbers in SI units.
+            duration: How long it takes [s]; None for at once.
+
+        Raises:
+            CompileError: The sentence is wrong.
+            ValueError: A value is no text, number or vector.
+        """
+        bare = tuple(
+            word.rstrip("_") for word, value in clauses.items() if not isinstance(value, str)
+        )
+        text = joined(verb, words, clauses)
+        if not bare:
+            return text
+        sentence = parse(Source(ORDERED, text), has_heading=False).items[0]
+        assert isinstance(sentence, s.Sentence)
+        key = (verb, *words, "", *bare)
+        if key not in self._dimensions:
+            self._dimensions[key] = self._asked_units(verb, bare, sentence, duration)
+        return with_units(sentence, bare, self._dimensions[key])
+
+    def _asked_units(
+        self, verb: str, bare: Sequence[str], sentence: s.Sentence, duration: float | None
+    ) -> dict[str, Dimension]:
+        """Return what a verb asks clauses with numbers for."""
+        member = VERBS[verb]
+        order = UnitsOrder(
+            bare, sentence, verb, member.forms, duration, self._compiled.groups,
+            self._compiled.scene.tools, self._scope,
+        )  # fmt: skip
+        with self._reporting():
+            member.read(order)
+        return order.dimensions
+
+    @contextmanager
+    def _reporting(self) -> Generator[None]:
+        """Raise what is found wrong in the block, and warn of what is doubtful.
+
+        Raises:
+            CompileError: Something is wrong.
+        """
+        try:
+            with self._findings.item():
+                yield
+            self._findings.raise_errors()
+            for finding in map(str, self._findings.warnings):
+                if finding not in self._warned:
+                    self._warned.add(finding)
+                    warnings.warn(finding, TissueWarning, stacklevel=5)
+        finally:
+            self._findings.clear()
+
+
+def _value(text: str) -> s.Assign:
+    """Return what is written as the value of an entry."""
+    items = parse(Source(ORDERED, f"value = {text}"), has_heading=False).items
+    if len(items) != 1:
+        raise ValueError(f'"{text}" is not one value but {len(items)}')
+    return cast(s.Assign, items[0])
