@@ -1,11 +1,13 @@
 """Learning on workers gives the bits of learning without; intervals by bootstrap are right."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 import tissuec
-from tissuec.learn.fit import evaluations
-from tissuec.learn.fit.bootstrap import resampled
+from tissuec.learn.fit import evaluations, learning
+from tissuec.learn.fit.bootstrap import intervals, resampled
 from tissuec.learn.fit.learning import learn
 from tissuec.learn.fit.session import prepare
 from tissuec.pipeline import compile_request
@@ -23,8 +25,8 @@ set tip = nodes of net in [3]
 {tool}
 environment {{ gravity = (0, 0, 0) m/s^2; contact is {contact} }}
 script {{ at 0 s: fix wall; at 0 s: change velocity of tip to (0.5, 0, 0) m/s }}
-simulate {{ duration = 0.2 s; tolerance = 1e-5 }}
-output {{ position of tip every 4 ms }}
+simulate {{ duration = 0.1 s; tolerance = 1e-5 }}
+output {{ position of tip every 2 ms }}
 """
 LEARN = """learn gum {{
   data = "data.csv"
@@ -69,6 +71,17 @@ def numbers(found):
     ]
 
 
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """Return a function that gives what is learnt without workers, found once for all tests."""
+
+    @cache
+    def found(**given):
+        return learnt(measured(tmp_path_factory.mktemp("alone"), **given))
+
+    return found
+
+
 @pytest.fixture
 def processes(monkeypatch):
     """Return two processes that do all but the first evaluation."""
@@ -81,7 +94,7 @@ def processes(monkeypatch):
 @pytest.mark.parametrize(
     "given",
     [
-        {"more": "bootstrap = 40"},
+        {"more": "bootstrap = 60"},
         # So far off that starts are sampled.
         pytest.param({"start": (300.0, 0.1)}, marks=pytest.mark.slow),
         # With differences of whole runs.
@@ -89,7 +102,7 @@ def processes(monkeypatch):
     ],
     ids=["bootstrap", "starts", "whole runs"],
 )
-def test_workers_find_the_same_bits(tmp_path, processes, given):
+def test_workers_find_the_same_bits(tmp_path, processes, alone, given):
     scene = measured(tmp_path, **given)
     handed, inner = [], processes.map
 
@@ -98,16 +111,15 @@ def test_workers_find_the_same_bits(tmp_path, processes, given):
         return inner(work, common, items)
 
     processes.map = counting
-    alone, together = learnt(scene), learnt(scene, processes)
-    assert handed and numbers(alone) == numbers(together)
-    assert alone.evaluations == together.evaluations
-    assert alone.notes == together.notes
+    known, together = alone(**given), learnt(scene, processes)
+    assert handed and numbers(known) == numbers(together)
+    assert known.evaluations == together.evaluations
+    assert known.notes == together.notes
 
 
 @pytest.mark.parametrize("fits", [60, pytest.param(400, marks=pytest.mark.slow)])
-def test_intervals_by_bootstrap_are_those_of_derivatives(tmp_path, fits):
-    plain = learnt(measured(tmp_path))
-    found = learnt(measured(tmp_path, more=f"bootstrap = {fits}"))
+def test_intervals_by_bootstrap_are_those_of_derivatives(alone, fits):
+    plain, found = alone(), alone(more=f"bootstrap = {fits}")
     assert any(f"bootstrap with {fits} fits" in one for one in found.notes)
     # Noise is white and small, so that the model is linear in its range. The standard error of
     # either percentile of n fits is 2.7 standard deviations / sqrt(n), of a width of 3.9: three
@@ -121,7 +133,10 @@ def test_intervals_by_bootstrap_are_those_of_derivatives(tmp_path, fits):
         assert (width != known).all()
 
 
-def test_a_seed_gives_other_resamples(tmp_path):
+def test_a_seed_gives_other_resamples(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        learning, "intervals", lambda evaluator, end, _, done: intervals(evaluator, end, 3, done)
+    )
     first, other = (
         numbers(learnt(measured(tmp_path, more=f"bootstrap = 40; seed = {seed}")))
         for seed in (0, 1)
@@ -159,13 +174,12 @@ class Dying(OwnProcess):
         yield from ((number, LOST) for number in range(len(items)))
 
 
-def test_fits_that_workers_died_of_are_told(tmp_path, monkeypatch):
+def test_fits_that_workers_died_of_are_told(tmp_path, monkeypatch, alone):
     monkeypatch.setattr(evaluations, "PAYS", 0.0)
     monkeypatch.setattr(evaluations, "GOES_ON", 0.0)
     monkeypatch.setattr(evaluations, "OwnProcess", Processes)  # so that it is asked at all
-    plain, scene = learnt(measured(tmp_path)), measured(tmp_path, more="bootstrap = 40")
-    found = learnt(scene, Dying())
+    found = learnt(measured(tmp_path, more="bootstrap = 40"), Dying())
     assert "more than 20% of 40 fits" in " ".join(found.notes)
-    assert numbers(found) == numbers(plain)  # the intervals are from derivatives
+    assert numbers(found) == numbers(alone())  # the intervals are from derivatives
     with pytest.raises(tissuec.TissueError, match="workers died"):
         learnt(measured(tmp_path, **TOUCHED), Dying())
