@@ -117,12 +117,15 @@ class NeutralMotions:
 
     Attributes:
         freedoms: Of the pieces that have any.
-        basis: Z, their motions: Zᵀ M Z = 1 [kg^-½], shape (3 free, motion).
     """
 
     def __init__(self, freedoms: tuple[Freedom, ...], mass: Floats):
         self.freedoms, self._mass = freedoms, mass
-        self.basis = assembled(freedoms, len(mass))
+
+    @cached_property
+    def basis(self) -> csc_matrix:
+        """Return Z, the motions: Zᵀ M Z = 1 [kg^-½], shape (3 free, motion)."""
+        return assembled(self.freedoms, len(self._mass))
 
     @classmethod
     def of(cls, balance: Balance, x: Floats, mass: Floats | None = None) -> Self:
@@ -143,7 +146,7 @@ class NeutralMotions:
             # What presses on a piece resists, or takes part in its motion.
             if not touched[nodes].any()
         )
-        return cls(tuple(freedom for freedom in found if freedom.motion.shape[1]), mass)
+        return cls(tuple(filter(None, found)), mass)
 
     def restored(self, x: Floats, start: Floats) -> Floats:
         """Return places with each piece put back along its neutral motions [m], (free, 3).
@@ -161,7 +164,7 @@ class NeutralMotions:
     @property
     def count(self) -> int:
         """Return the number of motions."""
-        return self.basis.shape[1]  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
+        return sum(freedom.motion.shape[1] for freedom in self.freedoms)
 
     def without(self, step: Floats) -> Floats:
         """Return a step without its part along neutral motions [m], shape (free, 3)."""
@@ -184,7 +187,7 @@ class NeutralMotions:
         Args:
             size: Of those that are there [N/m].
         """
-        held = np.zeros(self.basis.shape[0])  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
+        held = np.zeros(3 * len(self._mass))
         held[self._supports] = size
         return held
 
@@ -214,7 +217,7 @@ def rigid_motions(balance: Balance, x: Floats) -> tuple[Freedom, ...]:
         _freedom(piece, x[piece.nodes], position[piece.anchors], balance.mass[piece.nodes])
         for piece in pieces(balance, lone=True)
     )
-    return tuple(freedom for freedom in found if freedom.motion.shape[1])
+    return tuple(filter(None, found))
 
 
 def assembled(freedoms: tuple[Freedom, ...], count: int) -> csc_matrix:
@@ -233,9 +236,11 @@ def assembled(freedoms: tuple[Freedom, ...], count: int) -> csc_matrix:
 
 def _freedom(
     piece: RigidPiece, x: Floats, anchors: Floats, mass: Floats, load: Floats | None = None
-) -> Freedom:
+) -> Freedom | None:
     """Return how a piece can move as a whole at no cost, loads included if there are any."""
     twists = _neutral_twists(x, anchors, np.zeros_like(x) if load is None else load)
+    if not twists.shape[1]:
+        return None
     turning = np.linalg.svd(twists[3:], full_matrices=False)
     is_axis = INDEPENDENT * turning.S.max(initial=0.0) < turning.S
     return Freedom(
@@ -254,6 +259,8 @@ def _neutral_twists(x: Floats, anchors: Floats, load: Floats) -> Floats:
     size = next(filter(None, sizes), 1.0)
     stays = _velocities((anchors - middle) / size)
     twists = _null_space(stays, INDEPENDENT)
+    if not twists.shape[1]:
+        return twists
     # What does not move the piece is no motion of it, such as a turn about its own line.
     moves = _velocities((x - middle) / size) @ twists
     _, sizes, kept = np.linalg.svd(moves, full_matrices=False)
