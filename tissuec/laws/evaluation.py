@@ -189,12 +189,13 @@ def _integral(force: Formula, upper: Floats, values: Values) -> Floats:
     found = [_zero(test, upper, values) for test in kinks(force, "e")]
     ends = np.array([np.zeros_like(upper), *found, upper])
     ends = np.take_along_axis(ends, np.argsort(np.abs(ends), axis=0), axis=0)
+    points, weights = (part.reshape(-1, *[1] * upper.ndim) for part in _gauss())
     total = np.zeros_like(upper)
     with np.errstate(all="ignore"):
         for low, high in itertools.pairwise(ends):
-            for point, weight in zip(*_gauss(), strict=True):
-                e = low + point**3 * (high - low)
-                total += 3.0 * weight * point**2 * (high - low) * force.at({**values, "e": e})
+            e = low + points**3 * (high - low)
+            height = 3.0 * weights * points**2 * force.at({**values, "e": e})
+            total += (high - low) * np.broadcast_to(height, e.shape).sum(axis=0)
     return total
 
 
