@@ -205,26 +205,34 @@ adjust prestress of gum; adjust start position of inner along (0, 0, 1)
 adjust start position of left along (1, 0, 0); adjust start position of right"""
 
 
+#: Displacements [mm] before, between and behind what happens.
+BETWEEN = (0.3, 1.7, 1.7, 3.0)
+
+
 @pytest.mark.parametrize(
-    "script",
+    ("script", "rows"),
     [
-        pytest.param(f"at 0 s: fix left\n{MOVED}", marks=pytest.mark.slow),
-        f"at 0 s: fix left\nat 0.4 s: fix edge\n{MOVED}\nat 0.7 s: free edge",
-        f"at 0 s: fix left\nfrom 0 s to 1 s: push edge with 0.02 N along (0, 1, 0) using ramp\n"
-        f"at 0.3 s: change spring constant of block by 150 %\n{MOVED}\n"
-        "at 0.5 s: cut block along plane through (15, 0, 5) mm facing (1, 0, 0)".replace(
-            "cut block along plane", "cut block along stroke"
-        ).replace(
-            "through (15, 0, 5) mm facing (1, 0, 0)",
-            "from (15, 0, 5) mm to (15, 10, 5) mm by (0, 0, 9) mm",
+        pytest.param(f"at 0 s: fix left\n{MOVED}", BETWEEN, marks=pytest.mark.slow),
+        (f"at 0 s: fix left\nat 0.4 s: fix edge\n{MOVED}\nat 0.7 s: free edge", BETWEEN),
+        (
+            "at 0 s: fix left\n"
+            "from 0 s to 1 s: push edge with 0.02 N along (0, 1, 0) using ramp\n"
+            f"at 0.3 s: change spring constant of block by 150 %\n{MOVED}\n"
+            "at 0.5 s: cut block along plane through (15, 0, 5) mm facing (1, 0, 0)".replace(
+                "cut block along plane", "cut block along stroke"
+            ).replace(
+                "through (15, 0, 5) mm facing (1, 0, 0)",
+                "from (15, 0, 5) mm to (15, 10, 5) mm by (0, 0, 9) mm",
+            ),
+            BETWEEN,
         ),
-        f"at 0 s: fix left\nat 0 s: settle\nat 0 s: fix edge\n{MOVED}",
+        (f"at 0 s: fix left\nat 0 s: settle\nat 0 s: fix edge\n{MOVED}", (0.3, 3.0)),
     ],
     ids=["moved", "held on the way", "pushed, changed and cut", "settled and held"],
 )
-def test_derivatives_are_those_of_the_predictions(model, script):
+def test_derivatives_are_those_of_the_predictions(model, script, rows):
     text = NET + f"script {{ {script} }}\nlearn gum {{ {FITS} {EVERYTHING} }}\n"
-    found, _ = model(text, csv([0.3, 1.7, 1.7, 3.0]))  # before, between and behind what happens
+    found, _ = model(text, csv(rows))
     assert_derived(found, 0.05 * np.random.default_rng(1).standard_normal(found.shaping.size))
 
 

@@ -135,7 +135,9 @@ def test_intervals_by_bootstrap_are_those_of_derivatives(alone, fits):
 
 def test_a_seed_gives_other_resamples(tmp_path, monkeypatch):
     monkeypatch.setattr(
-        learning, "intervals", lambda evaluator, end, _, done: intervals(evaluator, end, 3, done)
+        learning,
+        "intervals",
+        lambda evaluator, end, _, done: intervals(evaluator, end, 3, done),
     )
     first, other = (
         numbers(learnt(measured(tmp_path, more=f"bootstrap = 40; seed = {seed}")))
