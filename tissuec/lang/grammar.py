@@ -2,11 +2,13 @@
 
 from collections.abc import Iterable
 from copy import copy
+from functools import lru_cache
 from hashlib import sha256
 from typing import Any
 
 import lark
 from lark import Lark, UnexpectedToken
+from lark.parsers.lalr_analysis import Shift
 from lark.parsers.lalr_parser_state import ParserState
 
 from tissuec.core.resources import cache_folder, grammar
@@ -140,15 +142,25 @@ def _without_builder(rule: Any) -> Any:
 
 def _accepted(state: Any) -> frozenset[str]:
     """Return the types of tokens that a state of the parser takes."""
-    state.parse_conf = _without_builder(state.parse_conf)
-    kinds = (kind for kind in state.parse_conf.states[state.position] if kind.isupper())
-    return frozenset(kind for kind in kinds if _takes(state, kind))
+    rule = state.parse_conf
+    return _taken(rule.parse_table, rule.end_state, tuple(state.state_stack))
 
 
-def _takes(state: Any, kind: str) -> bool:
-    trial = state.copy(deepcopy_values=False)
-    try:
-        trial.feed_token(Token(kind, "", 0, 0), is_end=kind == END.type)
-    except UnexpectedToken:
-        return False
-    return True
+@lru_cache(maxsize=4096)
+def _taken(table: Any, end: int, stack: tuple[int, ...]) -> frozenset[str]:
+    """Return the types of tokens that can follow what led to a stack of states."""
+    kinds = (kind for kind in table.states[stack[-1]] if kind.isupper())
+    return frozenset(kind for kind in kinds if _takes(table.states, end, list(stack), kind))
+
+
+def _takes(states: Any, end: int, stack: list[int], kind: str) -> bool:
+    """Return whether a token can follow: rules that it completes must lead to its place."""
+    while (step := states[stack[-1]].get(kind)) is not None:
+        action, rule = step
+        if action is Shift:
+            return True
+        del stack[len(stack) - len(rule.expansion) :]
+        stack.append(states[stack[-1]][rule.origin.name][1])
+        if kind == END.type and stack[-1] == end:
+            return True
+    return False

@@ -1,6 +1,7 @@
 """Completions at a place of a text: reserved words, names, words, units."""
 
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 
 from tissuec.core.units import (
     SYMBOLS,
@@ -52,7 +53,7 @@ def _readable(
         before = [part for part in statement.parts if part.stop <= one.start]
         if before and _ends_before(before, text[before[-1].stop : one.start], one):
             continue
-        kind = next((token.type for token in tokens(one.insert)), "")
+        kind = _kind(one.insert)
         if (number := _measured(statement, one.start)) is not None:
             # Together with its unit, a number or a closing bracket is another token.
             joined = list(tokens(f"{number.pieces[0].text} {one.insert.strip()}"))
@@ -66,6 +67,12 @@ def _readable(
         accepted = known[len(before)]
         if accepted is None or kind in accepted:
             yield one
+
+
+@lru_cache(maxsize=4096)
+def _kind(text: str) -> str:
+    """Return the type of the first token of a text; "" without one."""
+    return next((token.type for token in tokens(text)), "")
 
 
 def _measured(statement: Statement, place: int) -> Token | None:
