@@ -134,7 +134,9 @@ class _Touched:
         share = np.zeros((len(x), 3))
         share[:, 0] = 1.0  # of a plane
         for which in (CAPSULE, TRIANGLE):
-            some = kind == which
+            some = np.flatnonzero(kind == which)
+            if not len(some):
+                continue
             share[some] = nearest(x[some], corners[some, : 2 if which == CAPSULE else 3])
         arm = x - np.einsum("ta,tak->tk", share, corners)
         ahead = corners[:, 1] - corners[:, 0]
@@ -159,9 +161,10 @@ class _Touched:
             plane[inside, None], -self.depth[:, None] * self.normal, self.off
         )
         self.at = of.nodes[self.node]
-        keys = np.stack([self.node, of.surface[pairs.shape[inside]]])
-        distinct, group = np.unique(keys, axis=1, return_inverse=True)
-        self.node_of_surface, self.group = distinct[0], group.reshape(-1)
+        surface = of.surface[pairs.shape[inside]]
+        many = int(surface.max(initial=0)) + 1
+        distinct, self.group = np.unique(self.node * many + surface, return_inverse=True)
+        self.node_of_surface = distinct // many
         k, w = of.stiffness, of.layer
         shallow = self.depth < w
         soft: Floats = self.depth**2 / (2.0 * w)
