@@ -71,7 +71,7 @@ def test_on_the_side_of_a_block_edges_count_what_is_beside(cell):
 
 def test_a_run_agrees_with_scipy():
     mesh = SHEET.format(5, 3).replace("(0, 10, 0)", "(0, 10, 4)")
-    text = text_of(mesh, "friction = 0.2", duration="10 ms")
+    text = text_of(mesh, "friction = 0.2", duration="8 ms")
     text = text.replace("gravity = (0, 0, 0)", "gravity = (3, 0, -9.81)")
     found = validated(text + "output { trajectory every 2 ms }", rtol=1e-7)
     assert found.verdict == "kept", found.reasons

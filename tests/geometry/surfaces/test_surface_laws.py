@@ -1,5 +1,7 @@
 """Laws that every smooth surface keeps, over every skin, whole or torn."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,7 @@ SAMPLES = [
 every_sample = every(("kind", "name", "torn"), SAMPLES)
 
 
+@cache
 def sample(kind, name, torn, *, subdivisions=2):
     """Return a mesh, which springs are left, its skin and its surface."""
     mesh = MESHES[name]
