@@ -1,7 +1,7 @@
 """Time of an evaluation of the forces, beside a plain loop in C over the springs.
 
-Takes some minutes and needs a C compiler (cc). Engine and loop take turns, and medians are
-shown, because other work on the machine slows down both.
+Takes some minutes and needs a C compiler (cc). Engine and loop take turns, and medians of times
+of the processor are shown, because other work on the machine slows down both.
 """
 
 import ctypes
@@ -50,7 +50,7 @@ def measure(net: Net, plain: ctypes.CDLL) -> list[str]:
     for _ in range(REPEATS):
         times["C loop"].append(loop.time())
         for method, run in runs.items():
-            times[method].append(run.time())
+            times[method].append(run.time(time.process_time))
     nodes, springs = compiled.network.node_count, compiled.network.spring_count
     best = median(times["C loop"])
     shown = [f"{median(times[m]):.2f} ({median(times[m]) / best:.2f})" for m in METHODS]
@@ -75,9 +75,9 @@ class Loop:
         """Return nanoseconds for each spring and evaluation."""
         times = max(4, int(WORK / self.springs))
         pointers = [ctypes.c_void_p(array.ctypes.data) for array in self.arrays]
-        begun = time.perf_counter()
+        begun = time.process_time()
         self.evaluate(ctypes.c_long(times), ctypes.c_long(self.nodes), *pointers)
-        return (time.perf_counter() - begun) / times / self.springs * 1e9
+        return (time.process_time() - begun) / times / self.springs * 1e9
 
 
 if __name__ == "__main__":

@@ -95,9 +95,11 @@ def accelerate(part: int, parts: int, v: Floats, a: Floats, net: Net) -> None:
     steady = net.steady[3 * first : 3 * last]
     mass, drags = net.inverse_mass[first:last], net.drag[first:last]
     for node in range(mass.size):
-        inverse, drag = mass[node], drags[node]
-        for i in range(3 * node, 3 * node + 3):
-            own_a[i] = steady[i] + inverse * (own_a[i] - drag * own_v[i])
+        inverse, drag, i = mass[node], drags[node], 3 * node
+        # One by one, which vector instructions take apart, as they do not with a loop.
+        own_a[i] = steady[i] + inverse * (own_a[i] - drag * own_v[i])
+        own_a[i + 1] = steady[i + 1] + inverse * (own_a[i + 1] - drag * own_v[i + 1])
+        own_a[i + 2] = steady[i + 2] + inverse * (own_a[i + 2] - drag * own_v[i + 2])
 
 
 def add_field(

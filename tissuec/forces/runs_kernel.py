@@ -12,11 +12,15 @@ Shared arguments:
     at: First spring of this part.
     count: Number of springs of this part.
     each: Scratch: forces, losses and excess of springs, shape (5, block).
+    each0, each1, each2: Components of forces of springs [N], shape (block,).
+    f0, f1, f2: Components of forces on all nodes [N], shape (node,).
     parity: 0 for the even blocks of runs, 1 for the odd ones.
     runs: The springs in runs.
 """
 
 from math import sqrt
+
+import numpy as np
 
 from tissuec.kernels.records import Floats, Net, Rows, Runs
 from tissuec.kernels.thread_loops import part_of, share
@@ -25,6 +29,12 @@ from tissuec.kernels.vectors import TINY
 VISCOUS = True  # springs have dashpots
 WATCHED = True  # springs may break
 BLOCK = 512  # springs at a time
+#: Arguments that share no memory with the others of a function, as "restrict" says in C: no
+#: loop has to test for that before each run.
+UNSHARED = {
+    "pull_springs": ("each0", "each1", "each2", "lost", "above", "f0", "f1", "f2"),
+    "take_from": ("f0", "f1", "f2"),
+}
 
 
 def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
@@ -61,7 +71,7 @@ def take_parts(part: int, parts: int, x: Floats, v: Floats, apart: Rows) -> None
 def pull_blocks(part: int, parts: int, parity: int, net: Net) -> None:
     """Add the forces of the springs of every other block to components."""
     team, runs = net.team, net.runs
-    apart, each = runs.apart, team.each[part]
+    each = team.each[part]
     for block in range(2 * part + parity, runs.block.size - 1, 2 * parts):
         lost, near = 0.0, False
         for run in range(runs.block[block], runs.block[block + 1]):
@@ -70,10 +80,7 @@ def pull_blocks(part: int, parts: int, parity: int, net: Net) -> None:
                 count = min(BLOCK, runs.length[run] - done)
                 low = runs.first[run] + done
                 high, at = low + runs.offset[run], runs.at[run] + done
-                pull_each(low, high, at, count, each, runs)
-                for k in range(3):
-                    add_to(each[k, :count], apart[6 + k, low : low + count])
-                    take_from(each[k, :count], apart[6 + k, high : high + count])
+                pull_part(low, high, at, count, each, runs)
                 if VISCOUS and net.ledger:
                     lost += total(each[3, :count])
                 if WATCHED:
@@ -113,51 +120,93 @@ def clear(values: Floats) -> None:
         values[i] = 0.0
 
 
-def pull_each(low: int, high: int, at: int, count: int, each: Rows, runs: Runs) -> None:
-    """Set forces, losses and excess over the limits for a part of a run.
+def pull_part(low: int, high: int, at: int, count: int, each: Rows, runs: Runs) -> None:
+    """Add the forces of a part of a run [N]; set losses and excess over the limits."""
+    apart, size = runs.apart, np.uint64(count)
+    pull_springs(
+        np.uint64(low), np.uint64(high), np.uint64(at), size, apart[0], apart[1], apart[2],
+        apart[3], apart[4], apart[5], runs.stiffness, runs.damping, runs.rest, runs.near,
+        runs.near_crush, each[0], each[1], each[2], each[3], each[4], apart[6], apart[7],
+        apart[8],
+    )  # fmt: skip
+    take_from(np.uint64(high), size, each[0], each[1], each[2], apart[6], apart[7], apart[8])
+
+
+def pull_springs(
+    low: np.uint64,
+    high: np.uint64,
+    at: np.uint64,
+    count: np.uint64,
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    u: Floats,
+    v: Floats,
+    w: Floats,
+    stiffness: Floats,
+    damping: Floats,
+    rest: Floats,
+    near: Floats,
+    near_crush: Floats,
+    each0: Floats,
+    each1: Floats,
+    each2: Floats,
+    lost: Floats,
+    above: Floats,
+    f0: Floats,
+    f1: Floats,
+    f2: Floats,
+) -> None:
+    """Set what each spring does, and add its force to its lower node.
+
+    Indices are unsigned, so that none has to be tested for being negative.
 
     Args:
-        each: Forces [N], losses [W] and excess [N] of springs, shape (5, block).
+        x, y, z: Components of positions [m], shape (node,).
+        u, v, w: Components of velocities [m/s], shape (node,).
+        stiffness, damping, rest: Of all springs [N/m], [N s/m], [m], shape (spring,).
+        near, near_crush: Tension and compression that are near to breaking [N], shape
+            (spring,).
+        lost: Set to the losses [W], shape (block,).
+        above: Set to the excess over the limits [N], shape (block,).
     """
-    apart = runs.apart
-    here, there = slice(low, low + count), slice(high, high + count)
-    x, y, z = apart[0, here], apart[1, here], apart[2, here]
-    u, v, w = apart[3, here], apart[4, here], apart[5, here]
-    x_high, y_high, z_high = apart[0, there], apart[1, there], apart[2, there]
-    u_high, v_high, w_high = apart[3, there], apart[4, there], apart[5, there]
-    stiffness, rest = runs.stiffness[at : at + count], runs.rest[at : at + count]
-    damping = runs.damping[at : at + count]
-    limit, limit_pressed = runs.near[at : at + count], runs.near_crush[at : at + count]
-    f0, f1, f2 = each[0, :count], each[1, :count], each[2, :count]
-    lost, above = each[3, :count], each[4, :count]
     for s in range(count):
-        r0, r1, r2 = x_high[s] - x[s], y_high[s] - y[s], z_high[s] - z[s]
+        i, j, k = low + s, high + s, at + s
+        r0, r1, r2 = x[j] - x[i], y[j] - y[i], z[j] - z[i]
         length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
         inverse = 1.0 / (length + TINY)
-        tension = stiffness[s] * (length - rest[s])
+        tension = stiffness[k] * (length - rest[k])
         if VISCOUS:
-            closing = (
-                r0 * (u_high[s] - u[s]) + r1 * (v_high[s] - v[s]) + r2 * (w_high[s] - w[s])
-            ) * inverse
-            braking = damping[s] * closing
+            closing = (r0 * (u[j] - u[i]) + r1 * (v[j] - v[i]) + r2 * (w[j] - w[i])) * inverse
+            braking = damping[k] * closing
             tension += braking
             lost[s] = braking * closing
         if WATCHED:
-            above[s] = max(tension - limit[s], -tension - limit_pressed[s])
+            above[s] = max(tension - near[k], -tension - near_crush[k])
         tension *= inverse
-        f0[s], f1[s], f2[s] = tension * r0, tension * r1, tension * r2
+        p0, p1, p2 = tension * r0, tension * r1, tension * r2
+        each0[s], each1[s], each2[s] = p0, p1, p2
+        f0[i] += p0
+        f1[i] += p1
+        f2[i] += p2
 
 
-def add_to(values: Floats, to: Floats) -> None:
-    """Add ``values`` to ``to``."""
-    for i in range(values.size):
-        to[i] += values[i]
-
-
-def take_from(values: Floats, out: Floats) -> None:
-    """Subtract ``values`` from ``out``."""
-    for i in range(values.size):
-        out[i] -= values[i]
+def take_from(
+    high: np.uint64,
+    count: np.uint64,
+    each0: Floats,
+    each1: Floats,
+    each2: Floats,
+    f0: Floats,
+    f1: Floats,
+    f2: Floats,
+) -> None:
+    """Subtract the forces of springs from their upper nodes."""
+    for s in range(count):
+        j = high + s
+        f0[j] -= each0[s]
+        f1[j] -= each1[s]
+        f2[j] -= each2[s]
 
 
 def total(values: Floats) -> float:

@@ -37,7 +37,7 @@ from tissuec.engine.codegen.thread_loops import CALLED_BY_THREADS, TEAM, share
 from tissuec.engine.integrators import INTEGRATORS, banded, iterative
 from tissuec.engine.operations import FUNCTIONS, LAWS
 from tissuec.engine.rate import Unknowns, rate
-from tissuec.forces.runs_kernel import springs_in_runs
+from tissuec.forces.runs_kernel import UNSHARED, springs_in_runs
 from tissuec.kernels import rasterizing, sensitivity, spring_geometry, stepping, vectors
 from tissuec.kernels.bundles import BUNDLES, FLAGS, of_field, of_method
 from tissuec.kernels.loading import CALLED, ENDING, INDEX, SHIPPED
@@ -163,7 +163,7 @@ def translated(parts: list[Exported]) -> str:
         made = _compiled(bound, no_cfunc_wrapper=False)
         made.compile(part.signature)
         found = made.overloads[tuple(part.signature.args)]
-        module = llvm.parse_assembly(found.library.get_llvm_str())
+        module = llvm.parse_assembly(_restricted(found.library.get_llvm_str()))
         module.get_function(found.fndesc.llvm_cfunc_wrapper_name).name = part.name
         whole.link_in(module)
     return _finished(whole, {part.name for part in parts})
@@ -193,6 +193,19 @@ def _compiled(function: FunctionType, **options: bool) -> Any:
         no_cpython_wrapper=True,
         **{"no_cfunc_wrapper": True} | options,
     )(function)
+
+
+def _restricted(text: str) -> str:
+    """Return a module that says which arguments share no memory with others."""
+
+    def marked(head: re.Match[str]) -> str:
+        names = UNSHARED[head[1]]
+        where = rf"(\w+\*|ptr)(?= %\"?arg\.(?:{'|'.join(names)})\.4\"?[,)])"
+        whole, count = re.subn(where, r"\1 noalias", head[0])
+        assert count == len(names), f"arguments of {head[1]} are not where they were"
+        return whole
+
+    return re.sub(rf"^define .*?\d({'|'.join(UNSHARED)})B.*$", marked, text, flags=re.MULTILINE)
 
 
 def _stubs(text: str) -> str:
