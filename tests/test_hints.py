@@ -60,7 +60,8 @@ def said(request: Request) -> tuple[Diagnostic, ...]:
         return error.diagnostics
 
 
-def edited(name: str, edits: Iterable[Edit]) -> tuple[Diagnostic, ...]:
+@cache
+def edited(name: str, edits: tuple[Edit, ...]) -> tuple[Diagnostic, ...]:
     """Return what is said about a bad scene after edits, which do not overlap."""
     request, desk = request_of(BY_NAME[name]), Desk()
     texts = {request.source: request.source.text}
@@ -106,7 +107,7 @@ def test_hints_lead_out_of_a_mistake(name):
 
 def goes_away(finding: Diagnostic, edit: Edit, name: str) -> None:
     """Make sure that an edit removes its finding, and leaves less to do."""
-    before, after = found(name), edited(name, [edit])
+    before, after = found(name), edited(name, (edit,))
     told = f"{finding}\n\n{edit.text!r} leads to\n\n" + "\n".join(map(str, after))
     kind = finding.code, finding.message
     assert kinds(after)[kind] < kinds(before)[kind], told
@@ -115,7 +116,7 @@ def goes_away(finding: Diagnostic, edit: Edit, name: str) -> None:
 
 def leave_no_error(findings: Sequence[Diagnostic], name: str) -> None:
     """Make sure that the first edits of all findings together leave no error."""
-    edits = [finding.edits[0] for finding in findings]
+    edits = tuple(finding.edits[0] for finding in findings)
     places = sorted((edit.span.start, edit.span.end) for edit in edits)
     apart = all(one[1] <= two[0] and one != two for one, two in pairwise(places))
     after = edited(name, edits) if apart else ()
@@ -149,7 +150,7 @@ def can_be_chosen(finding: Diagnostic, name: str) -> None:
         end = edit.span.start + len(choice)
         refused = [
             one
-            for one in edited(name, [edit])
+            for one in edited(name, (edit,))
             if one.code in codes and one.span.start < end <= one.span.end
         ]
         assert not refused, (choice, *refused)

@@ -2,7 +2,6 @@
 
 import pytest
 
-from tests.every import every
 from tests.lsp.desks import BAD, SCENES
 from tissuec.core.hints import removal
 from tissuec.core.resources import library
@@ -61,17 +60,20 @@ def offered(desk, path, checked):
             )
 
 
-@every("path", PLAIN, parts=2)
-def test_every_edit_of_a_hint_is_offered_in_its_place(path):
+@pytest.mark.parametrize(
+    "paths", [PLAIN[::4], pytest.param(PLAIN, marks=pytest.mark.slow)], ids=["some", "all"]
+)
+def test_every_edit_of_a_hint_is_offered_in_its_place(paths):
     """That the finding goes then is tested by tests/test_hints.py."""
-    desk = Desk()
-    for finding, fix in offered(desk, path, check(desk, path)):
-        (edit,) = (
-            one for one in finding.edits if (one.text, one.span) == (fix.text, fix.place)
-        )
-        text, span = edit.span.source.text, edit.span
-        edited = text[: span.start] + edit.text + text[span.end :]
-        assert normalise(applied(desk, fix), "after").text == edited
+    for path in paths:
+        desk = Desk()
+        for finding, fix in offered(desk, path, check(desk, path)):
+            (edit,) = (
+                one for one in finding.edits if (one.text, one.span) == (fix.text, fix.place)
+            )
+            text, span = edit.span.source.text, edit.span
+            edited = text[: span.start] + edit.text + text[span.end :]
+            assert normalise(applied(desk, fix), "after").text == edited, path
 
 
 @pytest.mark.slow

@@ -139,7 +139,7 @@ def explained(text: str, name: str, use: str, folder: Path) -> dict[str, Any]:
 # --- numbers --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("positions", [40, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("positions", [16, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_sliders_words_and_numbers_lead_to_what_is_explained(page, path, positions, tmp_path):
     opened(page, path, tmp_path)
