@@ -1,6 +1,6 @@
 """A real browser for tests of pages: headless Chromium, drawing in software.
 
-The fixture ``page`` is a tab (of the Python package playwright) with ``page.problems``: every
+The fixture ``page`` is the tab (of the Python package playwright) with ``page.problems``: every
 error or warning of the console, every uncaught exception, and every request that leaves the
 machine. A test fails at its end if there are any. Tests skip where Chromium or playwright is
 missing.
@@ -41,15 +41,25 @@ def browser() -> Iterator[Any]:
         chromium.close()
 
 
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
-    """A tab that must stay without problems, without a network."""
+@pytest.fixture(scope="session")
+def tab(browser: Any) -> Any:
+    """A tab, which takes as long to open as a page takes to load."""
     context = browser.new_context(viewport=SIZE, reduced_motion="no-preference")
     tab = context.new_page()
     watch(tab)
+    return tab
+
+
+@pytest.fixture
+def page(tab: Any) -> Iterator[Any]:
+    """A tab as new that must stay without problems, without a network."""
+    tab.problems.clear()
     yield tab
-    problems = tab.problems
-    context.close()
+    problems = list(tab.problems)
+    tab.goto("about:blank")
+    tab.set_viewport_size(SIZE)
+    tab.emulate_media(media="null", color_scheme="light", reduced_motion="no-preference")
+    tab.context.clear_permissions()
     assert not problems, os.linesep.join(problems)
 
 

@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, settings
 
 from tests.browser import browser as browser
 from tests.browser import page as page
+from tests.browser import tab as tab
 from tissuec.core.resources import library
 from tissuec.engine.execution.signals import SIGNALS
 from tissuec.pipeline import Result, compile_request, simulate

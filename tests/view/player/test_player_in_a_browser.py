@@ -358,8 +358,11 @@ def test_a_fragment_plays_in_another_page(page, shown, tmp_path):
 
 
 def test_a_browser_that_cannot_draw_says_so(page, text, tmp_path):
-    (tmp_path / "page.html").write_text(text, encoding="utf-8")
-    page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    blind = "<script>HTMLCanvasElement.prototype.getContext = () => null</script>"
+    assert text.count("<head>") == 1
+    (tmp_path / "page.html").write_text(
+        text.replace("<head>", f"<head>{blind}"), encoding="utf-8"
+    )
     page.goto((tmp_path / "page.html").as_uri())
     assert not page.evaluate("tissuec.ready")
     assert "has no WebGL 2" in page.locator("#notice").inner_text()
