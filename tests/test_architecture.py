@@ -156,6 +156,44 @@ def test_a_circle_is_found():
     assert _circles(modules) == [("a.py", "b.py")]
 
 
+#: Nodes of the syntax tree that are named like what they are turned into.
+SYNTAX = "lang/syntax.py"
+TURNED_INTO = {"fuzzy/conditions.py", "fuzzy/rules.py", "laws/formula.py"}
+
+
+def test_no_class_name_stands_in_two_files():
+    assert _double_names({path: nodes(path) for path in trees()}) == {}
+
+
+def _double_names(modules: dict[str, list[ast.AST]]) -> dict[str, list[str]]:
+    """Return the files of names that several have; a subclass may keep the name of its base."""
+    found: dict[str, list[str]] = {}
+    for path, inside in modules.items():
+        for node in inside:
+            if isinstance(node, ast.ClassDef) and not _extends_namesake(node):
+                found.setdefault(node.name, []).append(path)
+    return {
+        name: places
+        for name, places in found.items()
+        if len(places) > 1
+        and not (len(places) == 2 and SYNTAX in places and TURNED_INTO & {*places})
+    }
+
+
+def _extends_namesake(node: ast.ClassDef) -> bool:
+    return any(getattr(base, "attr", "") == node.name for base in node.bases)
+
+
+def test_a_double_name_is_found():
+    texts = {
+        "a.py": "class Curve: ...", "b.py": "class Curve: ...",
+        "results.py": "class Table: ...", "view.py": "class Table(results.Table): ...",
+        SYNTAX: "class Rule: ...", "fuzzy/rules.py": "class Rule: ...",
+    }  # fmt: skip
+    modules = {path: list(ast.walk(ast.parse(text))) for path, text in texts.items()}
+    assert _double_names(modules) == {"Curve": ["a.py", "b.py"]}
+
+
 def test_the_manual_lists_every_folder_in_the_order_of_the_contracts(repository):
     page = (repository / "docs" / "extending.md").read_text(encoding="utf-8")
     section = page.split("## Where things live")[1].split("Where to look:")[0]

@@ -10,7 +10,7 @@ from tests.derivatives import slopes
 from tests.engine.running import Bench
 from tests.hand_net import make_net, start
 from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.forces.bending import Bending, folds, hinges_at
+from tissuec.forces.bending import HingeForce, folds, hinges_at
 from tissuec.matter.plate import plate
 from tissuec.mechanics.observables import inner_forces
 from tissuec.mechanics.settling import settle
@@ -52,7 +52,9 @@ def shaken(net, size=0.15):
 def forces(hinges, position, velocity=None):
     total = np.zeros_like(position)
     still = np.zeros_like(position)
-    Bending.of(hinges).add_forces(0.0, position, still if velocity is None else velocity, total)
+    HingeForce.of(hinges).add_forces(
+        0.0, position, still if velocity is None else velocity, total
+    )
     return total
 
 
@@ -66,7 +68,7 @@ def test_a_fold_is_the_angle_between_two_faces_whichever_way_it_goes():
 
 
 def test_forces_are_minus_the_derivative_of_the_energy_and_move_nothing_as_a_whole():
-    hinges = Bending.of(shell().hinges)
+    hinges = HingeForce.of(shell().hinges)
     position, h = shaken(shell()), 1e-8
     velocity = np.random.default_rng(4).normal(size=position.shape)
     found = forces(hinges, position)
@@ -83,7 +85,7 @@ def test_forces_are_minus_the_derivative_of_the_energy_and_move_nothing_as_a_who
 def test_stiffness_is_minus_the_derivative_of_the_forces():
     net = shell()
     position, h = shaken(net), 1e-7 * SIZE
-    matrix = Bending.of(net.hinges).matrix(0.0, position, np.arange(40), 40).toarray()
+    matrix = HingeForce.of(net.hinges).matrix(0.0, position, np.arange(40), 40).toarray()
     assert matrix == pytest.approx(matrix.T, abs=1e-12 * np.abs(matrix).max())
     for column in (0, 13, 70):
         step = np.zeros(position.size)
@@ -100,19 +102,19 @@ def test_the_reference_folds_by_formulas_of_its_own():
     net = shell(damping=1e-6)
     position = shaken(net)
     velocity = np.random.default_rng(4).normal(size=position.shape)
-    own, ours = Folding(net.hinges), Bending.of(net.hinges)
+    own, ours = Folding(net.hinges), HingeForce.of(net.hinges)
     found, expected = np.zeros_like(position), forces(net.hinges, position, velocity)
     own.add_forces(0.0, position, velocity, found)
     assert found == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
     assert own.energy(0.0, position) == pytest.approx(
-        float(Bending.of(net.hinges).energy(0.0, position))
+        float(HingeForce.of(net.hinges).energy(0.0, position))
     )
     lost = ours.powers(0.0, position, velocity)[1]
     assert own.dissipated(0.0, position, velocity) == pytest.approx(lost)
     power = np.vdot(forces(net.hinges, position) - expected, velocity)
     assert lost == pytest.approx(power)
     matrices = (
-        one.matrix(0.0, position, np.arange(40), 40) for one in (own, Bending.of(net.hinges))
+        one.matrix(0.0, position, np.arange(40), 40) for one in (own, HingeForce.of(net.hinges))
     )
     one, other = (matrix.toarray() for matrix in matrices)
     assert one == pytest.approx(other, abs=1e-10 * np.abs(other).max())
@@ -146,7 +148,7 @@ CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0], [0.5, -1.
 
 def single():
     nodes, none = np.array([[0, 1, 2, 3]]), np.zeros(0, dtype=int)
-    return Bending.of(hinges_at(CORNERS, nodes, np.ones(1), np.zeros(1), none, none))
+    return HingeForce.of(hinges_at(CORNERS, nodes, np.ones(1), np.zeros(1), none, none))
 
 
 def test_a_shell_that_is_shaken_keeps_its_ledger_and_its_momentum():
@@ -157,7 +159,7 @@ def test_a_shell_that_is_shaken_keeps_its_ledger_and_its_momentum():
     ran = bench.run()
     r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
     stretch = np.linalg.norm(r, axis=2) - net.rest
-    stored = 2.5 * (stretch**2).sum(axis=1) + Bending.of(net.hinges).energy(
+    stored = 2.5 * (stretch**2).sum(axis=1) + HingeForce.of(net.hinges).energy(
         ran.time, ran.position
     )
     kinetic = 0.5e-4 * (ran.velocity**2).sum(axis=(1, 2))
@@ -177,7 +179,7 @@ def test_bounds_of_rates_cover_the_hinges():
         (hinges.damping, damping_radius(state), 1.0),
     ):
         ways = np.zeros((len(part), *net.position.shape))
-        each = np.sqrt(part)[:, None, None] * Bending.of(hinges).gradient(net.position)
+        each = np.sqrt(part)[:, None, None] * HingeForce.of(hinges).gradient(net.position)
         np.add.at(ways, (np.arange(len(part))[:, None], hinges.nodes), each)
         ways = ways.reshape(len(part), -1)
         fastest = np.linalg.eigvalsh(ways.T @ ways / 1e-4)[-1] ** power

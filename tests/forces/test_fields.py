@@ -17,7 +17,7 @@ from tests.test_hinges import shell
 from tests.test_jets import jet_in, net_of, plate
 from tissuec.core.source import Source, Span
 from tissuec.forces import FORCES, Acted, Field, acts_of
-from tissuec.forces.bending import Bending
+from tissuec.forces.bending import HingeForce
 from tissuec.forces.drag import Drag
 from tissuec.forces.jets import Jet
 from tissuec.forces.load import Load, LoadTerm
@@ -67,7 +67,7 @@ def enclosed():
 def bent():
     net = shell(damping=1e-5)
     noise = np.random.default_rng(2).normal(size=net.position.shape)
-    return Example(Bending.of(net.hinges), net.position + 1e-3 * noise, 0.01)
+    return Example(HingeForce.of(net.hinges), net.position + 1e-3 * noise, 0.01)
 
 
 def touching():

@@ -119,7 +119,7 @@ def test_vectors_of_two_parts_parse_too():
 
 
 def phrase(kind, *words):
-    return span_free(s.Phrase, kind, tuple(name(word) for word in words))
+    return span_free(s.Predicate, kind, tuple(name(word) for word in words))
 
 
 @pytest.mark.parametrize(

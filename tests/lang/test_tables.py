@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from tissuec.core.errors import CompileError
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
-from tissuec.lang.tables import NOT_GIVEN, Column, cell_span, read_rows
+from tissuec.lang.tables import NOT_GIVEN, ColumnSpec, cell_span, read_rows
 
-NODES = (Column("id", "whole"), Column("x"), Column("y"))
+NODES = (ColumnSpec("id", "whole"), ColumnSpec("x"), ColumnSpec("y"))
 SPRINGS = (
-    Column("a", "whole"),
-    Column("rest", optional=True),
-    Column("law", "word", optional=True),
+    ColumnSpec("a", "whole"),
+    ColumnSpec("rest", optional=True),
+    ColumnSpec("law", "word", optional=True),
 )
 
 
@@ -48,7 +48,7 @@ def test_no_rows_give_empty_columns(rows):
 
 
 def test_words_may_be_quoted_and_cells_may_be_left_open():
-    whole = (*SPRINGS, Column("part", "whole", optional=True))
+    whole = (*SPRINGS, ColumnSpec("part", "whole", optional=True))
     a, rest, law, part = read_rows(table('1 2.5 "dead  band" 7\n 2 - - -'), whole)
     assert a.tolist() == [1, 2]
     assert rest[0] == 2.5
@@ -67,7 +67,7 @@ def test_numbers_come_back_to_the_last_digit(values):
 def test_plain_and_split_reading_agree():
     rows = "\n".join(f"{i} {i / 7!r} {-i / 3:e}" for i in range(500))
     plain = read_rows(table(rows), NODES)
-    optional = (NODES[0], NODES[1], Column("y", optional=True))
+    optional = (NODES[0], NODES[1], ColumnSpec("y", optional=True))
     split = read_rows(table(rows + "\n 500 0 -"), optional)
     assert all(np.array_equal(a, b[:-1]) for a, b in zip(plain, split, strict=True))
 

@@ -87,7 +87,7 @@ def test_an_entry_of_a_region_can_be_named_in_quotes():
 def test_options_replace_the_sentences_of_the_block():
     ready = prepared("vary lift = [1 mm]", "measure pull = min(force of hand)", "seed = 3")
     assert [one.name for one in ready.study.factors] == ["lift", "tissue of bar"]
-    assert len(ready.tasks) == 2 and ready.study.settings.seed == 3
+    assert len(ready.planned) == 2 and ready.study.settings.seed == 3
     assert len(ready.study.measures) == 4
 
 
@@ -98,7 +98,7 @@ def test_rows_come_from_a_file(tmp_path):
     text = SCENE + f'study rows {{ rows "points.csv"; {MEASURE} }}\n'
     ready = prepare(request(text, tmp_path))
     assert ready.study.design == "list"
-    assert [task.overrides for task in ready.tasks] == [
+    assert [one.overrides for one in ready.planned] == [
         ("lift = 0.2 cm", "tissue of bar is spring"),
         ("lift = 0.3 cm", "tissue of bar is stiff spring"),
     ]

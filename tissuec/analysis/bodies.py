@@ -36,7 +36,7 @@ _ALIKE = 1e-9  # of bars: rounding
 _ABOUT = 0.1  # of breaking strains and moduli that make one stress
 
 
-class Breaking(Struct, frozen=True):
+class BreakingStrength(Struct, frozen=True):
     """Strength of the springs that may rupture.
 
     Attributes:
@@ -102,7 +102,7 @@ class BodyProperties(Struct, frozen=True):
     length: float | None = None
     elasticity: Elasticity | None = None
     retardation_time: float | None = None
-    breaking: Breaking | None = None
+    breaking: BreakingStrength | None = None
     vibrations: tuple[Vibration, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -323,7 +323,7 @@ class _Examined:
             return None
         return float(np.median(viscosity[resists] / self.constant[resists]))
 
-    def _breaking(self, elasticity: Elasticity | None) -> Breaking | None:
+    def _breaking(self, elasticity: Elasticity | None) -> BreakingStrength | None:
         chosen = np.isin(self.own, self._bars()) & ~self.drawing.bends[self.own]
         strain = breaking_strains(self.behaviour, self.state.strength[self.springs])[chosen]
         strain = strain[np.isfinite(strain)]
@@ -336,7 +336,7 @@ class _Examined:
             spreads = (strain, np.array(elasticity.young))
             if all(np.ptp(one) <= _ABOUT * one.max() for one in spreads):
                 stress = elasticity.mean * median
-        return Breaking(stretch, stress)
+        return BreakingStrength(stretch, stress)
 
     # --- motion -------------------------------------------------------------------------------
 

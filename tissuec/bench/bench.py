@@ -11,7 +11,7 @@ from tissuec.bench.problem import BenchProblem
 from tissuec.bench.ratios import Ratio, ratios
 from tissuec.bench.rivals import rivals
 from tissuec.bench.scales import MotionScales
-from tissuec.bench.trial import Solver
+from tissuec.bench.trial import BenchSolver
 from tissuec.bench.truth import BestSolution, find_truth
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
@@ -69,7 +69,9 @@ def bench(
     """
     problem = BenchProblem.of(compiled)
     ordered = sorted(set(tolerances), reverse=True)
-    ours: list[Solver] = [EngineSolver(problem, name) for name in (AUTOMATIC, *INTEGRATORS)]
+    ours: list[BenchSolver] = [
+        EngineSolver(problem, name) for name in (AUTOMATIC, *INTEGRATORS)
+    ]
     drawn = np.repeat(problem.network.position[None], len(problem.times), axis=0)
     # A name that is unknown is told before the long work of a reference.
     chosen([*ours, *rivals(problem, MotionScales.of(problem, drawn))[0]], methods)
@@ -84,7 +86,7 @@ def bench(
     )
 
 
-def chosen(solvers: Sequence[Solver], names: Sequence[str]) -> list[Solver]:
+def chosen(solvers: Sequence[BenchSolver], names: Sequence[str]) -> list[BenchSolver]:
     """Return the solvers of some names, ignoring case; all of them without names.
 
     Raises:

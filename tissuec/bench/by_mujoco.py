@@ -54,7 +54,7 @@ class MujocoSolver(Struct, frozen=True, eq=False):
         return f"MuJoCo {self.integrator}"
 
     def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
-        """Return a run at a tolerance; see ``Solver``.
+        """Return a run at a tolerance; see ``BenchSolver``.
 
         Raises:
             SolverFailed: The motion is not finite, or ended early.

@@ -33,7 +33,7 @@ class DrivenSolver(Struct, frozen=True, eq=False):
         return f"{self.library} {self.method}"
 
     def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
-        """Return a run at a tolerance; see ``Solver``."""
+        """Return a run at a tolerance; see ``BenchSolver``."""
 
         def integrate(kernel: Kernel, times: Floats) -> tuple[Floats, Floats]:
             return self.integrate(kernel, times, max(tolerance, FINEST), deadline)

@@ -7,7 +7,8 @@ import numpy as np
 
 from tissuec.bench.problem import BenchProblem
 from tissuec.engine.execution.memory_recorder import MemoryRecording
-from tissuec.engine.execution.recorder import Recorder, Samples
+from tissuec.engine.execution.recorder import Recorder
+from tissuec.engine.method import Samples
 from tissuec.model.network import Floats
 
 

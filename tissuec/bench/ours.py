@@ -27,7 +27,7 @@ class EngineSolver(Struct, frozen=True, eq=False):
         return self.method
 
     def solve(self, tolerance: float, deadline: Deadline) -> SolverRun:
-        """Return a run at a tolerance; see ``Solver``.
+        """Return a run at a tolerance; see ``BenchSolver``.
 
         Raises:
             OutOfTime: The deadline has passed.

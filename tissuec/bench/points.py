@@ -7,7 +7,7 @@ from statistics import median
 from msgspec import Struct
 
 from tissuec.bench.problem import BenchProblem
-from tissuec.bench.trial import Deadline, OutOfTime, Solver, SolverFailed, SolverRun
+from tissuec.bench.trial import BenchSolver, Deadline, OutOfTime, SolverFailed, SolverRun
 from tissuec.core.errors import counted
 from tissuec.model.network import Floats
 
@@ -43,7 +43,7 @@ class MissingPoint(Struct, frozen=True):
 
 def measure(
     problem: BenchProblem,
-    solvers: Sequence[Solver],
+    solvers: Sequence[BenchSolver],
     tolerances: Sequence[float],
     truth: Floats,
     *,
@@ -99,7 +99,7 @@ def measure(
 
 
 def _explore(
-    solver: Solver, tolerances: Sequence[float], budget: float
+    solver: BenchSolver, tolerances: Sequence[float], budget: float
 ) -> Iterator[tuple[float, SolverRun | MissingPoint]]:
     """Run a solver from coarse to fine until it takes too long; yield what came of it."""
     for tolerance in tolerances:
@@ -120,7 +120,7 @@ def _brief(outcome: SolverRun | MissingPoint) -> str:
     return f"{outcome.seconds:.3g} s, {counted(outcome.evaluations, 'evaluation')}"
 
 
-def _twice(solver: Solver, tolerance: float, budget: float) -> SolverRun:
+def _twice(solver: BenchSolver, tolerance: float, budget: float) -> SolverRun:
     """Return a run; tried again if it took too long, perhaps by compiling."""
     try:
         return solver.solve(tolerance, Deadline(budget))

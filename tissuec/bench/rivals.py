@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from tissuec.bench import by_cvode, by_mujoco, by_scipy
 from tissuec.bench.problem import BenchProblem
 from tissuec.bench.scales import MotionScales
-from tissuec.bench.trial import Solver
+from tissuec.bench.trial import BenchSolver
 
 SURPRISES = (
     "other solvers are omitted: they need the times of all events, but this scene has "
@@ -23,7 +23,7 @@ MEMORY = (
 CONTACT = "other solvers are omitted: they do not support contact"
 
 
-def rivals(problem: BenchProblem, scales: MotionScales) -> tuple[list[Solver], list[str]]:
+def rivals(problem: BenchProblem, scales: MotionScales) -> tuple[list[BenchSolver], list[str]]:
     """Return the other solvers that can solve a problem, and sentences about those left out."""
     if problem.has_surprises:
         return [], [SURPRISES]
@@ -36,7 +36,7 @@ def rivals(problem: BenchProblem, scales: MotionScales) -> tuple[list[Solver], l
     return solvers, [why for _, why in offers if why]
 
 
-Offer = tuple[list[Solver], str]
+Offer = tuple[list[BenchSolver], str]
 
 
 def _by_scipy(problem: BenchProblem, scales: MotionScales) -> Offer:

@@ -64,7 +64,7 @@ class SolverRun(Struct, frozen=True, eq=False):
     position: Floats
 
 
-class Solver(Protocol):
+class BenchSolver(Protocol):
     """A solver that solves a problem to a tolerance.
 
     Attributes:

@@ -11,7 +11,7 @@ from tissuec.bench.ours import EngineSolver
 from tissuec.bench.points import MeasuredPoint, Tell
 from tissuec.bench.problem import BenchProblem
 from tissuec.bench.scales import MotionScales
-from tissuec.bench.trial import Deadline, OutOfTime, Solver, SolverFailed, SolverRun
+from tissuec.bench.trial import BenchSolver, Deadline, OutOfTime, SolverFailed, SolverRun
 from tissuec.core.errors import TissueError
 from tissuec.model.network import Floats
 from tissuec.script.plan import AUTOMATIC
@@ -94,8 +94,8 @@ def find_truth(
 
 
 def _first(
-    solvers: Sequence[Solver], tolerance: float, budget: float, tell: Tell
-) -> tuple[Solver | None, SolverRun | None]:
+    solvers: Sequence[BenchSolver], tolerance: float, budget: float, tell: Tell
+) -> tuple[BenchSolver | None, SolverRun | None]:
     """Return the first solver that comes to the end, with its run.
 
     They take turns with more and more time, because on stiff scenes the one that is quick

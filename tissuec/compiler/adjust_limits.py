@@ -6,7 +6,7 @@ from typing import NoReturn
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, show
 from tissuec.lang import syntax as s
@@ -29,7 +29,7 @@ class Found(Struct, frozen=True):
     of: str
     per: Per
     members: Indices
-    kind: Measure
+    kind: Real
 
 
 def limited(found: Found, clauses: Clauses, span: Span) -> Adjust:

@@ -9,7 +9,7 @@ import numpy as np
 from tissuec.compiler.adjust_limits import LIMITING, Found, limited
 from tissuec.compiler.adjust_targets import Target, Targets
 from tissuec.compiler.laws_adjusted import LawConstant, constants_of, uses
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
@@ -197,11 +197,11 @@ class AdjustReader:
             needed = "springs" if "spring" in PARTED[key] else "nodes"
             message = f"{target.name} has no {needed}, to which a {key} belongs"
             self.findings.reject("TIS801", message, name.span)
-        kind = Measure(DIMENSIONS[key])
+        kind = Real(DIMENSIONS[key])
         if key in QUANTITIES:
             kind = limits_of(QUANTITIES[key])
         elif key not in (START_POSITION, START_VELOCITY):
-            kind = Measure(DIMENSIONS[key], above=0.0)
+            kind = Real(DIMENSIONS[key], above=0.0)
         return Found(key, target.name, division, np.unique(members), kind)
 
     def _division(self, key: str, target: Target, per: s.Name | None) -> Per:

@@ -6,7 +6,7 @@ from math import inf
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.laws import stress_in
@@ -26,7 +26,7 @@ class LawConstant(Struct, frozen=True):
     """
 
     name: str
-    kind: Measure | None
+    kind: Real | None
 
 
 def uses(tissue: Tissue, quantity: str) -> str | None:
@@ -61,7 +61,7 @@ def constants_of(tissue: Tissue, scene: Scene) -> dict[str, LawConstant]:
             found |= {s.key_of(one.name): one for one in _params(formula, scene)}
         elif law.name in kind.family:
             for entry in entries_of(kind.family[law.name]).values():
-                number = entry.kind if isinstance(entry.kind, Measure) else None
+                number = entry.kind if isinstance(entry.kind, Real) else None
                 found[entry.name] = LawConstant(entry.name, number)
     return found
 
@@ -106,5 +106,5 @@ def _params(formula: s.Function, scene: Scene) -> Iterator[LawConstant]:
             low, high = (
                 float(constants.number(bound).amount) for bound in (bounds.low, bounds.high)
             )
-        limits = Measure(parameter.value.dimension, at_least=low, at_most=high)
+        limits = Real(parameter.value.dimension, at_least=low, at_most=high)
         yield LawConstant(parameter.name, limits)

@@ -29,9 +29,9 @@ from tissuec.core.units import (
 )
 from tissuec.forces.branches import NAMES as INELASTIC
 from tissuec.lang import syntax as s
-from tissuec.lang.tables import Column, cell_span, read_rows
+from tissuec.lang.tables import ColumnSpec, cell_span, read_rows
 from tissuec.meshes.generators import Mesh
-from tissuec.meshes.generators.explicit import Explicit, TableError
+from tissuec.meshes.generators.explicit import ExplicitMesh, TableError
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Body, Tables
@@ -122,7 +122,7 @@ def read_tables(body: Body, tables: Tables, scope: Scope) -> ExplicitBody:
             [springs.node_numbers(end, node_ids, body.name) for end in ("a", "b")], axis=1
         )
     try:
-        mesh = Explicit(position, ends).build()
+        mesh = ExplicitMesh(position, ends).build()
     except TableError as error:
         table = springs if error.table == "springs" and springs is not None else nodes
         scope.findings.reject("TIS313", str(error), cell_span(table.table, error.row, 0))
@@ -162,7 +162,7 @@ class _NumberTable:
         """Read header and rows."""
         factors = self._header()
         wanted = [
-            Column(name, _kind(name, self.known[name]), optional=name in _OPEN)
+            ColumnSpec(name, _kind(name, self.known[name]), optional=name in _OPEN)
             for name in factors
         ]
         try:

@@ -17,7 +17,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import Dimension
 
 
-class Measure(Struct, frozen=True):
+class Real(Struct, frozen=True):
     """A number with a dimension. ``above``/``at_least``/``at_most`` are limits in SI units."""
 
     dimension: Dimension
@@ -87,12 +87,12 @@ class LocatedFile(Struct, frozen=True):
 
 Segment = tuple[NDArray[np.float64], NDArray[np.float64]]
 
-Length = Annotated[float, Measure(units.LENGTH, above=0.0)]
+Length = Annotated[float, Real(units.LENGTH, above=0.0)]
 Count = Annotated[int, Whole(at_least=1)]
 InFile = Annotated[LocatedFile, FileIn(units.LENGTH)]
 Position = Annotated[NDArray[np.float64], Point(units.LENGTH)]
 Points = Annotated[Segment, FromTo(units.LENGTH)]
 
-LengthIfAny = Annotated[float | None, Measure(units.LENGTH, above=0.0)]
+LengthIfAny = Annotated[float | None, Real(units.LENGTH, above=0.0)]
 PositionIfAny = Annotated[NDArray[np.float64] | None, Point(units.LENGTH)]
 PointsIfAny = Annotated[Segment | None, FromTo(units.LENGTH)]

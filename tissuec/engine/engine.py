@@ -13,7 +13,7 @@ from tissuec.engine import failures
 from tissuec.engine.backends import default_backend
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Backend, Interruption, Method, Samples, Statistics
-from tissuec.engine.method_choice import Choice
+from tissuec.engine.method_choice import MethodChoice
 from tissuec.engine.method_control import MethodControl
 from tissuec.engine.sample_buffer import SampleBuffer
 from tissuec.engine.saving import restore_control, restore_stepper, saved_choice, saved_engine
@@ -93,7 +93,7 @@ class Engine:
         self._closely = -np.inf  # until when steps are looked at one by one [s]
 
     @property
-    def choice(self) -> Choice:
+    def choice(self) -> MethodChoice:
         """Return the integrator and why it was chosen; known after the first ``restart``.
 
         Raises:
@@ -138,7 +138,7 @@ class Engine:
         if not stepper.progress.step:
             stepper.update(step=stepper.first_step())
 
-    def _begin(self, state: State, choice: Choice | None = None) -> None:
+    def _begin(self, state: State, choice: MethodChoice | None = None) -> None:
         """Make the arrays of the run for an integrator; by default, one is chosen."""
         self._control.begin(state, choice)
         self.stepper.begin(state)

@@ -26,7 +26,7 @@ CREEPING = 4.0  # damping ratio from which implicit steps are worth beginning wi
 MANY = 1000  # explicit steps at their limit from which they are
 
 
-class Choice(Struct, frozen=True):
+class MethodChoice(Struct, frozen=True):
     """An integrator and why.
 
     Attributes:
@@ -51,7 +51,7 @@ def measured_facts(state: State) -> dict[str, float]:
     }
 
 
-def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Choice:
+def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> MethodChoice:
     """Return the integrator for a scene; the one requested by name, if any.
 
     Args:
@@ -60,7 +60,7 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Choic
         is_banded: Returns whether the matrix of implicit steps has a narrow band.
     """
     if method.name != AUTOMATIC:
-        return Choice(method.name, f'"{method.name}" was requested', {})
+        return MethodChoice(method.name, f'"{method.name}" was requested', {})
     if method.step is not None:
         return _by_step(state, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
@@ -72,7 +72,7 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Choic
                 f"nothing damps the motion, through {swept:.2g} radians: errors of a "
                 "symplectic method grow in proportion to time only"
             )
-            return Choice("srkn11", reason, facts)
+            return MethodChoice("srkn11", reason, facts)
     if (creeping := _creeping(state, method, is_banded)) is not None:
         return creeping
     if tolerance < CROSSING:
@@ -80,19 +80,21 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Choic
             f"a tolerance of {tolerance:g} is finer than {CROSSING:g}, "
             "where order 8 needs fewer force evaluations than order 2"
         )
-        return Choice("dop853", reason, {})
+        return MethodChoice("dop853", reason, {})
     facts = measured_facts(state)
     if facts["zeta"] > 1.0:
         reason = (
             f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), "
             "so velocity Verlet would need very small steps"
         )
-        return Choice("dop853", reason, facts)
+        return MethodChoice("dop853", reason, facts)
     reason = f"for a tolerance of {tolerance:g}, order 2 with one force per step is cheapest"
-    return Choice("velocity verlet", reason, facts)
+    return MethodChoice("velocity verlet", reason, facts)
 
 
-def _creeping(state: State, method: Method, is_banded: Callable[[], bool]) -> Choice | None:
+def _creeping(
+    state: State, method: Method, is_banded: Callable[[], bool]
+) -> MethodChoice | None:
     """Return an implicit method for a net so damped that it mostly creeps, else None.
 
     The rates are measured only where bounds of them, from the sums at each node, allow it.
@@ -109,7 +111,7 @@ def _creeping(state: State, method: Method, is_banded: Callable[[], bool]) -> Ch
         f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), and explicit steps of "
         f"at most {limit:.2g} s would be needed for slow motions"
     )
-    return Choice("esdirk43", reason, facts)
+    return MethodChoice("esdirk43", reason, facts)
 
 
 def _damping_ratio_of_nodes(state: State) -> float:
@@ -135,16 +137,16 @@ def _damping_ratio_of_nodes(state: State) -> float:
     return float(rates[worst]) / (2.0 * sqrt(square)) if square > 0.0 else 0.0
 
 
-def _by_step(state: State, step: float) -> Choice:
+def _by_step(state: State, step: float) -> MethodChoice:
     """Return an integrator that is stable at a given step, the cheapest of several."""
     facts = measured_facts(state)
     limit = INTEGRATORS["velocity verlet"].stability_limit(facts["omega"], facts["zeta"])
     if step <= 0.9 * limit:
         reason = f"a step of {step:g} s is well below its stability limit of {limit:.3g} s"
-        return Choice("velocity verlet", reason, facts | {"limit": limit})
+        return MethodChoice("velocity verlet", reason, facts | {"limit": limit})
     wider = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
     reason = (
         f"a step of {step:g} s is near or above the stability limit of velocity Verlet "
         f"({limit:.3g} s); that of DOP853 is {wider:.3g} s"
     )
-    return Choice("dop853", reason, facts | {"limit": wider})
+    return MethodChoice("dop853", reason, facts | {"limit": wider})

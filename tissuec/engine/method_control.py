@@ -4,7 +4,7 @@ import numpy as np
 
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import MethodChange
-from tissuec.engine.method_choice import Choice, choose, measured_facts
+from tissuec.engine.method_choice import MethodChoice, choose, measured_facts
 from tissuec.engine.method_trial import (
     PATIENT,
     MethodTrial,
@@ -30,7 +30,7 @@ class MethodControl:
 
     def __init__(self, stepper: Stepper):
         self._stepper, self._method = stepper, stepper.method
-        self._choice: Choice | None = None
+        self._choice: MethodChoice | None = None
         self.changes: list[MethodChange] = []
         self.trial = MethodTrial()
         self.facts: dict[str, float] | None = None
@@ -41,7 +41,7 @@ class MethodControl:
         return self._choice is not None
 
     @property
-    def choice(self) -> Choice:
+    def choice(self) -> MethodChoice:
         """Return the present integrator, and why it was chosen.
 
         Raises:
@@ -56,14 +56,14 @@ class MethodControl:
         """Return whether the method is ours to change."""
         return self._method.name == AUTOMATIC and self._method.step is None
 
-    def install(self, choice: Choice) -> None:
+    def install(self, choice: MethodChoice) -> None:
         """Go over to an integrator; the state stays where it is."""
         now = self._stepper.progress.time
         self.changes.append(MethodChange(now, choice.name, choice.reason))
         self._choice = choice
         self._stepper.install(INTEGRATORS[choice.name])
 
-    def begin(self, state: State, choice: Choice | None = None) -> None:
+    def begin(self, state: State, choice: MethodChoice | None = None) -> None:
         """Install the integrator to begin with; by default, one that goes with the state."""
         inputs = self._stepper.inputs
         self.install(choice or choose(state, self._method, inputs.is_banded))
@@ -72,7 +72,7 @@ class MethodControl:
         """Go over to a method for motions that lose energy, if the present one is for none."""
         if self._stepper.integrator.conservative and (refusal := state.loss):
             reason = f"{refusal}, which {self.choice.name} does not support"
-            self.install(Choice("dop853", reason, {}))
+            self.install(MethodChoice("dop853", reason, {}))
 
     def equip(self, state: State) -> None:
         """Give the integrator what depends on the net: unknowns or the fastest rate."""
@@ -115,7 +115,7 @@ class MethodControl:
             return False
         why = f"{self.choice.name} could not solve the equations of a step"
         self.trial.rival = ""
-        self._change(Choice("dop853", why, {}), state)
+        self._change(MethodChoice("dop853", why, {}), state)
         return True
 
     def _candidate(self, state: State, pace: float) -> tuple[str, float] | None:
@@ -142,7 +142,7 @@ class MethodControl:
             return None
         return found, trial_cost(found, evaluation, len(stepper.inputs.springs.ids), solver)
 
-    def _change(self, choice: Choice, state: State) -> None:
+    def _change(self, choice: MethodChoice, state: State) -> None:
         """Go over to another method between two steps."""
         stepper = self._stepper
         stepper.synchronise(state)

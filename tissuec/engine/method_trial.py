@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import asdict
 
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.method_choice import Choice
+from tissuec.engine.method_choice import MethodChoice
 from tissuec.kernels.records import Progress, Solver
 from tissuec.mechanics.state import State
 
@@ -85,7 +85,7 @@ class MethodTrial(Struct):
         name: str,
         duration: float,
         candidate: Callable[[float], tuple[str, float] | None],
-    ) -> Choice | None:
+    ) -> MethodChoice | None:
         """Return the method to change to, or None to keep the present one.
 
         Args:
@@ -117,12 +117,16 @@ class MethodTrial(Struct):
                 f"it advances {gain:.2g} times as fast as {name}, estimated from "
                 "operation counts"
             )
-            change, self.rival, self.rival_pace = Choice(self.rival, reason, {}), name, pace
+            change, self.rival, self.rival_pace = (
+                MethodChoice(self.rival, reason, {}),
+                name,
+                pace,
+            )
             self.length *= 4
             window = self.length
         elif not self.rival and (found := self._worth_trying(pace, ahead, candidate)):
             other, price = found
-            change = Choice(other, _why_tried(name), {})
+            change = MethodChoice(other, _why_tried(name), {})
             self.rival, self.rival_pace = name, pace
             window, allowance = STEPS * INTEGRATORS[other].evaluations, 0.5 * price
         else:

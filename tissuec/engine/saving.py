@@ -8,7 +8,7 @@ import numpy as np
 from msgspec.structs import asdict, astuple
 
 from tissuec.engine.method import Backend, MethodChange
-from tissuec.engine.method_choice import Choice
+from tissuec.engine.method_choice import MethodChoice
 from tissuec.engine.method_control import MethodControl
 from tissuec.engine.method_trial import MethodTrial
 from tissuec.engine.stepper import Stepper
@@ -56,9 +56,9 @@ def restore_control(control: MethodControl, kept: Mapping[str, Any]) -> None:
     control.changes = [MethodChange(*change) for change in json.loads(str(kept["changes"]))]
 
 
-def saved_choice(kept: Mapping[str, Any]) -> Choice:
+def saved_choice(kept: Mapping[str, Any]) -> MethodChoice:
     """Return the integrator that a run was saved with."""
-    return Choice(str(kept["method"]), str(kept["reason"]), {})
+    return MethodChoice(str(kept["method"]), str(kept["reason"]), {})
 
 
 def restore_stepper(stepper: Stepper, state: State, kept: Mapping[str, Any]) -> None:

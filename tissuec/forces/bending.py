@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 _SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
 
 
-class Bending(Hinges, Field, frozen=True):
+class HingeForce(Hinges, Field, frozen=True):
     """The force of hinges."""
 
     @classmethod

@@ -16,7 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.forces import FORCES, Acted, Field, Resisting, diagonal
 from tissuec.kernels.records import BoundaryConditions, Floats, Rows
 from tissuec.model.network import Indices
@@ -34,8 +34,8 @@ class Foundation(Struct, frozen=True, eq=False):
         damping: pressure per velocity
     """
 
-    stiffness: Annotated[float, Measure(units.AREAL_STIFFNESS, above=0.0)]
-    damping: Annotated[float, Measure(units.AREAL_VISCOSITY, at_least=0.0)] = 0.0
+    stiffness: Annotated[float, Real(units.AREAL_STIFFNESS, above=0.0)]
+    damping: Annotated[float, Real(units.AREAL_VISCOSITY, at_least=0.0)] = 0.0
 
     def on(self, acted: Acted) -> Field:
         """Return the bed of some nodes.

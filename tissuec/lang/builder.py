@@ -217,12 +217,14 @@ class Builder:
         """Return conditions joined by ``or``."""
         return s.Or(tuple(children), self._span(children[0], children[-1]))
 
-    def phrase(self, children: list[Any]) -> s.Phrase:
+    def phrase(self, children: list[Any]) -> s.Predicate:
         """Return a phrase: a word, ``not`` a word, or ``between`` words."""
         span = self._span(children[0], children[-1])
         if len(children) == 1:
-            return s.Phrase("word", tuple(children), span)
-        return s.Phrase("not" if len(children) == 2 else "between", tuple(children[1:]), span)
+            return s.Predicate("word", tuple(children), span)
+        return s.Predicate(
+            "not" if len(children) == 2 else "between", tuple(children[1:]), span
+        )
 
     # --- sentences ----------------------------------------------------------------------------
 

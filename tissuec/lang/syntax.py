@@ -136,7 +136,7 @@ class Is(Node, frozen=True):
     """``hardness is very soft``, ``region is cover``"""
 
     subject: "Expression"
-    phrase: "Phrase"
+    phrase: "Predicate"
     span: Span
 
 
@@ -171,7 +171,7 @@ class Or(Node, frozen=True):
     span: Span
 
 
-class Phrase(Node, frozen=True):
+class Predicate(Node, frozen=True):
     """The phrase after ``is``: a word, ``not`` a word, ``between`` a word ``and`` a word."""
 
     kind: Literal["word", "not", "between"]
@@ -227,7 +227,7 @@ class Sentence(Node, frozen=True):
     """``name [is phrase] clauses``"""
 
     name: Name
-    phrase: Phrase | None
+    phrase: Predicate | None
     clauses: tuple[Clause, ...]
     span: Span
 
@@ -236,7 +236,7 @@ class Block(Node, frozen=True):
     """``name [is phrase] clauses { items }``"""
 
     name: Name
-    phrase: Phrase | None
+    phrase: Predicate | None
     clauses: tuple[Clause, ...]
     items: "tuple[Item, ...]"
     span: Span
@@ -255,7 +255,7 @@ class Table(Node, frozen=True):
 
 class Conclusion(Node, frozen=True):
     quantity: Name
-    phrase: Phrase
+    phrase: Predicate
     span: Span
 
 

@@ -30,7 +30,7 @@ _MISSING = "-"
 _KINDS = {"number": "a number", "whole": "a whole number", "word": "a word"}
 
 
-class Column(Struct, frozen=True):
+class ColumnSpec(Struct, frozen=True):
     """Contents of a column.
 
     Attributes:
@@ -44,7 +44,7 @@ class Column(Struct, frozen=True):
     optional: bool = False
 
 
-def read_rows(table: Table, columns: Sequence[Column]) -> list[NDArray[Any]]:
+def read_rows(table: Table, columns: Sequence[ColumnSpec]) -> list[NDArray[Any]]:
     """Return one array in the unit of the text for each column, shape (row,) each.
 
     Without rows the arrays are empty.
@@ -61,7 +61,7 @@ def read_rows(table: Table, columns: Sequence[Column]) -> list[NDArray[Any]]:
     return values
 
 
-def _numbers_only(text: str, columns: Sequence[Column]) -> list[NDArray[Any]] | None:
+def _numbers_only(text: str, columns: Sequence[ColumnSpec]) -> list[NDArray[Any]] | None:
     """Return the columns by one conversion of the whole text, or None if it is not so plain."""
     if any(column.kind == "word" for column in columns) or not text.isascii():
         return None
@@ -84,7 +84,7 @@ def _numbers_only(text: str, columns: Sequence[Column]) -> list[NDArray[Any]] | 
     return None if any(part is None for part in result) else result  # type: ignore[return-value]
 
 
-def _by_column(text: str, columns: Sequence[Column]) -> list[NDArray[Any]] | None:
+def _by_column(text: str, columns: Sequence[ColumnSpec]) -> list[NDArray[Any]] | None:
     """Return the columns from cells that were split one by one, or None if any is bad."""
     width = len(columns)
     if '"' in text:
@@ -103,7 +103,7 @@ def _by_column(text: str, columns: Sequence[Column]) -> list[NDArray[Any]] | Non
     return result
 
 
-def _column(cells: list[str], column: Column) -> NDArray[Any] | None:
+def _column(cells: list[str], column: ColumnSpec) -> NDArray[Any] | None:
     """Return the values of one column, or None if a cell is bad."""
     if not column.optional and _MISSING in cells:
         return None
@@ -126,7 +126,7 @@ def _column(cells: list[str], column: Column) -> NDArray[Any] | None:
     return _converted(values, column)
 
 
-def _converted(values: NDArray[np.float64], column: Column) -> NDArray[Any] | None:
+def _converted(values: NDArray[np.float64], column: ColumnSpec) -> NDArray[Any] | None:
     """Return numbers as the type of the column; NaN is not given, None a broken promise."""
     if column.kind == "number":
         return np.ascontiguousarray(values)
@@ -152,7 +152,7 @@ def cell_span(table: Table, row: int, column: int) -> Span:
 # --- what is wrong ----------------------------------------------------------------------------
 
 
-def _problems(table: Table, columns: Sequence[Column]) -> list[Diagnostic]:
+def _problems(table: Table, columns: Sequence[ColumnSpec]) -> list[Diagnostic]:
     """Return what is wrong with rows and cells, in order."""
     rows = quoted_rows(table.rows)
     # A row that is wrong as a whole is known by column -1.
@@ -173,7 +173,7 @@ def _problems(table: Table, columns: Sequence[Column]) -> list[Diagnostic]:
     ]
 
 
-def _bad_cells(cells: list[str], column: Column, start: int = 0) -> Iterator[int]:
+def _bad_cells(cells: list[str], column: ColumnSpec, start: int = 0) -> Iterator[int]:
     """Yield the indices of bad cells, by halves, with the test used for whole columns."""
     if _column(cells, column) is not None:
         return
@@ -208,7 +208,7 @@ def _has_commas(row: Sequence[str]) -> bool:
     return any(cell.endswith(",") for cell in row)
 
 
-def _bad_row(row: list[Span], columns: Sequence[Column]) -> Diagnostic:
+def _bad_row(row: list[Span], columns: Sequence[ColumnSpec]) -> Diagnostic:
     whole = row[0].to(row[-1])
     parted = whole.text.replace(",", " ").split()
     if "," in whole.text and len(parted) == len(columns):
@@ -220,7 +220,7 @@ def _bad_row(row: list[Span], columns: Sequence[Column]) -> Diagnostic:
     return Diagnostic("TIS120", message, whole, hint)
 
 
-def _bad_cell(place: Span, column: Column) -> Diagnostic:
+def _bad_cell(place: Span, column: ColumnSpec) -> Diagnostic:
     cell = place.text
     if cell == _MISSING:
         message = f'"{column.name}" must not be empty here'

@@ -4,19 +4,19 @@ from collections.abc import Iterable
 
 from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
-from tissuec.lsp.terms import Block
+from tissuec.lsp.terms import BlockKind
 from tissuec.scene.declarations import NAMED, SINGLE
 
 
-def block_of(statement: Statement) -> Block:
+def block_of(statement: Statement) -> BlockKind:
     """Return the block that contains a statement."""
-    block = Block()
+    block = BlockKind()
     for head in statement.chain:
         block = inside(head, block)
     return block
 
 
-def inside(head: Statement, outer: Block) -> Block:
+def inside(head: Statement, outer: BlockKind) -> BlockKind:
     """Return the block that a head begins."""
     words = head.words
     first = words[0] if words else ""
@@ -24,25 +24,25 @@ def inside(head: Statement, outer: Block) -> Block:
         case "", _ if first in (*NAMED, *SINGLE):
             has_kind = first in ("tool", "force")
             member = _chosen(head.items, "kind") if has_kind else " ".join(words[1:])
-            return Block(first, member)
+            return BlockKind(first, member)
         case "body", "mesh":
-            return Block("mesh", _behind_is(head))
+            return BlockKind("mesh", _behind_is(head))
         case "body", "region":
-            return Block("region", words[1] if words[1:] else "")
+            return BlockKind("region", words[1] if words[1:] else "")
         case "body", ("interface" | "springs"):
-            return Block(first)
+            return BlockKind(first)
         case (("tissue" | "law"), ("spring" | "viscosity")):
-            return Block(" ".join(words[:2]), _behind_is(head))
+            return BlockKind(" ".join(words[:2]), _behind_is(head))
         case "simulate", "integrator":
-            return Block("integrator", _behind_is(head))
+            return BlockKind("integrator", _behind_is(head))
         case "output", "surface":
-            return Block("surface", _chosen(head.items, "kind"))
+            return BlockKind("surface", _chosen(head.items, "kind"))
         case "learn", "data":
-            return Block("data")
+            return BlockKind("data")
         case "script", _:
-            return Block("script", "inner")
+            return BlockKind("script", "inner")
         case _:
-            return Block("unknown")
+            return BlockKind("unknown")
 
 
 def _behind_is(statement: Statement) -> str:

@@ -5,7 +5,7 @@ from functools import cache
 
 from msgspec.structs import replace
 
-from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several
+from tissuec.core.fields import FileIn, FromTo, OneOf, Point, Real, Several
 from tissuec.core.markdown import described, fenced, paragraphs, summary
 from tissuec.core.units import describe
 from tissuec.engine.integrators import INTEGRATORS
@@ -20,7 +20,7 @@ from tissuec.lsp.terms import (
     ENTRY,
     IN_QUOTES,
     MEASURE,
-    Block,
+    BlockKind,
     Term,
     Terms,
     by_label,
@@ -58,7 +58,7 @@ def _entry(entry: Entry, choices: Terms | None = None) -> Term:
         case FileIn(dimension=dimension):
             behind = IN_QUOTES
         case (
-            Measure(dimension=dimension)
+            Real(dimension=dimension)
             | Point(dimension=dimension)
             | Several(dimension=dimension)
         ):
@@ -82,14 +82,14 @@ def _meant(block: str, behind: Mapping[str, str], **choices: Terms) -> dict[str,
 
 
 @cache
-def entries(block: Block) -> Terms:
+def entries(block: BlockKind) -> Terms:
     """Return the first words of statements of a block, or of parts, without own names."""
     match block:
-        case Block(""):
+        case BlockKind(""):
             return parts()
-        case Block("tissue" | "law" | "region" | "interface" | "springs"):
+        case BlockKind("tissue" | "law" | "region" | "interface" | "springs"):
             return _of_material(block.kind)
-        case Block("body"):
+        case BlockKind("body"):
             own = _meant(
                 "body",
                 {"region": " ", "springs": " where "},
@@ -101,43 +101,43 @@ def entries(block: Block) -> Terms:
             found = own | {name: _entry(entry) for name, entry in BODY_ENTRIES.items()}
             # It goes on with "is", or between two regions with "from".
             return found | {"interface": replace(found["interface"], behind=" ")}
-        case Block("joint"):
+        case BlockKind("joint"):
             own = _meant("joint", {"springs": " from "}, rupture=_rupture())
             return own | {name: _entry(entry) for name, entry in JOINT_ENTRIES.items()}
-        case Block("tool", kind):
+        case BlockKind("tool", kind):
             own = _meant("tool", {}, kind=members(TOOLS))
             return own | _of_kind(TOOLS, kind)
-        case Block("force", kind):
+        case BlockKind("force", kind):
             own = _meant("force", {"acts": " on "}, kind=members(FORCES))
             return own | _of_kind(FORCES, kind)
-        case Block("surface", kind):
+        case BlockKind("surface", kind):
             return _meant("surface", {}, kind=members(SURFACES)) | _of_kind(SURFACES, kind)
-        case Block("mesh", kind):
+        case BlockKind("mesh", kind):
             return _of_kind(MESHES, kind)
-        case Block("spring law" | "viscosity law", kind):
+        case BlockKind("spring law" | "viscosity law", kind):
             family = SPRING_LAWS if block.kind == "spring law" else VISCOSITY_LAWS
             return _of_kind(family, kind)
-        case Block("environment"):
+        case BlockKind("environment"):
             return _entries(settings.EnvironmentEntries)
-        case Block("simulate"):
+        case BlockKind("simulate"):
             schema = settings.simulate_schema()
             return {
                 name: _entry(entry, integrators() if name == "integrator" else None)
                 for name, entry in schema.items()
             }
-        case Block("integrator", kind):
+        case BlockKind("integrator", kind):
             return _of_kind(PROCEDURES, kind)
-        case Block("property" | "quantity"):
+        case BlockKind("property" | "quantity"):
             found = _meant("scale", {"evenly": " = [", "applies": " to "})
             return found if block.kind == "quantity" else {"evenly": found["evenly"]}
-        case Block("rules"):
+        case BlockKind("rules"):
             chosen = {name: plain(CHOICE, words) for name, words in CHOICES.items()}
             return _meant("rules", {"if": " "}, **chosen)
-        case Block("output"):
+        case BlockKind("output"):
             return _of_output()
-        case Block("learn"):
+        case BlockKind("learn"):
             return _of_learning()
-        case Block("study"):
+        case BlockKind("study"):
             return _of_study()
         case _:
             return {}

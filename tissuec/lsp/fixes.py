@@ -13,7 +13,7 @@ from tissuec.lsp.documents import Desk
 from tissuec.lsp.findings import Checked
 
 
-class Fix(Struct, frozen=True, eq=False):
+class QuickFix(Struct, frozen=True, eq=False):
     """One edit of one finding.
 
     Attributes:
@@ -33,7 +33,7 @@ class Fix(Struct, frozen=True, eq=False):
 
 def fixes_at(
     path: Path, first: int, last: int, checked: Iterable[Checked], desk: Desk
-) -> list[Fix]:
+) -> list[QuickFix]:
     """Return the edits for findings in some lines of a file, in the order of the findings.
 
     Edits of shipped files, and of texts that have changed since they were checked, are left
@@ -45,7 +45,7 @@ def fixes_at(
         checked: Findings in each open text; they may be about a file that it uses.
         desk: The open texts.
     """
-    found: dict[tuple[str, str, str, int, int, str], Fix] = {}
+    found: dict[tuple[str, str, str, int, int, str], QuickFix] = {}
     for finding in (one for each in checked for one in each.diagnostics):
         if finding.span is None or not _is_in(finding.span, path, first, last):
             continue
@@ -64,7 +64,7 @@ def _is_in(span: Span, path: Path, first: int, last: int) -> bool:
     return begin <= last and first <= begin + span.text.count("\n")
 
 
-def _fix(finding: Diagnostic, edit: Edit, desk: Desk) -> Fix | None:
+def _fix(finding: Diagnostic, edit: Edit, desk: Desk) -> QuickFix | None:
     place = edit.span
     if place is None or place.source.path is None:
         return None
@@ -74,4 +74,4 @@ def _fix(finding: Diagnostic, edit: Edit, desk: Desk) -> Fix | None:
         return None
     text = " ".join(edit.text.split())
     title = f'Write "{text}"' if text else f'Remove "{place.one_line}"'
-    return Fix(title, finding, path, place, edit.text, len(finding.edits) == 1)
+    return QuickFix(title, finding, path, place, edit.text, len(finding.edits) == 1)

@@ -7,7 +7,7 @@ from tissuec.core import units
 from tissuec.core.units import Dimension
 from tissuec.lang.words import RESERVED
 from tissuec.lsp.entries import entries
-from tissuec.lsp.terms import Block
+from tissuec.lsp.terms import BlockKind
 from tissuec.scene import learn_entries, study_entries
 from tissuec.scene.laws import FORMS
 from tissuec.scene.quantities import QUANTITIES
@@ -77,7 +77,7 @@ _FORMS: dict[tuple[str, str], tuple[str, ...]] = {
 _SENTENCES = {"learn": learn_entries.SENTENCES, "study": study_entries.SENTENCES}
 
 
-class Form(NamedTuple):
+class SentenceForm(NamedTuple):
     """One form of a sentence: words and placeholders after its first ones, then clauses."""
 
     literal: str
@@ -97,7 +97,7 @@ class Form(NamedTuple):
 
 
 @cache
-def forms_of(block: str, entry: str) -> tuple[Form, ...]:
+def forms_of(block: str, entry: str) -> tuple[SentenceForm, ...]:
     """Return the forms of a part, entry or order, taken apart.
 
     Args:
@@ -121,11 +121,11 @@ def _texts(block: str, entry: str) -> tuple[str, ...]:
         return tuple(f"{head} = NUMBER" for head in FORMS[entry].heads)
     if (block, "") in _FORMS:
         return _FORMS[block, ""]
-    term = entries(Block(block)).get(entry)
+    term = entries(BlockKind(block)).get(entry)
     return (term.form or f"{term.label}{term.behind}…",) if term is not None else ()
 
 
-def _form(text: str, entry: str) -> Form:
+def _form(text: str, entry: str) -> SentenceForm:
     groups: list[list[str]] = [[]]
     for word in text.removeprefix(entry).replace("(", "( ").split():
         if (word in RESERVED and word != "table") or word == "=":
@@ -133,7 +133,7 @@ def _form(text: str, entry: str) -> Form:
         groups[-1].append(word)
     literal = " ".join(word for word in groups[0] if word.islower())
     placeholder = next((word for word in groups[0] if word.isupper()), "")
-    return Form(
+    return SentenceForm(
         literal, placeholder, tuple((group[0], tuple(group[1:])) for group in groups[1:])
     )
 

@@ -15,7 +15,7 @@ from tissuec.lsp import vocabulary as v
 from tissuec.lsp.clauses import stands_for
 from tissuec.lsp.entries import entries
 from tissuec.lsp.forms import forms_of
-from tissuec.lsp.terms import CHOICE, ENTRY, MEASURE, Block, Term
+from tissuec.lsp.terms import CHOICE, ENTRY, MEASURE, BlockKind, Term
 from tissuec.lsp.textmate import (
     RESERVED_WORD,
     RUN,
@@ -87,7 +87,7 @@ def _choices() -> list[Rule]:
     holding = [
         choice
         for kind in ("rules", "study")
-        for entry in entries(Block(kind)).values()
+        for entry in entries(BlockKind(kind)).values()
         for choice in entry.choices or ()
         if RESERVED & set(choice.split())
     ]
@@ -154,7 +154,7 @@ def _inside(kind: str) -> list[Rule]:
     """Return the rules of what stands in a block."""
     if kind == "script":
         return include("orders")
-    known = entries(Block(kind))
+    known = entries(BlockKind(kind))
     rules = {
         "learn": _learning, "study": _studying, "rules": _rules, "property": _scale,
         "quantity": _scale, "output": _output, "tissue": _tissue, "law": _tissue, "body": _body,
@@ -176,7 +176,9 @@ def _entries(known: Iterable[str]) -> Rule:
 
 def _inner(*kinds: str) -> Rule:
     """Return the rule of a block inside of another one."""
-    return braces(_block(_entries([name for kind in kinds for name in entries(Block(kind))])))
+    return braces(
+        _block(_entries([name for kind in kinds for name in entries(BlockKind(kind))]))
+    )
 
 
 def _named(entry: str, known: Iterable[str]) -> Rule:
@@ -209,7 +211,7 @@ def _body(known: Mapping[str, Term]) -> list[Rule]:
     of_mesh = [*include("basics"), _inner("mesh"), *include("expression")]
     mesh = between(rf"{START}(mesh)\s+(is)\s+({RUN})", kinds, _END_OF_BLOCK, of_mesh)
     named = rule(rf"(?<=region)\s+({RUN})", {1: "name"})
-    inner = braces(_block(_made_of(), _entries(entries(Block("region")))))
+    inner = braces(_block(_made_of(), _entries(entries(BlockKind("region")))))
     of_region = [named, inner, *include("conditions")]
     region = between(rf"{START}(region)\b", {1: "entry"}, _END_OF_BLOCK, of_region)
     return [mesh, region, _made_of(), _entries(known)]

@@ -19,7 +19,7 @@ from tissuec.lsp.expected import Expected
 from tissuec.lsp.following import following
 from tissuec.lsp.forms import forms_of
 from tissuec.lsp.prefix import Prefix
-from tissuec.lsp.terms import ENTRY, Block, Term, plain
+from tissuec.lsp.terms import ENTRY, BlockKind, Term, plain
 from tissuec.script.verbs import VERBS
 
 
@@ -31,7 +31,7 @@ class Phrase(Struct, frozen=True, eq=False):
     """
 
     statement: Statement
-    block: Block
+    block: BlockKind
     parts: tuple[Token, ...]
     expected: Expected
     start: int
@@ -58,7 +58,7 @@ class Phrase(Struct, frozen=True, eq=False):
         return any(name.startswith(self.key) for words in self.expected.terms for name in words)
 
 
-def phrases(statement: Statement, block: Block | None = None) -> list[Phrase]:
+def phrases(statement: Statement, block: BlockKind | None = None) -> list[Phrase]:
     """Return the phrases of a statement, in order."""
     return list(_PhraseReader(statement, block or block_of(statement)).all())
 
@@ -98,7 +98,7 @@ class _PhraseReader:
         is_cut: Whether more can be typed at its end.
     """
 
-    def __init__(self, statement: Statement, block: Block, *, is_cut: bool = False):
+    def __init__(self, statement: Statement, block: BlockKind, *, is_cut: bool = False):
         self.statement, self.block, self.is_cut = statement, block, is_cut
         self.parts = _pieces(statement)
         self.prefix = Prefix(block)

@@ -23,7 +23,7 @@ UNITS: dict[str, Callable[[str], int]] = {
 }
 
 
-class Position(NamedTuple):
+class ProtocolPosition(NamedTuple):
     """A place as the protocol has it, both counted from 0."""
 
     line: int
@@ -63,11 +63,11 @@ class Positions:
             starts.append(starts[-1] + len(line) + 1)
         return starts
 
-    def position(self, offset: int) -> Position:
+    def position(self, offset: int) -> ProtocolPosition:
         """Return where an offset of the compiler's text is shown."""
         line = max(min(bisect_right(self._starts, offset) - 1, len(self.lines) - 1), 0)
         column = min(max(offset - self._starts[line], 0), len(self._read[line]))
-        return Position(line, self.width(self.lines[line][: self._shown(line, column)]))
+        return ProtocolPosition(line, self.width(self.lines[line][: self._shown(line, column)]))
 
     def offset(self, line: int, character: int) -> int:
         """Return the offset in the compiler's text of a place; one beyond a line is its end."""

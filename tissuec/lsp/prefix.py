@@ -7,7 +7,7 @@ from tissuec.core.names import key_of
 from tissuec.core.units import Dimension, parse_unit
 from tissuec.lang.tokens import KEYWORD, SIGN, UNIT, Token
 from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
-from tissuec.lsp.terms import Block
+from tissuec.lsp.terms import BlockKind
 from tissuec.script.measures import MEASURES
 from tissuec.script.verbs import VERBS
 
@@ -33,14 +33,14 @@ class Prefix:
         dimension: Of the first unit or measure.
     """
 
-    def __init__(self, block: Block):
+    def __init__(self, block: BlockKind):
         self.block = block
         self.tokens: list[Token] = []
         self.head = self.subject = self.object = ""
         self.openers: list[str] = []
         self.calls: list[str] = []
         self.commas: list[int] = []
-        self.is_order = block == Block("script", "inner")
+        self.is_order = block == BlockKind("script", "inner")
         self.dimension: Dimension | None = None
 
     def take(self, token: Token) -> None:

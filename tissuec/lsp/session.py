@@ -18,7 +18,7 @@ from tissuec.lsp import navigation
 from tissuec.lsp.documents import Desk
 from tissuec.lsp.error_docs import address_of
 from tissuec.lsp.findings import Checked, check
-from tissuec.lsp.fixes import Fix
+from tissuec.lsp.fixes import QuickFix
 from tissuec.lsp.positions import Positions
 from tissuec.lsp.views import View, view_of
 
@@ -187,7 +187,7 @@ class Session(LanguageServer):
             related_information=self._related(one),
         )
 
-    def action(self, fix: Fix) -> lsp.CodeAction:
+    def action(self, fix: QuickFix) -> lsp.CodeAction:
         """Return a quick fix as the protocol has it."""
         where = fix.finding.span
         assert where is not None and where.source.path is not None

@@ -11,7 +11,7 @@ from tissuec.lsp.entries import entries
 from tissuec.lsp.expected import NUMBERS, SPRINGS, Expected, number
 from tissuec.lsp.measured import kinds_measured
 from tissuec.lsp.prefix import Prefix
-from tissuec.lsp.terms import CHOICE, MEASURE, Block, Term, Terms, by_label, plain
+from tissuec.lsp.terms import CHOICE, MEASURE, BlockKind, Term, Terms, by_label, plain
 from tissuec.lsp.vocabulary import RUN, logged
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.script.measures import MEASURES
@@ -47,7 +47,7 @@ def varied() -> Terms:
     found: dict[str, Term] = {}
     for kind in (*_OWNERS, *_UNNAMED):
         behind = " = " if kind in _UNNAMED else " of "
-        for name, term in entries(Block(kind)).items():
+        for name, term in entries(BlockKind(kind)).items():
             if term.behind in (" = ", " is "):
                 found.setdefault(name, replace(term, behind=behind, form=f"{name}{behind}…"))
     return found
@@ -91,13 +91,13 @@ def _varied(prefix: Prefix) -> Expected:
 
 def owners_of(entry: str) -> tuple[str, ...]:
     """Return the kinds of blocks that have an entry; a property is one of tissues."""
-    found = (_OWNERS[kind] for kind in _OWNERS if entry in entries(Block(kind)))
+    found = (_OWNERS[kind] for kind in _OWNERS if entry in entries(BlockKind(kind)))
     return tuple(dict.fromkeys(found)) or ("tissue",)
 
 
 def entry_of(name: str) -> Term | None:
     """Return the entry of a name that can vary, None if there is none."""
-    known = (entries(Block(kind)) for kind in (*_OWNERS, *_UNNAMED))
+    known = (entries(BlockKind(kind)) for kind in (*_OWNERS, *_UNNAMED))
     return next((terms[name] for terms in known if name in terms), None)
 
 

@@ -40,7 +40,7 @@ class Term(Struct, frozen=True):
 Terms: TypeAlias = Mapping[str, Term]
 
 
-class Block(NamedTuple):
+class BlockKind(NamedTuple):
     """The kind of a block: "mesh" and "tube", "script" and ""; empty outside of all."""
 
     kind: str = ""

@@ -16,7 +16,7 @@ from tissuec.lsp.documents import Desk, Lenient
 from tissuec.lsp.expected import ONE_NAMESPACE
 from tissuec.lsp.phrases import Phrase, phrases
 from tissuec.lsp.symbols import Symbol, symbols_of
-from tissuec.lsp.terms import Block
+from tissuec.lsp.terms import BlockKind
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program, load
 from tissuec.scene.model import Tissue
@@ -61,7 +61,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
             if symbol.kind in kinds or not set(kinds).isdisjoint(symbol.sorts)
         ]
 
-    def named(self, kinds: tuple[str, ...], key: str, block: Block) -> Symbol | None:
+    def named(self, kinds: tuple[str, ...], key: str, block: BlockKind) -> Symbol | None:
         """Return the meaning of a name in a block.
 
         Args:
@@ -72,7 +72,7 @@ class View(Struct, frozen=True, eq=False, dict=True):
         found = (symbol for symbol in self.seen_from(block, *kinds) if symbol.key == key)
         return next(found, None)
 
-    def seen_from(self, block: Block, *kinds: str) -> Iterator[Symbol]:
+    def seen_from(self, block: BlockKind, *kinds: str) -> Iterator[Symbol]:
         """Yield the names of some kinds that a block can use: not the columns of others."""
         for symbol in self.of_kind(*kinds):
             if symbol.kind != "column" or symbol.within == block.member:

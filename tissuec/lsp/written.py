@@ -7,7 +7,7 @@ from tissuec.lang.tree import Statement
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.lsp.entries import entries
 from tissuec.lsp.phrases import Phrase
-from tissuec.lsp.terms import Block
+from tissuec.lsp.terms import BlockKind
 from tissuec.lsp.views import View
 from tissuec.scene import learn_entries, study_entries
 from tissuec.scene.block_sentences import Sentences
@@ -61,7 +61,7 @@ def _beginning(text: str, known: Iterable[str]) -> Iterable[str]:
     return (key for key in known if f"{text} ".startswith(f"{key} "))
 
 
-def _once(block: Block) -> Collection[str]:
+def _once(block: BlockKind) -> Collection[str]:
     """Return what a block, or a text outside of all blocks, holds once."""
     match block.kind:
         case "":

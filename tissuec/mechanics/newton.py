@@ -17,7 +17,7 @@ import numpy as np
 
 from tissuec.mechanics.balance import Balance, Bars
 from tissuec.mechanics.rigid import NeutralMotions
-from tissuec.mechanics.stiffness import Factor, Stiffness
+from tissuec.mechanics.stiffness import Factorization, Stiffness
 from tissuec.model.network import Floats
 
 PRECISE = 1e-12  # of the largest force: what may be left of one that balances
@@ -93,7 +93,7 @@ def direction(
 def _solved(matrix: Stiffness, force: Floats) -> Floats | None:
     """Return K⁻¹ F, shape (free, 3); None if K is not positive definite."""
     try:
-        factor = Factor(matrix)
+        factor = Factorization(matrix)
     except RuntimeError:  # singular
         return None
     step = factor.solve(force.ravel()).reshape(-1, 3)

@@ -70,7 +70,7 @@ def rest_lengths(state: State, velocity: Floats, springs: Indices | None = None)
     return rest if memory is None else rest + memory.flowed(flat(velocity))
 
 
-class Forces(NamedTuple):
+class NodeForces(NamedTuple):
     """Forces of springs, pressure and contact.
 
     Attributes:
@@ -84,7 +84,7 @@ class Forces(NamedTuple):
 
 def inner_forces(
     state: State, time: Floats | float, position: Floats, velocity: Floats
-) -> Forces:
+) -> NodeForces:
     """Return the forces of springs, pressure and contact."""
     forces = _spring_forces(state, position, velocity)
     for acting in state.fields:
@@ -92,7 +92,7 @@ def inner_forces(
     return forces
 
 
-def _spring_forces(state: State, position: Floats, velocity: Floats) -> Forces:
+def _spring_forces(state: State, position: Floats, velocity: Floats) -> NodeForces:
     """Return what springs do, summed in their order: it does not depend on the batch."""
     network = state.network
     total = np.zeros(position.shape)
@@ -103,7 +103,7 @@ def _spring_forces(state: State, position: Floats, velocity: Floats) -> Forces:
         pull = acting.pull(position, velocity)
         tension[..., springs] = pull.tension
         acting.add_forces(position, pull, total)
-    return Forces(total, tension)
+    return NodeForces(total, tension)
 
 
 def _in_parts(springs: Network | Indices) -> Iterator[Indices | None]:

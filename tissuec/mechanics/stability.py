@@ -15,7 +15,7 @@ from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.rest import LOOSE
 from tissuec.mechanics.rigid import NeutralMotions
 from tissuec.mechanics.state import State
-from tissuec.mechanics.stiffness import Factor
+from tissuec.mechanics.stiffness import Factorization
 from tissuec.model.network import Floats
 
 LARGEST = 6000  # unknowns up to which a net at rest is looked at: about a second
@@ -55,7 +55,7 @@ def softest(balance: Balance, x: Floats) -> SoftestMotion | None:
         return neutral.without(vector.reshape(-1, 3)).ravel()
 
     try:
-        solve = Factor(matrix.plus(np.full(size, -below))).solve
+        solve = Factorization(matrix.plus(np.full(size, -below))).solve
         inverse = LinearOperator((size, size), lambda b: project(solve(project(b))))
         whole = LinearOperator((size, size), matrix)
         found = cast(Any, eigsh)(whole, k=1, sigma=below, v0=project(start), OPinv=inverse)

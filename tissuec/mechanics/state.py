@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.forces import Effect, Field, Imposed, Nodal
-from tissuec.forces.bending import Bending
+from tissuec.forces.bending import HingeForce
 from tissuec.forces.branches import Inelastic
 from tissuec.forces.drag import Drag
 from tissuec.forces.load import Load, LoadTerm, total
@@ -369,10 +369,10 @@ class State(Struct, eq=False):
         return None if self.contact is None else self.contact.with_whole(self.alive)
 
     @property
-    def folding(self) -> Bending | None:
+    def folding(self) -> HingeForce | None:
         """Return the hinges of walls: none that has lost a spring."""
         hinges = self.network.hinges
-        return None if hinges is None else Bending.of(hinges.whole(self.alive))
+        return None if hinges is None else HingeForce.of(hinges.whole(self.alive))
 
     @property
     def outer(self) -> tuple[Nodal, ...]:

@@ -46,7 +46,7 @@ class Stiffness(Struct, frozen=True, eq=False):
         return Stiffness(csc_matrix(self.sparse + diags_array(added, format="csc")), self.wide)
 
 
-class Factor:
+class Factorization:
     """K⁻¹, by a factorisation of S in which no rows are exchanged.
 
     Raises:

@@ -7,7 +7,7 @@ import numpy as np
 
 from tissuec.core import units
 from tissuec.core.errors import Note
-from tissuec.core.fields import Measure, OneOf, Point
+from tissuec.core.fields import OneOf, Point, Real
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -38,7 +38,7 @@ INTERFACES = ("mean", "softer", "stiffer")
 SECTION = schema.Entry(
     "section",
     "section",
-    Measure(units.AREA, above=0.0),
+    Real(units.AREA, above=0.0),
     None,
     "cross-section of each spring, if the body is made of matter",
 )
@@ -49,14 +49,14 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
         schema.Entry(
             "mass",
             "mass",
-            Measure(units.MASS, above=0.0),
+            Real(units.MASS, above=0.0),
             None,
             "mass of the whole body, shared equally by its nodes",
         ),
         schema.Entry(
             "thickness",
             "thickness",
-            Measure(units.LENGTH, above=0.0),
+            Real(units.LENGTH, above=0.0),
             None,
             "thickness of a sheet or a wall that is made of matter",
         ),
@@ -78,7 +78,7 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
         ),
     )
 }
-_PART = Measure(units.NUMBER, at_least=0.0, at_most=100.0)
+_PART = Real(units.NUMBER, at_least=0.0, at_most=100.0)
 AXIAL, CIRCUMFERENTIAL = "axial", "circumferential"  # fibres of a tube
 ELASTIC = "elastic"  # how a wall of matter resists bending
 #: How stiff bending springs are in words, as parts of the tissue's springs.

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several, Whole
+from tissuec.core.fields import FileIn, FromTo, OneOf, Point, Real, Several, Whole
 from tissuec.core.markdown import code, table
 from tissuec.core.units import describe, show
 from tissuec.scene.schema import Entry, Kind
@@ -41,7 +41,7 @@ def form_of(entry: Entry) -> str:
 def kind_in_words(kind: Kind) -> str:
     """Return what can be written for an entry."""
     match kind:
-        case Measure(dimension, above, at_least, at_most):
+        case Real(dimension, above, at_least, at_most):
             limits = (("above", above), ("at least", at_least), ("at most", at_most))
             return describe(dimension) + "".join(
                 f", {word} {show(limit, dimension)}"
@@ -71,8 +71,8 @@ def default_in_words(entry: Entry) -> str:
         return ""
     if isinstance(entry.default, str):
         return code(entry.default)
-    assert isinstance(entry.kind, Measure | Whole)
-    dimension = entry.kind.dimension if isinstance(entry.kind, Measure) else None
+    assert isinstance(entry.kind, Real | Whole)
+    dimension = entry.kind.dimension if isinstance(entry.kind, Real) else None
     if dimension is None or not np.any(dimension):
         return code(f"{entry.default:g}")
     return code(show(entry.default, dimension))

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import NoReturn
 
 from tissuec.core.errors import Note
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
@@ -98,10 +98,10 @@ def _quantity(name: s.Name, scope: Scope) -> TissueQuantity:
     scope.findings.reject("TIS303", message, name.span, hint=hint)
 
 
-def _limits(quantity: TissueQuantity) -> Measure:
+def _limits(quantity: TissueQuantity) -> Real:
     """Return what can be known: also of what no mesh has, such as a Poisson's ratio of 1/2."""
     if key_of(quantity.name) == POISSONS_RATIO:
-        return Measure(quantity.dimension, above=-1.0, at_most=0.5)
+        return Real(quantity.dimension, above=-1.0, at_most=0.5)
     return limits_of(quantity)
 
 

@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 from tissuec.core import units
 from tissuec.core.errors import Note
-from tissuec.core.fields import Measure, OneOf
+from tissuec.core.fields import OneOf, Real
 from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
@@ -22,7 +22,7 @@ JOINT_ENTRIES: dict[str, schema.Entry] = {
     "reach": schema.Entry(
         "reach",
         "reach",
-        Measure(units.LENGTH, above=0.0),
+        Real(units.LENGTH, above=0.0),
         None,
         "maximum distance of joined nodes as drawn",
     ),

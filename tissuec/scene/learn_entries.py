@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.fields import Measure, OneOf, Whole
+from tissuec.core.fields import OneOf, Real, Whole
 from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.scene.block_sentences import Sentences
 from tissuec.scene.quantities import FIBRE_MODULUS, POISSONS_RATIO, QUANTITIES
@@ -105,8 +105,8 @@ class LearnSettings(Struct, frozen=True):
     passes: Annotated[int, Whole(at_least=1, at_most=1_000_000)] = 100
     bootstrap: Annotated[int | None, Whole(at_least=40, at_most=1_000_000)] = None
     seed: Annotated[int, Whole(at_least=0)] = 0
-    tolerance: Annotated[float, Measure(units.NUMBER, above=0.0, at_most=0.1)] = 1e-9
-    step: Annotated[float | None, Measure(units.TIME, above=0.0)] = None
+    tolerance: Annotated[float, Real(units.NUMBER, above=0.0, at_most=0.1)] = 1e-9
+    step: Annotated[float | None, Real(units.TIME, above=0.0)] = None
     integrator: Annotated[str, OneOf((AUTOMATIC,))] = AUTOMATIC
     method: Annotated[str, OneOf(METHODS)] = METHODS[0]
     error: Annotated[str, OneOf((SCALED, ABSOLUTE))] = SCALED

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tissuec.core.errors import Note
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.core.source import Source, Span
 from tissuec.core.units import NUMBER
 from tissuec.lang import syntax as s
@@ -197,7 +197,7 @@ class LearnBlockReader:
     def _hold_out(self, item: s.Assign | s.Sentence) -> None:
         if isinstance(item, s.Assign) and not isinstance(item.value, s.Listing | s.Name):
             self._once("hold out", item)
-            kind = Measure(NUMBER, above=0.0, at_most=0.9)
+            kind = Real(NUMBER, above=0.0, at_most=0.9)
             self.last_part = schema.read_value(kind, item.value, self.scope, what="hold out")
         elif isinstance(item, s.Assign):
             value = item.value

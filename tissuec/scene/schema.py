@@ -16,7 +16,7 @@ from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
 
 from tissuec.core.errors import Note
-from tissuec.core.fields import FileIn, FromTo, Measure, OneOf, Point, Several, Whole
+from tissuec.core.fields import FileIn, FromTo, OneOf, Point, Real, Several, Whole
 from tissuec.core.hints import Edit, Hint, alternatives, insertion, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
@@ -32,7 +32,7 @@ _QUOTED = re.compile(r'"[^"]*"')
 #: A number and its unit.
 _AMOUNT = re.compile(r"(-?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(\S*)")
 
-Kind = Measure | Whole | OneOf | Point | FromTo | Several | FileIn
+Kind = Real | Whole | OneOf | Point | FromTo | Several | FileIn
 T = TypeVar("T")
 
 
@@ -53,7 +53,7 @@ class Entry(Struct, frozen=True):
     def example(self) -> str:
         """Return how the entry could be written."""
         match self.kind:
-            case Measure(dimension=dimension):
+            case Real(dimension=dimension):
                 return f"{self.name} = 1 {suggested_unit(dimension)}".rstrip()
             case Whole(at_least=low):
                 return f"{self.name} = {max(low, 10)}"
@@ -249,7 +249,7 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
 
 
 def read_value(
-    kind: Measure | Whole | Point | Several, node: s.Expression, scope: Scope, *, what: str
+    kind: Real | Whole | Point | Several, node: s.Expression, scope: Scope, *, what: str
 ) -> Any:
     """Return an expression as a number, whole number, vector or list within its limits.
 
@@ -264,7 +264,7 @@ def read_value(
                     "TIS312", f"{what} must be a list of at least {low} numbers", node.span,
                     hint=f"for example: {Entry(what, what, kind, None, '').example}",
                 )  # fmt: skip
-            one = Measure(dimension)
+            one = Real(dimension)
             return tuple(read_value(one, item, scope, what=what) for item in node.items)
         case Point(dimension=dimension):
             value = scope.evaluate(node)
@@ -303,11 +303,11 @@ def read_value(
                     node.span,
                 )
             return int(number)
-        case Measure():
-            return _read_measure(kind, node, scope, what=what)
+        case Real():
+            return _read_real(kind, node, scope, what=what)
 
 
-def _read_measure(kind: Measure, node: s.Expression, scope: Scope, *, what: str) -> float:
+def _read_real(kind: Real, node: s.Expression, scope: Scope, *, what: str) -> float:
     value = scope.number(node)
     scope.expect(value, kind.dimension, node.span, what=what)
     amount = float(value.amount)
@@ -330,7 +330,7 @@ def _read_measure(kind: Measure, node: s.Expression, scope: Scope, *, what: str)
     return amount
 
 
-def _within(kind: Measure, amount: float) -> bool:
+def _within(kind: Real, amount: float) -> bool:
     return (
         (kind.above is None or amount > kind.above)
         and (kind.at_least is None or amount >= kind.at_least)
@@ -420,7 +420,7 @@ def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> NoReturn:
     example = entry.example
     if isinstance(entry.kind, FileIn) and (file := _QUOTED.search(item.span.text)):
         example = f"{entry.name} {file[0]} in mm"
-    kind = describe(entry.kind.dimension) if isinstance(entry.kind, Measure) else ""
+    kind = describe(entry.kind.dimension) if isinstance(entry.kind, Real) else ""
     scope.findings.reject(
         "TIS312",
         f'wrong form of "{entry.name}"' + (f": it is {kind}" if kind else ""),

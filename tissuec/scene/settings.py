@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.errors import Note
-from tissuec.core.fields import Measure, OneOf, Point
+from tissuec.core.fields import OneOf, Point, Real
 from tissuec.core.hints import Edit, Hint, insertion, leaving_out
 from tissuec.core.source import Span
 from tissuec.engine.integrators import INTEGRATORS
@@ -55,17 +55,17 @@ class EnvironmentEntries(Struct, frozen=True, eq=False):
 
     gravity: Annotated[Floats, Point(units.ACCELERATION)]
     contact: Annotated[str, OneOf(CONTACTS)] = "off"
-    friction: Annotated[float | None, Measure(units.NUMBER, at_least=0.0)] = None
-    contact_stiffness: Annotated[float | None, Measure(units.STIFFNESS, above=0.0)] = None
+    friction: Annotated[float | None, Real(units.NUMBER, at_least=0.0)] = None
+    contact_stiffness: Annotated[float | None, Real(units.STIFFNESS, above=0.0)] = None
     contact_surface_stiffness: Annotated[
-        float | None, Measure(units.AREAL_STIFFNESS, above=0.0)
+        float | None, Real(units.AREAL_STIFFNESS, above=0.0)
     ] = None
-    contact_thickness: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
-    contact_layer: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
-    contact_damping: Annotated[float | None, Measure(units.SLOWNESS, at_least=0.0)] = None
-    damping: Annotated[float, Measure(units.VISCOSITY, at_least=0.0)] = 0.0
-    mass_damping: Annotated[float, Measure(units.FREQUENCY, at_least=0.0)] = 0.0
-    surface_damping: Annotated[float, Measure(units.AREAL_VISCOSITY, at_least=0.0)] = 0.0
+    contact_thickness: Annotated[float | None, Real(units.LENGTH, above=0.0)] = None
+    contact_layer: Annotated[float | None, Real(units.LENGTH, above=0.0)] = None
+    contact_damping: Annotated[float | None, Real(units.SLOWNESS, at_least=0.0)] = None
+    damping: Annotated[float, Real(units.VISCOSITY, at_least=0.0)] = 0.0
+    mass_damping: Annotated[float, Real(units.FREQUENCY, at_least=0.0)] = 0.0
+    surface_damping: Annotated[float, Real(units.AREAL_VISCOSITY, at_least=0.0)] = 0.0
 
 
 class SimulateEntries(Struct, frozen=True):
@@ -79,12 +79,12 @@ class SimulateEntries(Struct, frozen=True):
         step: fixed time step, instead of a tolerance; needs a named integrator
     """
 
-    duration: Annotated[float, Measure(units.TIME, above=0.0)]
+    duration: Annotated[float, Real(units.TIME, above=0.0)]
     integrator: Annotated[str, OneOf((AUTOMATIC,))] = AUTOMATIC
-    tolerance: Annotated[
-        float, Measure(units.NUMBER, at_least=FINEST_TOLERANCE, at_most=0.1)
-    ] = DEFAULT_TOLERANCE
-    step: Annotated[float | None, Measure(units.TIME, above=0.0)] = None
+    tolerance: Annotated[float, Real(units.NUMBER, at_least=FINEST_TOLERANCE, at_most=0.1)] = (
+        DEFAULT_TOLERANCE
+    )
+    step: Annotated[float | None, Real(units.TIME, above=0.0)] = None
 
 
 def read_environment(declarations: Declarations, main: s.Module, scope: Scope) -> Environment:

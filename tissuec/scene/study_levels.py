@@ -52,7 +52,7 @@ def check_levels(
         overrides: Texts of ``--set``.
         findings: Takes diagnostics.
     """
-    scene = _Scene(study, program, overrides)
+    scene = _TrialScene(study, program, overrides)
     for factor in study.factors:
         for value, place in _tried(factor):
             scene.report(factor, value, place, findings)
@@ -74,7 +74,7 @@ def check_rows(
         overrides: Texts of ``--set``.
         findings: Takes diagnostics.
     """
-    scene = _Scene(study, program, overrides)
+    scene = _TrialScene(study, program, overrides)
     for place, factor in enumerate(study.factors):
         if isinstance(factor.spread, Levels):
             continue  # tried already
@@ -111,7 +111,7 @@ def _tried(factor: Factor) -> Iterable[tuple[Cell, Span]]:
             return []
 
 
-class _Scene:
+class _TrialScene:
     """A scene on which values are tried.
 
     Args:

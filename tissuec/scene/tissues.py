@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from tissuec.core.errors import Note
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal
 from tissuec.core.source import Span
 from tissuec.fuzzy.axis import OutOfRange
@@ -301,7 +301,7 @@ class TissueReader:
             )
             return
         if not isinstance(item, s.Assign):
-            kind = Measure(quantity.dimension)
+            kind = Real(quantity.dimension)
             forms = [schema.Entry(key, key, kind, None, "").example]
             if quantity.none is not None:
                 forms.append(f"{key} is none")

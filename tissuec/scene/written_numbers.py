@@ -1,7 +1,7 @@
 """Physical quantities that are written as numbers, in tissues and in regions."""
 
 from tissuec.core import units
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
@@ -13,17 +13,17 @@ LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body tog
 LARGEST_POISSON = 0.499  # at 1/2 a solid would keep its volume exactly, and never move
 
 
-def limits_of(quantity: TissueQuantity) -> Measure:
+def limits_of(quantity: TissueQuantity) -> Real:
     """Return between which limits a quantity can be written."""
     if quantity.name == "prestress":
-        return Measure(quantity.dimension, above=-10.0, at_most=0.99)
+        return Real(quantity.dimension, above=-10.0, at_most=0.99)
     if quantity.name in SHARES:
-        return Measure(quantity.dimension, at_least=0.0, at_most=LARGEST_SHARE)
+        return Real(quantity.dimension, at_least=0.0, at_most=LARGEST_SHARE)
     if key_of(quantity.name) == POISSONS_RATIO:
-        return Measure(quantity.dimension, above=-1.0, at_most=LARGEST_POISSON)
+        return Real(quantity.dimension, above=-1.0, at_most=LARGEST_POISSON)
     if quantity.may_be_zero:
-        return Measure(quantity.dimension, at_least=0.0)
-    return Measure(quantity.dimension, above=0.0)
+        return Real(quantity.dimension, at_least=0.0)
+    return Real(quantity.dimension, above=0.0)
 
 
 def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
@@ -45,6 +45,6 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
                 "TIS303", f'"{clause.word}" is not allowed after {name}', clause.span
             )
         length = schema.read_value(
-            Measure(units.LENGTH, above=0.0), clause.value, scope, what="the length"
+            Real(units.LENGTH, above=0.0), clause.value, scope, what="the length"
         )
     return AssignedQuantity(quantity, value, quantity.spreads[0], length, "written", item.span)

@@ -37,7 +37,7 @@ from tissuec.studies.journal import Journal, rows_in_hdf5
 from tissuec.studies.rows import DIED, DONE, ENDED, FactorHead, MeasureHead, Row, StudyHead
 from tissuec.studies.table import StudyTable
 from tissuec.studies.table_files import is_hdf5
-from tissuec.studies.trial import Job, Task, failed, row_of
+from tissuec.studies.trial import Job, PlannedRun, failed, row_of
 from tissuec.studies.writing import USUAL_NAME, with_sentences
 from tissuec.workers.workers import Lost, Workers
 
@@ -70,7 +70,7 @@ class PreparedStudy(Struct, frozen=True):
         study: As it is written.
         compiled: The scene with its own values.
         head: Of the table.
-        job, tasks: What the workers do.
+        job, planned: What the workers do.
         warnings: Of the text.
     """
 
@@ -78,7 +78,7 @@ class PreparedStudy(Struct, frozen=True):
     compiled: Compiled
     head: StudyHead
     job: Job
-    tasks: tuple[Task, ...]
+    planned: tuple[PlannedRun, ...]
     warnings: tuple[Diagnostic, ...]
 
     @property
@@ -137,8 +137,8 @@ def prepare(
         tuple(one.every is not None for one in head.measures),
         study.estimates,
     )
-    tasks = tuple(_tasks(study, points, _digest(study, job, compiled)))
-    return PreparedStudy(study, compiled, head, job, tasks, warnings)
+    planned = tuple(_planned(study, points, _digest(study, job, compiled)))
+    return PreparedStudy(study, compiled, head, job, planned, warnings)
 
 
 def run_study(
@@ -186,8 +186,8 @@ def _without_file(
     if prepared.keeps:
         raise PlaceError("results are kept beside the table; give the table a place")
     rows = list[Row]()
-    tell = _Teller(progress, len(prepared.tasks), ())
-    for row in _rows(workers, prepared.job, prepared.tasks):
+    tell = _Teller(progress, len(prepared.planned), ())
+    for row in _rows(workers, prepared.job, prepared.planned):
         rows.append(row)
         tell.add(row)
     return rows
@@ -203,7 +203,7 @@ def _in_file(
 ) -> tuple[list[Row], int]:
     """Write the rows of all runs; returns them, and how many were there before."""
     path, job = out.with_suffix(".csv") if is_hdf5(out) else out, prepared.job
-    digests = [task.digest for task in prepared.tasks]
+    digests = [one.digest for one in prepared.planned]
     known = rows_in_hdf5(out, prepared.head, digests, fresh=fresh) if is_hdf5(out) else None
     with Journal(path, prepared.head, digests, fresh=fresh, known=known) as journal:
         if prepared.keeps:
@@ -211,8 +211,8 @@ def _in_file(
             make_folder(folder)
             job = replace(job, folder=folder.absolute())
         taken = len(journal.rows)
-        left = [task for task in prepared.tasks if task.run not in journal.rows]
-        tell = _Teller(progress, len(prepared.tasks), journal.rows.values())
+        left = [one for one in prepared.planned if one.run not in journal.rows]
+        tell = _Teller(progress, len(prepared.planned), journal.rows.values())
         for row in _rows(workers, job, left):
             journal.add(row)
             tell.add(row)
@@ -220,14 +220,14 @@ def _in_file(
     return list(journal.rows.values()), taken
 
 
-def _rows(workers: Workers, job: Job, tasks: Sequence[Task]) -> Iterator[Row]:
+def _rows(workers: Workers, job: Job, planned: Sequence[PlannedRun]) -> Iterator[Row]:
     """Yield the rows of runs as they come."""
-    if not tasks:
+    if not planned:
         return
-    with workers, closing(workers.map(row_of, job, tasks)) as found:
+    with workers, closing(workers.map(row_of, job, planned)) as found:
         for number, row in found:
             if isinstance(row, Lost):
-                row = failed(job, tasks[number], DIED, KILLED)
+                row = failed(job, planned[number], DIED, KILLED)
             yield row
 
 
@@ -307,7 +307,7 @@ def _head(study: Study, compiled: Compiled, planned: int) -> StudyHead:
     )  # fmt: skip
 
 
-def _tasks(study: Study, points: Sequence[Point], digest: Digest) -> Iterator[Task]:
+def _planned(study: Study, points: Sequence[Point], digest: Digest) -> Iterator[PlannedRun]:
     """Yield the runs of a study."""
     for run, point in enumerate(points):
         overrides = tuple(
@@ -321,7 +321,7 @@ def _tasks(study: Study, points: Sequence[Point], digest: Digest) -> Iterator[Ta
         )
         one = digest.copy()
         one.update(json.dumps(overrides).encode())
-        yield Task(run, values, overrides, one.hexdigest()[:16])
+        yield PlannedRun(run, values, overrides, one.hexdigest()[:16])
 
 
 def _own(factor: Factor) -> Cell:

@@ -60,7 +60,7 @@ class Column(Struct, frozen=True, eq=False):
         return value if isinstance(value, str) else f"{value:g} {self.unit}".rstrip()
 
 
-class Curve(Struct, frozen=True, eq=False):
+class MeasureCurve(Struct, frozen=True, eq=False):
     """A measure over time, of every run.
 
     Attributes:
@@ -102,7 +102,7 @@ class StudyTable(Struct, frozen=True, eq=False):
     runs: Indices
     factors: tuple[Column, ...]
     measures: tuple[Column, ...]
-    curves: tuple[Curve, ...]
+    curves: tuple[MeasureCurve, ...]
     outcome: tuple[str, ...]
     reason: tuple[str, ...]
     promise: tuple[str, ...]
@@ -201,14 +201,14 @@ def _single(head: MeasureHead, place: int, rows: Sequence[Row]) -> Column:
     return Column(head.name, head.unit, values)
 
 
-def _curve(head: MeasureHead, place: int, rows: Sequence[Row]) -> Curve:
+def _curve(head: MeasureHead, place: int, rows: Sequence[Row]) -> MeasureCurve:
     all_values = [np.atleast_1d(np.asarray(row.measures[place], dtype=float)) for row in rows]
     longest = max(map(len, all_values), default=0)
     values = np.full((len(rows), longest), np.nan)
     for row, one in zip(values, all_values, strict=True):
         row[: len(one)] = one
     assert head.every is not None
-    return Curve(head.name, head.unit, head.every, values)
+    return MeasureCurve(head.name, head.unit, head.every, values)
 
 
 def _cells(column: Column) -> Sequence[Cell]:

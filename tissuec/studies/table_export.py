@@ -10,7 +10,7 @@ from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.scene.study_model import Cell
 from tissuec.studies.rows import title
-from tissuec.studies.table import Column, Curve, StudyTable
+from tissuec.studies.table import Column, MeasureCurve, StudyTable
 
 
 class Export(Struct, frozen=True):
@@ -38,7 +38,7 @@ def export(table: StudyTable, names: Sequence[str] = ()) -> Export:
         TissueError: There is no such measure, or curves have different times.
     """
     chosen = [_named(table, name) for name in names] or list(table.measures)
-    curves = [one for one in chosen if isinstance(one, Curve)]
+    curves = [one for one in chosen if isinstance(one, MeasureCurve)]
     if len({curve.every for curve in curves}) > 1:
         written = ", ".join(f'"{one.name}" every {one.every:g} s' for one in curves)
         raise TissueError(f"curves of one file need the same times: {written}")
@@ -48,7 +48,7 @@ def export(table: StudyTable, names: Sequence[str] = ()) -> Export:
     return Export(("run", *heads, "outcome"), tuple(_rows(table, chosen, curves)))
 
 
-def _named(table: StudyTable, name: str) -> Column | Curve:
+def _named(table: StudyTable, name: str) -> Column | MeasureCurve:
     known = {key_of(one.name): one for one in (*table.measures, *table.curves)}
     if key_of(name) not in known:
         hint = alternatives(name, [one.name for one in known.values()], what="there are")
@@ -57,7 +57,7 @@ def _named(table: StudyTable, name: str) -> Column | Curve:
 
 
 def _rows(
-    table: StudyTable, chosen: Sequence[Column | Curve], curves: Sequence[Curve]
+    table: StudyTable, chosen: Sequence[Column | MeasureCurve], curves: Sequence[MeasureCurve]
 ) -> Iterator[tuple[Cell | None, ...]]:
     """Yield all rows; a run without a sample has one, which is empty there."""
     for row, run in enumerate(table.runs.tolist()):
@@ -69,13 +69,13 @@ def _rows(
             yield (run, *factors, *time, *values, table.outcome[row])
 
 
-def _samples(curves: Sequence[Curve], row: int) -> list[int]:
+def _samples(curves: Sequence[MeasureCurve], row: int) -> list[int]:
     """Return the samples of a run that have a number in any curve."""
     known = [np.flatnonzero(np.isfinite(curve.values[row])) for curve in curves]
     return np.unique(np.concatenate(known)).tolist() if known else []
 
 
-def _value(one: Column | Curve, row: int, sample: int | None) -> Cell | None:
+def _value(one: Column | MeasureCurve, row: int, sample: int | None) -> Cell | None:
     if isinstance(one, Column):
         return _cell(one.values[row])
     is_there = sample is not None and sample < one.values.shape[1]

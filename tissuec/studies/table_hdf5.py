@@ -12,7 +12,7 @@ from tissuec.core.files import replacing
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import TEXT, open_file
 from tissuec.studies.rows import StudyHead
-from tissuec.studies.table import Column, Curve, StudyTable
+from tissuec.studies.table import Column, MeasureCurve, StudyTable
 
 FORMAT = 1
 _HEAD = "study"
@@ -44,14 +44,14 @@ def _write(table: StudyTable, file: h5py.File) -> None:
             _add_column(group, column)
 
 
-def _add_column(group: h5py.Group, column: Column | Curve) -> None:
+def _add_column(group: h5py.Group, column: Column | MeasureCurve) -> None:
     name = column.name.replace("/", "∕")  # a slash would open a group
     if isinstance(column.values, tuple):
         _add_texts(group, name, column.values)
     else:
         group[name] = column.values
     group[name].attrs["name"], group[name].attrs["unit"] = column.name, column.unit
-    if isinstance(column, Curve):
+    if isinstance(column, MeasureCurve):
         group[name].attrs["every"] = column.every
 
 
@@ -103,6 +103,6 @@ def _column(group: Any, name: str, *, is_text: bool = False) -> Column:
     return Column(name, stored.attrs["unit"], values)
 
 
-def _curve(group: Any, name: str) -> Curve:
+def _curve(group: Any, name: str) -> MeasureCurve:
     stored = group[name.replace("/", "∕")]
-    return Curve(name, stored.attrs["unit"], float(stored.attrs["every"]), stored[()])
+    return MeasureCurve(name, stored.attrs["unit"], float(stored.attrs["every"]), stored[()])

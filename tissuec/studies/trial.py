@@ -51,7 +51,7 @@ class Job(Struct, frozen=True):
     folder: Path | None = None
 
 
-class Task(Struct, frozen=True):
+class PlannedRun(Struct, frozen=True):
     """One run.
 
     Attributes:
@@ -70,24 +70,24 @@ class Task(Struct, frozen=True):
 _RECOMPILERS = CommonCache[Job, Recompiler](lambda job: Recompiler(job.program))
 
 
-def row_of(job: Job, task: Task) -> Row:
+def row_of(job: Job, planned: PlannedRun) -> Row:
     """Return the row of a run; what goes wrong is its reason.
 
     Raises:
         KeyboardInterrupt: The worker was told to stop.
     """
     try:
-        compiled, measures, ledger = _compiled(job, task)
+        compiled, measures, ledger = _compiled(job, planned)
     except CompileError as error:
         first = error.diagnostics[0]
         place = f" ({first.span.place})" if first.span is not None else ""
-        return failed(job, task, REFUSED, f"{first.code}: {first.message}{place}")
+        return failed(job, planned, REFUSED, f"{first.code}: {first.message}{place}")
     except Exception as error:
-        return failed(job, task, REFUSED, _named(error))
+        return failed(job, planned, REFUSED, _named(error))
     try:
-        return _run(job, task, compiled, measures, ledger)
+        return _run(job, planned, compiled, measures, ledger)
     except Exception as error:  # one run never ends a study
-        return failed(job, task, STUCK, _named(error))
+        return failed(job, planned, STUCK, _named(error))
 
 
 def _named(error: Exception) -> str:
@@ -96,14 +96,14 @@ def _named(error: Exception) -> str:
     return str(error) if is_told else f"{type(error).__name__}: {error}"
 
 
-def _compiled(job: Job, task: Task) -> tuple[Compiled, tuple[StudyMeasure, ...], bool]:
+def _compiled(job: Job, planned: PlannedRun) -> tuple[Compiled, tuple[StudyMeasure, ...], bool]:
     """Return the scene of a run and its measures.
 
     Raises:
         CompileError: The values do not go with the scene, or the measures do not.
     """
     findings = Findings()
-    overrides = (*job.request.overrides, *task.overrides)
+    overrides = (*job.request.overrides, *planned.overrides)
     compiled = _RECOMPILERS.of(job).compile(overrides, findings)
     measures, ledger = compile_measures(compiled, job.measures)
     findings.raise_errors()
@@ -112,7 +112,11 @@ def _compiled(job: Job, task: Task) -> tuple[Compiled, tuple[StudyMeasure, ...],
 
 
 def _run(
-    job: Job, task: Task, compiled: Compiled, measures: Sequence[StudyMeasure], ledger: bool
+    job: Job,
+    planned: PlannedRun,
+    compiled: Compiled,
+    measures: Sequence[StudyMeasure],
+    ledger: bool,
 ) -> Row:
     """Return the row of a run whose scene is right."""
     from tissuec.engine.execution.companion import Companion
@@ -123,8 +127,8 @@ def _run(
     companion = Companion(
         compiled.network, plan, "inline" if job.estimates else "off", None, threads=1
     )
-    path = None if job.folder is None else job.folder / RESULT.format(task.run)
-    request = replace(job.request, overrides=(*job.request.overrides, *task.overrides))
+    path = None if job.folder is None else job.folder / RESULT.format(planned.run)
+    request = replace(job.request, overrides=(*job.request.overrides, *planned.overrides))
     with asked_to_stop() as stop, Observer(compiled, compiled.plan, request, path) as observer:
         recorder = Recorder(compiled.network, plan, observer, tap=companion.take)
         outcome = run(compiled.network, plan, recorder, interrupt=stop, threads=1)
@@ -142,14 +146,14 @@ def _run(
         reason = f"{ended.cause} ({ended.span.place})"
     events = [(time, event.kind, event.springs) for time, event in outcome.logged_events]
     return Row(
-        task.run,
-        task.values,
+        planned.run,
+        planned.values,
         tuple(_value(one, observer, events) for one in measures) if is_over else _none(job),
         outcome.kind if ended is None else ENDED,
         " ".join(reason.split()),
         "not checked" if estimate is None else estimate.promise,
         _NOTHING if estimate is None or estimate.error is None else estimate.error,
-        task.digest,
+        planned.digest,
     )
 
 
@@ -210,16 +214,23 @@ def _none(job: Job) -> tuple[float | tuple[float, ...], ...]:
     return tuple(() if is_curve else _NOTHING for is_curve in job.curves)
 
 
-def failed(job: Job, task: Task, outcome: str, reason: str) -> Row:
+def failed(job: Job, planned: PlannedRun, outcome: str, reason: str) -> Row:
     """Return the row of a run that has no measures.
 
     Args:
         job: Of the study.
-        task: The run.
+        planned: The run.
         outcome: One of ``OUTCOMES``.
         reason: Why.
     """
     reason = " ".join(reason.split())
     return Row(
-        task.run, task.values, _none(job), outcome, reason, "not checked", _NOTHING, task.digest
+        planned.run,
+        planned.values,
+        _none(job),
+        outcome,
+        reason,
+        "not checked",
+        _NOTHING,
+        planned.digest,
     )

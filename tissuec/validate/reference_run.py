@@ -21,7 +21,7 @@ from tissuec.validate.equations import Equations, ErrorScales, overloaded
 from tissuec.validate.event_queue import ReferenceQueue
 from tissuec.validate.resting import rest
 from tissuec.validate.solution import Track, TriggerFiring, standing_energy
-from tissuec.validate.stepping import ONE_STEP, Effort, Step, Stepper
+from tissuec.validate.stepping import ONE_STEP, Effort, ReferenceStepper, Step
 
 SAME = 1e-12  # of the duration: times closer than this are one time
 SHARP = 1e-14  # of the duration: to this, times of triggers are found
@@ -109,7 +109,9 @@ class ReferenceRun:
 
     def _steps(self, equations: Equations, y: Floats, stop: float) -> Iterator[Step]:
         """Yield steps that land on every sample, if the method can, and on the stop."""
-        stepper = Stepper(equations, self.method, self.rtol, self._floor(), self.effort)
+        stepper = ReferenceStepper(
+            equations, self.method, self.rtol, self._floor(), self.effort
+        )
         time = self.state.time
         size: float | None = None
         while time < stop:

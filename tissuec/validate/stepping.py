@@ -70,7 +70,7 @@ class Step(Struct, frozen=True, eq=False, dict=True):
         return self.land(time)
 
 
-class Stepper:
+class ReferenceStepper:
     """Steps the equations of one stretch.
 
     Args:

@@ -105,7 +105,7 @@ def _amplitude(network: Network, mode: Mode) -> float:
     return AMPLITUDE * size / float(np.sqrt((mode.shape**2).sum(axis=1).max()))
 
 
-def _pulled(state: State, shift: Floats) -> observables.Forces:
+def _pulled(state: State, shift: Floats) -> observables.NodeForces:
     """Return what springs and fields do beside the place of a state."""
     still = np.zeros_like(state.velocity)
     memory = state.network.memory

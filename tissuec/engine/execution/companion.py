@@ -26,7 +26,8 @@ from msgspec.structs import replace
 
 from tissuec.core.processors import permitted
 from tissuec.engine.execution.memory_recorder import MemoryRecording
-from tissuec.engine.execution.recorder import Recorder, Samples, sample_times
+from tissuec.engine.execution.recorder import Recorder, sample_times
+from tissuec.engine.method import Samples
 from tissuec.matter.elasticity import wall_springs
 from tissuec.model.network import BodyPart, Floats, Network
 from tissuec.script.plan import Output, Plan

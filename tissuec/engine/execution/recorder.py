@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from tissuec.core.units import si_unit
 from tissuec.engine.execution.expectations import ExpectationMemory, ExpectationMonitor
 from tissuec.engine.execution.sampling import SAME, join_times, rows_at
+from tissuec.engine.method import Samples
 from tissuec.geometry.surfaces import entries_of
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
@@ -33,40 +34,6 @@ ROUNDING = 1e-12
 
 #: Gives the samples that are due at a rate [s], or None.
 Part: TypeAlias = Callable[[float], Snapshot | None]
-
-
-class Samples(Protocol):
-    """A batch of states, as the engine delivers it."""
-
-    @property
-    def time(self) -> Floats:
-        """Return the times [s], shape (sample,)."""
-        ...
-
-    @property
-    def position(self) -> Floats:
-        """Return the positions of all nodes [m], shape (sample, node, 3)."""
-        ...
-
-    @property
-    def velocity(self) -> Floats:
-        """Return the velocities of all nodes [m/s], shape (sample, node, 3)."""
-        ...
-
-    @property
-    def work(self) -> Floats:
-        """Return the work done from outside so far [J], shape (sample,)."""
-        ...
-
-    @property
-    def dissipated(self) -> Floats:
-        """Return the energy dissipated so far [J], shape (sample,)."""
-        ...
-
-    @property
-    def error(self) -> Floats:
-        """Return the estimated error of positions [m], shape (sample,)."""
-        ...
 
 
 class Writer(Protocol):

@@ -33,7 +33,7 @@ def rounded(time: float) -> float:
     return float(f"{time:.{DIGITS}g}")
 
 
-class Checkpoint(Struct, frozen=True, eq=False):
+class RestorePoint(Struct, frozen=True, eq=False):
     """What a run goes on from; it can be pickled.
 
     Attributes:
@@ -66,8 +66,8 @@ class SavedRun(Struct, frozen=True, eq=False):
 
     time: float
     actions: tuple[ScheduledAction, ...]
-    bases: tuple[Checkpoint, ...]
-    ahead: Checkpoint | None
+    bases: tuple[RestorePoint, ...]
+    ahead: RestorePoint | None
     looked: tuple[Floats, Floats, Floats] | None
     ending: tuple[Kind, str] | None
 
@@ -94,7 +94,7 @@ class StepwiseRun:
         self._start()
         if saved is None:
             self.time, self.actions = 0.0, list[ScheduledAction]()
-            self._bases = [Checkpoint(0.0, None)]
+            self._bases = [RestorePoint(0.0, None)]
             self._looked: tuple[Floats, Floats, Floats] | None = None
             self._loop.begin()
             self._keep()
@@ -222,12 +222,12 @@ class StepwiseRun:
             while len(self._bases) > 2 and self._bases[1].time < self._bases[-1].time:
                 del self._bases[0]
 
-    def _checkpoint(self) -> Checkpoint:
+    def _checkpoint(self) -> RestorePoint:
         parts: Mapping[str, Any] = self._loop.checkpoint()
         saved = {name: copy(value) for name, value in parts.items()}
         time = self._loop.run_state.state.time
         known = len(self.actions)
-        return Checkpoint(time, saved, known, self._recorder.state(), self._recording.rows())
+        return RestorePoint(time, saved, known, self._recorder.state(), self._recording.rows())
 
     # --- going back ---------------------------------------------------------------------------
 
@@ -245,7 +245,7 @@ class StepwiseRun:
             self._plan = replace(self._plan, breakable=True)
             self._start()
 
-    def _go_back(self, base: Checkpoint) -> None:
+    def _go_back(self, base: RestorePoint) -> None:
         """Go to a checkpoint, and forget what was recorded since."""
         self._looked = None
         self._loop.ending = None

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import fields
 
 from tissuec.core import units
-from tissuec.core.fields import Measure, OneOf
+from tissuec.core.fields import OneOf, Real
 from tissuec.kernels.records import Floats
 
 
@@ -41,9 +41,9 @@ class PropagationChoices(Struct, frozen=True):
     former_force: Annotated[str, OneOf(("kept", "forgotten"))] = "kept"
     repeated: Annotated[str, OneOf(("step", "frame"))] = "step"
     first_step: Annotated[str, OneOf(("whole frame", "last step"))] = "whole frame"
-    growth: Annotated[float, Measure(units.NUMBER, at_least=1.0, at_most=2.0)] = 2.0
+    growth: Annotated[float, Real(units.NUMBER, at_least=1.0, at_most=2.0)] = 2.0
     frame_end: Annotated[str, OneOf(("exact", "open"))] = "exact"
-    smallest_step: Annotated[float, Measure(units.NUMBER, at_least=1e-6, at_most=1.0)] = 1 / 64
+    smallest_step: Annotated[float, Real(units.NUMBER, at_least=1e-6, at_most=1.0)] = 1 / 64
 
     def row(self) -> Floats:
         """Return the choices in the order of ``Work.choices``, dimensionless, shape (7,)."""
@@ -72,7 +72,7 @@ class RelaxationChoices(Struct, frozen=True):
             (velocities).
     """
 
-    threshold: Annotated[float | None, Measure(units.FORCE, above=0.0)] = None
+    threshold: Annotated[float | None, Real(units.FORCE, above=0.0)] = None
     activities: Annotated[str, OneOf(("none", "velocities"))] = "none"
 
 

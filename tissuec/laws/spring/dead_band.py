@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.laws import SPRING_LAWS, C, E
 from tissuec.laws.formula import ZERO, Choice, Formula
 
@@ -18,7 +18,7 @@ class DeadBand(Struct, frozen=True):
         slack: Elongation and compression up to which nothing resists.
     """
 
-    slack: Annotated[float, Measure(units.LENGTH, at_least=0.0)]
+    slack: Annotated[float, Real(units.LENGTH, at_least=0.0)]
 
     def force(self) -> Formula:
         """Return c (e ∓ slack) outside of the band."""

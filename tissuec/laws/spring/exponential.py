@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.laws import REST, SPRING_LAWS, C, E
 from tissuec.laws.formula import Formula, exp
 
@@ -22,7 +22,7 @@ class Exponential(Struct, frozen=True):
         stiffening: The number k; the stiffness is e times as high where the strain is 1/k.
     """
 
-    stiffening: Annotated[float, Measure(units.NUMBER)]
+    stiffening: Annotated[float, Real(units.NUMBER)]
 
     def __post_init__(self) -> None:
         if self.stiffening == 0.0:

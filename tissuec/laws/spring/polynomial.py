@@ -9,7 +9,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.laws import SPRING_LAWS, C, E
 from tissuec.laws.formula import Formula
 
@@ -23,8 +23,8 @@ class Polynomial(Struct, frozen=True):
         cube: The factor b of e³; Pa/m is N/m^3.
     """
 
-    square: Annotated[float, Measure(units.STIFFNESS / units.LENGTH)] = 0.0
-    cube: Annotated[float, Measure(units.STIFFNESS / units.LENGTH**2)] = 0.0
+    square: Annotated[float, Real(units.STIFFNESS / units.LENGTH)] = 0.0
+    cube: Annotated[float, Real(units.STIFFNESS / units.LENGTH**2)] = 0.0
 
     def force(self) -> Formula:
         """Return c e + a e² + b e³."""

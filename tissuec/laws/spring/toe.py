@@ -9,7 +9,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.laws import REST, SPRING_LAWS, C, E
 from tissuec.laws.formula import ZERO, Choice, Formula
 
@@ -24,7 +24,7 @@ class Toe(Struct, frozen=True):
         strain: Where the toe ends and all fibres are straight.
     """
 
-    strain: Annotated[float, Measure(units.NUMBER, above=0.0)]
+    strain: Annotated[float, Real(units.NUMBER, above=0.0)]
 
     def force(self) -> Formula:
         """Return the three pieces, which join with equal slopes."""

@@ -10,7 +10,7 @@ from tissuec.laws.formula import Formula
 
 
 @VISCOSITY_LAWS.member("linear")
-class Linear(Struct, frozen=True):
+class LinearDashpot(Struct, frozen=True):
     """The force d w: in proportion to the speed."""
 
     def force(self) -> Formula:

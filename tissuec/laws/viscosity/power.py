@@ -8,7 +8,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.fields import Measure
+from tissuec.core.fields import Real
 from tissuec.laws import VISCOSITY_LAWS, D, W
 from tissuec.laws.formula import Choice, Formula
 
@@ -25,8 +25,8 @@ class PowerLaw(Struct, frozen=True):
         speed: The speed v at which the force is that of the linear dashpot.
     """
 
-    exponent: Annotated[float, Measure(units.NUMBER, at_least=0.1, at_most=10.0)]
-    speed: Annotated[float, Measure(units.VELOCITY, above=0.0)]
+    exponent: Annotated[float, Real(units.NUMBER, at_least=0.1, at_most=10.0)]
+    speed: Annotated[float, Real(units.VELOCITY, above=0.0)]
 
     def force(self) -> Formula:
         """Return ± d v (|w|/v)ⁿ."""

@@ -4,8 +4,9 @@ import numpy as np
 from msgspec.structs import replace
 
 from tissuec.engine.execution.memory_recorder import MemoryRecording
-from tissuec.engine.execution.recorder import Recorder, Samples
+from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.sampling import SAME, join_times
+from tissuec.engine.method import Samples
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.model import Slots
 from tissuec.model.network import Floats, Indices, Network

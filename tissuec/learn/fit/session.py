@@ -130,7 +130,7 @@ def _scales(session: LearnSession) -> dict[int, float]:
     return found
 
 
-class _Scene(Struct, frozen=True, eq=False):
+class _ExperimentScene(Struct, frozen=True, eq=False):
     """A scene as one experiment has it."""
 
     compiled: Compiled
@@ -171,14 +171,14 @@ def _of_data(
     data: Data,
     request: Request,
     scales: Mapping[int, float],
-) -> _Scene:
+) -> _ExperimentScene:
     """Return the scene as it was set for a measurement."""
     if data.overrides:
         own = replace(request, overrides=(*request.overrides, *data.overrides))
         compiled, _ = compile_request(own)
         fit_problem = next(one for one in compiled.fit_problems if one.name == fit_problem.name)
     shaping = Parametrisation(compiled, fit_problem, _words(compiled, fit_problem), scales)
-    return _Scene(compiled, fit_problem, shaping)
+    return _ExperimentScene(compiled, fit_problem, shaping)
 
 
 def _words(compiled: Compiled, fit_problem: FitProblem) -> WordsModel | None:

@@ -5,7 +5,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from tissuec.core.fields import Measure, OneOf, Several, Whole
+from tissuec.core.fields import OneOf, Real, Several, Whole
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
@@ -56,7 +56,7 @@ def law_text(
 def _entry_text(entry: Entry, value: Any, learned: Mapping[str, LearntNumber]) -> str:
     """Return what stands behind the name of an entry."""
     match entry.kind:
-        case Measure(dimension=dimension):
+        case Real(dimension=dimension):
             if entry.name in learned:
                 return f"= {_learnt(learned[entry.name])}"
             return f"= {exact(value, dimension)}"

@@ -24,7 +24,7 @@ class TableError(ValueError):
 
 
 @MESHES.member("explicit")
-class Explicit(Struct, frozen=True, eq=False):
+class ExplicitMesh(Struct, frozen=True, eq=False):
     """A net given by tables; nodes and springs keep the order of their rows.
 
     It has no entries: ``table nodes of …`` and ``table springs of …`` fill it. Nodes may be

@@ -9,7 +9,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.fields import InFile, Measure, OneOf
+from tissuec.core.fields import InFile, OneOf, Real
 from tissuec.core.files import read_bytes
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.meshes.formats import FormatError, read
@@ -64,10 +64,10 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
 
     file: InFile
     filling: Annotated[str, OneOf(("none", *CRYSTALS, TETRAHEDRA))] = "none"
-    cell: Annotated[float | None, Measure(units.LENGTH, above=0.0)] = None
+    cell: Annotated[float | None, Real(units.LENGTH, above=0.0)] = None
     reach: Annotated[str, OneOf(REACH)] = "nearest neighbours"
     stiffness: Annotated[str, OneOf((EVEN, AREA, VOLUME))] = EVEN
-    merging_distance: Annotated[float | None, Measure(units.LENGTH, at_least=0.0)] = None
+    merging_distance: Annotated[float | None, Real(units.LENGTH, at_least=0.0)] = None
 
     def __post_init__(self) -> None:
         require_limits(self)

@@ -5,7 +5,7 @@ from typing import Any, cast, get_type_hints
 import numpy as np
 
 from tissuec.core import units
-from tissuec.core.fields import FromTo, Measure, OneOf, Point, Whole
+from tissuec.core.fields import FromTo, OneOf, Point, Real, Whole
 
 
 def require_limits(generator: object) -> None:
@@ -32,7 +32,7 @@ def _problem(value: Any, declared: object) -> str:
                 return f'must be a whole number, not "{value}"'
             whole = cast("int | np.integer[Any]", value)
             return _outside(int(whole), at_least, at_most, units.NUMBER)
-        case Measure(dimension, above, at_least, at_most):
+        case Real(dimension, above, at_least, at_most):
             if not np.isfinite(value):
                 return f'must be finite, not "{value}"'
             if above is not None and value <= above:

@@ -8,12 +8,12 @@ from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.position import Position
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("distance")
-class Distance(Scalar):
+class Distance(ScalarMeasure):
     """The distance between the mean positions of A and of B; NaN if a tool holds nothing."""
 
     form = "distance(A, B)"

@@ -6,12 +6,12 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("elastic energy")
-class ElasticEnergy(Scalar):
+class ElasticEnergy(ScalarMeasure):
     """Σ ½ c (L - L0)² over the intact springs of A, and what their branches store."""
 
     form = "elastic energy(A)"

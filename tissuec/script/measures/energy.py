@@ -7,12 +7,12 @@ from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.elastic_energy import ElasticEnergy
 from tissuec.script.measures.kinetic_energy import KineticEnergy
-from tissuec.script.measures.scalar import Scalar
+from tissuec.script.measures.scalar import ScalarMeasure
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("energy")
-class Energy(Scalar):
+class Energy(ScalarMeasure):
     """The kinetic and the elastic energy of A."""
 
     form = "energy(A)"

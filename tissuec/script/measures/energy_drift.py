@@ -7,12 +7,12 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("energy drift")
-class EnergyDrift(Scalar):
+class EnergyDrift(ScalarMeasure):
     """The energy that came or went for no reason, relative to the largest energy so far.
 
     |E - (E0 + work - dissipated + switched)| / scale, where E is kinetic, elastic and gravity

@@ -7,11 +7,11 @@ from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.snapshot import Snapshot
-from tissuec.script.measures.vector import Vector
+from tissuec.script.measures.vector import VectorMeasure
 
 
 @MEASURES.member("force")
-class Force(Vector):
+class SupportForce(VectorMeasure):
     """The support force: minus the sum of all inner forces on the nodes of A.
 
     Of a tool it is taken over what the tool holds then. It is what the instrument feels, the

@@ -9,7 +9,7 @@ from tissuec.core import units
 from tissuec.core.vectors import dot
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 CHUNK = 64
@@ -17,7 +17,7 @@ CHUNK = 64
 
 
 @MEASURES.member("gap")
-class Gap(Scalar):
+class Gap(ScalarMeasure):
     """The smallest distance between nodes of A in different pieces of the net.
 
     0 as long as A is in one piece.

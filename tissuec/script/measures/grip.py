@@ -7,12 +7,12 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("grip")
-class Grip(Scalar):
+class Grip(ScalarMeasure):
     """The force with which the jaws of the forceps A press on what lies between them."""
 
     form = "grip(A)"

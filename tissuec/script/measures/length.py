@@ -6,12 +6,12 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("length")
-class Length(Scalar):
+class Length(ScalarMeasure):
     """The sum of the present lengths of the intact springs of A."""
 
     form = "length(A)"

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("nodes")
-class Nodes(Scalar):
+class Nodes(ScalarMeasure):
     """The number of nodes of a set or body, or of those that a tool holds."""
 
     form = "count(nodes of A)"

@@ -7,12 +7,12 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("pieces")
-class Pieces(Scalar):
+class Pieces(ScalarMeasure):
     """The number of connected pieces of the net that the nodes of A belong to.
 
     Two nodes are in one piece where intact springs lead from one to the other, inside A or not,

@@ -8,11 +8,11 @@ from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.snapshot import Snapshot
-from tissuec.script.measures.vector import Vector
+from tissuec.script.measures.vector import VectorMeasure
 
 
 @MEASURES.member("position")
-class Position(Vector):
+class Position(VectorMeasure):
     """The mean position of the nodes of A; NaN if a tool holds nothing."""
 
     form = "position(A)"

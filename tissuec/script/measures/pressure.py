@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("pressure")
-class Pressure(Scalar):
+class Pressure(ScalarMeasure):
     """The pressure that preserves the volume of the body A; 0 without such a pressure."""
 
     form = "pressure(A)"

@@ -7,12 +7,12 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("ruptured")
-class Ruptured(Scalar):
+class Ruptured(ScalarMeasure):
     """The number of springs of A that broke by themselves until then; true where it is not 0.
 
     Torn by tension or crushed by pressure; the event log distinguishes both.

@@ -10,7 +10,7 @@ from tissuec.script.measures import Subject
 from tissuec.script.measures.snapshot import Snapshot
 
 
-class Scalar:
+class ScalarMeasure:
     """Base of the measures that have one component."""
 
     @staticmethod

@@ -7,12 +7,12 @@ import numpy as np
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("speed")
-class Speed(Scalar):
+class Speed(ScalarMeasure):
     """The speed of the fastest node of A, 0 without any."""
 
     form = "speed(A)"

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("springs")
-class Springs(Scalar):
+class Springs(ScalarMeasure):
     """The number of springs that were neither cut nor ruptured until then."""
 
     form = "count(springs of A)"

@@ -8,12 +8,12 @@ from tissuec.core import units
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("strain")
-class Strain(Scalar):
+class Strain(ScalarMeasure):
     """The largest |L - L0| / L0 among the intact springs of A, 0 without any.
 
     A spring whose rest length L0 is 0 has no strain and is passed over. Where rest lengths

@@ -9,11 +9,11 @@ from tissuec.mechanics import observables
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.snapshot import Snapshot
-from tissuec.script.measures.vector import Vector
+from tissuec.script.measures.vector import VectorMeasure
 
 
 @MEASURES.member("torque")
-class Torque(Vector):
+class Torque(VectorMeasure):
     """The support torque about the mean position of the nodes of A.
 
     It belongs to `force(A)`, with the same sign. About another point P, such as where the

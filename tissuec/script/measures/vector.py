@@ -9,7 +9,7 @@ from tissuec.script.measures import Subject
 from tissuec.script.measures.snapshot import Snapshot
 
 
-class Vector:
+class VectorMeasure:
     """Base of the measures whose components are x, y and z and whose value is the length."""
 
     @staticmethod

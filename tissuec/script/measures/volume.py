@@ -6,12 +6,12 @@ from tissuec.core import units
 from tissuec.model.network import Floats
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.enclosed import surface_of
-from tissuec.script.measures.scalar import Scalar, one_column
+from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("volume")
-class Volume(Scalar):
+class Volume(ScalarMeasure):
     """The present volume inside the closed surface of the body A; 0 if it is open.
 
     Of a lattice it is the sum over all cells, whether they keep their volume or not.

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.fields import Length, Measure, OneOf, Point, Position
+from tissuec.core.fields import Length, OneOf, Point, Position, Real
 from tissuec.model.network import Floats
 from tissuec.script.tools import TOOLS, Shape
 
@@ -33,11 +33,9 @@ class Nozzle(Struct, frozen=True, eq=False):
     diameter: Length
     tip: Position
     direction: Annotated[Floats, Point(units.NUMBER)]
-    density: Annotated[float, Measure(units.DENSITY, above=0.0)] = 1000.0
+    density: Annotated[float, Real(units.DENSITY, above=0.0)] = 1000.0
     surroundings: Annotated[str, OneOf(("gas", "liquid"))] = "gas"
-    spreading: Annotated[float | None, Measure(units.NUMBER, at_least=0.0, at_most=WIDEST)] = (
-        None
-    )
+    spreading: Annotated[float | None, Real(units.NUMBER, at_least=0.0, at_most=WIDEST)] = None
 
     @property
     def growth(self) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats, Indices
-from tissuec.studies.table import Column, Curve, StudyTable
+from tissuec.studies.table import Column, MeasureCurve, StudyTable
 
 
 class LeftOut(Struct, frozen=True):
@@ -56,7 +56,7 @@ class Completed(Struct, frozen=True, eq=False):
     left_out: LeftOut
 
 
-def completed(table: StudyTable, measure: Column | Curve | None = None) -> Completed:
+def completed(table: StudyTable, measure: Column | MeasureCurve | None = None) -> Completed:
     """Return the runs that came to an end, and have a value of a measure if one is given.
 
     Args:
@@ -73,12 +73,12 @@ def completed(table: StudyTable, measure: Column | Curve | None = None) -> Compl
     return Completed(np.flatnonzero(ended & known), left_out)
 
 
-def _has_value(table: StudyTable, measure: Column | Curve | None) -> NDArray[np.bool_]:
+def _has_value(table: StudyTable, measure: Column | MeasureCurve | None) -> NDArray[np.bool_]:
     """Return which runs have a number, of a curve at any time, shape (row,)."""
     match measure:
         case None:
             return np.ones(len(table), dtype=np.bool_)
-        case Curve():
+        case MeasureCurve():
             return np.asarray(np.isfinite(measure.values).any(axis=1))
         case _:
             return np.isfinite(measure.numbers)

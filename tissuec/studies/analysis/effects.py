@@ -10,7 +10,7 @@ from tissuec.studies.analysis.completed import completed, lack_of, measure_of
 from tissuec.studies.table import Column, StudyTable
 
 
-class Effect(Struct, frozen=True):
+class FactorEffect(Struct, frozen=True):
     """The range of a measure over the values of one factor, the others as in the scene.
 
     Attributes:
@@ -31,7 +31,7 @@ class Effect(Struct, frozen=True):
         return self.high - self.low
 
 
-class Effects(Answer[Effect], frozen=True, eq=False, kw_only=True):
+class Effects(Answer[FactorEffect], frozen=True, eq=False, kw_only=True):
     """The effects of all factors with a value, the largest first.
 
     Attributes:
@@ -96,12 +96,12 @@ def effects(table: StudyTable, measure: str) -> Effects:
     )
 
 
-def _effect(factor: Column, column: Column, rows: Sequence[int]) -> Effect:
+def _effect(factor: Column, column: Column, rows: Sequence[int]) -> FactorEffect:
     """Return the range of a measure over some rows."""
     values = column.numbers
     low, high = (choice(rows, key=values.__getitem__) for choice in (min, max))
     at_low, at_high = factor.text(low), factor.text(high)
-    return Effect(factor.name, float(values[low]), float(values[high]), at_low, at_high)
+    return FactorEffect(factor.name, float(values[low]), float(values[high]), at_low, at_high)
 
 
 def _differ(factor: Column, row: int, other: int) -> bool:

@@ -191,7 +191,7 @@ RULES: dict[str, Callable[[Any], ForceRule]] = {
     "Curve": _curve,
 }
 DASHPOTS: dict[str, Callable[[Any], Dashpot]] = {
-    "Linear": lambda law: LINEAR_DASHPOT,
+    "LinearDashpot": lambda law: LINEAR_DASHPOT,
     "PowerLaw": _power,
 }
 

@@ -38,7 +38,7 @@ def tables(words: ResolvedProgram) -> dict[str, Any]:
     """Return everything that a page needs for inference and for showing its results."""
     shapes = Shapes()
     vocabulary = words.vocabulary
-    writer = _Writer(words, shapes)
+    writer = _VocabularyWriter(words, shapes)
     return {
         "faintest": FAINTEST,
         "reach": REACH,
@@ -77,7 +77,7 @@ class Shapes:
                 return {"xs": shape.xs, "ys": shape.ys}
 
 
-class _Writer:
+class _VocabularyWriter:
     """Writes the parts of one vocabulary."""
 
     def __init__(self, words: ResolvedProgram, shapes: Shapes):

@@ -52,7 +52,7 @@ class Capsule(NamedTuple):
 
 
 @PLOTS.member("frames")
-class Frames(Struct, frozen=True):
+class FramesPlot(Struct, frozen=True):
     """The net at some moments: springs coloured by tension, or skins in the light.
 
     Of solid bodies only the springs on the side that is looked at are drawn.
@@ -170,7 +170,7 @@ class Shown(Struct, frozen=True, eq=False):
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, plot: Frames, trajectory: "Trajectory") -> "Shown":
+    def of(cls, plot: FramesPlot, trajectory: "Trajectory") -> "Shown":
         """Read the drawable contents of a result.
 
         Raises:

@@ -28,7 +28,7 @@ NOTHING = 1e-9  # of the largest component: one that is smaller is not there
 
 
 @PLOTS.member("logs")
-class Logs(Struct, frozen=True):
+class LogsPlot(Struct, frozen=True):
     """Forces, and what else a scene logs, over time; vectors with components and magnitude.
 
     Attributes:

@@ -9,8 +9,8 @@ from tissuec.core.errors import TissueError, counted
 from tissuec.results import wording
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.energies import EnergyPlot
-from tissuec.view.plots.frames import Frames
-from tissuec.view.plots.logs import Logs
+from tissuec.view.plots.frames import FramesPlot
+from tissuec.view.plots.logs import LogsPlot
 from tissuec.view.plots.options import Direction
 from tissuec.view.plots.over_time import WIDTH, Panel, picture_of
 from tissuec.view.plots.page import Canvas, Picture
@@ -67,10 +67,10 @@ class Overview(Struct, frozen=True):
         panels: list[Panel] = []
         notes: list[str] = []
         if len(trajectory.times):
-            parts.append(Frames(view=self.view).picture(subjects))
+            parts.append(FramesPlot(view=self.view).picture(subjects))
         if any(len(log.time) for log in trajectory.logs.values()):
             names = [name for name, log in trajectory.logs.items() if len(log.time)]
-            panels, notes = Logs(log=_telling(names)).panels(subjects)
+            panels, notes = LogsPlot(log=_telling(names)).panels(subjects)
             if len(names) > MOST_LOGS:
                 left = counted(len(names) - MOST_LOGS, "log")
                 notes.append(f"{left} more: tissuec plot {trajectory.path} --kind logs")

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @PLOTS.member("response")
-class Response(StudyPlot, frozen=True):
+class ResponsePlot(StudyPlot, frozen=True):
     """Measures of a study against one factor, with a curve for each combination of the others.
 
     Attributes:

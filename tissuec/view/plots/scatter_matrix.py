@@ -32,7 +32,7 @@ BINS = 12
 LINE = 16  # letters of a label
 
 
-class Dimension(Struct, frozen=True, eq=False):
+class PlottedVariable(Struct, frozen=True, eq=False):
     """A factor or measure.
 
     Attributes:
@@ -87,17 +87,19 @@ class ScatterMatrix(StudyPlot, frozen=True):
         return Picture(side, side, draw, tuple(notes))
 
 
-def _dimensions(table: StudyTable, names: Sequence[str]) -> list[Dimension]:
+def _dimensions(table: StudyTable, names: Sequence[str]) -> list[PlottedVariable]:
     rows = completed(table).rows
     axes = [FactorAxis.of(factor) for factor in table.factors]
-    found = [Dimension(one.label, one.places()[rows], one.words) for one in axes]
+    found = [PlottedVariable(one.label, one.places()[rows], one.words) for one in axes]
     for measure in chosen_measures(table, names):
         scale = scale_of_measure(measure, rows)
-        found.append(Dimension(scale.label(measure.name), scale.of(measure.numbers[rows])))
+        found.append(
+            PlottedVariable(scale.label(measure.name), scale.of(measure.numbers[rows]))
+        )
     return found
 
 
-def _draw(axes: "Axes", x: Dimension, y: Dimension, *, is_own: bool) -> None:
+def _draw(axes: "Axes", x: PlottedVariable, y: PlottedVariable, *, is_own: bool) -> None:
     axes.grid(visible=False)
     if is_own:
         known = x.values[np.isfinite(x.values)]

@@ -11,7 +11,7 @@ from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.palette import AMOUNT
 from tissuec.studies.analysis.completed import completed
-from tissuec.studies.table import Curve, StudyTable
+from tissuec.studies.table import MeasureCurve, StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import beside, look
 from tissuec.view.plots.page import Canvas
@@ -44,7 +44,7 @@ class StudyCurves(StudyPlot, frozen=True):
         return Panels([partial(_draw, table, one) for one in curves], left_out(table, curves))
 
 
-def _chosen(table: StudyTable, names: Sequence[str]) -> list[Curve]:
+def _chosen(table: StudyTable, names: Sequence[str]) -> list[MeasureCurve]:
     by_key = {key_of(curve.name): curve for curve in table.curves}
     if not by_key:
         raise TissueError(
@@ -57,7 +57,7 @@ def _chosen(table: StudyTable, names: Sequence[str]) -> list[Curve]:
     return [by_key[key_of(name)] for name in names] or list(table.curves)
 
 
-def _draw(table: StudyTable, curve: Curve, sheet: Canvas, axes: "Axes") -> None:
+def _draw(table: StudyTable, curve: MeasureCurve, sheet: Canvas, axes: "Axes") -> None:
     value, time = scale_of(curve.unit, [curve.values]), scale_of("s", [curve.times])
     axis = FactorAxis.of(factor_of(table, None)) if table.factors else None
     places = np.zeros(len(table)) if axis is None else axis.places()

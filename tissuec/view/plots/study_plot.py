@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.studies.analysis.completed import completed
-from tissuec.studies.table import Column, Curve, StudyTable
+from tissuec.studies.table import Column, MeasureCurve, StudyTable
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.study_axes import Measures
 from tissuec.view.plots.subjects import PlotSubject
@@ -89,7 +89,7 @@ class StudyPlot(Struct, frozen=True):
         return Picture(self.width, height, draw, tuple(panels.notes))
 
 
-def left_out(table: StudyTable, shown: Iterable[Column | Curve]) -> list[str]:
+def left_out(table: StudyTable, shown: Iterable[Column | MeasureCurve]) -> list[str]:
     """Return which runs a picture leaves out.
 
     Args:

@@ -14,7 +14,7 @@ from tissuec.results.recording import Event, ExpectationResult
 from tissuec.results.trajectory import Trajectory
 from tissuec.validate.summary import HEADINGS
 from tissuec.view.report.texts import Texts, file_name
-from tissuec.view.report.verdict import Kind, Tone, Verdict, kind_of
+from tissuec.view.report.verdict import Headline, Kind, Tone, kind_of
 
 #: Verdicts of a validation that nobody has to be warned of.
 _FINE = ("kept", "nothing promised")
@@ -108,21 +108,23 @@ class ReportContent:
         return sum(one.state == state for one in self.expectations)
 
     @cached_property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> Headline:
         """What a reader sees first."""
         failed = self.count("fails")
         if self.kind == "stopped":
-            return Verdict("bad", "stopped", self._reasons)
+            return Headline("bad", "stopped", self._reasons)
         if failed:
-            return Verdict("bad", "expectations fail", self._reasons)
+            return Headline("bad", "expectations fail", self._reasons)
         if self.validation is not None and self.validation["verdict"] in _BAD:
             heading = HEADINGS[self.validation["verdict"]]
-            return Verdict("bad", f"validated: {heading}", self._reasons)
+            return Headline("bad", f"validated: {heading}", self._reasons)
         if self.kind == "unfinished":
-            return Verdict("open", "unfinished", self._reasons)
+            return Headline("open", "unfinished", self._reasons)
         word = "done, expectations hold" if self.count("holds") else "done"
         tone: Tone = "warned" if self._reasons else "good"
-        return Verdict(tone, f"{word}, with warnings" if self._reasons else word, self._reasons)
+        return Headline(
+            tone, f"{word}, with warnings" if self._reasons else word, self._reasons
+        )
 
     @cached_property
     def _reasons(self) -> tuple[tuple[str, str], ...]:

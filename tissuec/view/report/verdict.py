@@ -12,7 +12,7 @@ Tone = Literal["good", "bad", "warned", "open"]
 SIGNS: Mapping[Tone, str] = {"good": "✓", "bad": "✗", "warned": "!", "open": "…"}
 
 
-class Verdict(Struct, frozen=True):
+class Headline(Struct, frozen=True):
     """The headline of a report.
 
     Attributes:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from math import inf, isfinite
 from typing import Any
 
-from tissuec.analysis.bodies import BodyProperties, Breaking, Vibration
+from tissuec.analysis.bodies import BodyProperties, BreakingStrength, Vibration
 from tissuec.core.data import as_data
 from tissuec.core.units import (
     DENSITY,
@@ -97,7 +97,7 @@ def _by_direction(
     return show(mean, dimension), remark
 
 
-def _breaking(breaking: Breaking, elasticity: Elasticity | None) -> Row:
+def _breaking(breaking: BreakingStrength, elasticity: Elasticity | None) -> Row:
     least, median, largest = breaking.stretch
     value = f"{median:.3g} times its length"
     if breaking.stress is not None and elasticity is not None:
