@@ -255,6 +255,8 @@ def read(tmp_path, monkeypatch, families_stay):
     monkeypatch.setattr(
         "tissuec.engine.execution.companion.STARTING", 1e9
     )  # what is shown is the same
+    # Pictures are not looked at, and to lay out their axes takes half of their time.
+    monkeypatch.setattr("tissuec.view.plots.page._lay_out", lambda figure: None)
 
     def read(page, *, whole):
         reader = Reader()

@@ -12,6 +12,8 @@ from tissuec.core.errors import TissueError
 from tissuec.view.plots import draw
 from tissuec.view.plots.stability import COLOURS, UNKNOWN
 
+pytestmark = pytest.mark.usefixtures("unplaced")
+
 
 def test_every_point_stands_at_its_error_and_time():
     (axes,) = draw(None, BENCH).axes
@@ -66,7 +68,7 @@ def test_the_signs_are_explained_and_counted():
     assert texts == ["ok (3): as promised", "WRONG (1): silently wrong"]
 
 
-def test_all_explanations_are_on_the_page():
+def test_all_explanations_are_on_the_page(placed):
     verdicts = [{**STRESS["verdicts"][0], "kind": kind} for kind in (*SIGNS, *SIGNS)]
     signs = {kind: list(sign) for kind, sign in SIGNS.items()}
     figure = draw(None, STRESS | {"verdicts": verdicts, "signs": signs})

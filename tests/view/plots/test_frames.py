@@ -12,6 +12,8 @@ from tissuec.view.plots import draw, net
 from tissuec.view.plots.frames import moments, telling_frames
 from tissuec.view.plots.projection import Projection
 
+pytestmark = pytest.mark.usefixtures("unplaced")
+
 PRESS = """language 1
 tissue flesh { spring constant = 200 N/m; viscosity = 50 mN*s/m; mass = 0.2 g }
 body block {

@@ -177,7 +177,7 @@ def test_every_format_is_written_and_the_same_again(kind, suffix, drawn, folder,
     assert b"CreationDate" not in one and b"<dc:date>" not in one
 
 
-@pytest.mark.parametrize("kind", ["logs", "words"])
+@pytest.mark.parametrize("kind", ["logs", pytest.param("words", marks=pytest.mark.slow)])
 def test_users_keep_their_own_style(kind, folder):
     with matplotlib.rc_context():
         matplotlib.rcParams.update({"axes.facecolor": "black", "font.size": 30.0})
@@ -227,8 +227,8 @@ def test_neighbouring_series_differ_in_lightness_or_dashes():
     assert len({str(dash) for dash in DASHES}) == len(DASHES)
 
 
-def test_notebooks_show_figures(folder):
-    figure = draw("work-precision", folder / "bench.json")
+def test_notebooks_show_figures(drawn):
+    figure = drawn("work-precision")
     assert figure._repr_png_().startswith(b"\x89PNG")
     stream = BytesIO()
     figure.savefig(stream, format="svg")

@@ -19,6 +19,8 @@ from tissuec.view.plots import draw
 from tissuec.view.plots.over_time import Panel, TimeCurve, draw_panels
 from tissuec.view.plots.page import new_sheet
 
+pytestmark = pytest.mark.usefixtures("unplaced")
+
 
 def lines_of(axes):
     """Return the curves with points by their names, without the marks of events."""

@@ -11,6 +11,8 @@ from tissuec.cli import group
 from tissuec.core.errors import TissueError
 from tissuec.view.plots import PLOTS, draw
 
+pytestmark = pytest.mark.usefixtures("unplaced")
+
 
 @pytest.fixture
 def call(tmp_path, monkeypatch):

@@ -10,6 +10,8 @@ from tissuec.core.errors import TissueError
 from tissuec.studies.rows import FactorHead
 from tissuec.view.plots import WrongOption, draw
 
+pytestmark = pytest.mark.usefixtures("unplaced")
+
 
 @pytest.mark.parametrize(
     ("table", "kind"),
@@ -84,7 +86,7 @@ def test_a_refinement_names_the_level_that_failed():
 
 
 @pytest.mark.parametrize("width", [60.0, 90.0, 160.0, 300.0])
-def test_numbers_of_a_refinement_do_not_touch(width):
+def test_numbers_of_a_refinement_do_not_touch(width, placed):
     steps = [(20.0 / 2**n,) for n in range(12)]
     step = FactorHead("step", "ms")
     table = tables.table_of("grid", [step], steps, lambda h: (1.0 + h**2,))

@@ -11,6 +11,8 @@ from tissuec.view.plots import draw
 from tissuec.view.plots import rules as drawn_rules
 from tissuec.view.plots.rules import POINTS
 
+pytestmark = pytest.mark.usefixtures("unplaced")
+
 SHAPES = """language 1
 property wetness from 0 to 10 { dry = points(0, 1, 2, 1, 4, 0); damp = gaussian(5, 1)
   wet = trapezoid(5, 8, 10, 10) }
