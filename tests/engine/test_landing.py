@@ -203,7 +203,7 @@ def test_same_run_gives_the_same_bytes(method, backend):
 @pytest.mark.parametrize("method", MEMBERS)
 def test_both_tiers_agree_to_rounding(method, ledger):
     # Equations of implicit steps so exactly that both backends break off after the same round.
-    asked = {"step": 2e-4, "tolerance": 1e-12, "duration": 0.05, "ledger": ledger}
+    asked = {"step": 2e-4, "tolerance": 1e-12, "duration": 0.03, "ledger": ledger}
     interpreted, compiled = (
         suited_tube(method, backend=backend, **asked).run() for backend in BACKENDS
     )
@@ -238,19 +238,19 @@ def test_run_resumed_from_any_checkpoint_gives_the_same_bytes(method, backend):
 
 
 def test_pause_is_offered_between_steps_also_while_a_condition_is_watched(monkeypatch):
-    monkeypatch.setitem(CALL_SPRINGS, "interpreted", 100 * 20)
-    bench = Bench(pair(), 0.05, method="velocity verlet", step=1e-5, backend="interpreted")
+    monkeypatch.setitem(CALL_SPRINGS, "interpreted", 100 * 4)
+    bench = Bench(pair(), 0.01, method="velocity verlet", step=1e-5, backend="interpreted")
     asked = []
 
     def pause(time):
         asked.append(time)
         return len(asked) == 2
 
-    end = bench.engine.advance(bench.state, 0.05, lambda time, x, v: False, pause)
+    end = bench.engine.advance(bench.state, 0.01, lambda time, x, v: False, pause)
     assert (end.kind, end.time) == ("paused", asked[-1])
-    assert 0.0 < asked[0] < asked[1] < 0.05
+    assert 0.0 < asked[0] < asked[1] < 0.01
     assert bench.engine.checkpoint() is not None
-    assert bench.advance(0.05).kind == "reached"
+    assert bench.advance(0.01).kind == "reached"
 
 
 def test_condition_that_holds_for_a_part_of_a_period_is_seen_at_the_first_one():

@@ -48,7 +48,7 @@ def tumbling(**asked):
 
 
 def lattice(**asked):
-    net = block(8, stiffness=10.0, mass=1e-5, damping=1e-3)
+    net = block(6, stiffness=10.0, mass=1e-5, damping=1e-3)
     fixed = np.flatnonzero(net.position[:, 2] == 0.0)
     return Bench(net, 0.1, gravity=(0.0, 0.0, -9.81), fixed=fixed, **asked)
 

@@ -64,7 +64,7 @@ def keen(monkeypatch):
     monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
 
 
-def shaken(network, name, threads, *, steps=6):
+def shaken(network, name, threads, *, steps=3):
     """Return all numbers of a run from random velocities, and its engine."""
     state = State.start(network, gravity=np.zeros(3), drag=0.0)
     state.velocity[:] = np.random.default_rng(5).normal(0.0, 0.1, state.velocity.shape)

@@ -16,7 +16,7 @@ def height(position):
 
 def lifted(method, *, threshold, surveyed, more=False):
     """Return a run that stops where a node passes a height, and goes on, and what was asked."""
-    bench = lifted_tube(0.4, method=method, tolerance=METHODS[method], ledger=True)
+    bench = lifted_tube(0.3, method=method, tolerance=METHODS[method], ledger=True)
     start = height(bench.state.position)
     asked, ends = [], []
 
@@ -30,7 +30,7 @@ def lifted(method, *, threshold, surveyed, more=False):
     while not ends or ends[-1].kind == "triggered":
         condition = None if ends else watch
         vectorised = survey if surveyed and not ends else None
-        ends.append(bench.engine.advance(bench.state, 0.4, condition, None, vectorised))
+        ends.append(bench.engine.advance(bench.state, 0.3, condition, None, vectorised))
     bench.engine.finish(bench.state)
     return bench.ran(ends[0]), [(end.kind, end.time) for end in ends], asked
 
