@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
+from tissuec.compiler.initial_state import state_at_start
 from tissuec.core.errors import CompileError, render
 from tissuec.core.resources import library
 from tissuec.core.source import Source

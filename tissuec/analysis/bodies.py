@@ -15,9 +15,9 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.analysis.vibration.modes import modes_of
-from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.compiler.initial_state import state_at_start
 from tissuec.core.errors import SimulationError, TissueError, counted
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of

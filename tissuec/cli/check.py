@@ -54,7 +54,7 @@ def _check(
     path: Path, overrides: tuple[str, ...], libraries: tuple[Path, ...]
 ) -> tuple[list[Diagnostic], str]:
     """Return what is to be said about a file, and how large its scene is."""
-    from tissuec.compiler.checks import uncounted
+    from tissuec.compiler.net_checks import uncounted
     from tissuec.pipeline import check_request
     from tissuec.scene.request import Request
 

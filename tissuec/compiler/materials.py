@@ -8,20 +8,19 @@ goes before all of this. A mesh may say which share of c and d each spring gets.
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import NoReturn, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.matter import Matter, MatterReader
 from tissuec.compiler.poisson import Poisson, poisson_of
 from tissuec.compiler.shells import hinges_of
+from tissuec.compiler.tissue_parts import USES, Material, TissueParts, part_numbers
 from tissuec.core.errors import Note
 from tissuec.core.hints import Hint, insertion
 from tissuec.core.names import key_of
-from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.forces.branches import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
@@ -32,43 +31,20 @@ from tissuec.model.hinges import Hinges
 from tissuec.model.network import Floats, Origin, Provenance
 from tissuec.scene.bodies import INTERFACES
 from tissuec.scene.findings import Findings
-from tissuec.scene.laws import LAW_KINDS
-from tissuec.scene.model import AssignedQuantity, Tissue, WrittenLaws
+from tissuec.scene.model import AssignedQuantity, WrittenLaws
 from tissuec.scene.quantities import (
-    FIBRE_MODULUS,
     OF_MATTER,
     POISSONS_RATIO,
     QUANTITIES,
     SHARES,
     YOUNGS_MODULUS,
-    TissueQuantity,
 )
-from tissuec.scene.written_numbers import LARGEST_SHARE
 
 #: An array of the network and where its numbers are from.
 Explained: TypeAlias = tuple[Floats, Provenance]
-#: Which law replaces the use of a quantity, and as what its formula would use it.
-_USES = {
-    name: (kind.word, variable)
-    for kind in LAW_KINDS
-    for form in kind.forms
-    for name, (variable, _) in form.names.items()
-    if name in QUANTITIES and name != YOUNGS_MODULUS
-}
-
-
 #: What springs between two parts may be made of.
 _RULES = ("", *INTERFACES)
 _SAYS_NOTHING, _MEAN, _SOFTER, _ = range(len(_RULES))
-
-
-class Material(Struct, frozen=True):
-    """Material of one part of a body."""
-
-    name: str
-    tissue: Tissue | None
-    prestress: AssignedQuantity | None  # overrides the tissue's
-    span: Span
 
 
 class MaterialReader:
@@ -93,11 +69,7 @@ class MaterialReader:
         self.shares = drawing.mesh.shares
         self._reader: MatterReader | None = None
         self._shared_out: dict[float, Matter] = {}  # by what fibres add
-        self.materials = [Material(body.name, body.tissue, None, body.span)]
-        self.materials += (
-            Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
-            for region in body.regions
-        )
+        self.parts = TissueParts(body, findings)
         #: How springs between two parts are made: places in ``_RULES``, shape (spring,).
         self.rule = np.full(len(self.length), _RULES.index(body.interface), dtype=np.int8)
         self._take_springs_apart()
@@ -114,9 +86,7 @@ class MaterialReader:
             if part.rule:
                 self.rule[chosen] = _RULES.index(part.rule)
                 continue
-            self.end_parts[chosen] = len(self.materials)
-            tissue = part.tissue or self.body.tissue
-            self.materials.append(Material(part.name, tissue, part.prestress, part.span))
+            self.end_parts[chosen] = self.parts.add(part)
 
     def _need_an_interface(self) -> None:
         """Reject springs between regions of which nothing says what they are made of."""
@@ -124,7 +94,8 @@ class MaterialReader:
         if not is_open.any():
             return
         first, second = (
-            self.materials[int(k)].name for k in self.end_parts[np.argmax(is_open)].tolist()
+            self.parts.materials[int(k)].name
+            for k in self.end_parts[np.argmax(is_open)].tolist()
         )
         self.findings.reject(
             "TIS304",
@@ -136,7 +107,7 @@ class MaterialReader:
 
     def read(self) -> dict[str, Explained]:
         """Return every parameter array of the network, by name."""
-        self._refuse_idle_fibres()
+        self.parts.refuse_idle_fibres()
         return {"mass": self._mass(), **self.read_springs()}
 
     def read_springs(self) -> dict[str, Explained]:
@@ -155,7 +126,7 @@ class MaterialReader:
         """Return the law of each spring by number, shape (spring,), and all laws."""
         laws = [LINEAR]
         numbers: list[int] = []
-        for material in self.materials:
+        for material in self.parts.materials:
             law = _law_of(material)
             if law not in laws:
                 laws.append(law)
@@ -165,7 +136,9 @@ class MaterialReader:
         first, second = (np.where(self.bends | self.is_typed, 0, e) for e in (first, second))
         is_mixed = (first != second) & (self.rule == _MEAN)
         if (mixed := np.flatnonzero(is_mixed)).size:
-            parts = sorted({self.materials[int(k)].name for k in self.end_parts[mixed[0]]})
+            parts = sorted(
+                {self.parts.materials[int(k)].name for k in self.end_parts[mixed[0]]}
+            )
             self.findings.reject(
                 "TIS309",
                 f"springs between {' and '.join(parts)} cannot be the mean of two laws",
@@ -198,7 +171,7 @@ class MaterialReader:
 
     def _uses(self, name: str) -> NDArray[np.bool_]:
         """Return which springs have a law from the table that uses a quantity."""
-        variable = _USES.get(name, ("", ""))[1]
+        variable = USES.get(name, ("", ""))[1]
         used = np.array(
             [
                 not variable or variable in variables(law.elastic) | variables(law.viscous)
@@ -218,11 +191,11 @@ class MaterialReader:
         """
         assert self.body.bending is not None
         for name in ("spring constant", "viscosity"):
-            found = self._found(name)
-            for number in _numbers_in(self.end_parts[self.bends]):
+            found = self.parts.found(name)
+            for number in part_numbers(self.end_parts[self.bends]):
                 if found[number] is None:
                     needed = Note("needed by its bending springs", self.body.bending.span)
-                    self._missing(name, self.materials[number], needed)
+                    self.parts.missing(name, self.parts.materials[number], needed)
         part = self.body.bending.part
         pull = arrays["stiffness"][0] * self.length  # of each spring at a strain of 1
         own, beside = pull[self.bends], self._beside(pull)
@@ -251,7 +224,7 @@ class MaterialReader:
 
     def _is_said(self, name: str) -> NDArray[np.bool_]:
         """Return for which springs a tissue or a table says a quantity, shape (spring,)."""
-        given = np.array([g is not None for g in self._found(name)])
+        given = np.array([g is not None for g in self.parts.found(name)])
         column = self.columns.springs.get(name)
         return given[self.end_parts].any(axis=1) | ~_is_open(column, self.length)
 
@@ -264,10 +237,12 @@ class MaterialReader:
             if not half.any():
                 continue
             parts: list[int] = self.end_parts[np.argmax(half)].tolist()
-            given = [g for g in (self._found(name)[part] for part in parts) if g is not None]
+            given = [
+                g for g in (self.parts.found(name)[part] for part in parts) if g is not None
+            ]
             tables = self.body.tables
             where = tables.springs.name.span if tables and tables.springs else self.body.span
-            modulus = [self._found("spring constant")[part] for part in parts]
+            modulus = [self.parts.found("spring constant")[part] for part in parts]
             is_matter = any(g is not None and g.quantity.is_of_matter for g in modulus)
             lacking = QUANTITIES[
                 OF_MATTER[other][0] if is_matter and OF_MATTER[other] else other
@@ -314,7 +289,7 @@ class MaterialReader:
             origins = [Origin(self.body.mass_span, "written")]
             index = np.zeros_like(self.node_part)
         else:
-            given = self._given("mass", self.node_part[_is_open(column, self.node_part)])
+            given = self.parts.given("mass", self.node_part[_is_open(column, self.node_part)])
             share = {"whole body": len(self.node_part)}
             per_node = [0.0 if g is None else g.value / share.get(g.spread, 1) for g in given]
             values, index = np.array(per_node)[self.node_part], self.node_part
@@ -362,8 +337,8 @@ class MaterialReader:
         """Return a quantity of every spring from tables, materials and the interface."""
         column = self.columns.springs.get(name)
         is_open, is_used = _is_open(column, self.length), self._uses(name)
-        self._expect(name, self.end_parts[is_open & is_used])
-        given = self._given(name, self.end_parts[is_open & ~self.is_typed])
+        self.parts.expect(name, self.end_parts[is_open & is_used])
+        given = self.parts.given(name, self.end_parts[is_open & ~self.is_typed])
         first, second = self._at_ends(name, given)
         if name in (*TIMES, VISCOSITY):  # of what one side has alone, there is half as much
             first, second = (
@@ -373,7 +348,7 @@ class MaterialReader:
         value = np.where(self.is_inner, first, self._joined(first, second))
         origins = [self._origin(g) for g in given]
         index = self.end_parts[:, 0].copy()
-        for rule in _numbers_in(self.rule[~self.is_inner]):
+        for rule in part_numbers(self.rule[~self.is_inner]):
             index[~self.is_inner & (self.rule == rule)] = len(origins)
             origins.append(Origin(self.body.span, f"interface {_RULES[rule]}"))
         if (idle := self.is_typed & ~is_used & np.isnan(value)).any():
@@ -434,7 +409,7 @@ class MaterialReader:
         match key_of(given.quantity.name):
             case "young's modulus":
                 springs = 1.0 if self.poisson is None else self.poisson.of_springs
-                added = self._added_by_fibres(given) / springs
+                added = self.parts.added_by_fibres(given) / springs
                 each = springs * self._matter(given, added).stiffness
             case "shear viscosity":
                 matter = self._matter(given, 0.0)
@@ -444,7 +419,7 @@ class MaterialReader:
             case "retardation time":
                 each = self.stiffness[0]
             case share if share in SHARES:
-                each = self.stiffness[0] / (1.0 - self._relaxing_beside(given))
+                each = self.stiffness[0] / (1.0 - self.parts.relaxing_beside(given))
             case _:
                 return self._at_limit(given)
         each = given.value * each
@@ -459,20 +434,20 @@ class MaterialReader:
         """
         return hinges_of(
             self.drawing, next(iter(self._shared_out.values()), None),
-            self._found("spring constant"),
+            self.parts.found("spring constant"),
             arrays["stiffness"], arrays["damping"], self.findings,
         )  # fmt: skip
 
     @cached_property
     def poisson(self) -> Poisson | None:
         """The Poisson's ratio of the body; None where its springs are what they are."""
-        used = _numbers_in(np.append(self.node_part, self.end_parts))
-        said = [m.tissue and m.tissue.given.get(POISSONS_RATIO) for m in self.materials]
+        used = part_numbers(np.append(self.node_part, self.end_parts))
+        said = [m.tissue and m.tissue.given.get(POISSONS_RATIO) for m in self.parts.materials]
         ratios = [said[number] for number in used]
         given = next((one for one in ratios if one is not None), None)
         if given is None:
             return None
-        found = self._found("spring constant")
+        found = self.parts.found("spring constant")
         return poisson_of(
             self.body, self._matter(given), ratios, [found[number] for number in used],
             self.findings,
@@ -485,90 +460,17 @@ class MaterialReader:
             case "breaking strain":
                 return self._behaviour.pull(given.value * rest)
             case "toughness":
-                section = constant * self.length / self._modulus_beside(given)
+                section = constant * self.length / self.parts.modulus_beside(given)
                 energy = self._matter(given).tearing * given.value * section
                 return force_at_energy(self._behaviour, energy)
             case _:
-                return constant * rest * given.value / self._modulus_beside(given)
+                return constant * rest * given.value / self.parts.modulus_beside(given)
 
     @property
     def _behaviour(self) -> Behaviour:
         """Return what the springs do, but for their dashpots."""
         (constant, _), (rest, _), (law, laws) = self.stiffness, self.rest, self.laws()
         return Behaviour(laws, law, constant, np.zeros_like(constant), rest)
-
-    def _relaxing_beside(self, share: AssignedQuantity) -> float:
-        """Return the sum of all shares of the tissue that one belongs to."""
-        given = self._beside_in_tissue(share)
-        total = sum(given[key].value for key in SHARES if key in given)
-        if total > LARGEST_SHARE:
-            self.findings.reject(
-                "TIS309",
-                f"the shares that relax make up {100.0 * total:.0f} % of the modulus",
-                share.span,
-                hint="the shares must be less than 100 %: write smaller ones",
-                notes=(Note(f"used by {self.body.name}", self.body.span),),
-            )
-        return total
-
-    def _modulus_beside(self, stress: AssignedQuantity) -> float:
-        """Return the modulus of the tissue that a stress belongs to, along any fibres [Pa]."""
-        beside = self._beside_in_tissue(stress)
-        modulus = beside.get(YOUNGS_MODULUS)
-        if modulus is not None:
-            return beside.get(FIBRE_MODULUS, modulus).value
-        what = stress.quantity
-        self.findings.reject(
-            "TIS304",
-            f"a {what.name} needs a Young's modulus",
-            stress.span,
-            hint=f"for single springs, write {_instead_of(what)} instead",
-            notes=(Note(f"used by {self.body.name}", self.body.span),),
-        )
-
-    def _beside_in_tissue(self, given: AssignedQuantity) -> Mapping[str, AssignedQuantity]:
-        """Return all quantities of the tissue that one belongs to."""
-        tissues = (m.tissue for m in self.materials if m.tissue is not None)
-        return next(t.given for t in tissues if given in t.given.values())
-
-    def _refuse_idle_fibres(self) -> None:
-        """Reject a direction without fibres, and fibres without a body that they stiffen."""
-        given = [m.tissue.given for m in self.materials if m.tissue is not None]
-        along = [one[FIBRE_MODULUS] for one in given if FIBRE_MODULUS in one]
-        if self.body.fibres is not None and not along:
-            self.findings.reject(
-                "TIS306",
-                f"fibres of {self.body.name} have no effect: its tissue has no fibre modulus",
-                self.body.fibres_span or self.body.span,
-                hint="write a fibre modulus in the tissue, or remove fibres",
-            )
-        for one in given:
-            if FIBRE_MODULUS in one and YOUNGS_MODULUS not in one:
-                self.findings.reject(
-                    "TIS304",
-                    "a fibre modulus needs a Young's modulus",
-                    one[FIBRE_MODULUS].span,
-                    hint="write a Young's modulus, which applies across the fibres",
-                    notes=(Note(f"used by {self.body.name}", self.body.span),),
-                )
-
-    def _added_by_fibres(self, given: AssignedQuantity) -> float:
-        """Return what fibres of a tissue add to its Young's modulus, as a part of it."""
-        beside = self._beside_in_tissue(given)
-        if FIBRE_MODULUS not in beside:
-            return 0.0
-        fibres, modulus = beside[FIBRE_MODULUS], beside[YOUNGS_MODULUS]
-        if fibres.value < modulus.value:
-            self.findings.reject(
-                "TIS309",
-                "the fibre modulus is less than Young's modulus: tissue is not softer along "
-                "its "
-                "fibres than across them",
-                fibres.span,
-                hint="write a larger fibre modulus, or remove it",
-                notes=(Note(f"used by {self.body.name}", self.body.span),),
-            )
-        return fibres.value / modulus.value - 1.0
 
     def _matter(self, given: AssignedQuantity, added: float | None = None) -> Matter:
         """Return how the matter of the body is shared out, which a quantity asks for.
@@ -578,8 +480,8 @@ class MaterialReader:
                 says if None.
         """
         if added is None:
-            has = YOUNGS_MODULUS in self._beside_in_tissue(given)
-            added = self._added_by_fibres(given) if has else 0.0
+            has = YOUNGS_MODULUS in self.parts.beside(given)
+            added = self.parts.added_by_fibres(given) if has else 0.0
         if added not in self._shared_out:
             if self._reader is None:
                 self._reader = MatterReader(self.drawing, given.span, self.findings)
@@ -592,7 +494,7 @@ class MaterialReader:
 
         Spring constants decide for all quantities, so that an interface is made of one side.
         """
-        first, second = self._at_ends("spring constant", self._found("spring constant"))
+        first, second = self._at_ends("spring constant", self.parts.found("spring constant"))
         return np.asarray(first <= second)
 
     def _joined(self, first: Floats, second: Floats) -> Floats:
@@ -602,80 +504,6 @@ class MaterialReader:
             return mean
         takes_first = self._first_is_softer == (self.rule == _SOFTER)
         return np.where(self.rule == _MEAN, mean, np.where(takes_first, first, second))
-
-    # --- tissues ------------------------------------------------------------------------------
-
-    def _given(self, name: str, used: NDArray[np.integer]) -> list[AssignedQuantity | None]:
-        """Return the quantity of each part; rejects a part in use that has none."""
-        given = self._found(name)
-        for number in _numbers_in(used):
-            if given[number] is None and QUANTITIES[name].default is None:
-                given[number] = self._unused(name, self.materials[number])
-        return given
-
-    def _expect(self, name: str, used: NDArray[np.integer]) -> None:
-        """Reject a part that has none of a quantity which laws in the table use."""
-        found = self._found(name)
-        for number in _numbers_in(used):
-            if found[number] is None and QUANTITIES[name].default is None:
-                self._missing(name, self.materials[number])
-
-    def _unused(self, name: str, material: Material) -> AssignedQuantity:
-        """Return the quantity 1 where a law of its own makes no use of it, or reject the part.
-
-        The paper sets c = d = 1 for laws with constants of their own.
-        """
-        word, variable = _USES.get(name, ("", ""))
-        law = material.tissue and material.tissue.laws.get(word)
-        if law is None or variable in variables(law.force):
-            self._missing(name, material)
-        return AssignedQuantity(
-            QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
-        )
-
-    def _found(self, name: str) -> list[AssignedQuantity | None]:
-        if name == "prestress":
-            return [
-                m.prestress or (m.tissue and m.tissue.given.get(name)) for m in self.materials
-            ]
-        return [m.tissue and _said(m.tissue, name) for m in self.materials]
-
-    def _missing(self, name: str, material: Material, *notes: Note) -> NoReturn:
-        if material.tissue is None:
-            self.findings.reject(
-                "TIS304",
-                f"{material.name} needs a tissue, because its {name} is missing",
-                material.span,
-                hint="write tissue is …",
-            )
-        self.findings.pass_over_doubtful(name)
-        reason = material.tissue.missing.get(name, "neither a rule nor a number gives it")
-        self.findings.reject(
-            "TIS206",
-            f"the {name} of tissue {material.tissue.name} is missing: {reason}",
-            material.tissue.span,
-            hint=f"write {' or '.join(_names(name))} = … in the tissue, a rule for it, "
-            "or otherwise is … in the vocabulary",
-            notes=(Note(f"used by {material.name}", material.span), *notes),
-        )
-
-
-def _instead_of(quantity: TissueQuantity) -> str:
-    """Return what of springs, or in words of strain, stands for a stress."""
-    if quantity.instead == "breaking force":
-        return "a breaking strain or the breaking force"
-    return f"the {quantity.instead}"
-
-
-def _names(key: str) -> list[str]:
-    """Return what gives a quantity, as it is written."""
-    return [QUANTITIES[one].name for one in (key, *OF_MATTER[key])]
-
-
-def _said(tissue: Tissue, name: str) -> AssignedQuantity | None:
-    """Return a quantity of a tissue, or that of matter from which it follows."""
-    known = (tissue.given.get(key) for key in (name, *OF_MATTER[name]))
-    return next((given for given in known if given is not None), None)
 
 
 def _is_open(column: Floats | None, like: NDArray[np.generic]) -> NDArray[np.bool_]:
@@ -707,8 +535,3 @@ def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:
         VISCOSITY_LAWS["linear"]() if dashpot is None else dashpot.law,
         modulus,
     )
-
-
-def _numbers_in(parts: NDArray[np.integer]) -> list[int]:
-    """Return the numbers that there are, ascending; small ones, which are quickly counted."""
-    return np.flatnonzero(np.bincount(parts.ravel())).tolist()

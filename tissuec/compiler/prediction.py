@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
+from tissuec.compiler.initial_state import state_at_start
 from tissuec.core.errors import counted
 from tissuec.engine.execution.recorder import wishes
 from tissuec.engine.integrators import INTEGRATORS

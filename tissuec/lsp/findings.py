@@ -9,8 +9,8 @@ from typing import Any, NoReturn
 import numpy as np
 from msgspec import Struct
 
-from tissuec.compiler.checks import floppy, late_breaking, unstable, unstable_node
 from tissuec.compiler.compile import Compiled
+from tissuec.compiler.net_checks import floppy, late_breaking, unstable, unstable_node
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.lsp.documents import Desk, Memory
 from tissuec.mechanics.state import State

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.analysis.vibration.modes import Modes, modes_of
-from tissuec.compiler.checks import state_at_start
 from tissuec.compiler.compile import Compiled
+from tissuec.compiler.initial_state import state_at_start
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of

@@ -1,0 +1,305 @@
+"""Checks of the net: pieces, lengths of springs, strength, motions that nothing resists."""
+
+from collections.abc import Callable, Iterator
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.initial_state import state_at_start
+from tissuec.core.errors import Diagnostic, Note, counted
+from tissuec.core.names import key_of
+from tissuec.core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, VELOCITY, show
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.stability import damping_radius, spectral_radius
+from tissuec.matter.breaking import breaking_strains
+from tissuec.mechanics.observables import lengths
+from tissuec.mechanics.rest import rests_pressed
+from tissuec.mechanics.state import State
+from tissuec.model import topology
+from tissuec.model.network import BodyPart, Indices, Network, numbers_in
+from tissuec.script.plan import RELAXATION
+from tissuec.script.verbs.settle import Settle
+
+MOST_SPRINGS_NAMED = 3
+# Strain at break. Elastin, the most extensible of what tissues are made of, bears 1.5.
+IMPLAUSIBLE, PLAUSIBLE = 3.0, 0.5
+# At which dashpots are tried; rates in 1/s.
+STRAINS, RATES = (0.0, 0.1, 0.3, -0.1, -0.2), (1e-2, -1e-2, 1.0, -1.0, 10.0, -10.0)
+
+
+def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W301: a body that falls apart before anything is cut."""
+    for body, ends in _bodies(compiled, with_joints=True):
+        # Nodes without any spring are a matter of their own.
+        count = len(np.unique(topology.pieces(_size(body), ends)[np.unique(ends)]))
+        if count > 1:
+            yield Diagnostic(
+                "W301",
+                f"{body.name} starts in {count} pieces",
+                body.span,
+                "join them with springs, or make them two bodies",
+            )
+
+
+def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W302: nodes that no spring holds."""
+    joined = compiled.network.ends[compiled.network.body_springs :]
+    for body, ends in _bodies(compiled):
+        if not len(ends):
+            continue
+        own = joined[(joined >= body.nodes.start) & (joined < body.nodes.stop)]
+        loose = _size(body) - len(np.union1d(ends, own - body.nodes.start))
+        if loose:
+            yield Diagnostic(
+                "W302",
+                f"{body.name} has {counted(loose, 'node')} without springs",
+                body.span,
+                "a node without springs moves freely; remove it, or add springs",
+            )
+
+
+def floppy(
+    compiled: Compiled, count: Callable[..., topology.FloppyModes] = topology.floppy_modes
+) -> Iterator[Diagnostic]:
+    """W303: ways to move that no spring resists.
+
+    Args:
+        count: Counts them; whoever checks often can remember what was counted.
+    """
+    network = compiled.network
+    held = state_at_start(compiled).held
+    for body, ends in _bodies(compiled):
+        if not len(ends) or body.thread is not None:  # threads are meant to fold
+            continue
+        nodes, springs = _with_joined(network, body)
+        ends = np.searchsorted(nodes, network.ends[springs]).astype(np.int32)
+        modes = count(
+            network.position[nodes],
+            ends,
+            network.stiffness[springs],
+            network.rest[springs],
+            # What it is joined to stands still, so that what is left is a mode of its own.
+            held[nodes] | (nodes < body.nodes.start) | (nodes >= body.nodes.stop),
+        )
+        if modes.checked and modes.count:
+            yield Diagnostic(
+                "W303",
+                f"{body.name} has {counted(modes.count, 'floppy mode')}: "
+                "it can deform without stretching any spring",
+                body.span,
+                "add diagonals or interior springs, a larger reach of the lattice, "
+                "or prestress",
+            )
+
+
+def uncounted(compiled: Compiled) -> list[str]:
+    """Return the bodies that are too large to have their floppy modes counted."""
+    held = state_at_start(compiled).held
+    return [
+        body.name
+        for body in compiled.network.bodies
+        if 3 * np.count_nonzero(~held[body.nodes]) > topology.LARGEST_CHECK
+    ]
+
+
+def unstable_node(state: State) -> int | None:
+    """Return the node that moves most as a net buckles; see ``mechanics.stability``."""
+    from tissuec.mechanics import stability  # SciPy: only where it is needed
+
+    return stability.unstable_node(state)
+
+
+def unstable(
+    compiled: Compiled, find: Callable[[State], int | None] = unstable_node
+) -> Iterator[Diagnostic]:
+    """W307: the net rests at 0 s where it would buckle.
+
+    Args:
+        find: Finds the node that moves most as it buckles; who checks often can put it off.
+    """
+    plan = compiled.plan
+    if any(event.time == 0.0 and isinstance(event.action, Settle) for event in plan.events):
+        return
+    state = state_at_start(compiled)
+    if not rests_pressed(state):
+        return
+    if (node := find(state)) is None:
+        return
+    network = compiled.network
+    body = next(body for body in network.bodies if node < body.nodes.stop)
+    yield Diagnostic(
+        "W307",
+        f"{body.name} starts in an unstable equilibrium: any disturbance makes it "
+        f"buckle, mainly at node {network.node_ids[node]}",
+        body.span,
+        'let it settle ("at 0 s: settle"), push it slightly to one side, or compress it less',
+    )
+
+
+def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W304: springs between nodes at one place, which have no direction."""
+    network = compiled.network
+    length = lengths(network.ends, network.position)
+    for body in network.parts:
+        zero = np.flatnonzero(length[body.springs] == 0.0)
+        if len(zero):
+            ids = ", ".join(
+                str(i) for i in network.spring_ids[body.springs][zero[:MOST_SPRINGS_NAMED]]
+            )
+            more = ", …" if len(zero) > MOST_SPRINGS_NAMED else ""
+            yield Diagnostic(
+                "W304",
+                f"{body.name} has {counted(len(zero), 'spring')} between nodes at the same "
+                "position "
+                f"(id {ids}{more})",
+                body.span,
+                "a spring of length zero has no direction and no force until its ends separate",
+            )
+
+
+def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W305: rest lengths of zero or less, which make a spring pull for ever."""
+    network = compiled.network
+    drawn = lengths(network.ends, network.position)
+    for body in network.parts:
+        rest = network.rest[body.springs]
+        bad = rest[(rest <= 0.0) & (drawn[body.springs] > 0.0)]
+        if len(bad):
+            yield Diagnostic(
+                "W305",
+                f"{body.name} has {counted(len(bad), 'spring')} with a rest length of zero or "
+                f"less (down to {show(float(bad.min()), LENGTH)})",
+                body.span,
+                "such a spring pulls until its ends meet; give it a rest length above zero",
+            )
+
+
+def driving_dashpots(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W308: dashpots by a law of their own that drive what they should brake."""
+    network = compiled.network
+    behaviour = network.behaviour()
+    if behaviour.is_linear:
+        return
+    for strain, rate in product(STRAINS, RATES):
+        stretch, speed = strain * network.rest, rate * network.rest
+        brakes = behaviour.brake(stretch, speed)
+        worst = np.flatnonzero(brakes * speed < -1e-9 * np.abs(brakes * speed).max(initial=0.0))
+        for spring in worst[:1].tolist():
+            owner = network.owner(spring)
+            yield Diagnostic(
+                "W308",
+                f"dashpots of {owner.name} add energy: spring "
+                f"{network.spring_ids[spring]} with {show(float(brakes[spring]), FORCE)} at a "
+                f"strain of {strain:g} and {show(float(speed[spring]), VELOCITY)}",
+                owner.span,
+                "write max(…, 0) around the factor of the speed, which must not be negative",
+            )
+            return
+
+
+def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W403: a fixed step above what the method can bear."""
+    simulation = compiled.plan.simulation
+    if simulation.step is None or simulation.integrator == RELAXATION:
+        return
+    state = state_at_start(compiled)
+    omega = spectral_radius(state)
+    zeta = damping_radius(state) / (2.0 * omega) if omega else 0.0
+    limit = INTEGRATORS[simulation.integrator].stability_limit(omega, zeta)
+    if simulation.step > limit:
+        yield Diagnostic(
+            "W403",
+            f"step {show(simulation.step, TIME)} exceeds the stability estimate "
+            f"{show(limit, TIME)}: {_stiffest(compiled)}",
+            simulation.span,
+            "write a smaller step, or a tolerance instead",
+        )
+
+
+def _stiffest(compiled: Compiled) -> str:
+    """Return the spring that asks for the smallest step, in words."""
+    network = compiled.network
+    ratio = network.sudden * (1.0 / network.mass[network.ends]).sum(axis=1)
+    spring = int(ratio.argmax())
+    part = network.owner(spring)
+    mass = float(network.mass[network.ends[spring]].min())
+    return (
+        f"spring {network.spring_ids[spring]} of {part.name} has "
+        f"{show(float(network.sudden[spring]), STIFFNESS)} at a node of {show(mass, MASS)}"
+    )
+
+
+def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W209: springs that break at a strain which no tissue bears.
+
+    Left out are threads, many of which are made softer so that steps are longer, and nets typed
+    in as tables, which need not be tissue.
+    """
+    network = compiled.network
+    if not np.isfinite(network.strength).any():
+        return
+    strain = breaking_strains(network.behaviour(), network.strength)
+    for body in network.bodies:
+        springs = numbers_in(body.springs)
+        springs = springs[np.isfinite(strain[springs])]
+        is_typed = compiled.scene.bodies[key_of(body.name)].tables is not None
+        if body.thread is not None or is_typed or not len(springs):
+            continue
+        median = int(springs[np.argsort(strain[springs])[len(springs) // 2]])
+        if strain[median] > IMPLAUSIBLE:
+            yield _breaks_late(network, body, median, float(strain[median]))
+
+
+def _breaks_late(network: Network, body: BodyPart, spring: int, strain: float) -> Diagnostic:
+    rest, force = float(network.rest[spring]), float(network.strength[spring])
+    constant = float(network.stiffness[spring])
+    better = float(network.behaviour().pull(PLAUSIBLE * network.rest)[spring])
+    arrays = {"breaking force": "strength", "spring constant": "stiffness"}
+    return Diagnostic(
+        "W209",
+        f"springs of {body.name} break at {1.0 + strain:.3g} times their length: one of "
+        f"{show(rest, LENGTH)} has a spring constant of {show(constant, STIFFNESS)} and a "
+        f"breaking force of {show(force, FORCE)}",
+        body.span,
+        f"{show(better, FORCE)} would break it at {1.0 + PLAUSIBLE:g} times its length; "
+        "a tissue with a Young's modulus can have a breaking strain instead",
+        tuple(
+            Note(f"the {name}", network.provenance[array][spring].span)
+            for name, array in arrays.items()
+        ),
+    )
+
+
+def _bodies(
+    compiled: Compiled, *, with_joints: bool = False
+) -> Iterator[tuple[BodyPart, NDArray[np.int32]]]:
+    """Yield each body with the node pairs of its springs, numbered within the body.
+
+    Args:
+        with_joints: Whether springs of joints between its nodes count as well.
+    """
+    network = compiled.network
+    joined = network.ends[network.body_springs :]
+    for body in network.bodies:
+        ends = network.ends[body.springs]
+        if with_joints:
+            inside = (joined >= body.nodes.start) & (joined < body.nodes.stop)
+            ends = np.concatenate([ends, joined[inside.all(axis=1)]])
+        yield body, ends - np.int32(body.nodes.start)
+
+
+def _with_joined(network: Network, body: BodyPart) -> tuple[Indices, Indices]:
+    """Return a body's nodes and springs, with springs that join it and nodes at their ends."""
+    joined = network.ends[network.body_springs :]
+    beside = ((joined >= body.nodes.start) & (joined < body.nodes.stop)).any(axis=1)
+    own = numbers_in(body.nodes)
+    nodes = np.union1d(own, joined[beside])
+    springs = numbers_in(body.springs)
+    further = network.body_springs + np.flatnonzero(beside)
+    return nodes.astype(np.int64), np.append(springs, further)
+
+
+def _size(body: BodyPart) -> int:
+    return body.nodes.stop - body.nodes.start

@@ -1,0 +1,232 @@
+"""What tissues say of the parts of a body, and what they leave out."""
+
+from collections.abc import Mapping
+from typing import NoReturn
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.errors import Note
+from tissuec.core.source import Span
+from tissuec.laws.formula import variables
+from tissuec.scene.findings import Findings
+from tissuec.scene.laws import LAW_KINDS
+from tissuec.scene.model import AssignedQuantity, Body, SpringPart, Tissue
+from tissuec.scene.quantities import (
+    FIBRE_MODULUS,
+    OF_MATTER,
+    QUANTITIES,
+    SHARES,
+    YOUNGS_MODULUS,
+    TissueQuantity,
+)
+from tissuec.scene.written_numbers import LARGEST_SHARE
+
+#: Which law replaces the use of a quantity, and as what its formula would use it.
+USES = {
+    name: (kind.word, variable)
+    for kind in LAW_KINDS
+    for form in kind.forms
+    for name, (variable, _) in form.names.items()
+    if name in QUANTITIES and name != YOUNGS_MODULUS
+}
+
+
+class Material(Struct, frozen=True):
+    """Material of one part of a body."""
+
+    name: str
+    tissue: Tissue | None
+    prestress: AssignedQuantity | None  # overrides the tissue's
+    span: Span
+
+
+class TissueParts:
+    """The parts of a body by number, with the quantities that their tissues give them.
+
+    0 is the body itself, then come its regions, then springs that have a tissue of their own.
+    """
+
+    def __init__(self, body: Body, findings: Findings):
+        self.body, self.findings = body, findings
+        self.materials = [Material(body.name, body.tissue, None, body.span)]
+        self.materials += (
+            Material(region.name, region.tissue or body.tissue, region.prestress, region.span)
+            for region in body.regions
+        )
+
+    def add(self, part: SpringPart) -> int:
+        """Return the number of a part of springs, which is taken up."""
+        tissue = part.tissue or self.body.tissue
+        self.materials.append(Material(part.name, tissue, part.prestress, part.span))
+        return len(self.materials) - 1
+
+    def found(self, name: str) -> list[AssignedQuantity | None]:
+        """Return the quantity of each part, or that of matter from which it follows."""
+        if name == "prestress":
+            return [
+                m.prestress or (m.tissue and m.tissue.given.get(name)) for m in self.materials
+            ]
+        return [m.tissue and _said(m.tissue, name) for m in self.materials]
+
+    def given(self, name: str, used: NDArray[np.integer]) -> list[AssignedQuantity | None]:
+        """Return the quantity of each part; rejects a part that has none and is in ``used``.
+
+        Args:
+            used: Numbers of parts, shape (…).
+        """
+        given = self.found(name)
+        for number in part_numbers(used):
+            if given[number] is None and QUANTITIES[name].default is None:
+                given[number] = self._unused(name, self.materials[number])
+        return given
+
+    def expect(self, name: str, used: NDArray[np.integer]) -> None:
+        """Reject a part that has none of a quantity which laws in the table use.
+
+        Args:
+            used: Numbers of the parts with such laws, shape (…).
+        """
+        found = self.found(name)
+        for number in part_numbers(used):
+            if found[number] is None and QUANTITIES[name].default is None:
+                self.missing(name, self.materials[number])
+
+    def _unused(self, name: str, material: Material) -> AssignedQuantity:
+        """Return the quantity 1 where a law of its own makes no use of it, or reject the part.
+
+        The paper sets c = d = 1 for laws with constants of their own.
+        """
+        word, variable = USES.get(name, ("", ""))
+        law = material.tissue and material.tissue.laws.get(word)
+        if law is None or variable in variables(law.force):
+            self.missing(name, material)
+        return AssignedQuantity(
+            QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
+        )
+
+    def missing(self, name: str, material: Material, *notes: Note) -> NoReturn:
+        """Reject a part that lacks a quantity.
+
+        Args:
+            name: Of the quantity.
+            material: The part.
+            notes: What needs it.
+        """
+        if material.tissue is None:
+            self.findings.reject(
+                "TIS304",
+                f"{material.name} needs a tissue, because its {name} is missing",
+                material.span,
+                hint="write tissue is …",
+            )
+        self.findings.pass_over_doubtful(name)
+        reason = material.tissue.missing.get(name, "neither a rule nor a number gives it")
+        self.findings.reject(
+            "TIS206",
+            f"the {name} of tissue {material.tissue.name} is missing: {reason}",
+            material.tissue.span,
+            hint=f"write {' or '.join(_names(name))} = … in the tissue, a rule for it, "
+            "or otherwise is … in the vocabulary",
+            notes=(Note(f"used by {material.name}", material.span), *notes),
+        )
+
+    def beside(self, given: AssignedQuantity) -> Mapping[str, AssignedQuantity]:
+        """Return all quantities of the tissue that one belongs to."""
+        tissues = (m.tissue for m in self.materials if m.tissue is not None)
+        return next(t.given for t in tissues if given in t.given.values())
+
+    def relaxing_beside(self, share: AssignedQuantity) -> float:
+        """Return the sum of all shares of the tissue that one belongs to."""
+        given = self.beside(share)
+        total = sum(given[key].value for key in SHARES if key in given)
+        if total > LARGEST_SHARE:
+            self.findings.reject(
+                "TIS309",
+                f"the shares that relax make up {100.0 * total:.0f} % of the modulus",
+                share.span,
+                hint="the shares must be less than 100 %: write smaller ones",
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
+        return total
+
+    def modulus_beside(self, stress: AssignedQuantity) -> float:
+        """Return the modulus of the tissue that a stress belongs to, along any fibres [Pa]."""
+        beside = self.beside(stress)
+        modulus = beside.get(YOUNGS_MODULUS)
+        if modulus is not None:
+            return beside.get(FIBRE_MODULUS, modulus).value
+        what = stress.quantity
+        self.findings.reject(
+            "TIS304",
+            f"a {what.name} needs a Young's modulus",
+            stress.span,
+            hint=f"for single springs, write {_instead_of(what)} instead",
+            notes=(Note(f"used by {self.body.name}", self.body.span),),
+        )
+
+    def refuse_idle_fibres(self) -> None:
+        """Reject a direction without fibres, and fibres without a body that they stiffen."""
+        given = [m.tissue.given for m in self.materials if m.tissue is not None]
+        along = [one[FIBRE_MODULUS] for one in given if FIBRE_MODULUS in one]
+        if self.body.fibres is not None and not along:
+            self.findings.reject(
+                "TIS306",
+                f"fibres of {self.body.name} have no effect: its tissue has no fibre modulus",
+                self.body.fibres_span or self.body.span,
+                hint="write a fibre modulus in the tissue, or remove fibres",
+            )
+        for one in given:
+            if FIBRE_MODULUS in one and YOUNGS_MODULUS not in one:
+                self.findings.reject(
+                    "TIS304",
+                    "a fibre modulus needs a Young's modulus",
+                    one[FIBRE_MODULUS].span,
+                    hint="write a Young's modulus, which applies across the fibres",
+                    notes=(Note(f"used by {self.body.name}", self.body.span),),
+                )
+
+    def added_by_fibres(self, given: AssignedQuantity) -> float:
+        """Return what fibres of a tissue add to its Young's modulus, as a part of it."""
+        beside = self.beside(given)
+        if FIBRE_MODULUS not in beside:
+            return 0.0
+        fibres, modulus = beside[FIBRE_MODULUS], beside[YOUNGS_MODULUS]
+        if fibres.value < modulus.value:
+            self.findings.reject(
+                "TIS309",
+                "the fibre modulus is less than Young's modulus: tissue is not softer along "
+                "its fibres than across them",
+                fibres.span,
+                hint="write a larger fibre modulus, or remove it",
+                notes=(Note(f"used by {self.body.name}", self.body.span),),
+            )
+        return fibres.value / modulus.value - 1.0
+
+
+def _instead_of(quantity: TissueQuantity) -> str:
+    """Return what of springs, or in words of strain, stands for a stress."""
+    if quantity.instead == "breaking force":
+        return "a breaking strain or the breaking force"
+    return f"the {quantity.instead}"
+
+
+def _names(key: str) -> list[str]:
+    """Return what gives a quantity, as it is written."""
+    return [QUANTITIES[one].name for one in (key, *OF_MATTER[key])]
+
+
+def _said(tissue: Tissue, name: str) -> AssignedQuantity | None:
+    """Return a quantity of a tissue, or that of matter from which it follows."""
+    known = (tissue.given.get(key) for key in (name, *OF_MATTER[name]))
+    return next((given for given in known if given is not None), None)
+
+
+def part_numbers(parts: NDArray[np.integer]) -> list[int]:
+    """Return the numbers that there are, ascending; small ones, which are quickly counted.
+
+    Args:
+        parts: Numbers of parts, shape (…).
+    """
+    return np.flatnonzero(np.bincount(parts.ravel())).tolist()

@@ -1,0 +1,205 @@
+"""Checks of what a scene writes without effect: rules, params, sets, shapes, cuts."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.selections import extents
+from tissuec.compiler.thread_checks import turning_contact_on
+from tissuec.core.errors import Diagnostic, Note, counted
+from tissuec.core.hints import Hint, leaving_out
+from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
+from tissuec.mechanics.state import State
+from tissuec.scene.declarations import Declarations
+from tissuec.scene.model import Tissue
+from tissuec.script.verbs import Breaking, Shifting, follows
+from tissuec.script.verbs.cut import Cut
+
+
+def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W203: quantities that no rule spoke for."""
+    for tissue in _tissues_in_use(compiled):
+        for name, given in tissue.given.items():
+            if given.how == "otherwise":
+                yield Diagnostic(
+                    "W203",
+                    f"no rule gives the {name} of {tissue.name}, so otherwise applies",
+                    tissue.span,
+                    f"write {name} = … in the tissue if you know it",
+                    (Note("fallback", given.span),),
+                )
+
+
+def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W202: a rule of the scene's own that no tissue in use wakes."""
+    woken = {
+        fired.span
+        for tissue in _tissues_in_use(compiled)
+        for given in tissue.given.values()
+        for fired in given.fired
+    }
+    for rules in compiled.scene.vocabulary.rules.values():
+        silent = [
+            span
+            for span in rules.spans
+            if span.source is compiled.scene.source and span not in woken
+        ]
+        if silent:
+            more = counted(len(silent) - 1, "other rule") if silent[1:] else ""
+            yield Diagnostic(
+                "W202",
+                "no tissue in use can make this rule fire" + (f", nor {more}" if more else ""),
+                silent[0],
+                leaving_out(
+                    "describe a tissue so that it fires, or remove the rule",
+                    *(silent if len(silent) == 1 else ()),
+                ),
+                tuple(Note("another rule", span) for span in silent[1:]),
+            )
+
+
+def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W501: a parameter that nothing uses, so that ``--set`` would do nothing."""
+    constants = compiled.scene.constants
+    for key, declared in compiled.scene.declarations.of("param").items():
+        if key not in constants.used:
+            yield Diagnostic(
+                "W501",
+                f'the param "{declared.name.text}" is never used',
+                declared.name.span,
+                leaving_out(
+                    "use it or remove it; setting it has no effect", declared.item.span
+                ),
+            )
+
+
+def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W502: a set that no sentence names."""
+    for key, declared in compiled.scene.declarations.of("set").items():
+        if key not in compiled.groups.used and isinstance(declared.item, s.Assign):
+            yield Diagnostic(
+                "W502",
+                f'the set "{declared.name.text}" is never used',
+                declared.name.span,
+                leaving_out("use it or remove it", declared.item.span),
+            )
+
+
+def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W407: a tool with a shape that touches nothing, because contact is off."""
+    if compiled.scene.environment.contact is not None:
+        return
+    for tool in compiled.scene.tools.values():
+        if tool.may_touch and tool.shapes:
+            yield Diagnostic(
+                "W407",
+                f"{tool.name} has a shape, but contact is off, so it touches nothing",
+                tool.span,
+                Hint(
+                    "write: environment { contact is tools only; … }",
+                    *turning_contact_on(compiled).edits,
+                ),
+            )
+
+
+def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W404: the ruptures of something that cannot rupture are measured."""
+    plan, groups = compiled.plan, compiled.groups
+    network = compiled.network
+    breakable = np.isfinite(network.strength) | np.isfinite(network.crush)
+    followed = (event for trigger in plan.triggers for event in trigger.events)
+    for event in (*plan.events, *followed):
+        if follows(event.action, Breaking):
+            breakable[event.action.breakable(network)] = True
+    # Knots of threads slip instead of breaking.
+    breakable[[thread.hold for thread in network.threads.values()]] = False
+    for name in _ruptured(compiled.scene.declarations):
+        if groups.is_known(name) and not breakable[groups.springs(name).indices].any():
+            yield Diagnostic(
+                "W404",
+                f"nothing in {name.text} can rupture, so this is always 0",
+                name.span,
+                "write rupture is allowed in the body",
+            )
+
+
+def _ruptured(declarations: Declarations) -> Iterator[s.Name]:
+    """Yield what ``ruptured`` is asked about in expectations, conditions and outputs."""
+    single = declarations.single
+    asked = [single[kind].items for kind in ("script", "output") if kind in single]
+    for part in walk((*declarations.expects, *asked)):
+        match part:
+            case s.Call(function=s.Name(key="ruptured"), arguments=(first, *_)):
+                value = first.value
+            case s.Sentence(
+                name=s.Name(key="ruptured"), clauses=(s.Clause(word="of") as of, *_)
+            ):
+                value = of.value
+            case _:
+                continue
+        if isinstance(value, s.Name):
+            yield value
+
+
+def buried_openings(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W408: a nozzle is drawn inside of a body."""
+    network = compiled.network
+    for tool in network.tools:
+        if tool.kind != "nozzle":
+            continue
+        from tissuec.forces.jet_surfaces import buried_in  # where there is a nozzle
+
+        opening = network.position[tool.nodes.start]
+        if name := buried_in(network, network.position, opening):
+            yield Diagnostic(
+                "W408",
+                f"the tip of {tool.name} is inside {name}, where its jet has no effect",
+                tool.span,
+                "place the tip outside, or move the nozzle before it irrigates",
+            )
+
+
+def cuts_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W410: a cut that goes by a held body, further away than it comes before."""
+    state = state_at_start(compiled)
+    moved = 0.0  # [m]
+    for event in compiled.plan.events:
+        action = event.action
+        if follows(action, Shifting):
+            moved += action.shift
+        elif isinstance(action, Cut) and _goes_by(action, state, moved):
+            yield Diagnostic(
+                "W410",
+                f"the blade does not reach {action.group.name} as drawn: nothing is cut",
+                action.span,
+                "cut where it is: " + extents(state.position[_ends_of(action, state)]),
+            )
+
+
+def _goes_by(cut: Cut, state: State, moved: float) -> bool:
+    """Return whether a cut meets a held group neither as it is drawn, nor as large again."""
+    nodes = _ends_of(cut, state)
+    if cut.blade is None or not len(nodes) or not state.held[nodes].any():
+        return False
+    position = state.position
+    if moved > 0.5 * float(np.ptp(position[nodes], axis=0).max()):
+        return False
+    larger = replace(state, position=2.0 * position - position[nodes].mean(axis=0))
+    return not any(len(cut.found(one)[0]) for one in (state, larger))
+
+
+def _ends_of(cut: Cut, state: State) -> NDArray[np.integer]:
+    return np.unique(state.network.ends[cut.group.indices])
+
+
+def _tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
+    """Return the tissues that some body or joint is made of, each once."""
+    tissues = {joint.tissue.name: joint.tissue for joint in compiled.scene.joints.values()}
+    for body in compiled.scene.bodies.values():
+        tissues |= {tissue.name: tissue for tissue in body.tissues}
+    return tuple(tissues.values())
