@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from tissuec.compiler.checks import check_all
 from tissuec.compiler.compile import Compiled, compile_scene
@@ -167,6 +168,7 @@ def simulate(
                 network, plan, recorder, progress=_both(progress, beside), interrupt=stop,
                 resume=state, threads=threads,
             )  # fmt: skip
+            outcome = replace(outcome, wall_time=writer.stop_clock())
             finished = outcome.kind == "done"
             estimate = beside.estimate(stop) if finished else None
             if estimate is not None and len(estimate.times):

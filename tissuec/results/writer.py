@@ -201,6 +201,7 @@ class ResultWriter:
         self._closed = False
         self._flushed = clock.monotonic()
         self._started = self._flushed - earlier
+        self._stopped: float | None = None
 
     def topology(self, alive: ArrayLike) -> None:
         """Set which springs exist in the frames to come, shape (spring,).
@@ -426,8 +427,16 @@ class ResultWriter:
         self.views = write_views(final, paths)
         return final
 
+    def stop_clock(self) -> float:
+        """End the wall time of the run, and return it with that of a resumed part [s].
+
+        What follows, such as the estimate of the error, is not counted.
+        """
+        self._stopped = clock.monotonic()
+        return self._wall_time()
+
     def _wall_time(self) -> float:
-        return clock.monotonic() - self._started
+        return (self._stopped or clock.monotonic()) - self._started
 
     def _flush_if_due(self) -> None:
         late = clock.monotonic() - self._flushed >= _LONGEST_WAIT

@@ -1,6 +1,7 @@
 """The companion run tells the error of a run, and whether anybody can know better."""
 
 import os
+import time
 
 import h5py
 import numpy as np
@@ -159,6 +160,18 @@ def test_a_result_holds_the_same_promise_whoever_steps_the_companion(tmp_path, m
         steps = file["/tissuec/errors/value"][:, 0]
         assert len(steps) == 51 and (np.diff(steps) >= 0.0).all() and steps[-1] > 0.0
         assert file["/tissuec/companion/value"][-1, 0] == result.estimate.apart[-1]
+
+
+def test_the_wall_time_of_a_run_is_one_number_without_that_of_the_estimate(
+    tmp_path, monkeypatch
+):
+    estimate = Companion.estimate
+    monkeypatch.setattr(
+        Companion, "estimate", lambda *given: (time.sleep(0.6), estimate(*given))[1]
+    )
+    result = simulated(tmp_path, companion="inline")
+    with Trajectory.open(result.path) as trajectory:
+        assert trajectory.manifest["wall_time"] == result.outcome.wall_time < 0.6
 
 
 def test_a_process_that_is_refused_is_replaced_by_this_one(tmp_path, monkeypatch):

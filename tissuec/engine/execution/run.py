@@ -30,7 +30,7 @@ class Outcome(Struct, frozen=True, eq=False):
 
     Attributes:
         message: A sentence; of a failure it names spring, nodes, time and line of the scene.
-        wall_time: Of this call [s].
+        wall_time: Of the run [s], without that of the error estimate.
         statistics: What the engine did.
         failures: Expectations that did not hold, in the order of the scene.
         unreached: Expectations that the run did not come to, or not to the end of, by their

@@ -53,6 +53,8 @@ def _facts(content: ReportContent) -> Iterator[tuple[Content, Content]]:
     manifest, statistics = content.manifest, content.statistics
     yield "outcome", manifest["outcome"]
     yield "computing time", show(manifest["wall_time"], TIME)
+    if content.promise.seconds:
+        yield "error estimate", f"{show(content.promise.seconds, TIME)} more"
     if statistics is None:
         yield "statistics", "None, because the run did not finish."
         return
