@@ -234,6 +234,13 @@ def test_wrong_factors_are_told_before_any_run(call, tmp_path, words, said):
     assert not (tmp_path / "t.csv").exists()
 
 
+def test_messages_name_a_study_without_a_name_once(call):
+    found = call("plain.tis", "--vary", "lift = [2 mm]", "-o", "t.csv")
+    assert 'the study needs "measure"' in found.stderr
+    found = call("plain.tis", "--vary", "lift = [2 mm]", "--measure", PULL, "-o", "t.csv")
+    assert "plain.tis: study: 1 run;" in found.stderr
+
+
 @pytest.mark.parametrize(
     ("measure", "said"),
     [

@@ -196,15 +196,13 @@ def _tell(
     settings: Settings,
 ) -> None:
     """Say on stderr what came out."""
+    from tissuec.scene.study_model import called
     from tissuec.studies.analysis.completed import completed
-    from tissuec.studies.writing import USUAL_NAME
 
     table = result.table
     taken = f", {result.taken_over} of them done before" if result.taken_over else ""
-    name = USUAL_NAME if table.head.name == USUAL_NAME else f"study {table.head.name}"
-    settings.say(
-        f"{scene}: {name}: {counted(len(table), 'run')}{taken}; {result.seconds:.1f} s"
-    )
+    name, count = called(table.head.name), counted(len(table), "run")
+    settings.say(f"{scene}: {name}: {count}{taken}; {result.seconds:.1f} s")
     for outcome, count in Counter(table.outcome).items():
         settings.say(f"  {outcome}: {count}")
     reasons = Counter(reason for reason in table.reason if reason)

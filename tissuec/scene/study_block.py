@@ -22,12 +22,14 @@ from tissuec.scene.study_entries import (
 )
 from tissuec.scene.study_factors import VARY, FactorReader
 from tissuec.scene.study_model import (
+    UNNAMED,
     Cell,
     Distribution,
     Factor,
     Levels,
     Study,
     WrittenMeasure,
+    called,
 )
 
 ROWS, MEASURE, DESIGN, ESTIMATE, RUNS = "rows", "measure", "design", "error estimate", "runs"
@@ -49,7 +51,8 @@ class _StudyReader:
         assert isinstance(declared.item, s.Block)
         self.name, self.block, self.scope = declared.name, declared.item, scope
         self.findings = scope.findings
-        self.what = f"study {declared.name.text}"
+        name = called(declared.name.text)
+        self.what = f"the {name}" if name == UNNAMED else name
         self.reader = FactorReader(declared.item, declarations, scope)
         self.places: dict[str, Span] = {}
         self.columns: dict[str, Span] = {}

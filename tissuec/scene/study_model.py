@@ -10,6 +10,13 @@ from tissuec.scene.study_entries import StudySettings
 
 #: A value of a factor: a number in its unit, or a text as a scene has it.
 Cell: TypeAlias = float | str
+#: The name of a study that only options describe.
+UNNAMED = "study"
+
+
+def called(name: str) -> str:
+    """Return what headings and messages call a study: "study NAME", or "study"."""
+    return name if name == UNNAMED else f"study {name}"
 
 
 class Levels(Struct, frozen=True):

@@ -14,7 +14,7 @@ from tissuec.core.errors import TissueError, counted
 from tissuec.model.network import Floats
 from tissuec.scene.study_entries import GRID, INDICES, LATIN, LIST, ONE_AT_A_TIME, SOBOL
 from tissuec.scene.study_factors import rounded
-from tissuec.scene.study_model import Cell, Distribution, Factor, Levels, Study
+from tissuec.scene.study_model import Cell, Distribution, Factor, Levels, Study, called
 
 MOST_RUNS = 10_000_000
 
@@ -31,7 +31,7 @@ def points_of(study: Study) -> list[Point]:
     count = run_count(study)
     if count > MOST_RUNS:
         hint = "use fewer steps, or a random design such as latin hypercube"
-        raise TissueError(f"study {study.name} has {counted(count, 'run')}; {hint}")
+        raise TissueError(f"{called(study.name)} has {counted(count, 'run')}; {hint}")
     if study.rows is not None:
         return list(study.rows)
     return _DESIGNS[study.design](study)

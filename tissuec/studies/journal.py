@@ -16,6 +16,7 @@ from tissuec.core.errors import counted
 from tissuec.core.files import lock, replacing
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import check_place
+from tissuec.scene.study_model import called
 from tissuec.studies.rows import DIED, Row, StudyHead
 from tissuec.studies.table import rows_of
 from tissuec.studies.table_files import is_table
@@ -198,7 +199,7 @@ def _matching(
     way_out = f"{_way_out(path)}; --fresh discards the table"
     if (head.name, head.scene) != (own.name, own.scene):
         raise PlaceError(
-            f'"{path}" is the table of study {head.name} of {head.scene}; {way_out}'
+            f'"{path}" is the table of {called(head.name)} of {head.scene}; {way_out}'
         )
     places: dict[str, list[int]] = {}
     for run, digest in enumerate(digests):

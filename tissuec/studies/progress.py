@@ -3,13 +3,14 @@
 import time as clock
 
 from tissuec.core.progress import ProgressLine, minutes
+from tissuec.scene.study_model import called
 
 
 class StudyProgress(ProgressLine):
     """The line of a study; see `ProgressLine`."""
 
     def __init__(self, name: str, *, shown: bool, anywhere: bool = False):
-        super().__init__(f"study {name}", shown=shown, anywhere=anywhere)
+        super().__init__(called(name), shown=shown, anywhere=anywhere)
         self.first: tuple[float, int] | None = None
 
     def at(self, done: int, failed: int, planned: int) -> None:

@@ -31,14 +31,14 @@ from tissuec.scene.imports import Program, load
 from tissuec.scene.request import Request
 from tissuec.scene.study_entries import INDICES, RESULTS
 from tissuec.scene.study_levels import alone, check_rows
-from tissuec.scene.study_model import Cell, Factor, Study
+from tissuec.scene.study_model import UNNAMED, Cell, Factor, Study
 from tissuec.studies.designs import Point, points_of
 from tissuec.studies.journal import Journal, rows_in_hdf5
 from tissuec.studies.rows import DIED, DONE, ENDED, FactorHead, MeasureHead, Row, StudyHead
 from tissuec.studies.table import StudyTable
 from tissuec.studies.table_files import is_hdf5
 from tissuec.studies.trial import Job, PlannedRun, failed, row_of
-from tissuec.studies.writing import USUAL_NAME, with_sentences
+from tissuec.studies.writing import with_sentences
 from tissuec.workers.workers import Lost, Workers
 
 KILLED = "its worker process died"
@@ -281,7 +281,7 @@ def _name(program: Program, name: str | None, request: Request, *, is_written: b
         hint = alternatives(name, found, what="there are") or "it has none"
         raise TissueError(f'"{scene}" has no study called "{name}"; {hint}')
     if is_written and len(found) != 1:
-        return USUAL_NAME
+        return UNNAMED
     if not found:
         raise TissueError(f'"{scene}" has no study; write a study block, or use --vary')
     if len(found) > 1:

@@ -13,7 +13,6 @@ from tissuec.lang.words import written_name
 from tissuec.scene.declarations import without
 from tissuec.scene.imports import Program
 
-USUAL_NAME = "study"
 SOURCE = "options"
 _REPEATED = ("vary", "measure")
 

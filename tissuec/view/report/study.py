@@ -7,6 +7,7 @@ from typing import Any
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.scene.study_entries import GRID, INDICES, LIST, ONE_AT_A_TIME
+from tissuec.scene.study_model import called
 from tissuec.studies.analysis.answer import Answer
 from tissuec.studies.analysis.quantiles import PARTS, quantiles
 from tissuec.studies.analysis.sobol import ends, sobol_indices
@@ -39,7 +40,9 @@ def render_study(table: StudyTable, path: Path) -> str:
         _runs(table),
     )
     parts = [section for section in found if section is not None]
-    return document(f"Study {table.head.name} of {table.head.scene}", _head(table, path), parts)
+    return document(
+        f"{called(table.head.name)} of {table.head.scene}", _head(table, path), parts
+    )
 
 
 def verdict(table: StudyTable) -> str:
@@ -105,7 +108,7 @@ def _picture(table: StudyTable, kind: str) -> Html:
         figure: Any = draw(kind, table)
     except TissueError as error:
         return element("p", f"{kind}: {error}")
-    return inline(figure, kind, f"{kind} of study {table.head.name}")
+    return inline(figure, kind, f"{kind} of {called(table.head.name)}")
 
 
 def _indices(table: StudyTable) -> Section | None:
