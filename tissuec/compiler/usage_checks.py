@@ -86,7 +86,10 @@ def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
                 "W502",
                 f'the set "{declared.name.text}" is never used',
                 declared.name.span,
-                leaving_out("use it or remove it", declared.item.span),
+                leaving_out(
+                    "use it or remove it, unless a study measures it with --measure",
+                    declared.item.span,
+                ),
             )
 
 
