@@ -169,12 +169,11 @@ def simulate(
                 resume=state, threads=threads,
             )  # fmt: skip
             outcome = replace(outcome, wall_time=writer.stop_clock())
-            finished = outcome.kind == "done"
-            estimate = beside.estimate(stop) if finished else None
+            estimate = beside.estimate(stop) if outcome.kind == "done" else None
             if estimate is not None and len(estimate.times):
                 writer.companion(estimate.times, estimate.apart[:, None])
             facts = outcome_facts(plan, outcome, estimate)
-            written = writer.close(outcome.message, finished, facts)
+            written = writer.close(outcome.message, outcome.kind == "done", facts)
             views = writer.views
     return Result(outcome, written, estimate, views)
 

@@ -4,6 +4,7 @@ import random
 
 import pytest
 
+import tissuec
 from tests.lsp.desks import GOOD, LIBRARY, MARK, asked, shipped
 from tissuec.lsp.completion import complete
 from tissuec.lsp.documents import Desk
@@ -96,7 +97,8 @@ def written(text):
         ("learn t { method is ‸ }", ["least squares", '"l-bfgs-b"']),
         ('learn t { data "a.csv" { ‸ } }', ["lift", "pause"]),
         ("study s { ‸ }", ["vary", "measure", "design", "keep", "runs", "seed", "expect"]),
-        (BODY + "study s { vary ‸ }", ["lift", "hardness", "tissue", "integrator"]),
+        (BODY + "study s { vary ‸ }", ["lift", "hardness", "tissue", "rings"]),
+        ("simulate { step = 1 ms }; study s { vary ‸ }", ["integrator", "tolerance"]),
         (BODY + "study s { vary hardness of ‸ }", ["fallopian tube"]),
         (BODY + "study s { vary rings of ‸ }", ["oviduct"]),
         ("study s { vary hardness of fallopian tube = [soft, very ‸] }", ["soft", "hard"]),
@@ -246,3 +248,27 @@ def test_any_text_can_be_completed_and_explained(path):
 
 def test_the_mark_is_nothing_that_a_scene_holds():
     assert MARK not in shipped("scenes/sterilisation.tis")
+
+
+WHOLE = """set held = nodes of oviduct where x < 1 mm
+environment { damping = 1 mN*s/m }
+script { at 0 s: fix held }
+simulate { duration = 1 ms }
+"""
+
+
+def test_entries_are_offered_to_vary_if_a_scene_takes_them():
+    """The compiler names what a block does not have; of values nothing is asked here."""
+    labels = offered(BODY + WHOLE + "study s { vary ‸ }")
+    entries = [one for one in labels if one not in ("lift", "pause")]
+    assert {"rings", "tissue", "hardness", "mass", "tolerance", "gravity"} <= set(entries)
+    assert not {"cell", "reach", "tip", "mesh", "Young's modulus", "of"} & set(entries)
+    for entry in entries:
+        found = offered(BODY + WHOLE + f"study s {{ vary {entry} of ‸ }}")
+        names = [f"{entry} of {owner}" for owner in found] or [entry]
+        assert any(is_taken(name) for name in names), names
+
+
+def is_taken(name):
+    said = tissuec.check(HEAD + BODY + WHOLE, params={name: "0"})
+    return not any(one.code in ("TIS202", "TIS303", "TIS505") for one in said)

@@ -68,7 +68,8 @@ def _clauses_left(prefix: Prefix) -> Iterator[str]:
         words = [word for word, _ in form.clauses]
         for before, word in pairwise(["", *words]):
             if prefix.subject == "vary":
-                is_behind = (prefix.openers or [""])[-1] in (before, word)
+                begun = bool(prefix.object)
+                is_behind = begun and (prefix.openers or [""])[-1] in (before, word)
             else:
                 is_behind = _SECOND.get(word) != before or prefix.has(before)
             is_left = not prefix.has(word) or (kind, word) in _REPEATED

@@ -1,11 +1,13 @@
 """What can stand in the sentences of a study block."""
 
+from collections.abc import Iterator
 from functools import cache
 
 from msgspec.structs import replace
 
 from tissuec.compiler.study_expectations import OVER_RUNS
 from tissuec.compiler.study_measures import EVENTS
+from tissuec.lang import syntax as s
 from tissuec.lang.words import STEPS
 from tissuec.lsp.entries import entries
 from tissuec.lsp.expected import NUMBERS, SPRINGS, Expected, number
@@ -13,6 +15,7 @@ from tissuec.lsp.measured import kinds_measured
 from tissuec.lsp.prefix import Prefix
 from tissuec.lsp.terms import CHOICE, MEASURE, BlockKind, Term, Terms, by_label, plain
 from tissuec.lsp.vocabulary import RUN, logged
+from tissuec.scene.resolve import ResolvedProgram
 from tissuec.scene.study_entries import AGGREGATES, DISTRIBUTIONS
 from tissuec.script.measures import MEASURES
 
@@ -23,6 +26,9 @@ _OWNERS = {
 }  # fmt: skip
 #: Blocks whose entries vary without a name behind them.
 _UNNAMED = ("simulate", "environment")
+
+#: Entries that choose which others there are; one value of them does not suit the others.
+_CHOOSING = {"body": ("mesh",), "tool": ("kind",), "force": ("kind",)}
 
 DISTRIBUTION_TERMS = by_label(
     Term(name, MEASURE, "A distribution, for random designs.", form, "(")
@@ -48,9 +54,37 @@ def varied() -> Terms:
     for kind in (*_OWNERS, *_UNNAMED):
         behind = " = " if kind in _UNNAMED else " of "
         for name, term in entries(BlockKind(kind)).items():
-            if term.behind in (" = ", " is "):
+            if term.behind in (" = ", " is ") and name not in _CHOOSING.get(kind, ()):
                 found.setdefault(name, replace(term, behind=behind, form=f"{name}{behind}…"))
     return found
+
+
+def varying(program: ResolvedProgram) -> set[str]:
+    """Return the entries of ``varied`` that blocks of a scene have, or could have."""
+    declarations, found = program.declarations, set[str]()
+    for tissue in program.tissues.values():
+        found |= tissue.given.keys() | tissue.laws.keys()
+    for kind in dict.fromkeys(_OWNERS.values()):
+        for declared in declarations.of(kind).values():
+            if kind != "tissue" and isinstance(declared.item, s.Block):
+                found.update(_entries_of(kind, declared.item))
+    for kind in _UNNAMED:
+        if kind in declarations.single:
+            found |= entries(BlockKind(kind)).keys()
+    return found
+
+
+def _entries_of(kind: str, block: s.Block) -> Iterator[str]:
+    """Yield the entries of a block, and of the mesh inside it, by what it chooses."""
+    chosen = {
+        item.name.key: item.phrase.words[0].key
+        for item in block.items
+        if isinstance(item, s.Sentence | s.Block) and item.phrase is not None
+    }
+    known = entries(BlockKind(kind, chosen.get("kind", "")))
+    yield from (name for name in known if name not in _CHOOSING.get(kind, ()))
+    if "mesh" in chosen:
+        yield from entries(BlockKind("mesh", chosen["mesh"]))
 
 
 @cache
@@ -92,7 +126,8 @@ def _varied(prefix: Prefix) -> Expected:
 def owners_of(entry: str) -> tuple[str, ...]:
     """Return the kinds of blocks that have an entry; a property is one of tissues."""
     found = (_OWNERS[kind] for kind in _OWNERS if entry in entries(BlockKind(kind)))
-    return tuple(dict.fromkeys(found)) or ("tissue",)
+    of_one = any(entry in entries(BlockKind(kind)) for kind in _UNNAMED)
+    return tuple(dict.fromkeys(found)) or (() if of_one else ("tissue",))
 
 
 def entry_of(name: str) -> Term | None:

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable, Mapping
 from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.lsp import study
 from tissuec.lsp.entries import entries
 from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.terms import BlockKind
@@ -26,11 +27,14 @@ def left_out_of(view: View, phrase: Phrase) -> Collection[str]:
     """Return keys of words that cannot stand in the place of a phrase.
 
     These are entries that the block has once and that another statement writes, properties of
-    a tissue without a vocabulary, and constants to be adjusted of laws that no tissue has.
+    a tissue without a vocabulary, constants to be adjusted of laws that no tissue has, and
+    entries that cannot vary because no block has them.
     """
     statement, block = phrase.statement, phrase.block
     if block.kind == "learn" and statement.words[:1] == ["adjust"]:
         return _constants_of_others(view)
+    if phrase.expected.terms == (study.varied(),):
+        return _entries_elsewhere(view)
     if any(part.start < phrase.start for part in statement.parts):
         return ()
     beside = statement.outer.items if statement.outer else view.structure.statements
@@ -83,6 +87,14 @@ def _single(known: Mapping[str, Sentences]) -> list[str]:
 
 def _properties(view: View) -> list[str]:
     return [symbol.key for symbol in view.of_kind("property")]
+
+
+def _entries_elsewhere(view: View) -> Collection[str]:
+    """Return entries that could vary in other scenes, but not in this one."""
+    if view.words is None:
+        return ()
+    named = {symbol.key for symbol in view.of_kind("param", "property")}
+    return study.varied().keys() - study.varying(view.words) - named
 
 
 def _constants_of_others(view: View) -> Collection[str]:
