@@ -1,11 +1,45 @@
-"""Forces from energies, by differences."""
+"""Forces of fields, and forces from energies by differences."""
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+
+
+def forces(
+    field: Any, position: Floats, velocity: Floats | None = None, time: float = 0.0
+) -> Floats:
+    """Return the forces of a field on all nodes [N], shape (…, node, 3).
+
+    Args:
+        field: Such as contact.
+        position: Of all nodes [m], shape (…, node, 3).
+        velocity: Of all nodes [m/s]; at rest by default.
+        time: [s].
+    """
+    total = np.zeros_like(position)
+    still = np.zeros_like(position) if velocity is None else velocity
+    field.add_forces(time, position, still, total)
+    return total
+
+
+def stiffness(field: Any, position: Floats, column: int, step: float) -> Floats:
+    """Return a column of the stiffness matrix by differences of forces [N/m], (3 node,).
+
+    Args:
+        field: Such as contact.
+        position: Of all nodes [m], shape (node, 3).
+        column: Number of the coordinate.
+        step: [m].
+    """
+    way = np.zeros(position.size)
+    way[column] = step
+    way = way.reshape(position.shape)
+    ahead, behind = (forces(field, position + each).ravel() for each in (way, -way))
+    return (behind - ahead) / (2.0 * step)
 
 
 def slopes(

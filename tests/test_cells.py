@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from tests.derivatives import slopes
+from tests.derivatives import forces, slopes, stiffness
 from tests.engine.running import Bench
 from tests.hand_net import span
 from tests.validate.scenes import compiled_scene, quantity, validated
@@ -57,12 +57,6 @@ def block(kind="sodium chloride", **more):
 def shaken(net, size=0.1):
     noise = np.random.default_rng(7).normal(size=net.position.shape)
     return net.position + size * CELL * noise
-
-
-def forces(enclosure, position, time=0.0):
-    total = np.zeros_like(position)
-    enclosure.add_forces(time, position, np.zeros_like(position), total)
-    return total
 
 
 # --- geometry -------------------------------------------------------------------------------
@@ -123,13 +117,7 @@ def test_stiffness_is_minus_the_derivative_of_the_forces(kind):
     matrix = enclosure.matrix(0.0, position, np.arange(count), count).toarray()
     assert np.abs(matrix - matrix.T).max() < 1e-12 * np.abs(matrix).max()
     for column in (0, 13, 40):
-        step = np.zeros(position.size)
-        step[column] = h
-        ahead, behind = (
-            forces(enclosure, position + sign * step.reshape(position.shape)).ravel()
-            for sign in (1.0, -1.0)
-        )
-        slope = (behind - ahead) / (2.0 * h)
+        slope = stiffness(enclosure, position, column, h)
         assert matrix[:, column] == pytest.approx(slope, abs=1e-7 * np.abs(matrix).max())
 
 

@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 from scipy.integrate import solve_ivp
 
-from tests.derivatives import slopes
+from tests.derivatives import forces, slopes, stiffness
 from tests.engine.running import Bench
 from tests.hand_net import make_net, span
 from tissuec.engine.stability import spectral_radius
@@ -33,12 +33,6 @@ def ball(subdivisions=1, **more):
 def shaken(net, size=0.1):
     noise = np.random.default_rng(3).normal(size=net.position.shape)
     return net.position + size * RADIUS * noise
-
-
-def forces(enclosure, position, time=0.0):
-    total = np.zeros_like(position)
-    enclosure.add_forces(time, position, np.zeros_like(position), total)
-    return total
 
 
 def test_volume_of_an_icosahedron_and_of_it_stretched():
@@ -83,13 +77,7 @@ def test_stiffness_is_minus_the_derivative_of_the_forces():
     matrix = enclosure.matrix(0.0, position, np.arange(count), count).toarray()
     assert matrix == pytest.approx(matrix.T)
     for column in (0, 13, 40):
-        step = np.zeros(position.size)
-        step[column] = h
-        ahead, behind = (
-            forces(enclosure, position + sign * step.reshape(position.shape)).ravel()
-            for sign in (1.0, -1.0)
-        )
-        slope = (behind - ahead) / (2.0 * h)
+        slope = stiffness(enclosure, position, column, h)
         assert matrix[:, column] == pytest.approx(slope, abs=1e-7 * np.abs(matrix).max())
 
 

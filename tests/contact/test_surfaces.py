@@ -6,6 +6,7 @@ from msgspec.structs import replace
 from scipy.spatial import Delaunay
 
 from tests.contact.scenes import by_loops, contact_with
+from tests.derivatives import forces
 from tissuec.geometry.inclusion import shared_elements, weights
 from tissuec.geometry.nearest import CAPSULE, TRIANGLE
 
@@ -28,12 +29,6 @@ def on_surface(nodes, surface, corners, **options):
     """Return a contact of nodes with a surface, and the places of all [m]."""
     contact = contact_with(TRIANGLE, len(nodes) + corners, len(nodes), **options)
     return contact, np.concatenate([nodes, surface, np.zeros((len(contact.memory), 3))])
-
-
-def forces(contact, position, velocity):
-    total = np.zeros_like(position)
-    contact.add_forces(0.0, position, velocity, total)
-    return total
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from tissuec.results.errors import ResultError
-from tissuec.results.export import export_csv, export_obj, export_vtu, table_data, table_names
+from tissuec.results.export import frame_shape, table_data, table_names, table_rows, write_csv
 from tissuec.results.info import summary
+from tissuec.results.shapes import write_obj, write_vtu
 from tissuec.results.trajectory import Trajectory
 
 
@@ -20,7 +21,7 @@ def read(tmp_path, example):
 
 def table(trajectory, names):
     stream = io.StringIO()
-    export_csv(trajectory, names, stream)
+    write_csv(table_rows(trajectory, names), stream)
     return list(csv.reader(io.StringIO(stream.getvalue())))
 
 
@@ -109,7 +110,7 @@ def test_a_vtu_file_holds_a_frame(tmp_path, read, example, frame):
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     path = tmp_path / "frame.vtu"
-    export_vtu(read, frame, path)
+    write_vtu(frame_shape(read, frame), path)
     reader = xml.vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(path))
     reader.Update()
@@ -139,7 +140,7 @@ def test_a_vtu_file_holds_a_frame(tmp_path, read, example, frame):
 
 def test_an_obj_file_holds_a_frame(tmp_path, read, example):
     path = tmp_path / "frame.obj"
-    export_obj(read, 20, path)
+    write_obj(frame_shape(read, 20), path)
     lines = [line.split() for line in path.read_text().splitlines()]
 
     def of(letter):
@@ -150,12 +151,12 @@ def test_an_obj_file_holds_a_frame(tmp_path, read, example):
     assert np.array_equal(of("f") - 1, read.cells(20).triangles)
 
 
-@pytest.mark.parametrize("export", [export_vtu, export_obj])
-def test_exports_say_what_is_wrong(tmp_path, read, export):
+@pytest.mark.parametrize("write", [write_vtu, write_obj])
+def test_exports_say_what_is_wrong(tmp_path, read, write):
     with pytest.raises(IndexError, match="frame 99 of 40"):
-        export(read, 99, tmp_path / "frame")
+        frame_shape(read, 99)
     with pytest.raises(ResultError, match="No such file or directory"):
-        export(read, 0, tmp_path / "missing" / "frame")
+        write(frame_shape(read, 0), tmp_path / "missing" / "frame")
 
 
 def test_the_summary_counts_what_the_file_holds(read, example):

@@ -7,17 +7,19 @@ from tissuec.scene.request import Request
 from tissuec.studies.study import PreparedStudy, StudyResult, prepare, run_study
 from tissuec.workers.workers import OwnProcess
 
+#: The words of a tissue.
+WORDS = """described in soft tissue
+  hardness is soft
+  elasticity is medium
+  weight is medium
+  shiftability is medium
+  consistency is smooth"""
 #: A node on a spring of 2 N/m is moved by "lift" within 0.1 s; it breaks beyond 12 mN.
 SCENE = """language 1
 use "fuzzy/soft_tissue"
 param lift = 2 mm between 0 mm and 20 mm
 tissue spring {
-  described in soft tissue
-  hardness is soft
-  elasticity is medium
-  weight is medium
-  shiftability is medium
-  consistency is smooth
+  WORDS
   spring constant = 2 N/m
   viscosity = 1 mN*s/m
   fraction force = 12 mN
@@ -38,7 +40,7 @@ script {
 }
 simulate { duration = 0.2 s; tolerance = 1e-4 }
 output { trajectory every 10 ms; force of hand every 1 ms }
-"""
+""".replace("WORDS", WORDS)
 #: A mass between springs without losses, which all integrators can step.
 CHAIN = """language 1
 tissue spring { spring constant = 2 N/m; viscosity = 0 N*s/m }

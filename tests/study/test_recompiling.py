@@ -5,6 +5,7 @@ import random
 import numpy as np
 import pytest
 
+from tests.study.scenes import WORDS
 from tissuec.compiler.recompiling import Recompiler
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
@@ -19,12 +20,7 @@ param wide = 3 mm
 param softness = 1
 let stiffness = 2 N/m / softness
 tissue skin {
-  described in soft tissue
-  hardness is soft
-  elasticity is medium
-  weight is medium
-  shiftability is medium
-  consistency is smooth
+  WORDS
 }
 tissue scar like skin { spring constant = stiffness }
 body strip {
@@ -49,7 +45,7 @@ script {
 }
 simulate { duration = 0.2 s; tolerance = 1e-4 }
 output { trajectory every 10 ms }
-"""
+""".replace("WORDS", WORDS)
 VALUES = [
     ("lift = 3 mm", "lift = 4 mm"),
     ("height = 4 mm", "height = 5 mm"),

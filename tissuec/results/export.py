@@ -17,23 +17,10 @@ from tissuec.results.shapes import (
     ExportedShape,
     cannot_write,
     net_shape,
-    write_obj,
-    write_vtu,
 )
 from tissuec.results.store import LIBVER
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
-
-
-def export_csv(trajectory: Trajectory, names: str | Sequence[str], stream: TextIO) -> None:
-    """Write the rows of a table as comma-separated values; see ``table_rows``.
-
-    Args:
-        trajectory: The result.
-        names: Names of logs, or "energies" or "events".
-        stream: Where the text is written.
-    """
-    write_csv(table_rows(trajectory, names), stream)
 
 
 def write_csv(rows: Iterable[Sequence[object]], stream: TextIO) -> None:
@@ -90,36 +77,6 @@ def _plain_table(trajectory: Trajectory, name: str) -> Any:
         "time": log.time.tolist(),
         "value": log.value.tolist(),
     }
-
-
-def export_vtu(trajectory: Trajectory, frame: int, path: Path) -> None:
-    """Write one frame as a VTK unstructured grid (XML, ``.vtu``).
-
-    Args:
-        trajectory: The result.
-        frame: Index of the frame.
-        path: The file.
-
-    Raises:
-        IndexError: There is no such frame.
-        ResultError: The file cannot be written.
-    """
-    write_vtu(frame_shape(trajectory, frame), path)
-
-
-def export_obj(trajectory: Trajectory, frame: int, path: Path) -> None:
-    """Write one frame as Wavefront OBJ: vertices, springs as lines, skin as faces.
-
-    Args:
-        trajectory: The result.
-        frame: Index of the frame.
-        path: The file.
-
-    Raises:
-        IndexError: There is no such frame.
-        ResultError: The file cannot be written.
-    """
-    write_obj(frame_shape(trajectory, frame), path)
 
 
 def frame_shape(trajectory: Trajectory, frame: int) -> ExportedShape:

@@ -24,6 +24,10 @@ def say(state, diary, sentence, **clauses):
     return order(sentence, SETS, tools=TOOLS, **clauses).apply(state, diary)
 
 
+def turn(state, diary, sentence="turn all", *, using="constant speed", **clauses):
+    return say(state, diary, sentence, using=using, **clauses)
+
+
 def test_a_moved_set_ends_exactly_and_at_rest_and_stays_held(state, diary):
     state.time = 0.1
     say(state, diary, "move left", duration=0.3, by=(0.1, 0.2, 0.7), using="constant speed")
@@ -84,7 +88,7 @@ def test_what_a_moving_tool_grasps_moves_along_from_there(state, diary):
 def test_what_a_turning_tool_grasps_turns_along_from_there(diary):
     state = start(make_net(SQUARE, []))
     say(state, diary, "grasp left", with_="forceps A")
-    say(
+    turn(
         state,
         diary,
         "turn forceps A",
@@ -104,22 +108,14 @@ def test_what_a_turning_tool_grasps_turns_along_from_there(diary):
 
 def test_a_turn_is_right_handed_about_the_mean_position(diary):
     state = start(make_net(SQUARE, []))
-    say(
-        state,
-        diary,
-        "turn all",
-        duration=1,
-        by=np.pi / 2,
-        around=(0, 0, 2),
-        using="smooth profile",
-    )
+    turn(state, diary, duration=1, by=np.pi / 2, around=(0, 0, 2), using="smooth profile")
     diary.play(state, 1.5)
     assert state.position == pytest.approx(np.roll(SQUARE, -1, axis=0), abs=1e-15)
 
 
 def test_a_turn_goes_through_the_point_that_is_written(diary):
     state = start(make_net(SQUARE, []))
-    say(
+    turn(
         state,
         diary,
         "turn end",
@@ -137,15 +133,7 @@ def test_velocities_of_a_turning_and_moving_set_are_those_of_its_path(diary):
     state = start(make_net(SQUARE, []))
     say(state, diary, "move all", duration=2, by=(1, 2, 3), using="smooth profile")
     diary.play(state, 0.4)
-    say(
-        state,
-        diary,
-        "turn all",
-        duration=1,
-        by=2.0,
-        around=(1, 1, 0),
-        using="smooth profile",
-    )
+    turn(state, diary, duration=1, by=2.0, around=(1, 1, 0), using="smooth profile")
     motion = state.motions["all"]
     step = 1e-6
     for time in (0.5, 0.8, 1.3):
@@ -158,15 +146,7 @@ def test_a_turn_carries_its_axis_along_with_a_motion_and_stays_rigid(diary):
     state = start(make_net(SQUARE, []))
     say(state, diary, "move all", duration=2, by=(4, 0, 0), using="constant speed")
     diary.play(state, 1.0)
-    say(
-        state,
-        diary,
-        "turn all",
-        duration=2,
-        by=np.pi,
-        around=(0, 0, 1),
-        using="constant speed",
-    )
+    turn(state, diary, duration=2, by=np.pi, around=(0, 0, 1))
     diary.play(state, 2.5)
     centre = state.position.mean(axis=0)
     assert centre == pytest.approx([4, 0, 0], abs=1e-14)
@@ -176,25 +156,9 @@ def test_a_turn_carries_its_axis_along_with_a_motion_and_stays_rigid(diary):
 
 def test_a_second_turn_begins_where_the_first_is_and_ends_it(diary):
     state = start(make_net(SQUARE, []))
-    say(
-        state,
-        diary,
-        "turn all",
-        duration=2,
-        by=np.pi,
-        around=(0, 0, 1),
-        using="constant speed",
-    )
+    turn(state, diary, duration=2, by=np.pi, around=(0, 0, 1))
     diary.play(state, 1.0)
-    say(
-        state,
-        diary,
-        "turn all",
-        duration=2,
-        by=np.pi,
-        around=(1, 0, 0),
-        using="constant speed",
-    )
+    turn(state, diary, duration=2, by=np.pi, around=(1, 0, 0))
     diary.play(state, 9.0)
     expected = np.roll(SQUARE, -1, axis=0) * np.array([1, -1, -1])
     assert state.position == pytest.approx(expected, abs=1e-14)
@@ -231,15 +195,7 @@ def test_stop_moving_freezes_the_set_where_it_is_still_held(state, diary):
 def test_stop_turning_leaves_the_motion_alone(diary):
     state = start(make_net(SQUARE, []))
     say(state, diary, "move all", duration=2, by=(0, 0, 2), using="constant speed")
-    say(
-        state,
-        diary,
-        "turn all",
-        duration=2,
-        by=np.pi,
-        around=(0, 0, 1),
-        using="constant speed",
-    )
+    turn(state, diary, duration=2, by=np.pi, around=(0, 0, 1))
     diary.play(state, 1.0)
     say(state, diary, "stop turning all")
     diary.play(state, 3.0)
