@@ -24,6 +24,9 @@ from tissuec.scene.request import Request
 settings.register_profile("tests", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tests")
 
+# Files need not outlive a loss of power here, and waiting for the disk takes a long time.
+os.fsync = lambda _: None
+
 SLOW = Path(__file__).with_name("slow.txt")
 
 

@@ -125,7 +125,7 @@ def _of_springs(names: Sequence[str]) -> str:
 
 def parsed(source: Source) -> s.Module:
     """Return the syntax nodes of a text as ``parse`` does; shipped ones are parsed once."""
-    if source.path is None or not source.path.is_relative_to(resources.library()):
+    if source.path is None or not source.path.absolute().is_relative_to(resources.library()):
         return parse(source)
     return _shipped(source.name, source.text, source.path)
 
