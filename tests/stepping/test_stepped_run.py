@@ -209,6 +209,20 @@ def test_orders_at_times_that_a_rupture_has_set_become_a_script():
     assert_same(sim, sim.script())
 
 
+def test_an_order_comes_before_what_follows_a_trigger_at_the_same_time():
+    when = "when position(tip along (1, 0, 0)) > 1 mm: { after 100 ms: "
+    change = "change viscosity of rope by 3"
+    former = f"when position(tip along (1, 0, 0)) > 34 mm: {change}"
+    scene = rope().replace(former, f"{when}{change} }}")
+    sim = tissuec.start(scene)
+    sim.run_until(0.1)
+    sim.order("change viscosity of rope to 1 mN*s/m")
+    sim.run_until(0.5)
+    changes = [event.cause for event in sim.events if event.kind == "change"]
+    assert changes == ["change viscosity of rope to 1 mN*s/m", change]
+    assert_same(sim, sim.script())
+
+
 def test_without_a_file_nothing_is_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with tissuec.start(rope()) as sim:

@@ -57,8 +57,8 @@ def test_an_agenda_keeps_time_then_ends_before_script_then_written_order():
     actions = {
         name: event_action(name) for name in ("first", "second", "later", "end", "extra")
     }
-    queue.script([ScheduledAction(0.7, actions["later"])], 0.0)
-    queue.script(
+    queue.follow([ScheduledAction(0.7, actions["later"])], 0.0)
+    queue.follow(
         [ScheduledAction(0.3, actions["first"]), ScheduledAction(0.3, actions["second"])], 0.0
     )
     queue.add(0.1 + 0.2, actions["end"])

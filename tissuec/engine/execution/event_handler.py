@@ -212,7 +212,7 @@ class EventHandler:
             self.run_state.waiting.remove(number)
             cause = " ".join(trigger.span.text.split())
             self._log(LoggedEvent("trigger", (), cause, trigger.span))
-            self.run_state.queue.script(trigger.events, self.run_state.state.time)
+            self.run_state.queue.follow(trigger.events, self.run_state.state.time)
 
     def _log(self, logged_event: LoggedEvent) -> None:
         time = self.run_state.state.time

@@ -12,16 +12,19 @@ from tissuec.model.network import Floats
 from tissuec.script.plan import Plan, ScheduledAction
 from tissuec.script.verbs import Action, LoggedEvent
 
-_ADDED, _SCRIPTED = 0, 1
+_ADDED, _WRITTEN, _FOLLOWING = 0, 1, 2  # which comes first at one time
 
 
 class ActionQueue(Struct, eq=False):
-    """Actions at times; those that an action added come before scripted ones of that time.
+    """Actions at times.
+
+    At one time, those come first that an action added, then those that are written with a time,
+    then those that follow a trigger. So it does not matter when a written one is entered.
 
     Attributes:
         near: Times that differ by less are one time [s].
-        entries: A heap of time [s], whether it is scripted, number, and action; an action of
-            None only asks for a step to land there.
+        entries: A heap of time [s], rank, number, and action; an action of None only asks for a
+            step to land there.
         written: Times of the script, ascending [s]; an added time near one of them is it.
         count: How many entries there were.
         ended: What ended the run, once something has.
@@ -60,12 +63,13 @@ class ActionQueue(Struct, eq=False):
         """Add written events to the script, their times counted from 0 s."""
         for event in events:
             insort(self.written, event.time)
-        self.script(events, 0.0)
-
-    def script(self, events: Iterable[ScheduledAction], start: float) -> None:
-        """Add written events, their times counted from ``start`` [s]."""
         for event in events:
-            self._enter(start + event.time, _SCRIPTED, event.action)
+            self._enter(event.time, _WRITTEN, event.action)
+
+    def follow(self, events: Iterable[ScheduledAction], start: float) -> None:
+        """Add the events of a trigger, their times counted from ``start`` [s]."""
+        for event in events:
+            self._enter(start + event.time, _FOLLOWING, event.action)
 
     @property
     def next(self) -> float:

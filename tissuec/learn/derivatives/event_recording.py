@@ -102,7 +102,7 @@ class EventRecorder:
             if isinstance(event, RupturesAt):
                 breaks.append(event)
             else:
-                queue.script([event], 0.0)
+                queue.follow([event], 0.0)
         return breaks
 
 
