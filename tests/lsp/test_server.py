@@ -172,18 +172,20 @@ async def agree(paths: list[Path]) -> None:
             )
 
 
-@pytest.mark.parametrize("step", [3, pytest.param(1, marks=pytest.mark.slow)])
-def test_a_library_file_is_told_as_the_command_says_it(step):
-    carry_out(agree(LIBRARY[::step]))
+PLAIN = [path for path in BAD if is_plain(path)]
 
 
-def test_bad_scenes_are_told_as_the_command_says_it():
-    carry_out(agree([path for path in BAD if is_plain(path)][::64]))
-
-
-@pytest.mark.slow
-def test_every_bad_scene_is_told_as_the_command_says_it():
-    carry_out(agree([path for path in BAD if is_plain(path)]))
+@pytest.mark.parametrize(
+    "paths",
+    [
+        [*LIBRARY[::6], *PLAIN[::64]],
+        pytest.param(LIBRARY, marks=pytest.mark.slow),
+        pytest.param(PLAIN, marks=pytest.mark.slow),
+    ],
+    ids=["some", "library", "bad scenes"],
+)
+def test_a_file_is_told_as_the_command_says_it(paths):
+    carry_out(agree(paths))
 
 
 def test_the_command_says_so_too():
