@@ -182,7 +182,7 @@ def test_a_block_settles_between_plates_at_half_its_height_and_keeps_its_volume(
         state.enclosures = enclosures
         z = net.position[:, 2]
         state.holders["fix"] = np.flatnonzero((z < 1e-4) | (z > 20e-3 - 1e-4))
-        for height in (17.5e-3, 15e-3, 12.5e-3, 10e-3):
+        for height in (15e-3, 10e-3):
             state.position[:, 2] *= height / np.ptp(state.position[:, 2])
             settle(state, np.ones(net.node_count, dtype=bool))
         volumes.append(enclosure.volumes(state.position).sum() / enclosure.drawn.sum())

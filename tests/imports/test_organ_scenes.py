@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
 
 from tests.imports.organs import blob, write_obj
+from tissuec.cli import group
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.geometry.edges import volume
@@ -119,6 +121,9 @@ def test_two_runs_give_the_same_bytes(organ: Path) -> None:
 
 
 def test_import_prints_a_scene_that_passes_the_check(organ: Path) -> None:
+    def inside(*words: str) -> Result:
+        return CliRunner().invoke(group, [*words], standalone_mode=False)
+
     def tissuec(*words: str) -> subprocess.CompletedProcess:
         return subprocess.run(
             [sys.executable, "-m", "tissuec", *words], cwd=organ, capture_output=True, text=True
@@ -128,9 +133,11 @@ def test_import_prints_a_scene_that_passes_the_check(organ: Path) -> None:
     assert said.returncode == 0, said.stderr
     assert "# 162 nodes, a surface of 320 triangles" in said.stdout
     (organ / "made.tis").write_text(said.stdout)
-    checked = tissuec("check", "--strict", "made.tis")
-    assert checked.returncode == 0, checked.stderr
-    facts = json.loads(tissuec("import", "organ.obj", "--unit", "cm", "--json").stdout)
+    checked = inside("check", "--strict", str(organ / "made.tis"))
+    assert checked.return_value == 0, checked.output
+    facts = json.loads(
+        inside("import", str(organ / "organ.obj"), "--unit", "cm", "--json").stdout
+    )
     assert facts["closed"] and facts["groups"]["tumour"] > 80
     assert facts["volume"] == pytest.approx(1e-6 * volume(*blob(2)), rel=1e-9)
     assert tissuec("import", "organ.obj", "--unit", "kg").returncode == 2

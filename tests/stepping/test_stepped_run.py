@@ -65,7 +65,7 @@ METHODS = [
         for name, method in INTEGRATORS.items()
         if not method.conservative
     ),
-    "step = 5 ms; integrator is relaxation",
+    "step = 25 ms; integrator is relaxation",
 ]
 
 
@@ -78,6 +78,8 @@ METHODS = [
 )
 @pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
 def test_many_steps_are_a_run(method, strength, count):
+    if "relaxation" in method:  # each of whose steps takes long
+        count //= 5
     scene = rope(method=method, strength=strength).replace("every 1 ms", f"every {1 / count} s")
     try:
         tissuec.compile(scene)
@@ -114,7 +116,7 @@ def test_what_is_ordered_becomes_a_script_which_runs_the_same():
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))]
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (0, 2, 3, 4, 5))]
 )
 def test_saving_restoring_and_forking_on_the_way_change_nothing(seed):
     draw, sim = random.Random(seed), tissuec.start(rope(strength="8 mN"))

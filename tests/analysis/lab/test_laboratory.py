@@ -134,7 +134,7 @@ def test_strains_of_prestressed_coupons_begin_at_rest():
 
 
 def test_a_coupon_without_a_limit_does_not_break(monkeypatch):
-    monkeypatch.setattr(statics, "LEVELS", 8)
+    monkeypatch.setattr(statics, "LEVELS", 5)
     gel = bench(BARE)
     found = statics.rupture(gel, gel.coupons()[0], YOUNG, None)
     assert math.isnan(found.strain)
@@ -185,7 +185,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("found")
 
 
-@pytest.fixture(scope="module", params=[8, pytest.param(24, marks=pytest.mark.slow)])
+@pytest.fixture(scope="module", params=[5, pytest.param(24, marks=pytest.mark.slow)])
 def contradicted(folder, request):
     """Return what the command says of a tissue that contradicts some of its evidence."""
     with pytest.MonkeyPatch.context() as patch:
