@@ -18,7 +18,7 @@ from tissuec.core.hints import Edit
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.pipeline import check_request
 from tissuec.scene.request import Request
 
@@ -63,7 +63,7 @@ def said(request: Request) -> tuple[Diagnostic, ...]:
 @cache
 def edited(name: str, edits: tuple[Edit, ...]) -> tuple[Diagnostic, ...]:
     """Return what is said about a bad scene after edits, which do not overlap."""
-    request, desk = request_of(BY_NAME[name]), Desk()
+    request, documents = request_of(BY_NAME[name]), OpenDocuments()
     texts = {request.source: request.source.text}
     for edit in sorted(edits, key=lambda edit: edit.span.start, reverse=True):
         source = edit.span.source
@@ -77,8 +77,8 @@ def edited(name: str, edits: tuple[Edit, ...]) -> tuple[Diagnostic, ...]:
         elif source.name == request.source.name:
             request = replace(request, source=replace(source, text=text))
         else:
-            desk.put(source.path, text)
-    return said(replace(request, overrides=tuple(overrides), files=desk))
+            documents.put(source.path, text)
+    return said(replace(request, overrides=tuple(overrides), files=documents))
 
 
 def weight(findings: Sequence[Diagnostic]) -> tuple[int, int]:

@@ -5,7 +5,7 @@ import pytest
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request, read_words
-from tissuec.scene.imports import Kept
+from tissuec.scene.imports import StoredTexts
 from tissuec.scene.request import Request
 
 TISSUE = (
@@ -16,7 +16,7 @@ USING = 'language 1\nuse "tissues/gum"\n'
 
 def kept(text, **texts):
     names = {f"{name.replace('_', '/')}.tis": text for name, text in texts.items()}
-    return read_words(Request(Source("scene.tis", text), files=Kept(names)))[0]
+    return read_words(Request(Source("scene.tis", text), files=StoredTexts(names)))[0]
 
 
 def test_what_is_kept_counts_and_no_file_beside_it():
@@ -56,6 +56,6 @@ def test_tables_are_kept_too(tmp_path):
 
     written = manifest_of(compile_request(request)[0], request)
     assert written["sources"] == {"rise.csv": "0,0\n1,2\n"}
-    again = Request(Source("elsewhere.tis", TABLED), files=Kept(written["sources"]))
+    again = Request(Source("elsewhere.tis", TABLED), files=StoredTexts(written["sources"]))
     (profile,) = compile_request(again)[0].plan.events[0].action.profiles
     assert profile.values[-1] == 2.0

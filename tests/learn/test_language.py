@@ -11,7 +11,7 @@ from tissuec.core.source import Source
 from tissuec.core.units import FORCE, LENGTH, NUMBER, STIFFNESS, VELOCITY
 from tissuec.lang.printer import format_source
 from tissuec.pipeline import compile_request
-from tissuec.scene.imports import Kept, read_source
+from tissuec.scene.imports import StoredTexts, read_source
 from tissuec.scene.learn_entries import SENTENCES
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
@@ -220,7 +220,7 @@ def test_a_text_that_a_result_keeps_needs_no_data(tmp_path):
     block = f'learn gum {{ data = "gone.csv"; {FIT}; adjust mass }}\n'
     library = Path(__file__).parents[2] / "library"
     names = ("fuzzy/words.tis", "fuzzy/soft_tissue.tis")
-    kept = Kept({name: (library / name).read_text(encoding="utf-8") for name in names})
+    kept = StoredTexts({name: (library / name).read_text(encoding="utf-8") for name in names})
     request = Request(Source("scene.tis", SCENE + block), files=kept)
     assert compile_request(request)[0].fit_problems[0].data[0].path == Path("gone.csv")
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 from docs.reference.pages import outdated_grammars
 from tests.every import every
-from tests.lsp.desks import BAD, GOOD, LIBRARY
+from tests.lsp.editor_documents import BAD, GOOD, LIBRARY
 from tests.lsp.textmate import Engine
 from tissuec.core.units import SYMBOLS
 from tissuec.lang.words import RESERVED

@@ -5,9 +5,9 @@ import random
 import pytest
 
 import tissuec
-from tests.lsp.desks import GOOD, LIBRARY, MARK, asked, shipped
+from tests.lsp.editor_documents import GOOD, LIBRARY, MARK, asked, shipped
 from tissuec.lsp.completion import complete
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.hover import hover
 from tissuec.lsp.views import view_of
 
@@ -197,16 +197,16 @@ def test_a_name_with_a_reserved_word_is_written_in_quotes():
 
 
 def test_names_of_files_that_are_not_saved_are_offered(tmp_path):
-    desk = Desk()
-    desk.put(tmp_path / "own.tis", "language 1\ntissue silk { mass = 1 mg }\n")
+    documents = OpenDocuments()
+    documents.put(tmp_path / "own.tis", "language 1\ntissue silk { mass = 1 mg }\n")
     text = 'language 1\nuse "./own"\nbody b { tissue is s‸ }'
-    found = complete(*asked(text, tmp_path / "scene.tis", desk))
+    found = complete(*asked(text, tmp_path / "scene.tis", documents))
     assert "silk" in [one.label for one in found]
 
 
 @pytest.mark.parametrize("path", [*LIBRARY, *GOOD], ids=lambda path: path.stem)
 def test_every_word_of_a_good_scene_is_offered_where_it_stands(path):
-    view = view_of(Desk(), path)
+    view = view_of(OpenDocuments(), path)
     text, missed = view.source.text, []
     for statement in view.structure.statements:
         if statement.outer is not None and statement.outer.is_table:

@@ -6,11 +6,11 @@ import pytest
 
 from tests.every import every
 from tests.growth import calls
-from tests.lsp.desks import BAD, GOOD, LIBRARY, asked
+from tests.lsp.editor_documents import BAD, GOOD, LIBRARY, asked
 from tissuec.cli.check import _check
 from tissuec.core.errors import as_dict
 from tissuec.lsp import completion, navigation
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.findings import check
 from tissuec.lsp.hover import hover
 from tissuec.lsp.layout import formatted
@@ -28,57 +28,57 @@ simulate { duration = 1 s }
 SILK = "tissue silk { spring constant = 4 N/m; viscosity = 1 mN*s/m; mass = 1 g }\n"
 
 
-def codes(desk, path):
-    return [one.code for one in check(desk, path).diagnostics]
+def codes(documents, path):
+    return [one.code for one in check(documents, path).diagnostics]
 
 
 @every("path", [*LIBRARY, *GOOD[::5], *BAD[::9]], parts=2)
 def test_a_file_is_answered_as_by_the_command(path):
     said, _ = _check(path, (), ())
-    found = check(Desk(), path).diagnostics
+    found = check(OpenDocuments(), path).diagnostics
     assert [as_dict(one) for one in found] == [as_dict(one) for one in said]
 
 
 def test_texts_that_are_not_saved_count(tmp_path):
-    desk, path, words = Desk(), tmp_path / "net.tis", tmp_path / "words.tis"
-    desk.put(path, NET)
-    assert codes(desk, path) == ["TIS601"]
-    desk.put(words, f"language 1\n{SILK}")
-    assert codes(desk, path) == []
-    desk.put(words, f"language 1\n{SILK.replace('4 N/m', '4 N')}")
-    assert codes(desk, path) == ["TIS502"]
+    documents, path, words = OpenDocuments(), tmp_path / "net.tis", tmp_path / "words.tis"
+    documents.put(path, NET)
+    assert codes(documents, path) == ["TIS601"]
+    documents.put(words, f"language 1\n{SILK}")
+    assert codes(documents, path) == []
+    documents.put(words, f"language 1\n{SILK.replace('4 N/m', '4 N')}")
+    assert codes(documents, path) == ["TIS502"]
     words.write_text(f"language 1\n{SILK}")
-    assert codes(desk, path) == ["TIS502"]
-    desk.take_away(words)
-    assert codes(desk, path) == []
+    assert codes(documents, path) == ["TIS502"]
+    documents.take_away(words)
+    assert codes(documents, path) == []
 
 
 def test_a_file_that_changes_on_disk_is_read_again(tmp_path):
-    desk, path = Desk(), tmp_path / "net.tis"
+    documents, path = OpenDocuments(), tmp_path / "net.tis"
     path.write_text(NET)
     (tmp_path / "words.tis").write_text(f"language 1\n{SILK}\n")
-    assert codes(desk, path) == []
+    assert codes(documents, path) == []
     (tmp_path / "words.tis").write_text("language 1\n")
-    assert codes(desk, path) == ["TIS301"]
+    assert codes(documents, path) == ["TIS301"]
 
 
 def test_floppy_modes_are_counted_once_for_a_net():
-    desk, path = Desk(), LIBRARY[0].parent.parent / "scenes" / "sterilisation.tis"
+    documents, path = OpenDocuments(), LIBRARY[0].parent.parent / "scenes" / "sterilisation.tis"
     text = path.read_text(encoding="utf-8")
-    desk.put(path, text)
-    assert not check(desk, path, thorough=False).is_thorough
-    assert check(desk, path).is_thorough
-    desk.put(path, text.replace("0.10 s", "0.11 s"))
-    assert check(desk, path, thorough=False).is_thorough
-    desk.put(path, text.replace("rings = 16", "rings = 15"))
-    assert not check(desk, path, thorough=False).is_thorough
+    documents.put(path, text)
+    assert not check(documents, path, thorough=False).is_thorough
+    assert check(documents, path).is_thorough
+    documents.put(path, text.replace("0.10 s", "0.11 s"))
+    assert check(documents, path, thorough=False).is_thorough
+    documents.put(path, text.replace("rings = 16", "rings = 15"))
+    assert not check(documents, path, thorough=False).is_thorough
 
 
 def test_what_cannot_be_done_at_0_s_does_not_stop_the_check(tmp_path):
     """Nothing preserves the volume that is to be inflated; the run will say so."""
-    desk, path = Desk(), tmp_path / "scene.tis"
+    documents, path = OpenDocuments(), tmp_path / "scene.tis"
     body = "mesh is sphere { centre = (0, 0, 0) mm; radius = 30 mm; subdivisions = 1 }"
-    desk.put(
+    documents.put(
         path,
         f"""language 1
 tissue wall {SILK.removeprefix("tissue silk")}
@@ -88,7 +88,7 @@ script {{ at 0 s: inflate bladder to 100 ml }}
 simulate {{ duration = 0.1 s }}
 """,
     )
-    assert check(desk, path).compiled is not None
+    assert check(documents, path).compiled is not None
 
 
 @every("path", [*LIBRARY, *GOOD])
@@ -104,10 +104,10 @@ def test_a_text_is_laid_out_as_by_the_command(path):
 # --- texts that are half typed ----------------------------------------------------------------
 
 
-def ask_everything(desk, path, text, offset, chance):
+def ask_everything(documents, path, text, offset, chance):
     """Ask all there is to ask about a text."""
-    desk.put(path, text)
-    view = view_of(desk, path)
+    documents.put(path, text)
+    view = view_of(documents, path)
     assert view is not None
     for place in {offset, chance.randrange(len(text) + 1)}:
         place = min(place, len(view.source.text))
@@ -121,11 +121,11 @@ def ask_everything(desk, path, text, offset, chance):
 
 def prefixes(path, step):
     text = path.read_text(encoding="utf-8")
-    chance, desk = random.Random(path.stem), Desk()
+    chance, documents = random.Random(path.stem), OpenDocuments()
     for stop in range(chance.randrange(step), len(text) + 1, step):
-        ask_everything(desk, path, text[:stop], stop, chance)
+        ask_everything(documents, path, text[:stop], stop, chance)
         if chance.random() < 0.1:
-            check(desk, path, thorough=False)
+            check(documents, path, thorough=False)
 
 
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
@@ -143,11 +143,11 @@ def test_every_beginning_of_a_text_is_borne(path):
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
 def test_a_text_that_lacks_a_line_is_borne(path, count):
     lines = path.read_text(encoding="utf-8").split("\n")
-    chance, desk = random.Random(path.stem), Desk()
+    chance, documents = random.Random(path.stem), OpenDocuments()
     for number in chance.sample(range(len(lines)), count):
         text = "\n".join(lines[:number] + lines[number + 1 :])
-        ask_everything(desk, path, text, len("\n".join(lines[:number])), chance)
-        check(desk, path, thorough=False)
+        ask_everything(documents, path, text, len("\n".join(lines[:number])), chance)
+        check(documents, path, thorough=False)
 
 
 NEXT_TO_NOTHING = ("", "\n", "{", "}", '"', "language", "((((", "set", "a is", "# x")
@@ -163,15 +163,15 @@ def test_next_to_nothing_is_borne(text):
 
 def test_a_keystroke_is_answered_at_once():
     """The goal is 0.15 s, of which 0.09 s were measured, for 143 000 calls."""
-    desk, path = Desk(), LIBRARY[0].parent.parent / "scenes" / "liver.tis"
+    documents, path = OpenDocuments(), LIBRARY[0].parent.parent / "scenes" / "liver.tis"
     text = path.read_text(encoding="utf-8")
-    desk.put(path, text)
-    check(desk, path, thorough=False)
+    documents.put(path, text)
+    check(documents, path, thorough=False)
 
     def keystroke(number):
-        desk.put(path, f"{text}# {number}")
-        completion.complete(view_of(desk, path), len(text) // 2)
-        check(desk, path, thorough=False)
+        documents.put(path, f"{text}# {number}")
+        completion.complete(view_of(documents, path), len(text) // 2)
+        check(documents, path, thorough=False)
 
     keystroke(0)  # imports and caches
     assert calls(lambda: keystroke(1)) < 200_000  # 229 000 if nothing is remembered

@@ -2,12 +2,12 @@
 
 import pytest
 
-from tests.lsp.desks import BAD, SCENES
+from tests.lsp.editor_documents import BAD, SCENES
 from tissuec.core.hints import removal
 from tissuec.core.resources import library
 from tissuec.core.source import Source, Span
 from tissuec.lang.characters import normalise
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.findings import check
 from tissuec.lsp.fixes import fixes_at
 from tissuec.lsp.positions import Positions
@@ -26,9 +26,9 @@ def kinds(findings):
     return sorted((one.code, one.message) for one in findings)
 
 
-def applied(desk, fix):
+def applied(documents, fix):
     """Return a text after an edit that is made by lines and columns, as editors make it."""
-    raw = desk.raw(fix.path)
+    raw = documents.raw(fix.path)
     positions = Positions(raw)
     lines = raw.splitlines(keepends=True)
     start, stop = (
@@ -46,13 +46,13 @@ def _index(lines, place):
     return len(units.decode("utf-16-le"))
 
 
-def offered(desk, path, checked):
+def offered(documents, path, checked):
     """Return what is offered at each finding, by the text and place of the edit."""
     for finding in checked.diagnostics:
         if finding.span is None:
             continue
         line = finding.span.line - 1
-        fixes = fixes_at(finding.span.source.path, line, line, [checked], desk)
+        fixes = fixes_at(finding.span.source.path, line, line, [checked], documents)
         for edit in finding.edits:
             yield (
                 finding,
@@ -66,55 +66,55 @@ def offered(desk, path, checked):
 def test_every_edit_of_a_hint_is_offered_in_its_place(paths):
     """That the finding goes then is tested by tests/test_hints.py."""
     for path in paths:
-        desk = Desk()
-        for finding, fix in offered(desk, path, check(desk, path)):
+        documents = OpenDocuments()
+        for finding, fix in offered(documents, path, check(documents, path)):
             (edit,) = (
                 one for one in finding.edits if (one.text, one.span) == (fix.text, fix.place)
             )
             text, span = edit.span.source.text, edit.span
             edited = text[: span.start] + edit.text + text[span.end :]
-            assert normalise(applied(desk, fix), "after").text == edited, path
+            assert normalise(applied(documents, fix), "after").text == edited, path
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", PLAIN, ids=lambda path: path.stem)
 def test_behind_every_edit_its_finding_is_gone(path):
-    desk = Desk()
-    before = check(desk, path)
-    for finding, fix in offered(desk, path, before):
-        desk.put(fix.path, applied(desk, fix))
+    documents = OpenDocuments()
+    before = check(documents, path)
+    for finding, fix in offered(documents, path, before):
+        documents.put(fix.path, applied(documents, fix))
         kind = finding.code, finding.message
-        after = kinds(check(desk, path).diagnostics)
+        after = kinds(check(documents, path).diagnostics)
         assert after.count(kind) < kinds(before.diagnostics).count(kind), fix.title
-        desk.take_away(fix.path)
+        documents.take_away(fix.path)
 
 
 def test_a_finding_of_another_file_is_fixed_there(tmp_path):
-    scene, words, desk = tmp_path / "scene.tis", tmp_path / "words.tis", Desk()
-    desk.put(scene, 'language 1\nuse "./words"\n\n')
-    desk.put(words, "language 1\n\ntissue silk { mass = 1 }\n")
-    checked = check(desk, scene)
+    scene, words, documents = tmp_path / "scene.tis", tmp_path / "words.tis", OpenDocuments()
+    documents.put(scene, 'language 1\nuse "./words"\n\n')
+    documents.put(words, "language 1\n\ntissue silk { mass = 1 }\n")
+    checked = check(documents, scene)
     assert [one.code for one in checked.diagnostics] == ["TIS501"]
-    assert fixes_at(scene, 0, 9, [checked], desk) == []
-    (fix, *_) = fixes_at(words, 2, 2, [checked, checked], desk)
+    assert fixes_at(scene, 0, 9, [checked], documents) == []
+    (fix, *_) = fixes_at(words, 2, 2, [checked, checked], documents)
     assert fix.path == words
-    assert fixes_at(words, 0, 1, [checked], desk) == []
+    assert fixes_at(words, 0, 1, [checked], documents) == []
 
 
 def test_nothing_is_offered_for_a_text_that_has_changed_since():
-    path, desk = SCENES / "bad" / "word_misspelt.tis", Desk()
-    checked = check(desk, path)
-    assert fixes_at(path, 0, 99, [checked], desk)
-    desk.put(path, f"# one line more\n{desk.raw(path)}")
-    assert fixes_at(path, 0, 99, [checked], desk) == []
+    path, documents = SCENES / "bad" / "word_misspelt.tis", OpenDocuments()
+    checked = check(documents, path)
+    assert fixes_at(path, 0, 99, [checked], documents)
+    documents.put(path, f"# one line more\n{documents.raw(path)}")
+    assert fixes_at(path, 0, 99, [checked], documents) == []
 
 
 def test_no_shipped_file_is_fixed():
-    path, desk = library() / "tissues" / "fat.tis", Desk()
-    desk.put(path, desk.raw(path).replace("language 1", "langage 1"))
-    checked = check(desk, path)
+    path, documents = library() / "tissues" / "fat.tis", OpenDocuments()
+    documents.put(path, documents.raw(path).replace("language 1", "langage 1"))
+    checked = check(documents, path)
     assert any(one.edits for one in checked.diagnostics)
-    assert fixes_at(path, 0, 99, [checked], desk) == []
+    assert fixes_at(path, 0, 99, [checked], documents) == []
 
 
 @pytest.mark.parametrize(
@@ -140,11 +140,11 @@ def test_a_statement_is_removed_with_its_separator(text, left):
 
 def test_a_bad_scene_is_plain_text_as_the_desk_reads_it():
     for path in PLAIN[::9]:
-        assert Desk().read(path, path.name).text == read_source(path, path.name).text
+        assert OpenDocuments().read(path, path.name).text == read_source(path, path.name).text
 
 
 def test_a_table_of_a_body_without_mesh_has_no_edit(tmp_path):
-    path, desk = tmp_path / "scene.tis", Desk()
+    path, documents = tmp_path / "scene.tis", OpenDocuments()
     text = 'body net { }\ntable nodes of net in mm with columns "id x" { 1 0 }\n'
-    desk.put(path, f"language 1\n{text}simulate {{ duration = 1 s }}\n")
-    assert all(not one.edits or one.span for one in check(desk, path).diagnostics)
+    documents.put(path, f"language 1\n{text}simulate {{ duration = 1 s }}\n")
+    assert all(not one.edits or one.span for one in check(documents, path).diagnostics)

@@ -3,10 +3,10 @@
 import pytest
 
 from tests.every import every
-from tests.lsp.desks import LIBRARY, asked, shipped
+from tests.lsp.editor_documents import LIBRARY, asked, shipped
 from tissuec.compiler.provenance import explain_tissue
 from tissuec.core.resources import library
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.findings import check
 from tissuec.lsp.hover import hover
 from tissuec.lsp.views import view_of
@@ -103,7 +103,7 @@ def test_a_param_is_known_while_the_rest_is_half_typed():
 
 @every("path", LIBRARY)
 def test_a_tissue_is_said_as_explain_says_it(path):
-    view = view_of(Desk(), path)
+    view = view_of(OpenDocuments(), path)
     for symbol in view.of_kind("tissue"):
         tissue = view.tissue(symbol.key)
         if symbol.span.source is not view.source:
@@ -166,8 +166,8 @@ def test_words_of_the_language_are_explained(place, sentence):
 
 
 def test_sets_and_bodies_are_counted_once_the_scene_is_right():
-    desk, path = Desk(), library() / "scenes" / "sterilisation.tis"
-    view, compiled = view_of(desk, path), check(desk, path, thorough=False).compiled
+    documents, path = OpenDocuments(), library() / "scenes" / "sterilisation.tis"
+    view, compiled = view_of(documents, path), check(documents, path, thorough=False).compiled
     body = hover(view, view.source.text.index("body oviduct") + 6, compiled)
     chosen = hover(view, view.source.text.index("uterine end") + 1, compiled)
     assert "160 nodes, 610 springs" in body.text
@@ -175,9 +175,9 @@ def test_sets_and_bodies_are_counted_once_the_scene_is_right():
 
 
 def test_a_code_is_explained_where_it_stands(tmp_path):
-    desk, path = Desk(), tmp_path / "scene.tis"
-    desk.put(path, "language 1\nlet a = b\n")
-    view, found = view_of(desk, path), check(desk, path)
+    documents, path = OpenDocuments(), tmp_path / "scene.tis"
+    documents.put(path, "language 1\nlet a = b\n")
+    view, found = view_of(documents, path), check(documents, path)
     said = hover(view, 19, None, found.diagnostics)
     assert "**TIS301: " in said.text
 

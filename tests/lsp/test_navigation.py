@@ -3,11 +3,11 @@
 import pytest
 
 from tests.every import every
-from tests.lsp.desks import LIBRARY, asked, shipped
+from tests.lsp.editor_documents import LIBRARY, asked, shipped
 from tissuec.core.errors import TissueError
 from tissuec.core.resources import library
 from tissuec.lsp import navigation
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.findings import check
 from tissuec.lsp.views import view_of
 
@@ -49,20 +49,20 @@ tissue wall {
 
 
 @pytest.fixture
-def desk(tmp_path):
-    desk = Desk()
-    desk.put(tmp_path / "scene.tis", SCENE)
-    desk.put(tmp_path / "words.tis", WORDS)
-    return desk
+def documents(tmp_path):
+    documents = OpenDocuments()
+    documents.put(tmp_path / "scene.tis", SCENE)
+    documents.put(tmp_path / "words.tis", WORDS)
+    return documents
 
 
-def jump(desk, path, place):
+def jump(documents, path, place):
     """Return the name of the file and what begins where a place of a text leads."""
-    view = view_of(desk, path)
+    view = view_of(documents, path)
     found = navigation.definition(view, view.source.text.index(place) + len(place))
     if found is None:
         return None
-    return found.path.name, desk.raw(found.path)[found.start : found.stop]
+    return found.path.name, documents.raw(found.path)[found.start : found.stop]
 
 
 @pytest.mark.parametrize(
@@ -87,8 +87,8 @@ def jump(desk, path, place):
         ("smooth pro", None),
     ],
 )
-def test_names_lead_to_their_declarations(desk, tmp_path, place, target):
-    assert jump(desk, tmp_path / "scene.tis", place) == target
+def test_names_lead_to_their_declarations(documents, tmp_path, place, target):
+    assert jump(documents, tmp_path / "scene.tis", place) == target
 
 
 @pytest.mark.parametrize(
@@ -102,12 +102,12 @@ def test_names_lead_to_their_declarations(desk, tmp_path, place, target):
         ("constant is hi", ("words.tis", "high")),
     ],
 )
-def test_words_of_a_vocabulary_lead_to_their_scale(desk, tmp_path, place, target):
-    assert jump(desk, tmp_path / "words.tis", place) == target
+def test_words_of_a_vocabulary_lead_to_their_scale(documents, tmp_path, place, target):
+    assert jump(documents, tmp_path / "words.tis", place) == target
 
 
-def test_every_place_of_a_name_is_found_across_files(desk, tmp_path):
-    view = view_of(desk, tmp_path / "scene.tis")
+def test_every_place_of_a_name_is_found_across_files(documents, tmp_path):
+    view = view_of(documents, tmp_path / "scene.tis")
     symbol, _, _ = view.symbol_at(view.source.text.index("is wall") + 4)
     places = navigation.references(navigation.around(view), symbol)
     assert sorted(place.path.name for place in places) == [
@@ -118,14 +118,14 @@ def test_every_place_of_a_name_is_found_across_files(desk, tmp_path):
     ]
 
 
-def renamed(desk, path, place, name):
-    """Rename what stands at a place, in the texts of a desk."""
-    view = view_of(desk, path)
+def renamed(documents, path, place, name):
+    """Rename what stands at a place, in the texts of a documents."""
+    view = view_of(documents, path)
     offset = view.source.text.index(place) + len(place)
     renaming = navigation.rename(view, navigation.around(view), offset, name)
     for one in sorted(renaming.places, key=lambda one: -one.start):
-        text = desk.raw(one.path)
-        desk.put(one.path, text[: one.start] + renaming.text + text[one.stop :])
+        text = documents.raw(one.path)
+        documents.put(one.path, text[: one.start] + renaming.text + text[one.stop :])
 
 
 @pytest.mark.parametrize(
@@ -141,12 +141,12 @@ def renamed(desk, path, place, name):
         ("measure pu", "largest force"),
     ],
 )
-def test_a_scene_means_the_same_under_other_names(desk, tmp_path, place, name):
+def test_a_scene_means_the_same_under_other_names(documents, tmp_path, place, name):
     path = tmp_path / "scene.tis"
-    before = check(desk, path, thorough=False)
+    before = check(documents, path, thorough=False)
     assert before.compiled is not None, before.diagnostics
-    renamed(desk, path, place, name)
-    after = check(desk, path, thorough=False)
+    renamed(documents, path, place, name)
+    after = check(documents, path, thorough=False)
     assert after.compiled is not None, after.diagnostics
     assert (after.compiled.network.rest == before.compiled.network.rest).all()
     assert [d.code for d in after.diagnostics] == [d.code for d in before.diagnostics]
@@ -161,9 +161,9 @@ def test_a_scene_means_the_same_under_other_names(desk, tmp_path, place, name):
         ("smooth pro", "rough", "no defined name at this position"),
     ],
 )
-def test_a_name_that_cannot_be_is_refused(desk, tmp_path, place, name, reason):
+def test_a_name_that_cannot_be_is_refused(documents, tmp_path, place, name, reason):
     with pytest.raises(TissueError, match=reason):
-        renamed(desk, tmp_path / "scene.tis", place, name)
+        renamed(documents, tmp_path / "scene.tis", place, name)
 
 
 def test_the_library_keeps_its_names():
@@ -177,7 +177,7 @@ def test_the_library_keeps_its_names():
 
 @every("path", LIBRARY)
 def test_no_name_of_a_library_file_is_left_unknown(path):
-    view = view_of(Desk(), path)
+    view = view_of(OpenDocuments(), path)
     known = {start for _, start, _ in view.occurrences()}
     for phrase in view.all_phrases():
         names = set(phrase.expected.names) - {"param", "let"}

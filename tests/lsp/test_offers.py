@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.lsp.desks import GOOD, LIBRARY, asked
+from tests.lsp.editor_documents import GOOD, LIBRARY, asked
 from tissuec.core.source import Source
 from tissuec.lang.grammar import Refused
 from tissuec.lang.parser import accepted_behind, statement_parser
 from tissuec.lang.tree_builder import tree_of
 from tissuec.lsp.completion import complete
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.findings import check
 from tissuec.lsp.proposal import Proposal
 from tissuec.lsp.views import View, view_of
@@ -91,7 +91,7 @@ def _closing(text: str) -> str:
 @pytest.mark.parametrize("part", [0.02, pytest.param(1.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_the_grammar_reads_every_offer(path, part):
-    view, chance = view_of(Desk(), path), random.Random(path.stem)
+    view, chance = view_of(OpenDocuments(), path), random.Random(path.stem)
     wrong = {
         (view.source.text[max(begin, one.start - 40) : one.start], one.insert)
         for begin, offset in places(view, chance, part)
@@ -131,13 +131,13 @@ def refused(path, view: View, phrase, one: Proposal) -> list[str]:
     text = typed(view, phrase, one)
     if text is None:
         return []
-    desk = Desk()
-    desk.put(path, text)
+    documents = OpenDocuments()
+    documents.put(path, text)
     stop = one.start + len(one.insert) - len(one.insert.removeprefix(one.label))
     is_entry = phrase.start == phrase.statement.parts[0].start and phrase.block.kind != "script"
     return [
         f"{finding.message}, in: {text[phrase.statement.start : stop].strip()}"
-        for finding in check(desk, path, thorough=False).diagnostics
+        for finding in check(documents, path, thorough=False).diagnostics
         if finding.code in UNKNOWN
         and finding.span is not None
         and finding.span.source.path == path
@@ -159,7 +159,7 @@ def is_said_elsewhere(phrase, one: Proposal) -> bool:
 @pytest.mark.parametrize("count", [1, pytest.param(6, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("path", SHORT, ids=lambda path: path.stem)
 def test_no_offer_is_unknown_in_its_place(path, count):
-    view, chance = view_of(Desk(), path), random.Random(path.stem)
+    view, chance = view_of(OpenDocuments(), path), random.Random(path.stem)
     phrases = [phrase for phrase in view.all_phrases() if phrase.parts]
     for phrase in chance.sample(phrases, min(2 * count, len(phrases))):
         offers = [

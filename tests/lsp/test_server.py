@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from tests.lsp.desks import BAD, LIBRARY, SCENES
+from tests.lsp.editor_documents import BAD, LIBRARY, SCENES
 from tissuec.cli.check import _check
 from tissuec.core.errors import as_dict
 from tissuec.lsp.layout import formatted

@@ -122,7 +122,7 @@ def _write(
     settings: Settings, *, validates: bool,
 ) -> "tuple[ReportContent, int]":  # fmt: skip
     """Write one page; return what it tells, and the exit code."""
-    from tissuec.analysis.recompiled import recompile
+    from tissuec.analysis.result_scene import recompile
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.report.content import ReportContent
     from tissuec.view.report.page import render

@@ -13,13 +13,13 @@ from tissuec.core.units import FREQUENCY, LENGTH, UnitError, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
 from tissuec.model.network import Floats
-from tissuec.model.profiles import CourseKind, TimeProfile
+from tissuec.model.profiles import ProfileKind, TimeProfile
 from tissuec.scene.imports import read_source
 from tissuec.scene.library import LINK, LINKED, Library
 
 TABLE = "table"
 #: Written name -> kind of profile. Motions and forces are spelled in their own words.
-PROFILES: dict[str, CourseKind] = {
+PROFILES: dict[str, ProfileKind] = {
     "constant": "constant",
     "constant speed": "ramp",
     "ramp": "ramp",

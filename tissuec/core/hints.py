@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from pathlib import Path
 
 from msgspec import Struct
 
@@ -104,3 +105,27 @@ def alternatives(word: str, known: Iterable[str], *, what: str) -> Hint:
     near = did_you_mean(word, names)
     every = f"{what}: {', '.join(names)}" if names else ""
     return Hint("  ".join(part for part in (near, every) if part), *near.edits)
+
+
+def nearby_file(path: Path, suffix: str, beside: Path | None = None) -> Hint:
+    """Return a hint ``did you mean "…"?`` for the nearest file of its folder, or an empty one.
+
+    Args:
+        path: What was written, perhaps without its suffix.
+        suffix: Of the files that can be meant, such as ".tis".
+        beside: Folder that is left out of the name that is proposed.
+    """
+    from difflib import get_close_matches  # late: most names are those of files
+
+    try:
+        names = [place.name for place in path.parent.glob(f"*{suffix}")]
+    except OSError:
+        return Hint("")
+    whole = f"{path.name.removesuffix(suffix)}{suffix}"
+    near = get_close_matches(whole, names, n=1, cutoff=0.8)
+    if not near or not path.name:
+        return Hint("")
+    old, new = str(path), str(path.with_name(near[0]))
+    if beside is not None:
+        old, new = (name.replace(f"{beside}/", "") for name in (old, new))
+    return Hint(f'did you mean "{new}"?', Edit(new, old=old))

@@ -44,7 +44,7 @@ class Memory:
         return made
 
 
-class Desk(Files):
+class OpenDocuments(Files):
     """Files as an editor shows them.
 
     Attributes:
@@ -119,23 +119,23 @@ class Desk(Files):
 class Lenient(Files):
     """The same files, in which texts that are wrong count as far as they can be read."""
 
-    def __init__(self, desk: Desk):
-        self.desk = desk
+    def __init__(self, documents: OpenDocuments):
+        self.documents = documents
 
     def has(self, path: Path) -> bool:
-        return self.desk.has(path)
+        return self.documents.has(path)
 
     def read(self, path: Path, name: str) -> Source:
-        return self.desk.read(path, name)
+        return self.documents.read(path, name)
 
     def parse(self, source: Source) -> s.Module:
         try:
-            return self.desk.parse(source)
+            return self.documents.parse(source)
         except WrongNumbers as error:
             return error.module
         except CompileError:
-            tree = self.desk.tree(source)
-            return self.desk.memory.recall(("mended", source), lambda: readable_part(tree))
+            tree = self.documents.tree(source)
+            return self.documents.memory.recall(("mended", source), lambda: readable_part(tree))
 
 
 def _parsed(tree: Tree) -> s.Module | CompileError:

@@ -49,7 +49,7 @@ def in_quotes(view: View, phrase: Phrase, offset: int) -> list[Proposal]:
 
 def _used(view: View) -> Iterator[tuple[str, str]]:
     """Yield what ``use`` could name, and where it lies."""
-    library = Library.of(view.source, view.desk.libraries)
+    library = Library.of(view.source, view.documents.libraries)
     for name, path in files_of(library.folders):
         if not name.startswith("scenes/"):
             yield name, str(path)
@@ -61,7 +61,7 @@ def _used(view: View) -> Iterator[tuple[str, str]]:
 
 def _numbers(view: View, kind: str) -> Iterator[tuple[str, str]]:
     """Yield mesh files, or tables, beside a scene and in libraries."""
-    library = Library.of(view.source, view.desk.libraries)
+    library = Library.of(view.source, view.documents.libraries)
     endings = {"table": TABLES, "rows": TABLES, "data": MEASURED, "hold out": MEASURED}.get(
         kind, tuple(FORMATS)
     )

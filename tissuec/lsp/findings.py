@@ -12,7 +12,7 @@ from msgspec import Struct
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.net_checks import floppy, late_breaking, unstable, unstable_node
 from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.lsp.documents import Desk, Memory
+from tissuec.lsp.documents import Memory, OpenDocuments
 from tissuec.mechanics.state import State
 from tissuec.model.topology import FloppyModes, floppy_modes
 from tissuec.pipeline import check_request
@@ -36,24 +36,24 @@ class _NotCounted(Exception):
     """Counting would take time now."""
 
 
-def check(desk: Desk, path: Path, *, thorough: bool = True) -> Checked:
+def check(documents: OpenDocuments, path: Path, *, thorough: bool = True) -> Checked:
     """Return the findings of ``tissuec check`` for an open text.
 
     Args:
-        desk: The open texts.
+        documents: The open texts.
         path: The text.
         thorough: Whether to make checks that take time; earlier findings of such checks on the
             same net are returned in any case.
     """
     try:
-        source = desk.read(path, str(path))
-        request = Request(source, libraries=desk.libraries, files=desk)
+        source = documents.read(path, str(path))
+        request = Request(source, libraries=documents.libraries, files=documents)
         compiled, warnings = check_request(request, thorough=False)
     except CompileError as error:
         return Checked(error.diagnostics, None, is_thorough=True)
     if compiled is None:
         return Checked(warnings, None, is_thorough=True)
-    count = partial(_modes, desk.memory, thorough)
+    count = partial(_modes, documents.memory, thorough)
     find = unstable_node if thorough else _not_now
     further = tuple(late_breaking(compiled))
     try:

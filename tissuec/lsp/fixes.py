@@ -9,7 +9,7 @@ from tissuec.core.errors import Diagnostic
 from tissuec.core.hints import Edit
 from tissuec.core.resources import library
 from tissuec.core.source import Span
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.findings import Checked
 
 
@@ -32,7 +32,7 @@ class QuickFix(Struct, frozen=True, eq=False):
 
 
 def fixes_at(
-    path: Path, first: int, last: int, checked: Iterable[Checked], desk: Desk
+    path: Path, first: int, last: int, checked: Iterable[Checked], documents: OpenDocuments
 ) -> list[QuickFix]:
     """Return the edits for findings in some lines of a file, in the order of the findings.
 
@@ -43,13 +43,13 @@ def fixes_at(
         path: The file.
         first, last: Lines, counted from 0; findings count that share one with them.
         checked: Findings in each open text; they may be about a file that it uses.
-        desk: The open texts.
+        documents: The open texts.
     """
     found: dict[tuple[str, str, str, int, int, str], QuickFix] = {}
     for finding in (one for each in checked for one in each.diagnostics):
         if finding.span is None or not _is_in(finding.span, path, first, last):
             continue
-        for fix in (_fix(finding, edit, desk) for edit in finding.edits):
+        for fix in (_fix(finding, edit, documents) for edit in finding.edits):
             if fix is not None:
                 place = str(fix.path), fix.place.start, fix.place.end
                 found.setdefault((finding.code, finding.message, *place, fix.text), fix)
@@ -64,13 +64,13 @@ def _is_in(span: Span, path: Path, first: int, last: int) -> bool:
     return begin <= last and first <= begin + span.text.count("\n")
 
 
-def _fix(finding: Diagnostic, edit: Edit, desk: Desk) -> QuickFix | None:
+def _fix(finding: Diagnostic, edit: Edit, documents: OpenDocuments) -> QuickFix | None:
     place = edit.span
     if place is None or place.source.path is None:
         return None
     path = place.source.path
     is_shipped = library().resolve() in path.resolve().parents
-    if is_shipped or desk.read(path, str(path)).text != place.source.text:
+    if is_shipped or documents.read(path, str(path)).text != place.source.text:
         return None
     text = " ".join(edit.text.split())
     title = f'Write "{text}"' if text else f'Remove "{place.one_line}"'

@@ -46,9 +46,9 @@ def definition(view: View, offset: int) -> Place | None:
 
 def used_file(view: View, wanted: str) -> Path | None:
     """Return the file that ``use`` would take."""
-    where = Library.of(view.source, view.desk.libraries)
+    where = Library.of(view.source, view.documents.libraries)
     name = wanted if wanted.endswith(SUFFIX) else wanted + SUFFIX
-    hits = (place / name for place in where.places(wanted) if view.desk.has(place / name))
+    hits = (place / name for place in where.places(wanted) if view.documents.has(place / name))
     return next(hits, None) if wanted else None
 
 
@@ -90,7 +90,7 @@ def around(view: View) -> list[View]:
     program: Program | None = view.program
     modules = program.modules if program else ()
     paths = [m.source.path for m in modules if m.source.path and m.source is not view.source]
-    views = (view_of(view.desk, path) for path in paths)
+    views = (view_of(view.documents, path) for path in paths)
     return [view, *(other for other in views if other is not None)]
 
 

@@ -79,19 +79,21 @@ def _initialised(server: Session, parameters: lsp.InitializeParams) -> None:
     options = parameters.initialization_options
     if isinstance(options, dict):
         given = cast("dict[str, Any]", options)
-        server.desk.libraries += tuple(Path(str(one)) for one in given.get("libraries", ()))
+        server.documents.libraries += tuple(
+            Path(str(one)) for one in given.get("libraries", ())
+        )
 
 
 def _opened(server: Session, parameters: lsp.DidOpenTextDocumentParams) -> None:
     document = parameters.text_document
     server.uris[path := server.path(document.uri)] = document.uri
-    server.desk.put(path, document.text)
+    server.documents.put(path, document.text)
     server.changed(path, everything=True)
 
 
 def _changed(server: Session, parameters: lsp.DidChangeTextDocumentParams) -> None:
     path = server.path(parameters.text_document.uri)
-    server.desk.put(
+    server.documents.put(
         path, server.workspace.get_text_document(parameters.text_document.uri).source
     )
     server.changed(path)
@@ -103,7 +105,7 @@ def _saved(server: Session, parameters: Any) -> None:
 
 def _closed(server: Session, parameters: lsp.DidCloseTextDocumentParams) -> None:
     path = server.path(parameters.text_document.uri)
-    server.desk.take_away(path)
+    server.documents.take_away(path)
     if path in server.waiting:
         server.waiting.pop(path).cancel()
     server.checked.pop(path, None)
@@ -214,7 +216,7 @@ def _fixes(server: Session, parameters: lsp.CodeActionParams) -> list[lsp.CodeAc
     if only is not None and not any(_QUICK_FIX.startswith(kind) for kind in only):
         return []
     found = fixes_at(
-        path, place.start.line, place.end.line, server.checked.values(), server.desk
+        path, place.start.line, place.end.line, server.checked.values(), server.documents
     )
     return [server.action(fix) for fix in found]
 
@@ -258,7 +260,7 @@ def _format(
     server: Session, parameters: lsp.DocumentFormattingParams
 ) -> list[lsp.TextEdit] | None:
     path = server.path(parameters.text_document.uri)
-    raw = server.desk.raw(path)
+    raw = server.documents.raw(path)
     new = formatted(raw)
     if new is None or new == raw:
         return None if new is None else []

@@ -15,7 +15,7 @@ from tissuec import __version__
 from tissuec.core.errors import Diagnostic
 from tissuec.core.source import Span
 from tissuec.lsp import navigation
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.error_docs import address_of
 from tissuec.lsp.findings import Checked, check
 from tissuec.lsp.fixes import QuickFix
@@ -40,7 +40,7 @@ class Session(LanguageServer):
         super().__init__(  # pyright: ignore[reportUnknownMemberType]  # keywords of pygls
             "tissuec", __version__, text_document_sync_kind=lsp.TextDocumentSyncKind.Full
         )
-        self.desk = Desk(libraries)
+        self.documents = OpenDocuments(libraries)
         self.checked: dict[Path, Checked] = {}
         self.found: dict[Path, dict[str, list[lsp.Diagnostic]]] = {}
         self.waiting: dict[Path, asyncio.Task[None]] = {}
@@ -64,9 +64,9 @@ class Session(LanguageServer):
 
     def positions(self, path: Path) -> Positions:
         """Return how offsets of a text become positions of the protocol."""
-        raw = self.desk.raw(path)
+        raw = self.documents.raw(path)
         encoding = lsp.PositionEncodingKind(self.workspace.position_encoding or "utf-16").value
-        return self.desk.memory.recall(
+        return self.documents.memory.recall(
             ("positions", raw, encoding), lambda: Positions(raw, encoding)
         )
 
@@ -92,7 +92,7 @@ class Session(LanguageServer):
     def look(self, uri: str) -> tuple[Path, View] | None:
         """Return the view of a text; None where it is no text."""
         path = self.path(uri)
-        view = view_of(self.desk, path)
+        view = view_of(self.documents, path)
         return (path, view) if view else None
 
     def at(self, parameters: Any) -> tuple[Path, View, int] | None:
@@ -105,7 +105,7 @@ class Session(LanguageServer):
 
     def views(self, view: View) -> list[View]:
         """Return the views in which a name may occur: of imports, and of open texts."""
-        opened = (view_of(self.desk, path) for path in self.desk.opened())
+        opened = (view_of(self.documents, path) for path in self.documents.opened())
         every = [*navigation.around(view), *(other for other in opened if other is not None)]
         return list({id(one): one for one in every}.values())
 
@@ -113,14 +113,14 @@ class Session(LanguageServer):
 
     def changed(self, path: Path, *, everything: bool = False) -> None:
         """Check a text soon, and those open ones that use it; or all that are open."""
-        for other in self.desk.opened():
+        for other in self.documents.opened():
             if everything or other == path or self._uses(other, path):
                 if other in self.waiting:
                     self.waiting[other].cancel()
                 self.waiting[other] = asyncio.get_running_loop().create_task(self._later(other))
 
     def _uses(self, path: Path, used: Path) -> bool:
-        view = view_of(self.desk, path)
+        view = view_of(self.documents, path)
         if view is None or view.program is None:
             return True
         paths = (module.source.path for module in view.program.modules)
@@ -143,7 +143,7 @@ class Session(LanguageServer):
 
     def _check(self, path: Path, thorough: bool) -> Checked | None:
         try:
-            return check(self.desk, path, thorough=thorough)
+            return check(self.documents, path, thorough=thorough)
         except Exception:  # a fault of the compiler must not end the session
             _log.exception("checking %s failed", path)
             return None

@@ -12,7 +12,7 @@ from tissuec.core.units import Dimension
 from tissuec.lang import syntax as s
 from tissuec.lang.tokens import COMMENT
 from tissuec.lang.tree import Statement, Tree
-from tissuec.lsp.documents import Desk, Lenient
+from tissuec.lsp.documents import Lenient, OpenDocuments
 from tissuec.lsp.expected import ONE_NAMESPACE
 from tissuec.lsp.phrases import Phrase, phrases
 from tissuec.lsp.symbols import Symbol, symbols_of
@@ -34,14 +34,14 @@ class View(Struct, frozen=True, eq=False, dict=True):
     """
 
     source: Source
-    desk: Desk
+    documents: OpenDocuments
     program: Program | None
     words: ResolvedProgram | None
     _phrases: dict[int, list[Phrase]] = field(default_factory=dict[int, list[Phrase]])
 
     @property
     def structure(self) -> Tree:
-        return self.desk.tree(self.source)
+        return self.documents.tree(self.source)
 
     # --- names --------------------------------------------------------------------------------
 
@@ -187,20 +187,20 @@ class View(Struct, frozen=True, eq=False, dict=True):
         )
 
 
-def view_of(desk: Desk, path: Path) -> View | None:
+def view_of(documents: OpenDocuments, path: Path) -> View | None:
     """Return the view of an open text; None where it is no text at all."""
     try:
-        source = desk.read(path, str(path))
+        source = documents.read(path, str(path))
     except CompileError:
         return None
-    files = Lenient(desk)
+    files = Lenient(documents)
     try:
-        program = load(source, desk.libraries, Findings(), files)
+        program = load(source, documents.libraries, Findings(), files)
     except CompileError:
         program = None
     used = tuple(module.source for module in program.modules) if program else (source,)
-    return desk.memory.recall(
-        ("view", source, used), lambda: View(source, desk, program, _words(program))
+    return documents.memory.recall(
+        ("view", source, used), lambda: View(source, documents, program, _words(program))
     )
 
 

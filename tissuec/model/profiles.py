@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-CourseKind = Literal["constant", "ramp", "smooth", "sine", "table"]
-COURSE_KINDS: tuple[CourseKind, ...] = ("constant", "ramp", "smooth", "sine", "table")
+ProfileKind = Literal["constant", "ramp", "smooth", "sine", "table"]
+PROFILE_KINDS: tuple[ProfileKind, ...] = ("constant", "ramp", "smooth", "sine", "table")
 
 POWERS = 6  # coefficients of the quintic, the highest polynomial among the profiles
 
@@ -41,7 +41,7 @@ class TimeProfile(Struct, frozen=True, eq=False):
         slopes: Their rates [1/s], shape (knot,).
     """
 
-    kind: CourseKind
+    kind: ProfileKind
     start: float
     stop: float
     frequency: float = 0.0

@@ -6,7 +6,7 @@ from typing import cast
 
 import h5py
 
-from tissuec.core.suggestions import nearby
+from tissuec.core.hints import nearby_file
 from tissuec.results import access
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.hdf5 import linked_file, open_file
@@ -151,7 +151,7 @@ def _missing(path: Path) -> str:
     partial = partial_path(path)
     if partial != path and partial.is_file():
         return f'there is no file "{path}", but an unfinished result: "{partial}"'
-    hint = nearby(path, SUFFIX)
+    hint = nearby_file(path, SUFFIX)
     return f'there is no file "{path}"' + (f"; {hint}" if hint else "")
 
 

@@ -5,9 +5,8 @@ from pathlib import Path, PurePosixPath
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import FileIn, LocatedFile
-from tissuec.core.hints import Hint, insertion
+from tissuec.core.hints import Hint, insertion, nearby_file
 from tissuec.core.source import Span
-from tissuec.core.suggestions import nearby
 from tissuec.core.units import UnitError, describe, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
@@ -73,6 +72,6 @@ def _find(wanted: str, span: Span, scope: Scope) -> Path:
         "TIS604",
         f'there is no file "{wanted}"',
         span,
-        hint=nearby(places[0], path.suffix, here.beside),
+        hint=nearby_file(places[0], path.suffix, here.beside),
         notes=tuple(Note(f"searched {place}") for place in places),
     )

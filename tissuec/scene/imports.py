@@ -8,9 +8,9 @@ from msgspec import Struct
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
 from tissuec.core.files import read_bytes
+from tissuec.core.hints import nearby_file
 from tissuec.core.printable import printable
 from tissuec.core.source import Source, Span
-from tissuec.core.suggestions import nearby
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import WrongNumbers
@@ -70,7 +70,7 @@ def read_source(path: Path, name: str | None = None) -> Source:
     except OSError as error:
         reason = error.strerror or type(error).__name__
         message = f'cannot read "{name}": {reason.lower()}'
-        hint = "" if os.path.exists(path) else nearby(path, SUFFIX)
+        hint = "" if os.path.exists(path) else nearby_file(path, SUFFIX)
         raise CompileError([Diagnostic("TIS604", message, None, hint)]) from error
 
 
@@ -114,7 +114,7 @@ class Files:
 DISK = Files()
 
 
-class Kept(Files):
+class StoredTexts(Files):
     """The texts that a result keeps, so that a scene compiles without its files."""
 
     def __init__(self, texts: Mapping[str, str]):

@@ -8,9 +8,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.errors import Note
-from tissuec.core.hints import Edit, Hint, alternatives
+from tissuec.core.hints import Edit, Hint, alternatives, nearby_file
 from tissuec.core.source import Source, Span
-from tissuec.core.suggestions import nearby
 from tissuec.lang import syntax as s
 from tissuec.scene.declarations import without
 from tissuec.scene.learn_entries import SENTENCES
@@ -121,7 +120,7 @@ class DataReader:
                 self.findings.reject("TIS603", LINK.format(name), node.span, hint=LINKED)
             return place
         folder = source.path.parent if source.path else Path()
-        hint = nearby(place, place.suffix, Path(folder))
+        hint = nearby_file(place, place.suffix, Path(folder))
         self.findings.reject(
             "TIS604", f'there is no file "{name}"', node.span, hint=hint,
             notes=(Note(f"searched {place.parent}"),),

@@ -11,9 +11,8 @@ from msgspec import Struct
 from tissuec.core import resources
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.core.files import leads_out, read_bytes
-from tissuec.core.hints import Edit, Hint, did_you_mean
+from tissuec.core.hints import Edit, Hint, did_you_mean, nearby_file
 from tissuec.core.source import Source
-from tissuec.core.suggestions import nearby
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
@@ -185,7 +184,9 @@ def _find(name: str, inside: Sequence[str], folders: Sequence[Path], what: str) 
     if found is not None:
         return found
     names = [one.relative_to(shipped).with_suffix("") for one in shipped.glob(f"*/*{SUFFIX}")]
-    hint = nearby(Path(name), SUFFIX) or did_you_mean(bare, [one.as_posix() for one in names])
+    hint = nearby_file(Path(name), SUFFIX) or did_you_mean(
+        bare, [one.as_posix() for one in names]
+    )
     raise TissueError(
         f'there is no {what} "{name}"; '
         + (hint or 'name a file, or one of those that "tissuec library" lists')

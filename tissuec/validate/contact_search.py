@@ -15,7 +15,7 @@ from tissuec.validate.forces.contact import ContactForce, Touching
 
 
 class NearbyContact:
-    """A field of forces, as ``Situation.fields`` has them, of contact."""
+    """A field of forces, as ``Equations.fields`` has them, of contact."""
 
     def __init__(self, contact: Contact):
         self._contact, self._force = contact, ContactForce(contact)

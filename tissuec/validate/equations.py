@@ -100,7 +100,7 @@ class Equations:
 
     Args:
         state: Read once, now.
-        stop: End of the stretch [s]. Courses that jump at either end are taken from inside.
+        stop: End of the stretch [s]. Profiles that jump at either end are taken from inside.
 
     Shared arguments:
         time: Time [s].

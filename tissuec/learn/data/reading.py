@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tissuec.core.errors import Diagnostic
 from tissuec.core.files import open_regular
-from tissuec.core.suggestions import nearby
+from tissuec.core.hints import nearby_file
 from tissuec.core.units import TIME, show
 from tissuec.learn.data.complaints import Complaints
 from tissuec.learn.data.digest import digest_of
@@ -40,7 +40,7 @@ def read_experiment(data: Data, fit_problem: FitProblem, network: Network) -> Ex
         is_hdf5 = _is_hdf5(data.path)
     except OSError as error:
         reason = (error.strerror or type(error).__name__).lower()
-        hint = "" if data.path.exists() else nearby(data.path, data.path.suffix)
+        hint = "" if data.path.exists() else nearby_file(data.path, data.path.suffix)
         complaints.reject("TIS604", f'cannot read "{data.path}": {reason}', hint=hint)
     if is_hdf5:
         series = _read_hdf5(fit_problem.axis, fit_problem.fits, network, complaints)

@@ -141,7 +141,7 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         driven, loaded = self.driven, self.loaded
         place, speed = np.zeros((2, len(times), len(driven), 3))
         load = np.zeros((len(times), len(loaded), 3))
-        # Courses that jump at either end are taken from inside.
+        # Profiles that jump at either end are taken from inside.
         inside = np.clip(times, *self._inside)
         for motion in self.motions:
             where = np.searchsorted(driven, motion.nodes)

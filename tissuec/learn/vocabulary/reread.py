@@ -7,7 +7,7 @@ from tissuec.core.errors import Diagnostic
 from tissuec.core.source import Source
 from tissuec.pipeline import check_request
 from tissuec.scene.findings import Findings
-from tissuec.scene.imports import DISK, Files, Kept, load
+from tissuec.scene.imports import DISK, Files, StoredTexts, load
 from tissuec.scene.model import Scene
 from tissuec.scene.request import Request
 from tissuec.scene.resolve import resolve
@@ -31,7 +31,7 @@ def request_of(scene: Scene, texts: Mapping[str, str]) -> Request:
     source, library = scene.source, scene.declarations.library
     main = Source(source.name, texts.get(source.name, source.text), source.path)
     kept = library.kept
-    files = Replaced(texts) if kept is None else Kept({**kept, **texts})
+    files = Replaced(texts) if kept is None else StoredTexts({**kept, **texts})
     # The first and last folders are there for every text.
     return Request(main, scene.overrides, library.folders[1:-1], files=files)
 

@@ -23,11 +23,11 @@ def edited(moved: Iterable[tuple[MovingScale, Floats]]) -> dict[str, str]:
     Args:
         moved: Scales and the parameters that move them, dimensionless, shape (number,).
     """
-    edits = (edit for scale, theta in moved for edit in _Scribe(scale, theta).edits())
+    edits = (edit for scale, theta in moved for edit in _ScaleEdits(scale, theta).edits())
     return apply(edits)
 
 
-class _Scribe:
+class _ScaleEdits:
     """Writes one scale."""
 
     def __init__(self, scale: MovingScale, theta: Floats):

@@ -28,7 +28,7 @@ class JawMotion(Struct, frozen=True):
         apart: Whether they move apart; otherwise towards each other.
         tool: Name of the forceps.
         way: How far they go [m].
-        profile: Course of the motion.
+        profile: Time profile of the motion.
         duration: Of the order [s]; None if it ends with the profile.
     """
 

@@ -1,7 +1,7 @@
 """Forces on the nodes, by formulas of the reference's own.
 
 Nothing here, and nothing that these modules import, computes a force for the engine: numbers
-come from a ``Situation`` as plain attributes, and docs/numerics.md is what both implement.
+come from a ``State`` as plain attributes, and docs/numerics.md is what both implement.
 
 Shared arguments:
     corners: Corners of triangles [m], shape (triangle, 3, 3).

@@ -114,8 +114,8 @@ def compare_motions(
 ) -> MotionDifference | str:
     """Return how far the nodes of two runs are apart, or why they cannot be compared."""
     shown = np.isin(nodes.a, a.nodes) & np.isin(nodes.b, b.nodes)
-    one = _Course(a, np.searchsorted(a.nodes, nodes.a[shown]))
-    other = _Course(b, np.searchsorted(b.nodes, nodes.b[shown]))
+    one = _Frames(a, np.searchsorted(a.nodes, nodes.a[shown]))
+    other = _Frames(b, np.searchsorted(b.nodes, nodes.b[shown]))
     for name, profile in (("a", one), ("b", other)):
         if not profile.shape[0] or not profile.shape[1]:
             return f"{name} has no frames"
@@ -138,7 +138,7 @@ def compare_motions(
     )  # fmt: skip
 
 
-class _Course:
+class _Frames:
     """The motion of some nodes of a run.
 
     Args:
@@ -229,7 +229,7 @@ class _Course:
         )
 
 
-def _is_whole(a: _Course, b: _Course, common: int) -> bool:
+def _is_whole(a: _Frames, b: _Frames, common: int) -> bool:
     """Return whether all nodes of both were compared, until the end of both.
 
     Frames at other intervals may end at other times, though the runs do not.

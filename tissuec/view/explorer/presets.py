@@ -18,7 +18,7 @@ from tissuec.scene.library import SUFFIX, Library
 from tissuec.scene.model import AssignedQuantity, PropertyFact, Tissue
 from tissuec.scene.resolve import ResolvedProgram, resolve_words
 from tissuec.scene.vocabulary import RulesBlock
-from tissuec.view.explorer.writing import short_place
+from tissuec.view.explorer.tables import short_place
 
 _NUMBER = r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _LITERAL = re.compile(rf"({_NUMBER}) ?([^\d\s+.-][^\s]*)?")

@@ -6,6 +6,7 @@ coordinates are those of the scale (see :mod:`tissuec.fuzzy.axis`), all values a
 
 import re
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 from tissuec.compiler.provenance import belonging
@@ -27,7 +28,6 @@ from tissuec.scene.resolve import ResolvedProgram
 from tissuec.scene.scales import QuantityScale
 from tissuec.scene.vocabulary import RulesBlock
 from tissuec.scene.words import NamedScale, reading
-from tissuec.view.explorer.writing import short_place
 
 _PERCENT = ((0.01, "%"),)
 _NOT_TEXT = re.compile(r'("[^"\n]*")|#[^\n]*')
@@ -243,3 +243,8 @@ def _line(span: Span) -> str:
     """Return text on one line without remarks; blanks at its ends stay, as one each."""
     text = _NOT_TEXT.sub(lambda found: found[1] or " ", span.text)
     return re.sub(r"\s+", " ", text)
+
+
+def short_place(span: Span) -> str:
+    """Return file and line without folders, which tell nothing to whom a page is sent."""
+    return f"{Path(span.source.name).name}:{span.line}"

@@ -30,7 +30,7 @@ def nodes_of(trajectory: "Trajectory", asked: str) -> Indices:
         CompileError: The set has an error.
     """
     if s.key_of(asked).startswith(_SETS):
-        from tissuec.analysis.recompiled import recompile
+        from tissuec.analysis.result_scene import recompile
 
         recompiled = recompile(trajectory)
         if recompiled.compiled is None:

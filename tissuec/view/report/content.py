@@ -5,7 +5,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from tissuec.analysis.recompiled import RecompiledScene, recompile
+from tissuec.analysis.result_scene import RecompiledScene, recompile
 from tissuec.compiler.prediction import Prediction, predict
 from tissuec.core.errors import counted
 from tissuec.results.info import summary

@@ -1,9 +1,9 @@
-"""Texts on a desk, with marks where something is asked."""
+"""Texts that an editor has open, with marks where something is asked."""
 
 from pathlib import Path
 
 from tissuec.core.resources import library, root
-from tissuec.lsp.documents import Desk
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.views import View, view_of
 
 LIBRARY = sorted(library().glob("*/*.tis"))
@@ -15,12 +15,12 @@ MARK = "‸"
 
 
 def asked(
-    text: str, path: Path = Path("scene.tis"), desk: Desk | None = None
+    text: str, path: Path = Path("scene.tis"), documents: OpenDocuments | None = None
 ) -> tuple[View, int]:
     """Return the view of a text without its mark, and where that was."""
-    desk = desk or Desk()
-    desk.put(path, text.replace(MARK, "", 1))
-    view = view_of(desk, path)
+    documents = documents or OpenDocuments()
+    documents.put(path, text.replace(MARK, "", 1))
+    view = view_of(documents, path)
     assert view is not None
     return view, text.index(MARK)
 

@@ -15,7 +15,7 @@ from tissuec.core.version import __version__
 from tissuec.model.network import Network
 from tissuec.pipeline import compile_request, read_words
 from tissuec.results.trajectory import Trajectory
-from tissuec.scene.imports import Kept
+from tissuec.scene.imports import StoredTexts
 from tissuec.scene.request import Request
 from tissuec.scene.resolve import ResolvedProgram
 
@@ -87,7 +87,7 @@ def request_of(trajectory: Trajectory, libraries: Sequence[Path] = ()) -> Reques
         Source(name, trajectory.text, Path(name)),
         tuple(manifest.get("overrides", ())),
         (*libraries, trajectory.path.parent),
-        files=Kept(manifest.get("sources", {})),
+        files=StoredTexts(manifest.get("sources", {})),
     )
 
 
