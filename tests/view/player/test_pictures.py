@@ -212,7 +212,9 @@ def test_a_video_takes_as_long_as_the_run(shown, tmp_path):
     assert seconds == pytest.approx(count / VIDEO_RATE, abs=0.05)
 
 
-@pytest.mark.parametrize("most", [2, 3, 6, 10])
+@pytest.mark.parametrize(
+    "most", [2, 10, *(pytest.param(most, marks=pytest.mark.slow) for most in (3, 6))]
+)
 def test_a_video_has_at_most_as_many_pictures_as_frames_are_asked_for(most, shown, tmp_path):
     encoder = pytest.importorskip("imageio_ffmpeg", reason="needs the extra animate")
     options = Options(frames=most)
