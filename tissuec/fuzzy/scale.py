@@ -1,6 +1,7 @@
 """Scales: the words of a property or quantity, and the ways to lay them out over a range."""
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from types import MappingProxyType
 
@@ -64,6 +65,12 @@ def evenly(axis: Axis, words: Sequence[str]) -> Scale:
     Raises:
         ValueError: There is no word, or one appears twice.
     """
+    return _even(axis, tuple(words))
+
+
+@lru_cache(maxsize=256)  # the same vocabularies are read again and again
+def _even(axis: Axis, words: tuple[str, ...]) -> Scale:
+    """Return the scale that ``evenly`` returns."""
     low, high = axis.bounds
     count = len(words)
     peaks = [low + (high - low) * ((2 * i + 1) / (2 * count)) for i in range(count)]
