@@ -1,4 +1,4 @@
-"""Pieces against SciPy, node-wise lists against B, floppy modes against ranks and counts."""
+"""Pieces against SciPy, and floppy modes against ranks and counts."""
 
 import numpy as np
 import pytest
@@ -12,8 +12,6 @@ from tissuec.meshes.generators import MESHES
 from tissuec.model.topology import (
     LARGEST_CHECK,
     FloppyModes,
-    adjacency,
-    dangling,
     extents,
     floppy_modes,
     pieces,
@@ -44,14 +42,6 @@ def test_pieces_are_the_connected_components(net):
     assert np.array_equal(labels, connected_components(graph, directed=False)[1])
 
 
-@given(nets())
-def test_dangling_nodes_have_fewer_than_two_springs(net):
-    node_count, ends, alive = net
-    degree = [int((ends[alive] == node).sum()) for node in range(node_count)]
-    expected = [node for node in range(node_count) if degree[node] < 2]
-    assert dangling(node_count, ends, alive).tolist() == expected
-
-
 def orders(count):
     numbers = np.arange(count)
     zigzag = np.empty(count, dtype=int)
@@ -80,22 +70,6 @@ def test_a_chain_of_any_order_takes_few_rounds(order):
     labels = parted()
     assert len(np.unique(labels[chain[:60_001]])) == len(np.unique(labels[chain[60_001:]])) == 1
     assert labels.max() == 1
-
-
-@given(nets())
-def test_adjacency_holds_the_rows_of_the_transposed_incidence_matrix(net):
-    node_count, ends, _ = net
-    incidence = np.zeros((len(ends), node_count))
-    incidence[np.arange(len(ends)), ends[:, 0]] = -1
-    incidence[np.arange(len(ends)), ends[:, 1]] = 1
-    offsets, springs, sign = adjacency(node_count, ends)
-    assert offsets[0] == 0 and offsets[-1] == 2 * len(ends)
-    for node in range(node_count):
-        mine = slice(offsets[node], offsets[node + 1])
-        assert (np.diff(springs[mine]) > 0).all()
-        row = np.zeros(len(ends))
-        row[springs[mine]] = sign[mine]
-        assert np.array_equal(row, incidence[:, node])
 
 
 def test_extents_hold_every_node():

@@ -1,4 +1,4 @@
-"""Topology of a net: pieces, dangling nodes, springs by node, and floppy modes.
+"""Topology of a net: pieces, springs between nodes, and floppy modes.
 
 A floppy mode is a motion, other than a rigid one, that no spring resists to first order. With
 unit directions u and tensions T = c(L - L0), the stiffness of a spring is
@@ -20,20 +20,6 @@ LARGEST_CHECK = 1200
 
 SAME_DIRECTION = 1e-5
 """Angle [rad] below which springs count as parallel and a piece as flat or straight."""
-
-
-class Adjacency(NamedTuple):
-    """The springs of each node, node by node, in the order of their numbers.
-
-    Attributes:
-        offsets: Where each node's springs begin, shape (node + 1,).
-        springs: Spring numbers, shape (2 * spring,).
-        sign: Entry of the incidence matrix, -1 at the first end, +1 at the second; same shape.
-    """
-
-    offsets: NDArray[np.int32]
-    springs: NDArray[np.int32]
-    sign: NDArray[np.int8]
 
 
 class Extents(NamedTuple):
@@ -74,37 +60,6 @@ def extents(position: NDArray[np.float64]) -> Extents:
         position: Node positions [m], shape (node, 3).
     """
     return Extents(position.min(axis=0), position.max(axis=0))
-
-
-def adjacency(node_count: int, ends: NDArray[np.int32]) -> Adjacency:
-    """Return the springs of each node as compressed rows.
-
-    Args:
-        node_count: Number of nodes.
-        ends: Node pair of each spring, shape (spring, 2).
-    """
-    halves = ends.size
-    # Sorted with the place as the last digits: by node, and by spring within a node.
-    key = np.sort(ends.ravel().astype(np.int64) * halves + np.arange(halves))
-    half = key % max(halves, 1)
-    offsets = np.zeros(node_count + 1, dtype=np.int32)
-    np.cumsum(np.bincount(ends.ravel(), minlength=node_count), out=offsets[1:])
-    sign = (2 * (half % 2) - 1).astype(np.int8)
-    return Adjacency(offsets, (half // 2).astype(np.int32), sign)
-
-
-def dangling(
-    node_count: int, ends: NDArray[np.int32], alive: NDArray[np.bool_] | None = None
-) -> NDArray[np.int64]:
-    """Return the numbers of the nodes with no spring or only one, ascending.
-
-    Args:
-        node_count: Number of nodes.
-        ends: Node pair of each spring, shape (spring, 2).
-        alive: Springs that count, shape (spring,); all by default.
-    """
-    used = ends if alive is None else ends[alive]
-    return np.flatnonzero(np.bincount(used.ravel(), minlength=node_count) < 2)
 
 
 def pieces(

@@ -1,6 +1,6 @@
 """The tissues of a preset, and which of their numbers were learnt."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from msgspec import Struct, field
 
@@ -125,8 +125,3 @@ def _wanted(draft: Draft, fit_problem: str, *, alone: bool) -> Iterator[str]:
     while True:
         yield f"{LEARNED} {base} {number}"
         number += 1
-
-
-def learnt_values(draft: Draft) -> Mapping[str, LearntNumber]:
-    """Return everything that was learnt of a draft, by name."""
-    return {**draft.numbers, **draft.constants}
