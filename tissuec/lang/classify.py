@@ -315,6 +315,10 @@ def _whole_name(m: Mistake, wrong: Token) -> list[Token]:
 def _two_statements(m: Mistake) -> Diagnostic | None:
     found = m.found.type
     if found == "COMMA" and m.can_end and m.next == "WORD":
+        signs = {token.type for token in m.after} & {"EQUAL", "IS"}
+        if m.previous == "WORD" and not signs:
+            hint = Hint("join sets in a set of their own: set both = [A, B]")
+            return _finding(m, "TIS107", "a comma does not join names", hint)
         hint = Hint('write ";" instead', Edit(";"))
         return _finding(m, "TIS107", "a comma does not end a statement", hint)
     begins = found in _STARTERS or (found == "WORD" and m.next in _GOES_ON)

@@ -46,6 +46,12 @@ _AMOUNT = re.compile(r"(-?[0-9.]+([eE][+-]?[0-9]+)?|\([^()]*\))(?=\s*[^\W\d][^\s
 #: What overflows or has no value is found in the result.
 _quietly = np.errstate(all="ignore")
 
+#: What else may be meant by letters that name axes only in conditions of sets.
+_AXES = {
+    name: f"; a direction is a vector, such as {vector}"
+    for name, vector in (("x", "(1, 0, 0)"), ("y", "(0, 1, 0)"), ("z", "(0, 0, 1)"))
+}
+
 
 class Scope:
     """Scope of names and calls; subclasses add points or measures."""
@@ -82,7 +88,8 @@ class Scope:
             )
             if not name.words
             else alternatives(name.text, self.names(), what="numbers")
-            or f'declare it: "param {name.text} = …" or "let {name.text} = …"',
+            or f'declare it: "param {name.text} = …" or "let {name.text} = …"'
+            + _AXES.get(name.key, ""),
         )
 
     def call(self, call: s.Call) -> Value:
