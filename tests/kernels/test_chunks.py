@@ -54,11 +54,15 @@ def acting(rng):
 
 def forces(layout, x, v):
     net, found, power = layout.net(ESDIRK), np.ones(3 * NODES), np.zeros(2)
+    scratch = np.full((7, 6, 256), np.nan)
+    net = net._replace(team=net.team._replace(each=scratch))
     assert not springs_kernel.springs(x, v, found, power, net)
     return len(net.chunks.node) - 1, found, power[1]
 
 
-def test_forces_and_losses_are_the_same(few, parts, monkeypatch):
+@pytest.mark.parametrize("of_laws", [True, False])
+def test_forces_and_losses_are_the_same(few, parts, of_laws, monkeypatch):
+    monkeypatch.setattr(springs_kernel, "OF_LAWS", of_laws)
     layout, x, v = acting(np.random.default_rng(1))
     count, found, lost = forces(layout, x, v)
     assert count == 6  # the last one has few nodes

@@ -4,13 +4,18 @@ import lzma
 
 import pytest
 
-from tissuec.forces.runs_kernel import UNSHARED
+from tissuec.forces import pairs_kernel, runs_kernel
 from tissuec.kernels.bundles import BUNDLES
 from tissuec.kernels.loading import ENDING, SHIPPED
 
+MODULES = {name: runs_kernel for name in BUNDLES if name.startswith("runs")} | {
+    "core": pairs_kernel
+}
 
-@pytest.mark.parametrize("bundle", [name for name in BUNDLES if name.startswith("runs")])
-def test_loops_over_runs_are_shipped_with_what_is_known_of_their_memory(bundle):
+
+@pytest.mark.parametrize("bundle", MODULES)
+def test_loops_over_springs_are_shipped_with_what_is_known_of_their_memory(bundle):
     # Where the functions are inlined, LLVM turns "noalias" into scopes of their own.
     text = lzma.decompress((SHIPPED / f"{bundle}{ENDING}").read_bytes()).decode()
-    assert text.count("!alias.scope") >= sum(map(len, UNSHARED.values()))
+    unshared = MODULES[bundle].UNSHARED
+    assert text.count("!alias.scope") >= sum(map(len, unshared.values()))

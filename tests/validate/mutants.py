@@ -64,7 +64,13 @@ SCENES = {
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.accelerations": ("force", "count_powers", "accelerate"),
-    "tissuec.forces.springs_kernel": ("springs", "pull_nodes", "reeled", "pull_at", "pull_of"),
+    "tissuec.forces.springs_kernel": (
+        "springs",
+        "pull_of_laws",
+        "reeled",
+        "pull_at",
+        "pull_of",
+    ),
     "tissuec.kernels.boundary_conditions": None,
     "tissuec.forces.bending": ("fold",),
     "tissuec.forces.foundation": ("hold",),
@@ -72,6 +78,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.rest_length_kernel": None,
     "tissuec.forces.branches_kernel": ("flowed", "pull_of_branches", "give_way"),
     "tissuec.forces.jets_kernel": None,
+    "tissuec.forces.pairs_kernel": None,
     "tissuec.forces.runs_kernel": None,
     "tissuec.forces.contact_kernel": None,
 }
@@ -84,10 +91,11 @@ HARMLESS = {
     "LEAST": "keeps a rate finite where contact begins; see docs/numerics.md",
     "look(k, first, last, x, v, touches)": "counts bends of laws, by which "
     "errors are weighed; no force has them",
-    "pull_each: runs.near[at:at + count]": "from where a spring is looked at closely",
-    "pull_each: runs.near_crush[at:at + count]": "from where a spring is looked at closely",
-    "pull_each: each[4, :count]": "a copy serves as well as scratch that nobody else reads",
     "pull_blocks: team.each[part]": "a copy serves as well as scratch that nobody else reads",
+    **{
+        f"pull_pairs: each[{row}]": "a copy serves as well as scratch that nobody else reads"
+        for row in range(6)
+    },
     "look: 1.0": "counts bends of laws",
     "look: 2.0": "counts bends of laws",
     "look: 3.0": "the middle of a triangle, by which it is found",

@@ -10,7 +10,11 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes as on
 
 #: Scenes, and faults that they have to tell from the truth.
 QUICK = {
-    "springs": {"stiffness[s] * e", "damping[s] * closing", "tension * r0"},
+    "springs": {
+        "stiffness[k] * (length - rest[k])",
+        "damping[k] * speed",
+        "pull[s] * reach0[s]",
+    },
     "memory": {"internal.constant[k] * (e - q)"},
 }
 

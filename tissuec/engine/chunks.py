@@ -28,10 +28,10 @@ def chunks_of(low: Places, high: Places, nodes: int) -> Chunks:
         low, high: Ends of springs as places of nodes, by ascending lower ones, shape (spring,).
         nodes: How many there are.
     """
-    to = (3 * high).astype(np.uint32)
+    lower, to = (3 * low).astype(np.uint32), (3 * high).astype(np.uint32)
     if not are_chunks(nodes):
         none, both = np.zeros(0, dtype=np.uint32), np.array([0, nodes])
-        return Chunks(both, to, np.zeros(0), np.zeros_like(both), none, none)
+        return Chunks(both, lower, to, np.zeros(0), np.zeros_like(both), none, none)
     size = -(-max(NODES, -(-nodes // MOST)) // PIECE) * PIECE
     begins = np.append(np.arange(0, nodes, size), nodes)
     chunk = low // size
@@ -44,6 +44,7 @@ def chunks_of(low: Places, high: Places, nodes: int) -> Chunks:
     of = np.argsort(node, kind="stable")
     return Chunks(
         node=begins,
+        low=lower,
         to=to,
         sums=np.zeros(3 * (nodes + len(keys))),
         slot=np.searchsorted(keys, np.arange(len(begins)) * nodes),

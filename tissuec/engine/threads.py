@@ -38,7 +38,7 @@ class ThreadTeam:
             threads=threads,
             words=np.zeros(WORDS, dtype=np.int64),
             found=np.zeros(parts),
-            each=np.zeros((parts, 5, BLOCK)),
+            each=np.zeros((parts, 6, BLOCK)),
             work=np.zeros(pieces),
             lost=np.zeros(pieces),
             near=np.zeros(pieces, dtype=np.int64),

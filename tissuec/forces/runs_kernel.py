@@ -11,7 +11,7 @@ Shared arguments:
     low, high: First lower and first upper node of this part of a run.
     at: First spring of this part.
     count: Number of springs of this part.
-    each: Scratch: forces, losses and excess of springs, shape (5, block).
+    each: Scratch: forces, losses and excess of springs, shape (5 or more, block).
     each0, each1, each2: Components of forces of springs [N], shape (block,).
     f0, f1, f2: Components of forces on all nodes [N], shape (node,).
     parity: 0 for the even blocks of runs, 1 for the odd ones.

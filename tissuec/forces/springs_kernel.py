@@ -19,6 +19,7 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.forces.branches_kernel import flowed, give_way, pull_of_branches
+from tissuec.forces.pairs_kernel import pull_pairs
 from tissuec.forces.rest_length_kernel import reel, reel_rate
 from tissuec.kernels.chunks import add_sums, clear_sums
 from tissuec.kernels.records import Floats, Net, Rows
@@ -27,8 +28,6 @@ from tissuec.kernels.vectors import TINY
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
 
-VISCOUS = True  # springs have dashpots
-WATCHED = True  # springs may break
 OF_LAWS = True  # springs may have laws, relax or flow
 pull, slope, side, *_viscous = functions((LINEAR,)).values()
 brake, brake_slope, brake_by_e, brake_side = _viscous
@@ -45,7 +44,7 @@ def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
     """Add the forces of springs; return whether one is near to breaking."""
     chunks = net.chunks
     if chunks.node.size == 2:
-        lost, near = pull_nodes(0, net.first.size - 1, x, v, f, net)
+        lost, near = pull_nodes(0, net.first.size - 1, x, v, f, net.team.each[0], net)
         power[1] += lost
         return near
     share(net.team, pull_chunks, (x, v, net))
@@ -63,14 +62,31 @@ def pull_chunks(part: int, parts: int, x: Floats, v: Floats, net: Net) -> None:
     for chunk in range(part, chunks.node.size - 1, parts):
         clear_sums(chunk, chunks)
         first, last = chunks.node[chunk], chunks.node[chunk + 1]
-        lost, near = pull_nodes(first, last, x, v, chunks.sums, net)
+        lost, near = pull_nodes(first, last, x, v, chunks.sums, net.team.each[part], net)
         net.team.lost[chunk], net.team.near[chunk] = lost, near
 
 
 def pull_nodes(
-    start: int, stop: int, x: Floats, v: Floats, f: Floats, net: Net
+    start: int, stop: int, x: Floats, v: Floats, f: Floats, each: Rows, net: Net
 ) -> tuple[float, bool]:
     """Add the forces of the springs whose lower nodes are in a range.
+
+    Args:
+        each: Scratch, see ``pull_pairs``.
+
+    Returns:
+        The power that they dissipate [W], and whether one is near to breaking.
+    """
+    if OF_LAWS:
+        return pull_of_laws(start, stop, x, v, f, net)
+    first = net.first
+    return pull_pairs(int(first[start]), int(first[stop]), x, v, f, each, net)
+
+
+def pull_of_laws(
+    start: int, stop: int, x: Floats, v: Floats, f: Floats, net: Net
+) -> tuple[float, bool]:
+    """Add the forces of springs that may have laws, relax, flow or be linear.
 
     Returns:
         The power that they dissipate [W], and whether one is near to breaking.
@@ -91,25 +107,23 @@ def pull_nodes(
             length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
             inverse = 1.0 / (length + TINY)
             e = length - rest[s]
-            if OF_LAWS and net.inelastic:
+            if net.inelastic:
                 e -= flowed(s, v, net.internal)
             tension = stiffness[s] * e
-            if OF_LAWS and law[s] > 0:
+            if law[s] > 0:
                 tension = pull(law[s], e, stiffness[s], rest[s], net)
-            if OF_LAWS and net.inelastic:
+            if net.inelastic:
                 tension += pull_of_branches(s, e, v, net.internal)
                 dissipated += give_way(s, e, tension, v, net.internal)
-            if VISCOUS:
-                closing = (
-                    r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
-                ) * inverse
-                braking = damping[s] * closing
-                if OF_LAWS and law[s] > 0:
-                    braking = brake(law[s], e, closing, damping[s], rest[s], net)
-                tension += braking
-                dissipated += braking * closing
-            if WATCHED:
-                near |= tension > limit[s] or tension < -limit_pressed[s]
+            closing = (
+                r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
+            ) * inverse
+            braking = damping[s] * closing
+            if law[s] > 0:
+                braking = brake(law[s], e, closing, damping[s], rest[s], net)
+            tension += braking
+            dissipated += braking * closing
+            near |= tension > limit[s] or tension < -limit_pressed[s]
             tension *= inverse
             f0 += tension * r0
             f1 += tension * r1

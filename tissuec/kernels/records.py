@@ -26,7 +26,7 @@ class Team(NamedTuple):
     threads: int  # the one of the loop over steps included
     words: Integers  # by which they tell each other what to do, shape (32,)
     found: Floats  # largest values in parts of a loop, shape (part,)
-    each: Stack  # scratch: forces, losses and excess of springs, shape (part, 5, block)
+    each: Stack  # scratch for springs, shape (part, 6, block)
     work: Floats  # powers by pieces of nodes [W], shape (piece,)
     lost: Floats  # powers by pieces of nodes or springs [W], shape (piece,)
     near: Integers  # 1 where springs are near to breaking, shape (piece,)
@@ -136,6 +136,7 @@ class Chunks(NamedTuple):
     """
 
     node: Integers  # nodes of chunk c are node[c]:node[c + 1], shape (chunk + 1,)
+    low: NDArray[np.uint32]  # three times the lower nodes of springs, shape (spring,)
     to: NDArray[np.uint32]  # where springs add what they do to upper nodes, shape (spring,)
     sums: Floats  # scratch: of the chunk's own nodes, then of others, shape (3 (node + slot),)
     slot: Integers  # slots of chunk c are slot[c]:slot[c + 1], shape (chunk + 1,)

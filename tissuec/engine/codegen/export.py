@@ -37,7 +37,8 @@ from tissuec.engine.codegen.thread_loops import CALLED_BY_THREADS, TEAM, share
 from tissuec.engine.integrators import INTEGRATORS, banded, iterative
 from tissuec.engine.operations import FUNCTIONS, LAWS
 from tissuec.engine.rate import Unknowns, rate
-from tissuec.forces.runs_kernel import UNSHARED, springs_in_runs
+from tissuec.forces import pairs_kernel, runs_kernel
+from tissuec.forces.runs_kernel import springs_in_runs
 from tissuec.kernels import rasterizing, sensitivity, spring_geometry, stepping, vectors
 from tissuec.kernels.bundles import BUNDLES, FLAGS, of_field, of_method
 from tissuec.kernels.loading import CALLED, ENDING, INDEX, SHIPPED
@@ -57,6 +58,8 @@ SOURCES = (
     "forces/*.py",
     "kernels/*.py",
 )
+#: Arguments that share no memory with others, by function.
+UNSHARED = runs_kernel.UNSHARED | pairs_kernel.UNSHARED
 OF_KERNELS = ("time", "x", "v", "f", "power")  # first arguments of those of fields
 # Attributes and marks of lifetimes change from one version of LLVM to the next; they are found
 # out again.
