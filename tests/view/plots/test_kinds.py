@@ -180,7 +180,9 @@ def test_every_format_is_written_and_the_same_again(kind, suffix, drawn, folder,
 @pytest.mark.parametrize("kind", ["logs", pytest.param("words", marks=pytest.mark.slow)])
 def test_users_keep_their_own_style(kind, folder):
     with matplotlib.rc_context():
-        matplotlib.rcParams.update({"axes.facecolor": "black", "font.size": 30.0})
+        # The backend is named, for matplotlib chooses one as soon as it is looked at.
+        looks = {"axes.facecolor": "black", "font.size": 30.0, "backend": "agg"}
+        matplotlib.rcParams.update(looks)
         mine = matplotlib.rcParams.copy()
         figure = draw(kind, subject(kind, folder))
         assert matplotlib.rcParams == mine
