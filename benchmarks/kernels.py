@@ -16,7 +16,16 @@ import click
 import numpy as np
 
 from benchmarks.publishing import publish, write_option
-from benchmarks.stepping import METHODS, REPEATS, WORK, Net, Stepping, build, nets
+from benchmarks.stepping import (
+    METHODS,
+    REPEATS,
+    WORK,
+    Net,
+    Stepping,
+    build,
+    irregular_net,
+    nets,
+)
 from tissuec.core.markdown import table
 
 PLAIN = Path(__file__).with_name("plain.c")
@@ -28,7 +37,7 @@ def main(*, write: bool) -> None:
     """Measure all nets."""
     with tempfile.TemporaryDirectory() as folder:
         plain = compile_plain(Path(folder))
-        rows = [measure(net, plain) for net in nets()]
+        rows = [measure(net, plain) for net in (*nets(), irregular_net())]
     heads = ("net", "nodes", "springs", "C loop", *METHODS)
     publish("kernels", {"kernels": table(heads, rows)}, write=write)
 

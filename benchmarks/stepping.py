@@ -2,9 +2,12 @@
 
 import time
 from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from msgspec import Struct
+from scipy.spatial import Delaunay
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.prediction import state_at_start
@@ -21,10 +24,20 @@ METHODS = ("velocity verlet", "dop853")
 
 
 class Net(Struct, frozen=True):
-    """A net to measure: its name and the body of its scene."""
+    """A net to measure.
+
+    Attributes:
+        name: As tables show it.
+        body: Of its scene.
+        mesh: Writes the file that the body imports, if it does.
+    """
 
     name: str
     body: str
+    mesh: Callable[[Path], None] | None = None
+
+
+MESH = "mesh.vtk"
 
 
 def nets() -> list[Net]:
@@ -44,6 +57,33 @@ def nets() -> list[Net]:
         for n in (10, 22, 46)
     ]
     return [Net("tube", tube), *blocks]
+
+
+def irregular_net() -> Net:
+    """Return tetrahedra between points near those of a grid, numbered at random."""
+    body = f'mesh is imported {{ file "{MESH}" in m }}'
+    return Net("tetrahedra", body, write_tetrahedra)
+
+
+def write_tetrahedra(path: Path, side: int = 24, cell: float = 0.004) -> None:
+    """Write a mesh of tetrahedra in the legacy format of VTK.
+
+    Args:
+        path: Of the file.
+        side: Points along each edge of the block.
+        cell: Distance of points, which are moved by up to a quarter of it [m].
+    """
+    random = np.random.default_rng(1)
+    grid = np.stack(np.meshgrid(*3 * [np.arange(side)], indexing="ij"), -1).reshape(-1, 3)
+    points = random.permutation(cell * (grid + random.uniform(-0.25, 0.25, grid.shape)))
+    cells = Delaunay(points).simplices
+    with path.open("w", encoding="ascii") as file:
+        file.write("# vtk DataFile Version 3.0\ntetrahedra\nASCII\nDATASET UNSTRUCTURED_GRID\n")
+        file.write(f"POINTS {len(points)} double\n")
+        np.savetxt(file, points, "%.9f")
+        file.write(f"CELLS {len(cells)} {5 * len(cells)}\n")
+        np.savetxt(file, np.insert(cells, 0, 4, axis=1), "%d")
+        file.write(f"CELL_TYPES {len(cells)}\n" + "10\n" * len(cells))
 
 
 def scene(
@@ -68,7 +108,13 @@ def scene(
 
 def build(net: Net, **entries: str) -> Compiled:
     """Return the scene of a net, compiled; see ``scene`` for further entries."""
-    return compile_request(Request(Source("net.tis", scene(net, **entries))))[0]
+    if net.mesh is None:
+        return compile_request(Request(Source("net.tis", scene(net, **entries))))[0]
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "net.tis"
+        path.write_text(scene(net, **entries), encoding="utf-8")
+        net.mesh(path.with_name(MESH))
+        return compile_request(Request.file(path))[0]
 
 
 class Stepping:
