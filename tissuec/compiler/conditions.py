@@ -23,6 +23,7 @@ from tissuec.scene.expressions import FUNCTIONS, Scope
 from tissuec.scene.model import Tool
 from tissuec.scene.values import unit_vector
 from tissuec.script.measures import MEASURES, Measure, Subject
+from tissuec.script.measures.vector import VectorMeasure
 from tissuec.script.plan import Condition, Expectation
 
 COUNTED = ("nodes", "springs", "pieces")
@@ -107,7 +108,30 @@ class Conditions:
             self.findings.reject(
                 "TIS312", "a condition compares single numbers, not vectors", node.span
             )
+        self._doubt_signs(node, readings)
         return CompiledCondition(node, readings, self.scope)
+
+    def _doubt_signs(
+        self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
+    ) -> None:
+        """W701: the magnitude of a vector is compared with a negative number."""
+        for part in walk(node):
+            if not isinstance(part, s.Compare):
+                continue
+            for side, other in ((part.left, part.right), (part.right, part.left)):
+                reading = readings.get(place_of(side))
+                if reading is None or reading.along is not None:
+                    continue
+                is_vector = issubclass(reading.measure, VectorMeasure)
+                is_fixed = not any(place_of(one) in readings for one in walk(other))
+                if is_vector and is_fixed and self.scope.number(other).amount < 0.0:
+                    (subject,) = reading.subjects
+                    text = side.span.one_line
+                    component = text.replace(subject.name, f"{subject.name} along (0, 0, 1)")
+                    self.findings.add(
+                        "W701", f"{text} is a magnitude, which is never negative", part.span,
+                        hint=f"for a component, write a direction: {component}",
+                    )  # fmt: skip
 
     # --- measures -----------------------------------------------------------------------------
 
