@@ -105,6 +105,8 @@ _PLAIN = {
     "deg": (math.pi / 180.0, NUMBER),
     "rad": (1.0, NUMBER),
     "%": (0.01, NUMBER),
+    # The conventional millimetre of mercury: NIST Special Publication 811 (2008), B.8.
+    "mmHg": (133.322387415, PRESSURE),
 }
 #: Symbol -> (factor to SI, dimension). Micro is written u, µ (U+00B5) or μ (U+03BC).
 SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
@@ -128,7 +130,7 @@ _SPOKEN_PREFIXES = {
 }  # fmt: skip
 
 #: For messages.
-ALL_UNITS = "units are m, g, s, N, Pa, J, W, Hz and l, also as mm or kPa, and min, deg, %"
+ALL_UNITS = "units are m, g, s, N, Pa, J, W, Hz and l, also as mm or kPa, and min, deg, %, mmHg"
 
 #: Beyond, a unit is a slip, and its factor would leave the range of numbers.
 LARGEST_EXPONENT = 9
