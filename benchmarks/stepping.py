@@ -18,8 +18,8 @@ from tissuec.engine.method import Method
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 
-REPEATS = 41  # short and many: what else the machine does comes and goes
-WORK = 4e6  # evaluations times springs of one measurement
+REPEATS = 21  # short and many: what else the machine does comes and goes
+WORK = 2e7  # evaluations times springs of one measurement
 METHODS = ("velocity verlet", "dop853")
 
 
