@@ -12,7 +12,7 @@ import pytest
 
 from tests.modules import nodes, trees
 
-HEAVY = ("scipy", "numba", "h5py")
+HEAVY = ("llvmlite", "scipy", "numba", "h5py")
 LIGHT = {
     "check": ["check", "library/scenes/sterilisation.tis"],
     "fmt": ["fmt", "--check", "library/scenes/sterilisation.tis"],

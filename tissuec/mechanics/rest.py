@@ -5,9 +5,11 @@ Asked in every run, hence without SciPy; ``stability`` answers the rest.
 
 import numpy as np
 
+from tissuec.forces.branches import flat, pulled
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.state import State
+from tissuec.model.network import Floats
 
 LOOSE = 1e-10  # of the stiffest: a motion that resists less is said not to be held
 DENSE = 900  # unknowns up to which all of them are looked at at once: about 0.05 s
@@ -27,14 +29,31 @@ def rests_pressed(state: State) -> bool:
     free, memory = ~state.held, state.network.memory
     still = np.zeros_like(state.velocity)
     still[memory] = state.velocity[memory]  # what springs and friction remember
-    inner = observables.inner_forces(state, state.time, state.position, still)
-    largest = float(np.abs(inner.tension).max(initial=0.0))
-    if inner.tension.min(initial=0.0) >= -AT_REST * largest:
+    tension = _still_tension(state, still)
+    largest = float(np.abs(tension).max(initial=0.0))
+    if tension.min(initial=0.0) >= -AT_REST * largest:
         return False
+    inner = observables.inner_forces(state, state.time, state.position, still)
     force = inner.node + observables.applied_forces(state)
     energy = observables.energies(state, state.time, state.position, state.velocity)
     left = float(np.linalg.norm(force[free], axis=1).max(initial=0.0))
     return left <= AT_REST * largest and bool(energy.kinetic <= AT_REST * energy.elastic)
+
+
+def _still_tension(state: State, still: Floats) -> Floats:
+    """Return tensions where nothing moves [N], shape (spring,).
+
+    Checks of scenes ask this and nothing else of springs, hence without compiled loops, which
+    take longer to load.
+
+    Args:
+        still: Velocities of all nodes, zero but for what springs remember [m/s], shape
+            (node, 3).
+    """
+    length = observables.lengths(state.network.ends, state.position)
+    behaviour = state.behaviour()
+    tension = pulled(behaviour, state.memory(), length - behaviour.rest, flat(still))
+    return np.where(state.alive & (length > 0.0), tension, 0.0)
 
 
 def is_stable(state: State) -> bool:
