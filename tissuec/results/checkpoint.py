@@ -22,7 +22,7 @@ from tissuec.results.errors import ResultError
 from tissuec.results.store import Store, member_name
 
 CHECKPOINT = "/tissuec/checkpoint"
-FORMAT = 1
+FORMAT = 2  # another number for any other entries
 Value = NDArray[Any] | int | float | bool | str
 
 
