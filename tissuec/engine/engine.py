@@ -130,9 +130,7 @@ class Engine:
             self._begin(state)
         control.yield_to_losses(state)
         stepper.load(state)
-        control.equip(state)
-        if begins:  # they may have been measured for the choice
-            control.facts = dict(control.choice.facts) or None
+        control.equip(state, begins=begins)
         stepper.forget_net()
         self._stale, stepper.segment, self._viewed = False, None, None
         if not stepper.progress.step:

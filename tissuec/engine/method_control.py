@@ -74,14 +74,19 @@ class MethodControl:
             reason = f"{refusal}, which {self.choice.name} does not support"
             self.install(MethodChoice("dop853", reason, {}))
 
-    def equip(self, state: State) -> None:
-        """Give the integrator what depends on the net: unknowns or the fastest rate."""
+    def equip(self, state: State, *, begins: bool = False) -> None:
+        """Give the integrator what depends on the net: unknowns or the fastest rate.
+
+        Args:
+            state: The present one.
+            begins: Whether the integrator was chosen for this state, by facts of it.
+        """
         stepper = self._stepper
         if stepper.integrator.implicit:
             stepper.work = stepper.work._replace(solver=stepper.inputs.solver())
         if stepper.integrator.stabilised:
             stepper.work.rate[0], stepper.cap = self._pace(state)
-        self.facts = None
+        self.facts = dict(self.choice.facts) or None if begins else None
         self.trial.begin(stepper.progress, stepper.work.effort, self.choice.name, self._cost)
 
     def contend(self, state: State) -> None:

@@ -3,7 +3,8 @@
 A spring between a and b with r = x_b - x_a, L = |r|, u = r / L, elongation e = L - L0 and
 closing speed w = u · (v_b - v_a) has the tension T = f(e) + g(e, w) of its law, and what
 branches add (``branches``); it pulls a with T u and b with -T u. One of zero length has no
-direction and thus no tension. ``springs_kernel`` and ``runs_kernel`` have the scalar loops.
+direction and thus no tension. What a run evaluates in each step is in ``runs_kernel``,
+``pairs_kernel`` and, for springs with laws, ``springs_kernel``.
 """
 
 from collections.abc import Callable
