@@ -152,8 +152,7 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "W304",
                 f"{body.name} has {counted(len(zero), 'spring')} between nodes at the same "
-                "position "
-                f"(id {ids}{more})",
+                f"position (id {ids}{more})",
                 body.span,
                 "a spring of length zero has no direction and no force until its ends separate",
             )
