@@ -1,10 +1,13 @@
 """Scenes that nobody prepared, against SciPy: each keeps its promise or says what is off."""
 
+import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.random_scenes import random_scene
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.engine import state
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
@@ -42,3 +45,55 @@ def test_random_scenes_keep_their_promises(first, count):
     # Some contradict themselves and are refused; in some motion is chaotic.
     assert set(verdicts) <= {"kept", "told", "refused", "undecided"}
     assert verdicts.count("kept") > 0.75 * len(verdicts)
+
+
+def positions(compiled, tolerance):
+    """Return positions in the frames of a run [m], with the method that is chosen for it."""
+    simulation = replace(compiled.plan.simulation, integrator="automatic", tolerance=tolerance)
+    plan, recording = replace(compiled.plan, simulation=simulation), MemoryRecording()
+    run(compiled.network, plan, Recorder(compiled.network, plan, recording))
+    return recording.frame_arrays()[1]
+
+
+def error(found, exact):
+    """Return the largest error so far over the largest displacement so far, at its largest."""
+    moved = np.maximum.accumulate(np.linalg.norm(exact - exact[0], axis=2).max(axis=1))
+    off = np.linalg.norm(found - exact, axis=2).max(axis=1)
+    return float((off[moved > 0.0] / moved[moved > 0.0]).max(initial=0.0))
+
+
+def free_scenes(seeds):
+    """Yield the scenes among seeds that compile, move and have no step of their own."""
+    for seed in seeds:
+        try:
+            compiled, _ = compile_request(
+                Request(Source(f"seed{seed}.tis", random_scene(seed)))
+            )
+        except CompileError:
+            continue
+        if not compiled.plan.simulation.step and len(compiled.plan.output.frames) > 1:
+            yield compiled
+
+
+@pytest.mark.parametrize("count", [30, pytest.param(140, marks=pytest.mark.slow)])
+def test_tolerances_are_kept_and_made_use_of(count):
+    ratios = {1e-3: [], 1e-6: []}
+    for compiled in free_scenes(range(count)):
+        exact = positions(compiled, 1e-12)
+        for tolerance, found in ratios.items():
+            found.append(error(positions(compiled, tolerance), exact) / tolerance)
+    for found in ratios.values():
+        assert len(found) > 0.8 * count
+        assert max(found) < 1.0
+        # Where stability sets the steps, errors are as small as they come.
+        assert np.median(found) > 0.02
+
+
+@pytest.mark.parametrize(("seed", "tolerance"), [(446, 1e-3), (564, 1e-3), (384, 1e-5)])
+def test_samples_within_long_steps_keep_the_promise(seed, tolerance, monkeypatch):
+    (compiled,) = free_scenes([seed])
+    exact = positions(compiled, 1e-12)
+    assert error(positions(compiled, tolerance), exact) < tolerance
+    # Fast motions that die away are followed by steps whose polynomials are no good for them.
+    monkeypatch.setattr(state, "INSIDE", np.inf)
+    assert error(positions(compiled, tolerance), exact) > 2.0 * tolerance

@@ -114,13 +114,14 @@ def test_what_a_probe_is_pressed_into_settles_where_a_damped_run_comes_to():
 
 def test_what_is_settled_stays_and_friction_begins_anew():
     script = f"{STROKE}\n  at 100 ms: settle"
-    played = play(pressed(script=script, duration="0.12 s"))
+    scene = pressed(script=script, duration="0.12 s")
+    played = play(scene.replace("tolerance = 1e-5", "tolerance = 1e-6"))
     _, force = played.log("force of base")
     assert np.abs(force[99] - force[-1]).max() > 0.01  # what friction held
     after = played.time > 0.1
     place = played.position[after][:, bodies(played)]
     assert np.abs(place - place[0]).max() < 1e-9
-    # Stroked at 60 mm/s, with a tolerance of 1e-5.
+    # Stroked at 60 mm/s, with a tolerance of 1e-6: a few tolerances are left.
     assert np.abs(played.velocity[after][:, bodies(played)]).max() < 1e-6
 
 

@@ -26,6 +26,7 @@ TINIEST = 1e-290  # [m], so that nothing is divided by zero
 # Part of the tolerance that errors of implicit steps may use up while displacements grow, not
 # in time; explicit ones may miss forces that swing as they grow.
 GROWTH = 0.5
+INSIDE = 0.5  # of the tolerance: errors of samples within steps
 ROUNDING = 8 * float(np.finfo(float).eps)
 
 
@@ -57,6 +58,7 @@ def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work
         choices=PropagationChoices().row(),
         dense_x=integrator.dense_x.copy(),
         dense_v=integrator.dense_v.copy(),
+        embedded_x=integrator.embedded_x.copy(),
         weights=np.zeros((2, rows)),
         tension=np.zeros((3, 0)),
         booked=np.zeros((2, 2)),
@@ -82,6 +84,7 @@ def new_progress(time: float) -> Progress:
         memory=0.0,
         calm=0,
         displacement=0.0,
+        earlier=0.0,
         speed=0.0,
         current=0,
         pending=0,
@@ -182,6 +185,9 @@ def new_task(
         budget=integrator.safety * tolerance / duration if duration else inf,
         growth=GROWTH * integrator.safety * tolerance if integrator.implicit else 0.0,
         share=integrator.share * tolerance,
+        final_share=integrator.final_share * tolerance,
+        duration=duration,
+        inside=INSIDE * tolerance,
         jolt=JOLT * tolerance if integrator.promises else inf,
         floor=floor,
         noise=max(ROUNDING * max(coordinates, size), TINIEST),

@@ -14,12 +14,12 @@ Shared arguments:
     net: What acts on the nodes; its fields give the shapes and units.
 """
 
-from math import isfinite, sqrt
+from math import exp, isfinite, sqrt
 
 from tissuec.engine.integrators.verlet import VelocityVerlet
 from tissuec.engine.step_inside import look_within
 from tissuec.forces.springs_kernel import bend_of_passed, find_sides
-from tissuec.kernels.records import Floats, Net, Task, Work
+from tissuec.kernels.records import Floats, Net, Progress, Task, Work
 from tissuec.kernels.vectors import distance, is_passed
 
 CONTROL_ORDER = VelocityVerlet.control_order
@@ -30,6 +30,9 @@ SOLVING = 0.02
 FIXED = 1e-11  # the same where steps are fixed, relative to the motion so far
 # Of what a step may be wrong by, for one corner: what hundreds of corners do adds up.
 CORNER_SHARE = 1e-3
+# Logarithm of how much a motion is expected to amplify errors in a step at most, as chaotic
+# motions of compressed springs without viscosity do.
+AMPLIFICATION = 0.1
 CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
 
 
@@ -67,12 +70,11 @@ def aim(h: float, displacement: float, speed: float, task: Task, work: Work) -> 
 
 
 def judge(
-    h: float,
+    now: Progress,
     off: float,
     off_speed: float,
     reach: float,
     pace: float,
-    growth: float,
     strict: bool,
     task: Task,
 ) -> float:
@@ -82,20 +84,22 @@ def judge(
     the largest displacement and speed so far: a displacement that grows may have an error in
     proportion to its growth, because otherwise the short steps of a sudden start would be
     allowed almost no error. The share of a single step is bounded as well: where stability
-    limits the steps, an error persists for longer than the step that made it. Errors of
-    velocities are mostly those of fast motions, which change positions by no more than within
-    the step. Where a spring is near its strength, though, dashpots transmit them, and the time
-    of rupture depends on them.
+    limits the steps, an error persists for longer than the step that made it, and motions may
+    amplify it in every step that is left. Errors of velocities are mostly those of fast
+    motions, which change positions by no more than within the step. Where a spring is near its
+    strength, though, dashpots transmit them, and the time of rupture depends on them.
 
     Args:
-        h: Size of the step [s].
+        now: Where the run stands before the step is accepted.
         off, off_speed: Estimated errors of positions [m] and velocities [m/s].
         reach, pace: Largest displacement [m] and speed [m/s] until its end.
-        growth: Of the largest displacement in the step [m].
         strict: Whether errors of velocities count by themselves.
     """
-    part = growth / max(reach, task.floor)
-    allowed = min(task.budget * h + task.growth * part, task.share)
+    h = now.end - now.time
+    growth = (reach - now.displacement) / max(reach, task.floor)
+    left = (task.duration - now.end) / h
+    share = max(task.share, task.final_share * exp(-AMPLIFICATION * left))
+    allowed = min(task.budget * h + task.growth * growth, share)
     fair = pace if strict else max(pace, reach / h)
     position = off / (allowed * max(reach, task.floor) + task.noise)
     velocity = off_speed / (allowed * max(fair, task.floor / h) + task.noise / h)

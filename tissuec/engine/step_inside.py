@@ -22,7 +22,7 @@ Shared arguments:
 from math import inf, isfinite
 
 from tissuec.engine.integrators.hermite import cubic, quintic
-from tissuec.engine.integrators.verlet import VelocityVerlet, book, prepare
+from tissuec.engine.integrators.verlet import VelocityVerlet, book, finish, prepare, step
 from tissuec.forces.accelerations import force, kinetic, place
 from tissuec.forces.springs_kernel import peaks, tension
 from tissuec.kernels.records import GLANCES, LOOKED, Buffer, Floats, Net, Progress, Task, Work
@@ -30,6 +30,7 @@ from tissuec.kernels.vectors import (
     accumulate,
     combine,
     copy_sample,
+    distance,
     polynomials,
     quadrature,
     scale,
@@ -63,9 +64,9 @@ def is_due(now: Progress, buffer: Buffer) -> bool:
     return sample < times.size and times[sample] < now.end
 
 
-def deliver(now: Progress, work: Work, net: Net, buffer: Buffer) -> None:
+def deliver(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> None:
     """Copy samples from the start of a step up to, but not at, its end, while there is room."""
-    time, end, current = now.time, now.end, now.current
+    time, end, current, first = now.time, now.end, now.current, now.filled
     while now.sample < buffer.times.size and buffer.times[now.sample] < end:
         row = now.filled
         if row == buffer.time.size:
@@ -81,6 +82,54 @@ def deliver(now: Progress, work: Work, net: Net, buffer: Buffer) -> None:
             look(when, time, end, current, x, v, buffer.ledger[row], work, net)
         now.sample += 1
         now.filled += 1
+    if task.fixed == 0:
+        for row in range(first, now.filled):
+            if is_doubtful(row, now, task, work, buffer):
+                refine(first, now, work, buffer, net)
+                break
+
+
+def is_doubtful(row: int, now: Progress, task: Task, work: Work, buffer: Buffer) -> bool:
+    """Return whether the positions of a sample may be wrong by more than is allowed.
+
+    Where steps are long for fast motions that have died away, or take a small part in the
+    motion, polynomials may be much worse inside a step than its end is.
+
+    Args:
+        row: Of the buffer.
+    """
+    if work.embedded_x.shape[0] == 0 or buffer.time[row] <= now.time:
+        return False
+    h = now.end - now.time
+    weights, none = work.weights[0], work.weights[1]
+    polynomials(work.embedded_x, (buffer.time[row] - now.time) / h, weights)
+    none[:] = 0.0
+    zero, x, v = work.zero, work.trial_x, work.trial_v
+    combine(zero, h * h, weights, zero, 0.0, none, work.rows, x, v, work.team)
+    off = distance(x, zero, work.each, work.team)
+    reach = distance(buffer.position[row], work.origin, work.each, work.team)
+    allowed = task.inside * max(reach, now.earlier, task.floor) + task.noise
+    return not off <= allowed
+
+
+def refine(first: int, now: Progress, work: Work, buffer: Buffer, net: Net) -> None:
+    """Replace samples within a step by the ends of shorter steps from its start.
+
+    Args:
+        first: Row of the first sample of the step.
+    """
+    time, current, evaluations = now.time, now.current, work.effort[0]
+    x, v = work.x[1 - current], work.v[1 - current]
+    for row in range(first, now.filled):
+        if buffer.time[row] > time:
+            step(time, buffer.time[row], current, work, net)
+            scale(1.0, x, buffer.position[row])
+            scale(1.0, v, buffer.velocity[row])
+    step(time, now.end, current, work, net)
+    finish(time, now.end, current, work, net)
+    prepare(time, now.end, current, work, net)
+    work.effort[LOOKED] += work.effort[0] - evaluations
+    work.effort[0] = evaluations
 
 
 def glance(now: Progress, work: Work, net: Net, buffer: Buffer) -> None:

@@ -83,7 +83,7 @@ def drive(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> in
             reason = examine(now, trial.near, task, work, net, buffer)
             if reason != NO_REASON:
                 return reason
-        deliver(now, work, net, buffer)
+        deliver(now, task, work, net, buffer)
         if now.sample < buffer.times.size and buffer.times[now.sample] < now.end:
             return FULL
         if net.ledger:
@@ -155,8 +155,8 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
         if thrown:
             off_speed /= BEND_SHARE
         # Implicit steps may brake what is too fast for them, and lose its energy.
-        strict, growth = near or IMPLICIT or thrown, reach - now.displacement
-        ratio = judge(h, off, off_speed, reach, pace, growth, strict, task)
+        strict = near or IMPLICIT or thrown
+        ratio = judge(now, off, off_speed, reach, pace, strict, task)
         if not ratio <= 1.0:
             retry(now, h * shrunk(ratio))
             return Trial(REJECTED, near, ratio, off, reach, pace)
@@ -240,7 +240,7 @@ def accept(now: Progress, trial: Trial, is_first: bool, task: Task, net: Net) ->
     if net.touched:
         now.bends = net.touches.bends[0]
     now.error += trial.error / SAFETY
-    now.displacement, now.speed = trial.reach, trial.pace
+    now.earlier, now.displacement, now.speed = now.displacement, trial.reach, trial.pace
     now.smallest, now.largest = min(now.smallest, h), max(now.largest, h)
     if task.fixed == 0:
         resize(now, h, trial.ratio, is_first)

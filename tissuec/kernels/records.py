@@ -273,6 +273,8 @@ class Work(NamedTuple):
     choices: Floats  # what can be chosen of a procedure, shape (choice,)
     dense_x: Rows  # positions within the step: powers of its part, shape (power, row)
     dense_v: Rows  # the same for velocities
+    # Positions by a polynomial of lower order minus those, (0, row) if there is none
+    embedded_x: Rows
     weights: Rows  # shape (2, row)
     tension: Rows  # three looks at the springs [N], shape (3, spring) or (3, 0)
     booked: Rows  # two estimates of the error of the ledger [J], shape (2, 2)
@@ -305,7 +307,10 @@ class Task(NamedTuple):
     longest: float  # step that still follows the prescribed paths, unless fixed [s]
     budget: float  # local error allowed per second, relative to the motion [1/s]
     growth: float  # further, by as much as the largest displacement grows, relative to that
-    share: float  # local error allowed in one step, relative to the motion
+    share: float  # local error allowed in one step far from the end, relative to the motion
+    final_share: float  # the same in the last step
+    duration: float  # of the run [s]
+    inside: float  # error allowed of samples within steps, relative to the motion
     jolt: float  # change of speeds allowed where a spring turns over, relative to the motion
     floor: float  # smallest displacement that errors are measured by [m]
     noise: float  # error that is put down to rounding [m]
@@ -325,6 +330,7 @@ class Progress(Struct):
     memory: float  # error ratio of the last accepted step
     calm: int  # steps since the size last changed
     displacement: float  # largest so far [m]
+    earlier: float  # the same before the step under way [m]
     speed: float  # largest so far [m/s]
     current: int  # half of Work that holds the state
     pending: int  # 1: a step is accepted, its samples are not all taken

@@ -115,6 +115,19 @@ def test_dense_output_joins_both_ends_of_each_step(name):
         assert np.abs(found.velocity[near] - found.velocity[end]).max() < 1e-9 * step * 300.0
 
 
+def test_positions_within_steps_of_dop853_are_the_integral_of_velocities():
+    member = INTEGRATORS["dop853"]
+    derivative = member.dense_x * np.arange(1.0, 9.0)[:, None]  # in powers 0 to 7 of the part
+    assert derivative[1:] == pytest.approx(member.dense_v, abs=1e-12)
+    # Which leads to the result without being told so.
+    result = member.tableau.for_x[member.tableau.result]
+    assert member.dense_x.sum(axis=0) == pytest.approx(result, abs=1e-12)
+    # The other polynomial has the same ends, and speeds there.
+    assert member.embedded_x.sum(axis=0) == pytest.approx(0.0, abs=1e-12)
+    assert member.embedded_x[0] == pytest.approx(0.0, abs=1e-12)
+    assert np.arange(1.0, 9.0) @ member.embedded_x == pytest.approx(0.0, abs=1e-11)
+
+
 @pytest.mark.parametrize("name", MEMBERS)
 def test_dense_weights_of_the_start_are_the_state_there(name):
     # Powers of the step's part: the first is what grows in proportion at the start.

@@ -46,11 +46,13 @@ class Integrator(Protocol):
         control_order: Power of the step in the error per unit step.
         safety: Multiple of the tolerance that the sum of all error estimates may reach; above
             1 where estimates are known to be that much larger than errors.
-        share: Part of the tolerance that the estimate of one step may reach.
+        share: Part of the tolerance that the estimate of one step may reach, far from the end.
+        final_share: Part that the last one may reach, whose error cannot grow any more; 0 if
+            it is the same throughout.
         looks: Pieces in which a step is searched for ruptures.
         nearness: Part of its strength from which a spring is looked at closely.
         tableau: Its coefficients; None for a method that is none of Runge-Kutta or Nyström.
-        dense_x, dense_v: Coefficients within a step, as ``Work`` holds them.
+        dense_x, dense_v, embedded_x: Coefficients within a step, as ``Work`` holds them.
     """
 
     order: ClassVar[int]
@@ -65,11 +67,13 @@ class Integrator(Protocol):
     control_order: ClassVar[float]
     safety: ClassVar[float]
     share: ClassVar[float]
+    final_share: ClassVar[float]
     looks: ClassVar[int]
     nearness: ClassVar[float]
     tableau: ClassVar[Tableau | None]
     dense_x: ClassVar[Floats]
     dense_v: ClassVar[Floats]
+    embedded_x: ClassVar[Floats]
 
     @staticmethod
     def stability_limit(omega: float, zeta: float) -> float:

@@ -199,11 +199,13 @@ class Propagation:
     control_order = 1.0
     safety = 1.0
     share = 0.01
+    final_share = 0.0
     looks = 8
     nearness = 0.9
     tableau = None
     dense_x = hermite.dense_x(ROWS, END)
     dense_v = hermite.dense_v(ROWS, END)
+    embedded_x = np.zeros((0, ROWS))
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)

@@ -181,11 +181,13 @@ class Rkc2:
     control_order = 2.0
     safety = 0.2
     share = 0.05
+    final_share = 0.0
     looks = 4
     nearness = 0.9
     tableau = None
     dense_x = hermite.dense_x(ROWS, END)
     dense_v = hermite.dense_v(ROWS, END)
+    embedded_x = np.zeros((0, ROWS))
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)

@@ -204,11 +204,13 @@ class Srkn11:
     control_order = 6.0
     safety = 1000.0
     share = 1.0
+    final_share = 0.0
     looks = 8
     nearness = 0.85
     tableau = _tableau()
     dense_x = _dense(of_velocity=False)
     dense_v = _dense(of_velocity=True)
+    embedded_x = np.zeros((0, ROWS))
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)

@@ -92,6 +92,7 @@ class RungeKutta:
     conservative = False
     promises = True
     stabilised = False
+    final_share = 0.0
     nearness = 0.9
     tableau: ClassVar[Tableau]
     evaluations: ClassVar[int]
@@ -99,6 +100,7 @@ class RungeKutta:
     end_row: ClassVar[int]
     dense_x: ClassVar[Floats]
     dense_v: ClassVar[Floats]
+    embedded_x: ClassVar[Floats]
     prepare = staticmethod(hermite.prepare)
 
     def __init_subclass__(cls) -> None:
@@ -112,3 +114,5 @@ class RungeKutta:
             cls.rows += 2
             cls.dense_x = hermite.dense_x(cls.rows, cls.end_row)
             cls.dense_v = hermite.dense_v(cls.rows, cls.end_row)
+        if not hasattr(cls, "embedded_x"):
+            cls.embedded_x = np.zeros((0, cls.rows))

@@ -111,12 +111,14 @@ class VelocityVerlet:
     control_order = 2.0
     safety = 0.5
     share = 0.0125
+    final_share = 0.0
     looks = 2
     nearness = 0.97
     tableau = nystrom(FOR_X, FOR_V, FOR_V.sum(axis=1), carries=True)
     # Cubic Hermite interpolation of x through x, v and of v through v, a at both ends.
     dense_x = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, -0.5], [0.0, -0.5, 0.5]])
     dense_v = np.array([[0.0, 1.0, 0.0], [0.0, -0.5, 0.5], [0.0, 0.0, 0.0]])
+    embedded_x = np.zeros((0, rows))
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)
