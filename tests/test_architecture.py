@@ -15,6 +15,7 @@ from tests.modules import nodes, trees
 HEAVY = ("llvmlite", "scipy", "numba", "h5py")
 LIGHT = {
     "check": ["check", "library/scenes/sterilisation.tis"],
+    "pressed": ["check", "library/scenes/two_masses.tis"],
     "fmt": ["fmt", "--check", "library/scenes/sterilisation.tis"],
     "words": ["words", "fuzzy/soft_tissue"],
     "explore": ["words", "fuzzy/soft_tissue", "--explore", "-o", os.devnull],

@@ -21,7 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 #: How many more objects there are, before cycles among them are searched for: texts become
 #: trees of many objects, few of which ever are garbage.
-MANY_OBJECTS = 50_000
+MANY_OBJECTS = 200_000
 USUAL_THRESHOLDS = gc.get_threshold()  # of Python itself
 
 #: The commands that ``--help`` lists first; all others follow by name.

@@ -5,6 +5,7 @@ Asked in every run, hence without SciPy; ``stability`` answers the rest.
 
 import numpy as np
 
+from tissuec.core.vectors import norm
 from tissuec.forces.branches import flat, pulled
 from tissuec.mechanics import observables
 from tissuec.mechanics.balance import Balance
@@ -33,11 +34,14 @@ def rests_pressed(state: State) -> bool:
     largest = float(np.abs(tension).max(initial=0.0))
     if tension.min(initial=0.0) >= -AT_REST * largest:
         return False
-    inner = observables.inner_forces(state, state.time, state.position, still)
-    force = inner.node + observables.applied_forces(state)
+    force = observables.applied_forces(state)
+    _add_pulls(state, tension, force)
+    for acting in state.fields:
+        acting.add_forces(state.time, state.position, still, force)
+    if norm(force[free]).max(initial=0.0) > AT_REST * largest:
+        return False
     energy = observables.energies(state, state.time, state.position, state.velocity)
-    left = float(np.linalg.norm(force[free], axis=1).max(initial=0.0))
-    return left <= AT_REST * largest and bool(energy.kinetic <= AT_REST * energy.elastic)
+    return bool(energy.kinetic <= AT_REST * energy.elastic)
 
 
 def _still_tension(state: State, still: Floats) -> Floats:
@@ -54,6 +58,21 @@ def _still_tension(state: State, still: Floats) -> Floats:
     behaviour = state.behaviour()
     tension = pulled(behaviour, state.memory(), length - behaviour.rest, flat(still))
     return np.where(state.alive & (length > 0.0), tension, 0.0)
+
+
+def _add_pulls(state: State, tension: Floats, to: Floats) -> None:
+    """Add what springs pull at their ends, without compiled loops either.
+
+    Args:
+        tension: Of springs [N], 0 for those of no length, shape (spring,).
+        to: Forces on all nodes [N], shape (node, 3), changed in place.
+    """
+    low, high = state.network.ends.T
+    length = observables.lengths(state.network.ends, state.position)
+    share = tension / np.where(length > 0.0, length, 1.0)
+    for place, force in zip(state.position.T, to.T, strict=True):
+        pull = share * (place[high] - place[low])
+        force += np.bincount(low, pull, len(to)) - np.bincount(high, pull, len(to))
 
 
 def is_stable(state: State) -> bool:

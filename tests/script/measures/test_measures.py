@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from tests.hand_net import chain, make_net, start
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.measures.gap import smallest_gap
+from tissuec.script.measures.gap import FEW, smallest_gaps
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 
 NOTHING = np.zeros(0, dtype=np.int64)
@@ -161,7 +161,7 @@ def test_the_gap_is_the_smallest_distance_between_pieces_and_none_for_one_piece(
     assert value("gap", snapshot, nodes(0, 4)) == 50.0
 
 
-@pytest.mark.parametrize("count", [3, 64, 65, 300])
+@pytest.mark.parametrize("count", [3, 65, FEW, FEW + 1, 1000])
 def test_the_gap_is_found_whatever_the_order_of_the_nodes(count):
     random = np.random.default_rng(count)
     position = random.normal(size=(count, 3)) * [1, 20, 1]
@@ -169,7 +169,8 @@ def test_the_gap_is_found_whatever_the_order_of_the_nodes(count):
     piece[:2] = [0, 1]
     apart = np.linalg.norm(position[:, None] - position[None], axis=2)
     expected = apart[piece[:, None] != piece[None]].min()
-    assert smallest_gap(position, piece) == pytest.approx(expected, rel=1e-14)
+    states = np.stack([position, 2.0 * position])
+    assert smallest_gaps(states, piece) == pytest.approx([expected, 2.0 * expected], rel=1e-14)
 
 
 @pytest.mark.parametrize("name", sorted(MEASURES))

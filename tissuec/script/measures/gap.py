@@ -12,8 +12,8 @@ from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.scalar import ScalarMeasure, one_column
 from tissuec.script.measures.snapshot import Snapshot
 
-CHUNK = 64
-"""Points compared at a time with those ahead: small beside the caches for any body."""
+FEW = 400  # points up to which comparing each with each is quicker than a sweep
+CHUNK = 64  # points compared at a time with those ahead: small beside the caches for any body
 
 
 @MEASURES.member("gap")
@@ -33,12 +33,34 @@ class Gap(ScalarMeasure):
         nodes = snapshot.nodes(subjects[0])
         position, piece = snapshot.position[..., nodes, :], snapshot.pieces[nodes]
         states = position.reshape(-1, *position.shape[-2:])
-        gaps = np.array([smallest_gap(state, piece) for state in states])
+        gaps = smallest_gaps(states, piece)
         return one_column(gaps.reshape(position.shape[:-2]), snapshot)
 
 
-def smallest_gap(position: Floats, piece: NDArray[np.int32]) -> float:
+def smallest_gaps(states: Floats, piece: NDArray[np.int32]) -> Floats:
     """Return the smallest distance between points of different pieces; 0 for a single piece.
+
+    Args:
+        states: Points [m], shape (state, point, 3).
+        piece: The piece of each, shape (point,).
+    """
+    pieces = np.unique(piece)
+    if len(pieces) < 2:
+        return np.zeros(len(states))
+    if len(piece) > FEW:
+        return np.array([_swept(state, piece) for state in states])
+    pairs = [(piece == one, piece > one) for one in pieces[:-1]]
+    return np.array([min(_closest(state[a], state[b]) for a, b in pairs) for state in states])
+
+
+def _closest(some: Floats, others: Floats) -> float:
+    """Return the smallest distance of some points from others [m], shape (point, 3)."""
+    apart = some[:, None] - others
+    return float(np.sqrt(dot(apart, apart).min()))
+
+
+def _swept(position: Floats, piece: NDArray[np.int32]) -> float:
+    """Return the smallest distance in one state.
 
     Points are swept along the longest side of their box: what lies further ahead than the best
     distance so far needs no comparison.
@@ -47,8 +69,6 @@ def smallest_gap(position: Floats, piece: NDArray[np.int32]) -> float:
         position: Points [m], shape (point, 3).
         piece: The piece of each, shape (point,).
     """
-    if len(np.unique(piece)) < 2:
-        return 0.0
     axis = int(np.ptp(position, axis=0).argmax())
     order = np.argsort(position[:, axis], kind="stable")
     position, piece = position[order], piece[order]
