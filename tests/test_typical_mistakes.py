@@ -112,6 +112,23 @@ MISTAKES = {
     "mesh misspelt": M("is tube {", "is tub {", "TIS305", "tub", '"tube"'),
     "file misspelt": M("fuzzy/soft_tissue", "fuzzy/soft_tisue", "TIS601", None, "soft_tissue"),
     "capital letter": M("set tip", "Set tip", "TIS103", "Set", '"set"'),
+    "property of tissue in a body": M(
+        "tissue is gum\n",
+        "tissue is gum; viscosity = 2 N*s/m\n",
+        "TIS303",
+        "viscosity",
+        "tissue NAME { viscosity = 2 N*s/m }",
+    ),
+    "entry of the mesh in a body": M(
+        "tissue is gum\n",
+        "tissue is gum; rings = 5\n",
+        "TIS303",
+        "rings",
+        "mesh is tube { rings = 5 }",
+    ),
+    "on for of in an output": M(
+        "force of forceps A", "force on forceps A", "TIS303", "on forceps A", "of forceps A"
+    ),
     "number in a name": M("set rim =", "set rim 2 =", "TIS109", "2", '"rim 2"'),
     "reserved word in a name": M(
         "set rim =", "set end of rim =", "TIS115", "of", '"end of rim"'

@@ -10,7 +10,7 @@ from tissuec.compiler.conditions import LEDGER, Conditions
 from tissuec.compiler.sets import Groups
 from tissuec.compiler.smoothing import SURFACE, read_surface
 from tissuec.core.errors import Note
-from tissuec.core.hints import Edit, Hint, alternatives
+from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import TIME, show
 from tissuec.lang import syntax as s
@@ -127,9 +127,10 @@ class OutputReader:
         clauses: dict[str, s.Clause] = {}
         for clause in item.clauses:
             if clause.word not in ("of", "to", "every") or clause.word in clauses:
-                self.findings.reject(
-                    "TIS303", f'"{clause.word}" is not allowed in an output', clause.span
-                )
+                subject = clause.span.one_line.removeprefix(f"{clause.word} ")
+                hint = "" if "of" in clauses else proposal(f"of {subject}")
+                message = f'"{clause.word}" is not allowed in an output'
+                self.findings.reject("TIS303", message, clause.span, hint=hint)
             clauses[clause.word] = clause
         return clauses
 

@@ -10,7 +10,7 @@ from itertools import takewhile
 from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic, Note
-from tissuec.core.hints import Edit, Hint, proposal
+from tissuec.core.hints import Edit, Hint, did_you_mean, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ALL_UNITS, SYMBOLS, near_unit
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
@@ -334,6 +334,28 @@ def _two_statements(m: Mistake) -> Diagnostic | None:
     return _finding(m, "TIS107", "two statements on one line", hint)
 
 
+def _misspelt_time_word(m: Mistake) -> Diagnostic | None:
+    """Recognise ``trajectory evry 5 ms`` and ``form 0 s to 1 s: …``."""
+    if m.found.type not in _NUMBERS or m.previous != "WORD" or m.first in _BINDERS:
+        return None
+    if len(m.before) == 1 and m.next not in ("TO", "COLON"):
+        return None
+    near = did_you_mean(m.before[-1].text, TIME_WORDS)
+    if not near:
+        return None
+    message = f"a time cannot stand behind {shown(m.before[-1].text)}"
+    return _finding(m, "TIS109", message, near, m.before[-1])
+
+
+def _sign_before_clause(m: Mistake) -> Diagnostic | None:
+    """Recognise ``line = from … to …``, where the entry is a sentence."""
+    if m.previous != "EQUAL" or m.found.type not in _TIMES:
+        return None
+    sign = m.before[-1]
+    message = f'"=" cannot stand before "{m.found.text}"'
+    return _finding(m, "TIS100", message, Hint('leave out "="', Edit("")), sign)
+
+
 def _number_in_name(m: Mistake) -> Diagnostic | None:
     if m.found.type not in _NUMBERS or m.previous != "WORD":
         return None
@@ -499,5 +521,7 @@ _KINDS = (
     _reserved_as_entry,
     _reserved_in_name,
     _two_statements,
+    _misspelt_time_word,
+    _sign_before_clause,
     _number_in_name,
 )

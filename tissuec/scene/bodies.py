@@ -28,6 +28,7 @@ from tissuec.scene.model import (
     Tissue,
     WrittenLaws,
 )
+from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.tables import explicit_tables, tables_of
 from tissuec.scene.written_numbers import read_given
 
@@ -176,6 +177,7 @@ class _BodyReader:
         self.findings = scope.findings
         self.once: dict[str, Span] = {}
         self.mesh: Generator | None = None
+        self.mesh_kind = ""
         self.is_explicit = False
         self.tissue: Tissue | None = None
         self.regions: list[Region] = []
@@ -282,13 +284,26 @@ class _BodyReader:
         elif key in BODY_ENTRIES:
             self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
         else:
-            told = ELSEWHERE.get(key) or schema.chosen(item, ENTRIES)
+            told = ELSEWHERE.get(key) or schema.chosen(item, ENTRIES) or self._elsewhere(item)
             self.findings.reject(
                 "TIS303",
                 f'"{item.name.text}" is not an entry of a body',
                 item.name.span,
                 hint=told or alternatives(key, ENTRIES, what="entries"),
             )
+
+    def _elsewhere(self, item: s.Assign | s.Sentence | s.Block) -> str:
+        """Return where an entry belongs that is one of a tissue or of the mesh, or ""."""
+        key, text = item.name.key, item.span.one_line
+        if key in QUANTITIES:
+            return (
+                f"it describes tissue: write tissue NAME {{ {text} }}, and in the body "
+                "tissue is NAME"
+            )
+        for kind in (self.mesh_kind,) if self.mesh_kind else MESHES:
+            if kind != EXPLICIT and key in schema.entries_of(MESHES[kind]):
+                return f"it describes the mesh: write mesh is {kind} {{ {text} }}"
+        return ""
 
     def _mesh(self, item: s.Assign | s.Sentence | s.Block) -> None:
         kind = schema.word_of(item, self.scope, example="mesh is tube { … }")
@@ -299,6 +314,7 @@ class _BodyReader:
                 kind.span,
                 hint=alternatives(kind.key, MESHES, what="meshes"),
             )
+        self.mesh_kind = kind.key
         if kind.key == EXPLICIT:
             self.is_explicit = True
             if isinstance(item, s.Block) and item.items:
