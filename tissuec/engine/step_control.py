@@ -30,9 +30,6 @@ SOLVING = 0.02
 FIXED = 1e-11  # the same where steps are fixed, relative to the motion so far
 # Of what a step may be wrong by, for one corner: what hundreds of corners do adds up.
 CORNER_SHARE = 1e-3
-# Logarithm of how much a motion is expected to amplify errors in a step at most, as chaotic
-# motions of compressed springs without viscosity do.
-AMPLIFICATION = 0.1
 CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
 
 
@@ -98,8 +95,8 @@ def judge(
     h = now.end - now.time
     growth = (reach - now.displacement) / max(reach, task.floor)
     left = (task.duration - now.end) / h
-    share = max(task.share, task.final_share * exp(-AMPLIFICATION * left))
-    allowed = min(task.budget * h + task.growth * growth, share)
+    late = max(task.latitude * exp(-task.amplification * left), 1.0)
+    allowed = min(task.budget * h + task.growth * growth, late * task.share)
     fair = pace if strict else max(pace, reach / h)
     position = off / (allowed * max(reach, task.floor) + task.noise)
     velocity = off_speed / (allowed * max(fair, task.floor / h) + task.noise / h)

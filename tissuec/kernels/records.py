@@ -307,8 +307,9 @@ class Task(NamedTuple):
     longest: float  # step that still follows the prescribed paths, unless fixed [s]
     budget: float  # local error allowed per second, relative to the motion [1/s]
     growth: float  # further, by as much as the largest displacement grows, relative to that
-    share: float  # local error allowed in one step far from the end, relative to the motion
-    final_share: float  # the same in the last step
+    share: float  # local error allowed in one step, relative to the motion
+    latitude: float  # how many times as much is allowed in the last step
+    amplification: float  # logarithm by which it is less in each step before
     duration: float  # of the run [s]
     inside: float  # error allowed of samples within steps, relative to the motion
     jolt: float  # change of speeds allowed where a spring turns over, relative to the motion

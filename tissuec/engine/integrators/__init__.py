@@ -46,9 +46,12 @@ class Integrator(Protocol):
         control_order: Power of the step in the error per unit step.
         safety: Multiple of the tolerance that the sum of all error estimates may reach; above
             1 where estimates are known to be that much larger than errors.
-        share: Part of the tolerance that the estimate of one step may reach, far from the end.
-        final_share: Part that the last one may reach, whose error cannot grow any more; 0 if
-            it is the same throughout.
+        share: Part of the tolerance that the estimate of one step may reach.
+        latitude: How many times as much it may reach in the last step, whose error cannot grow
+            any more.
+        amplification: Logarithm by which that is less for each step that is left: how much a
+            motion is expected to amplify errors in a step at most, as chaotic motions of
+            compressed springs without viscosity do.
         looks: Pieces in which a step is searched for ruptures.
         nearness: Part of its strength from which a spring is looked at closely.
         tableau: Its coefficients; None for a method that is none of Runge-Kutta or Nyström.
@@ -67,7 +70,8 @@ class Integrator(Protocol):
     control_order: ClassVar[float]
     safety: ClassVar[float]
     share: ClassVar[float]
-    final_share: ClassVar[float]
+    latitude: ClassVar[float]
+    amplification: ClassVar[float]
     looks: ClassVar[int]
     nearness: ClassVar[float]
     tableau: ClassVar[Tableau | None]

@@ -63,7 +63,8 @@ class Dop853(explicit.Explicit):
     control_order = 7.0
     safety = 30.0
     share = 0.004
-    final_share = 0.6
+    latitude = 150.0
+    amplification = 0.1
     looks = 8
     nearness = 0.85
     tableau = TABLEAU

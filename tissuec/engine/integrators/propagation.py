@@ -199,7 +199,8 @@ class Propagation:
     control_order = 1.0
     safety = 1.0
     share = 0.01
-    final_share = 0.0
+    latitude = 1.0
+    amplification = 0.0
     looks = 8
     nearness = 0.9
     tableau = None

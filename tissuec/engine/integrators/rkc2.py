@@ -181,7 +181,8 @@ class Rkc2:
     control_order = 2.0
     safety = 0.2
     share = 0.05
-    final_share = 0.0
+    latitude = 1.0
+    amplification = 0.0
     looks = 4
     nearness = 0.9
     tableau = None

@@ -204,7 +204,8 @@ class Srkn11:
     control_order = 6.0
     safety = 1000.0
     share = 1.0
-    final_share = 0.0
+    latitude = 1.0
+    amplification = 0.0
     looks = 8
     nearness = 0.85
     tableau = _tableau()

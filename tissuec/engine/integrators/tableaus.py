@@ -92,7 +92,8 @@ class RungeKutta:
     conservative = False
     promises = True
     stabilised = False
-    final_share = 0.0
+    latitude = 1.0
+    amplification = 0.0
     nearness = 0.9
     tableau: ClassVar[Tableau]
     evaluations: ClassVar[int]

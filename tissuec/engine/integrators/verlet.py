@@ -111,7 +111,8 @@ class VelocityVerlet:
     control_order = 2.0
     safety = 0.5
     share = 0.0125
-    final_share = 0.0
+    latitude = 1.0
+    amplification = 0.0
     looks = 2
     nearness = 0.97
     tableau = nystrom(FOR_X, FOR_V, FOR_V.sum(axis=1), carries=True)
