@@ -68,8 +68,12 @@ class Inelastic(Struct, frozen=True, eq=False):
         """Return the stiffness that branches add to a sudden pull [N/m], shape (spring,)."""
         return self.constant.sum(axis=0)
 
-    def some(self, springs: Indices) -> Self:
-        """Return the same for a selection of springs, given by indices of shape (spring,)."""
+    def some(self, springs: NDArray[np.integer] | slice) -> Self:
+        """Return the same for some springs.
+
+        Args:
+            springs: Indices of shape (n,), or a slice.
+        """
         return replace(
             self,
             constant=self.constant[:, springs],

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from tissuec.core.vectors import dot, norm
 from tissuec.forces.branches import flat
 from tissuec.forces.springs import reach
-from tissuec.mechanics.state import State
+from tissuec.mechanics.state import ALL, State
 from tissuec.model.network import Floats, Indices, Network
 
 TOGETHER = 1 << 18  # springs that are looked at at once: more need much memory, and take longer
@@ -65,8 +65,8 @@ def rest_lengths(state: State, velocity: Floats, springs: Indices | None = None)
 
     The shape is (spring,), or (…, spring) where any rest length flows.
     """
-    rest = state.rest if springs is None else state.rest[..., springs]
-    memory = state.memory(springs)
+    chosen = ALL if springs is None else springs
+    rest, memory = state.rest[..., chosen], state.memory(chosen)
     return rest if memory is None else rest + memory.flowed(flat(velocity))
 
 
@@ -98,24 +98,23 @@ def _spring_forces(state: State, position: Floats, velocity: Floats) -> NodeForc
     total = np.zeros(position.shape)
     tension = np.empty((*position.shape[:-2], network.spring_count))
     for part in _in_parts(network):
-        springs = slice(None) if part is None else part
         acting = state.springs(part)
         pull = acting.pull(position, velocity)
-        tension[..., springs] = pull.tension
+        tension[..., part] = pull.tension
         acting.add_forces(position, pull, total)
     return NodeForces(total, tension)
 
 
-def _in_parts(springs: Network | Indices) -> Iterator[Indices | None]:
-    """Yield springs, None for all of a small network, in parts that memory has room for."""
-    if not isinstance(springs, Network):
-        count = len(springs)
-    elif (count := springs.spring_count) <= TOGETHER:
-        yield None
+def _in_parts(springs: Network | Indices) -> Iterator[Indices | slice]:
+    """Yield springs, or slices of all of them, in parts that memory has room for."""
+    every = isinstance(springs, Network)
+    count = springs.spring_count if every else len(springs)
+    if every and count <= TOGETHER:
+        yield ALL
         return
     for start in range(0, max(count, 1), TOGETHER):
-        stop = min(start + TOGETHER, count)
-        yield np.arange(start, stop) if isinstance(springs, Network) else springs[start:stop]
+        part = slice(start, min(start + TOGETHER, count))
+        yield part if every else springs[part]
 
 
 def applied_forces(state: State) -> Floats:
@@ -206,8 +205,11 @@ def elastic_energy(
     state: State, position: Floats, velocity: Floats, springs: Indices | None = None
 ) -> Floats:
     """Return the energy stored in intact springs and their branches [J], shape (…)."""
-    chosen = np.flatnonzero(state.alive) if springs is None else springs
-    chosen = chosen[state.alive[chosen]]
+    chosen: Network | Indices = state.network
+    if springs is not None:
+        chosen = springs[state.alive[springs]]
+    elif not state.alive.all():
+        chosen = np.flatnonzero(state.alive)
     total = np.zeros(position.shape[:-2])
     for part in _in_parts(chosen):
         energy = state.springs(part).energy(position, velocity)

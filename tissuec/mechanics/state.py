@@ -4,7 +4,7 @@ The engine and the reference both step a ``State`` from event to event; events c
 between steps. Arrays are in the order of the network.
 """
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct, field
@@ -29,6 +29,8 @@ from tissuec.model.profiles import TimeProfile
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.contact import Contact
     from tissuec.forces.jets import Jet
+
+ALL = slice(None)
 
 
 class PrescribedRotation(Struct, frozen=True, eq=False):
@@ -198,13 +200,12 @@ class State(Struct, eq=False):
             braking[: len(own)] += own
         return braking
 
-    def behaviour(self, springs: Indices | None = None) -> Behaviour:
+    def behaviour(self, chosen: Indices | slice = ALL) -> Behaviour:
         """Return the laws of some springs with their present numbers.
 
         Args:
-            springs: Indices of shape (n,); all springs if None.
+            chosen: Indices of shape (n,), or a slice, whose numbers are not copied.
         """
-        chosen = slice(None) if springs is None else springs
         network = self.network
         return Behaviour(
             network.laws,
@@ -214,14 +215,13 @@ class State(Struct, eq=False):
             self.rest[..., chosen],
         )
 
-    def springs(self, chosen: Indices | None = None) -> SpringSubset:
+    def springs(self, chosen: Indices | slice = ALL) -> SpringSubset:
         """Return some springs with their present numbers.
 
         Args:
-            chosen: Indices of shape (n,); all springs if None.
+            chosen: Indices of shape (n,), or a slice, whose numbers are not copied.
         """
-        part = slice(None) if chosen is None else chosen
-        ends, alive = self.network.ends[part], self.alive[part]
+        ends, alive = self.network.ends[chosen], self.alive[chosen]
         return SpringSubset(ends, alive, self.behaviour(chosen), self.memory(chosen))
 
     @property
@@ -230,14 +230,14 @@ class State(Struct, eq=False):
         held = self.held[self.network.ends].all(axis=1)
         return self.springs(np.flatnonzero(self.alive & ~held))
 
-    def memory(self, springs: NDArray[np.integer] | None = None) -> Inelastic | None:
+    def memory(self, chosen: NDArray[np.integer] | slice = ALL) -> Inelastic | None:
         """Return the branches and flow of some springs, None if no spring has any.
 
         Args:
-            springs: Indices of shape (n,); all springs if None.
+            chosen: Indices of shape (n,), or a slice.
         """
         whole = self.inelastic
-        return whole if whole is None or springs is None else whole.some(cast(Indices, springs))
+        return whole if whole is None or chosen is ALL else whole.some(chosen)
 
     def rest_at(self, time: Floats | float) -> Floats:
         """Return the rest lengths at times until the next event [m], shape (…, spring)."""
