@@ -8,8 +8,10 @@ from tissuec.forces import pairs_kernel, runs_kernel
 from tissuec.kernels.bundles import BUNDLES
 from tissuec.kernels.loading import ENDING, SHIPPED
 
-MODULES = {name: runs_kernel for name in BUNDLES if name.startswith("runs")} | {
-    "core": pairs_kernel
+MODULES = {
+    name: {"runs": runs_kernel, "springs": pairs_kernel}[name.partition("_")[0]]
+    for name in BUNDLES
+    if name.startswith(("runs", "springs_viscous"))
 }
 
 

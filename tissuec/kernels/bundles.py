@@ -6,10 +6,12 @@ from collections.abc import Callable
 FLAGS = ("VISCOUS", "WATCHED", "OF_LAWS")
 #: By bundle: operations of ``kernels.records.Operations``, some in several forms, and others.
 BUNDLES: dict[str, tuple[str, ...]] = {
-    "core": (
-        "force", "kinetic", "peaks", "place", "slack", "springs", "springs_viscous",
-        "springs_viscous_watched", "springs_watched", "tension",
-    ),
+    "core": ("force", "kinetic", "place", "slack"),
+    "watched": ("peaks", "tension"),
+    "springs": ("springs",),
+    "springs_viscous": ("springs_viscous",),
+    "springs_viscous_watched": ("springs_viscous_watched",),
+    "springs_watched": ("springs_watched",),
     "laws": ("bend_of_passed", "find_sides", "springs_viscous_watched_of_laws"),
     "runs": ("springs_in_runs",),
     "runs_viscous": ("springs_in_runs_viscous",),

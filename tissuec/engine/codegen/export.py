@@ -71,6 +71,14 @@ _LEFT_OUT = re.compile(
 _OF_CALLS = re.compile(r" #\d+(?=[ ,\n])| captures\([^)]*\)| nocreateundeforpoison")
 _DECLARED = re.compile(r"^declare (?:noalias )?(\S+) @([\w.]+)\((.*?)\)", re.MULTILINE)
 _OF_PYTHON = ("Py", "numba_")
+#: Loops over nodes and springs, which are called rather than copied to where they are called:
+#: each copy takes 10 ms to be translated.
+LOOP = "loop"
+_LOOPS = re.compile(
+    r"\d(?:accumulate|add_rows|between|blended_part|combine_part|copy_sample|distance_part|"
+    r"drift_part|greatest|kick_part|polynomials|quadrature|scale|subtract)B"
+)
+_CALLED_LOOPS = re.compile(rf"^(define .*@{LOOP}_\d+\(.*\).*) {{$", re.MULTILINE)
 # As intrinsic functions they set no error number, and can be done eight at a time.
 MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
 _CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
@@ -160,10 +168,11 @@ def _operation(name: str) -> Exported:
 def translated(parts: list[Exported]) -> str:
     """Return the text of a bundle."""
     whole = llvm.parse_assembly("")
+    binders: dict[int, Binder] = {}  # parts that replace the same names share what they call
     for part in parts:
         names = {"share": share} | part.replaced
-        bound = Binder(names, _compiled).bind(part.function)
-        made = _compiled(bound, no_cfunc_wrapper=False)
+        binder = binders.setdefault(id(part.replaced), Binder(names, _compiled))
+        made = _compiled(binder.bind(part.function), no_cfunc_wrapper=False)
         made.compile(part.signature)
         found = made.overloads[tuple(part.signature.args)]
         module = llvm.parse_assembly(_restricted(found.library.get_llvm_str()))
@@ -182,7 +191,7 @@ def _finished(whole: Any, exported: Collection[str]) -> str:
         if f"@llvm.{name}.f64(" in text:  # LLVM has done the same somewhere
             text = re.sub(rf"^declare .*@{name}\(.*\n", "", text, flags=re.MULTILINE)
     text = _CALLS.sub(r"@llvm.\1.f64(", text)
-    return _OF_CALLS.sub("", _LEFT_OUT.sub("", text))
+    return _CALLED_LOOPS.sub(r"\1 noinline {", _OF_CALLS.sub("", _LEFT_OUT.sub("", text)))
 
 
 def _compiled(function: FunctionType, **options: bool) -> Any:
@@ -237,7 +246,10 @@ def _simplify(module: Any, exported: Collection[str]) -> None:
         each.linkage = "external" if each.name in exported else "internal"
     for number, each in enumerate(defined):
         if each.name not in exported:
-            each.name = f"part_{number}"
+            loops = _LOOPS.search(each.name) is not None
+            each.name = f"{LOOP if loops else 'part'}_{number}"
+            if loops:
+                each.add_function_attribute("noinline")
     machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
     options = llvm.create_pipeline_tuning_options(speed_level=1)
     options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
