@@ -119,12 +119,18 @@ def refine(first: int, now: Progress, work: Work, buffer: Buffer, net: Net) -> N
         first: Row of the first sample of the step.
     """
     time, current, evaluations = now.time, now.current, work.effort[0]
-    x, v = work.x[1 - current], work.v[1 - current]
+    x, v, ledger = work.x[1 - current], work.v[1 - current], work.ledger[1 - current]
+    done, lost = ledger[0], ledger[1]
     for row in range(first, now.filled):
         if buffer.time[row] > time:
             step(time, buffer.time[row], current, work, net)
             scale(1.0, x, buffer.position[row])
             scale(1.0, v, buffer.velocity[row])
+            if net.ledger:
+                finish(time, buffer.time[row], current, work, net)
+                book(time, buffer.time[row], current, work, net)
+                scale(1.0, ledger, buffer.ledger[row])
+    ledger[0], ledger[1] = done, lost
     step(time, now.end, current, work, net)
     finish(time, now.end, current, work, net)
     prepare(time, now.end, current, work, net)
