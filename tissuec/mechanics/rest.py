@@ -30,12 +30,13 @@ def rests_pressed(state: State) -> bool:
     free, memory = ~state.held, state.network.memory
     still = np.zeros_like(state.velocity)
     still[memory] = state.velocity[memory]  # what springs and friction remember
-    tension = _still_tension(state, still)
+    length = observables.lengths(state.network.ends, state.position)
+    tension = _still_tension(state, length, still)
     largest = float(np.abs(tension).max(initial=0.0))
     if tension.min(initial=0.0) >= -AT_REST * largest:
         return False
     force = observables.applied_forces(state)
-    _add_pulls(state, tension, force)
+    _add_pulls(state, length, tension, force)
     for acting in state.fields:
         acting.add_forces(state.time, state.position, still, force)
     if norm(force[free]).max(initial=0.0) > AT_REST * largest:
@@ -44,31 +45,31 @@ def rests_pressed(state: State) -> bool:
     return bool(energy.kinetic <= AT_REST * energy.elastic)
 
 
-def _still_tension(state: State, still: Floats) -> Floats:
+def _still_tension(state: State, length: Floats, still: Floats) -> Floats:
     """Return tensions where nothing moves [N], shape (spring,).
 
     Checks of scenes ask this and nothing else of springs, hence without compiled loops, which
     take longer to load.
 
     Args:
+        length: Of springs [m], shape (spring,).
         still: Velocities of all nodes, zero but for what springs remember [m/s], shape
             (node, 3).
     """
-    length = observables.lengths(state.network.ends, state.position)
     behaviour = state.behaviour()
     tension = pulled(behaviour, state.memory(), length - behaviour.rest, flat(still))
     return np.where(state.alive & (length > 0.0), tension, 0.0)
 
 
-def _add_pulls(state: State, tension: Floats, to: Floats) -> None:
+def _add_pulls(state: State, length: Floats, tension: Floats, to: Floats) -> None:
     """Add what springs pull at their ends, without compiled loops either.
 
     Args:
+        length: Of springs [m], shape (spring,).
         tension: Of springs [N], 0 for those of no length, shape (spring,).
         to: Forces on all nodes [N], shape (node, 3), changed in place.
     """
     low, high = state.network.ends.T
-    length = observables.lengths(state.network.ends, state.position)
     share = tension / np.where(length > 0.0, length, 1.0)
     for place, force in zip(state.position.T, to.T, strict=True):
         pull = share * (place[high] - place[low])
