@@ -343,7 +343,7 @@ def _misspelt_time_word(m: Mistake) -> Diagnostic | None:
     near = did_you_mean(m.before[-1].text, TIME_WORDS)
     if not near:
         return None
-    message = f"a time cannot stand behind {shown(m.before[-1].text)}"
+    message = f"a time cannot follow {shown(m.before[-1].text)}"
     return _finding(m, "TIS109", message, near, m.before[-1])
 
 
