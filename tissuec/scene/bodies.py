@@ -178,7 +178,6 @@ class _BodyReader:
         self.once: dict[str, Span] = {}
         self.mesh: Generator | None = None
         self.mesh_kind = ""
-        self.is_explicit = False
         self.tissue: Tissue | None = None
         self.regions: list[Region] = []
         self.spring_parts: list[SpringPart] = []
@@ -196,10 +195,10 @@ class _BodyReader:
                 continue
             self._doubt(item)
         is_whole = self.findings.failures == failures
-        if self.mesh is None and not self.is_explicit and not is_whole:
+        if self.mesh is None and self.mesh_kind != EXPLICIT and not is_whole:
             self.findings.stop()  # the mesh may be what is wrong
         tables = self._tables()
-        if self.mesh is None and not self.is_explicit:
+        if self.mesh is None and self.mesh_kind != EXPLICIT:
             self.findings.reject(
                 "TIS304",
                 f'body {self.name.text} needs "mesh"',
@@ -316,7 +315,6 @@ class _BodyReader:
             )
         self.mesh_kind = kind.key
         if kind.key == EXPLICIT:
-            self.is_explicit = True
             if isinstance(item, s.Block) and item.items:
                 self.findings.reject(
                     "TIS303",
@@ -487,7 +485,7 @@ class _BodyReader:
 
     def _tables(self) -> Tables | None:
         tables = tables_of(self.name, self.declarations, self.findings)
-        if self.is_explicit:
+        if self.mesh_kind == EXPLICIT:
             return explicit_tables(self.name, self.block.head, tables, self.laws, self.findings)
         if tables:
             edits = (
