@@ -211,3 +211,27 @@ def test_of_a_sheet_all_springs_are_drawn_from_either_side(result, strip):
     for elevation in (90.0, -90.0):
         (axes,) = panels(draw("frames", result, times=0.0, view=(-90.0, elevation)))
         assert len(segments(axes)) == len(strip.spring_force(0)[1])
+
+
+SQUARE = """language 1
+tissue mesh { spring constant = 25 N/m; viscosity = 20 mN*s/m; mass = 0.2 g }
+body cloth {
+  mesh is sheet { corner = (0, 0, 0) mm; first edge = (60, 0, 0) mm
+    second edge = (0, 60, 0) mm; rows = 5; columns = 5; diagonals is both }
+  tissue is mesh
+}
+set top = nodes of cloth where y > 59 mm
+environment { gravity = (0, -9.81, 0) m/s^2 }
+script { at 0 s: fix top }
+simulate { duration = 0.1 s }
+output { trajectory every 10 ms }
+"""
+
+
+@pytest.mark.usefixtures("placed")
+def test_the_page_is_high_enough_for_titles_and_labels_of_axes(tmp_path):
+    path = carry_out(SQUARE, tmp_path / "square.vtkhdf")
+    figure = draw("frames", path)
+    figure.canvas.draw()
+    for axes in panels(figure):
+        assert axes.get_tightbbox().y1 <= figure.bbox.y1

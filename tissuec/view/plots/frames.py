@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 WIDTH, TALLEST = 180.0, 150.0  # of a page [mm]
 TITLE, AROUND = 6.0, 16.0  # of each panel, and of the scale of colours [mm]
+LABELS = 4.0  # of axes, as far as they need more than is left around panels [mm]
 USUAL = 4  # moments
 MOST = 24
 _MARGIN = 0.04  # of the larger side
@@ -210,12 +211,13 @@ class Shown(Struct, frozen=True, eq=False):
         """Return columns and the height of a page [mm] on which panels are large."""
         left, low, right, high = self.box
         shape, count = (high - low) / (right - left), len(self.moments)
+        below = (AROUND if self.norm else 4.0) + (LABELS if self.view.axes else 0.0)
         best = (0.0, 1, 0.0)
         for columns in range(1, count + 1):
             rows = -(-count // columns)
             width = WIDTH / columns
             width = min(width, (TALLEST / rows - TITLE) / shape)
-            height = rows * (width * shape + TITLE) + (AROUND if self.norm else 4.0)
+            height = rows * (width * shape + TITLE) + below
             # Large, without empty places, and rather wide than tall.
             full, flat = count / (rows * columns), min(1.0, 0.62 * WIDTH / height)
             worth = width * full**0.5 * flat**1.5
