@@ -59,6 +59,7 @@ def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work
         dense_x=integrator.dense_x.copy(),
         dense_v=integrator.dense_v.copy(),
         embedded_x=integrator.embedded_x.copy(),
+        embedded_v=integrator.embedded_v.copy(),
         weights=np.zeros((2, rows)),
         tension=np.zeros((3, 0)),
         booked=np.zeros((2, 2)),
@@ -84,8 +85,9 @@ def new_progress(time: float) -> Progress:
         memory=0.0,
         calm=0,
         displacement=0.0,
-        earlier=0.0,
+        displacement_before=0.0,
         speed=0.0,
+        speed_before=0.0,
         current=0,
         pending=0,
         prepared=0,
@@ -123,6 +125,7 @@ def new_buffer(times: Floats, node_count: int, spring_count: int) -> Buffer:
         velocity=np.zeros((count, size)),
         ledger=np.zeros((count, 2)),
         error=np.zeros(count),
+        doubt=np.zeros(count, dtype=np.int64),
         **glances(0, size),
     )
 

@@ -14,13 +14,13 @@ Shared arguments:
     net: What acts on the nodes; its fields give the shapes and units.
 """
 
-from math import exp, isfinite, sqrt
+from math import isfinite, sqrt
 
 from tissuec.engine.integrators.verlet import VelocityVerlet
-from tissuec.engine.step_inside import look_within
+from tissuec.engine.step_inside import look_within, share_of
 from tissuec.forces.springs_kernel import bend_of_passed, find_sides
 from tissuec.kernels.records import Floats, Net, Progress, Task, Work
-from tissuec.kernels.vectors import distance, is_passed
+from tissuec.kernels.vectors import distance, greater, is_passed
 
 CONTROL_ORDER = VelocityVerlet.control_order
 SAFETY = VelocityVerlet.safety
@@ -94,9 +94,7 @@ def judge(
     """
     h = now.end - now.time
     growth = (reach - now.displacement) / max(reach, task.floor)
-    left = (task.duration - now.end) / h
-    late = max(task.latitude * exp(-task.amplification * left), 1.0)
-    allowed = min(task.budget * h + task.growth * growth, late * task.share)
+    allowed = min(task.budget * h + task.growth * growth, share_of(h, now.end, task))
     fair = pace if strict else max(pace, reach / h)
     position = off / (allowed * max(reach, task.floor) + task.noise)
     velocity = off_speed / (allowed * max(fair, task.floor / h) + task.noise / h)
@@ -189,8 +187,3 @@ def passage(near: float, time: float, h: float, current: int, work: Work, net: N
         else:
             before = middle
     return after
-
-
-def greater(one: float, two: float) -> float:
-    """Return the larger of two numbers, and NaN if either is NaN."""
-    return max(one, two) + 0.0 * (one + two)

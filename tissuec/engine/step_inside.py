@@ -19,10 +19,11 @@ Shared arguments:
     pieces: Number of equal parts for the quadrature.
 """
 
-from math import inf, isfinite
+from math import exp, inf, isfinite
 
 from tissuec.engine.integrators.hermite import cubic, quintic
-from tissuec.engine.integrators.verlet import VelocityVerlet, book, finish, prepare, step
+from tissuec.engine.integrators.verlet import VelocityVerlet, book, prepare
+from tissuec.engine.step_refined import MOST_HALVINGS, mark, refine, refine_ledger
 from tissuec.forces.accelerations import force, kinetic, place
 from tissuec.forces.springs_kernel import peaks, tension
 from tissuec.kernels.records import GLANCES, LOOKED, Buffer, Floats, Net, Progress, Task, Work
@@ -30,13 +31,13 @@ from tissuec.kernels.vectors import (
     accumulate,
     combine,
     copy_sample,
-    distance,
     polynomials,
     quadrature,
     scale,
 )
 
 LOOKS = VelocityVerlet.looks
+REFINES = VelocityVerlet.refines
 # Rupture is examined closely from this part of the strength on; covers the difference between
 # the parabola through three looks and the tension's true profile.
 MARGIN = 0.999
@@ -53,7 +54,6 @@ GAUSS_WEIGHTS = (
     0.32607257743127307,
     0.17392742256872692,
 )
-MOST_HALVINGS = 6  # of a step whose powers are looked at on equal pieces
 
 
 def is_due(now: Progress, buffer: Buffer) -> bool:
@@ -82,60 +82,11 @@ def deliver(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> 
             look(when, time, end, current, x, v, buffer.ledger[row], work, net)
         now.sample += 1
         now.filled += 1
-    if task.fixed == 0:
-        for row in range(first, now.filled):
-            if is_doubtful(row, now, task, work, buffer):
-                refine(first, now, work, buffer, net)
-                break
-
-
-def is_doubtful(row: int, now: Progress, task: Task, work: Work, buffer: Buffer) -> bool:
-    """Return whether the positions of a sample may be wrong by more than is allowed.
-
-    Where steps are long for fast motions that have died away, or take a small part in the
-    motion, polynomials may be much worse inside a step than its end is.
-
-    Args:
-        row: Of the buffer.
-    """
-    if work.embedded_x.shape[0] == 0 or buffer.time[row] <= now.time:
-        return False
-    h = now.end - now.time
-    weights, none = work.weights[0], work.weights[1]
-    polynomials(work.embedded_x, (buffer.time[row] - now.time) / h, weights)
-    none[:] = 0.0
-    zero, x, v = work.zero, work.trial_x, work.trial_v
-    combine(zero, h * h, weights, zero, 0.0, none, work.rows, x, v, work.team)
-    off = distance(x, zero, work.each, work.team)
-    reach = distance(buffer.position[row], work.origin, work.each, work.team)
-    allowed = task.inside * max(reach, now.earlier, task.floor) + task.noise
-    return not off <= allowed
-
-
-def refine(first: int, now: Progress, work: Work, buffer: Buffer, net: Net) -> None:
-    """Replace samples within a step by the ends of shorter steps from its start.
-
-    Args:
-        first: Row of the first sample of the step.
-    """
-    time, current, evaluations = now.time, now.current, work.effort[0]
-    x, v, ledger = work.x[1 - current], work.v[1 - current], work.ledger[1 - current]
-    done, lost = ledger[0], ledger[1]
-    for row in range(first, now.filled):
-        if buffer.time[row] > time:
-            step(time, buffer.time[row], current, work, net)
-            scale(1.0, x, buffer.position[row])
-            scale(1.0, v, buffer.velocity[row])
-            if net.ledger:
-                finish(time, buffer.time[row], current, work, net)
-                book(time, buffer.time[row], current, work, net)
-                scale(1.0, ledger, buffer.ledger[row])
-    ledger[0], ledger[1] = done, lost
-    step(time, now.end, current, work, net)
-    finish(time, now.end, current, work, net)
-    prepare(time, now.end, current, work, net)
-    work.effort[LOOKED] += work.effort[0] - evaluations
-    work.effort[0] = evaluations
+    is_within = now.filled > first and buffer.time[now.filled - 1] > time
+    if REFINES and task.fixed == 0 and is_within:
+        doubted = mark(first, now, task, work, buffer)
+        if doubted or work.pieces[0] > 0:
+            refine(first, now, work, buffer, net)
 
 
 def glance(now: Progress, work: Work, net: Net, buffer: Buffer) -> None:
@@ -159,12 +110,15 @@ def balance(now: Progress, task: Task, work: Work, net: Net) -> None:
     wrong = book(time, end, current, work, net)
     work.pieces[0] = 0
     energy = max(now.energy, kinetic(work.v[1 - current], net), turnover(current, work))
-    may = bearable(end - time, energy, task)
+    may = bearable(end - time, end, energy, task)
     # Fixed steps are as good as their method, where it keeps the ledger at all.
     if not isfinite(wrong) or (task.fixed == 0 and wrong > may):
-        prepare(time, end, current, work, net)
-        integrate_finely(time, end, current, may, work, net)
-        now.prepared = 1
+        if REFINES:
+            refine_ledger(now, may, work, net)
+        else:
+            prepare(time, end, current, work, net)
+            integrate_finely(time, end, current, may, work, net)
+            now.prepared = 1
     now.energy = energy
 
 
@@ -265,7 +219,16 @@ def turnover(current: int, work: Work) -> float:
     return max(abs(work.ledger[1 - current, 0]), abs(work.ledger[1 - current, 1]))
 
 
-def bearable(h: float, energy: float, task: Task) -> float:
+def share_of(h: float, end: float, task: Task) -> float:
+    """Return the part of the tolerance that the error of a step may reach.
+
+    It is larger late in the run, where errors have no time to grow.
+    """
+    left = (task.duration - end) / h
+    return task.share * max(task.latitude * exp(-task.amplification * left), 1.0)
+
+
+def bearable(h: float, end: float, energy: float, task: Task) -> float:
     """Return the allowed error of work and dissipation of a step [J], as ``judge`` does.
 
     Where a power jumps, as when a spring turns over at zero length, finer quadrature never
@@ -274,7 +237,7 @@ def bearable(h: float, energy: float, task: Task) -> float:
     Args:
         energy: Largest energy so far [J].
     """
-    allowed = max(min(task.budget * h, task.share), 1e-3 * task.share)
+    allowed = max(min(task.budget * h, share_of(h, end, task)), 1e-3 * task.share)
     return allowed * max(energy, task.least) + 2.2e-16 * energy
 
 

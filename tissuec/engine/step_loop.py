@@ -26,7 +26,6 @@ from tissuec.engine.integrators.verlet import (
 from tissuec.engine.step_control import (
     aim,
     corner,
-    greater,
     jolt,
     judge,
     landing,
@@ -55,7 +54,7 @@ from tissuec.kernels.records import (
     Trial,
     Work,
 )
-from tissuec.kernels.vectors import distance
+from tissuec.kernels.vectors import distance, greater
 
 END_ROW = VelocityVerlet.end_row
 SAFETY = VelocityVerlet.safety
@@ -240,7 +239,8 @@ def accept(now: Progress, trial: Trial, is_first: bool, task: Task, net: Net) ->
     if net.touched:
         now.bends = net.touches.bends[0]
     now.error += trial.error / SAFETY
-    now.earlier, now.displacement, now.speed = now.displacement, trial.reach, trial.pace
+    now.displacement_before, now.displacement = now.displacement, trial.reach
+    now.speed_before, now.speed = now.speed, trial.pace
     now.smallest, now.largest = min(now.smallest, h), max(now.largest, h)
     if task.fixed == 0:
         resize(now, h, trial.ratio, is_first)

@@ -275,6 +275,7 @@ class Work(NamedTuple):
     dense_v: Rows  # the same for velocities
     # Positions by a polynomial of lower order minus those, (0, row) if there is none
     embedded_x: Rows
+    embedded_v: Rows  # the same for velocities, its derivative
     weights: Rows  # shape (2, row)
     tension: Rows  # three looks at the springs [N], shape (3, spring) or (3, 0)
     booked: Rows  # two estimates of the error of the ledger [J], shape (2, 2)
@@ -331,8 +332,9 @@ class Progress(Struct):
     memory: float  # error ratio of the last accepted step
     calm: int  # steps since the size last changed
     displacement: float  # largest so far [m]
-    earlier: float  # the same before the step under way [m]
+    displacement_before: float  # the same before the step under way [m]
     speed: float  # largest so far [m/s]
+    speed_before: float  # the same before the step under way [m/s]
     current: int  # half of Work that holds the state
     pending: int  # 1: a step is accepted, its samples are not all taken
     prepared: int  # 1: the step under way can be evaluated inside
@@ -373,6 +375,7 @@ class Buffer(NamedTuple):
     velocity: Rows  # shape (sample, 3 node)
     ledger: Rows  # shape (sample, 2)
     error: Floats  # of positions, as estimated [m], shape (sample,)
+    doubt: Integers  # what ``engine.step_refined`` doubts, shape (sample,)
     # States within steps, for conditions; none where nothing is waited for.
     glance_time: Floats  # [s], shape (glance,)
     glance_position: Rows  # [m], shape (glance, 3 node)

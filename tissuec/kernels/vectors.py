@@ -135,6 +135,11 @@ def scale(factor: float, vector: Floats, out: Floats) -> None:
         out[i] = factor * vector[i]
 
 
+def greater(one: float, two: float) -> float:
+    """Return the larger of two numbers, and NaN if either is NaN."""
+    return max(one, two) + 0.0 * (one + two)
+
+
 def polynomials(table: Rows, part: float, out: Floats) -> None:
     """Set out_j = Σ_k table[k, j] part^(k + 1).
 

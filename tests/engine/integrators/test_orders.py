@@ -126,6 +126,8 @@ def test_positions_within_steps_of_dop853_are_the_integral_of_velocities():
     assert member.embedded_x.sum(axis=0) == pytest.approx(0.0, abs=1e-12)
     assert member.embedded_x[0] == pytest.approx(0.0, abs=1e-12)
     assert np.arange(1.0, 9.0) @ member.embedded_x == pytest.approx(0.0, abs=1e-11)
+    slopes = member.embedded_x * np.arange(1.0, 9.0)[:, None]
+    assert slopes[1:] == pytest.approx(member.embedded_v, abs=1e-11)
 
 
 @pytest.mark.parametrize("name", MEMBERS)
