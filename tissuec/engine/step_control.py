@@ -17,7 +17,8 @@ Shared arguments:
 from math import isfinite, sqrt
 
 from tissuec.engine.integrators.verlet import VelocityVerlet
-from tissuec.engine.step_inside import look_within, share_of
+from tissuec.engine.step_inside import look_within
+from tissuec.engine.step_refined import lateness
 from tissuec.forces.springs_kernel import bend_of_passed, find_sides
 from tissuec.kernels.records import Floats, Net, Progress, Task, Work
 from tissuec.kernels.vectors import distance, greater, is_passed
@@ -94,7 +95,8 @@ def judge(
     """
     h = now.end - now.time
     growth = (reach - now.displacement) / max(reach, task.floor)
-    allowed = min(task.budget * h + task.growth * growth, share_of(h, now.end, task))
+    share = lateness(h, now.end, task) * task.share
+    allowed = min(task.budget * h + task.growth * growth, share)
     fair = pace if strict else max(pace, reach / h)
     position = off / (allowed * max(reach, task.floor) + task.noise)
     velocity = off_speed / (allowed * max(fair, task.floor / h) + task.noise / h)

@@ -19,11 +19,17 @@ Shared arguments:
     pieces: Number of equal parts for the quadrature.
 """
 
-from math import exp, inf, isfinite
+from math import inf, isfinite
 
 from tissuec.engine.integrators.hermite import cubic, quintic
 from tissuec.engine.integrators.verlet import VelocityVerlet, book, prepare
-from tissuec.engine.step_refined import MOST_HALVINGS, mark, refine, refine_ledger
+from tissuec.engine.step_refined import (
+    MOST_HALVINGS,
+    lateness,
+    mark_doubtful,
+    refine,
+    refine_ledger,
+)
 from tissuec.forces.accelerations import force, kinetic, place
 from tissuec.forces.springs_kernel import peaks, tension
 from tissuec.kernels.records import GLANCES, LOOKED, Buffer, Floats, Net, Progress, Task, Work
@@ -84,7 +90,7 @@ def deliver(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> 
         now.filled += 1
     is_within = now.filled > first and buffer.time[now.filled - 1] > time
     if REFINES and task.fixed == 0 and is_within:
-        doubted = mark(first, now, task, work, buffer)
+        doubted = mark_doubtful(first, now, task, work, buffer)
         if doubted or work.pieces[0] > 0:
             refine(first, now, work, buffer, net)
 
@@ -219,15 +225,6 @@ def turnover(current: int, work: Work) -> float:
     return max(abs(work.ledger[1 - current, 0]), abs(work.ledger[1 - current, 1]))
 
 
-def share_of(h: float, end: float, task: Task) -> float:
-    """Return the part of the tolerance that the error of a step may reach.
-
-    It is larger late in the run, where errors have no time to grow.
-    """
-    left = (task.duration - end) / h
-    return task.share * max(task.latitude * exp(-task.amplification * left), 1.0)
-
-
 def bearable(h: float, end: float, energy: float, task: Task) -> float:
     """Return the allowed error of work and dissipation of a step [J], as ``judge`` does.
 
@@ -237,7 +234,7 @@ def bearable(h: float, end: float, energy: float, task: Task) -> float:
     Args:
         energy: Largest energy so far [J].
     """
-    allowed = max(min(task.budget * h, share_of(h, end, task)), 1e-3 * task.share)
+    allowed = max(min(task.budget * h, lateness(h, end, task) * task.share), 1e-3 * task.share)
     return allowed * max(energy, task.least) + 2.2e-16 * energy
 
 

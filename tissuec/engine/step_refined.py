@@ -14,7 +14,7 @@ Shared arguments:
     first: Row of the buffer with the first sample of the step.
 """
 
-from math import inf
+from math import exp, inf
 
 from tissuec.engine.integrators.verlet import VelocityVerlet, book, finish, prepare, step
 from tissuec.kernels.records import LOOKED, Buffer, Floats, Net, Progress, Task, Work
@@ -27,10 +27,22 @@ LOOKS_INSIDE = (0.25, 0.5, 0.75)  # parts of the step: the difference has zeros 
 NOTHING, VELOCITIES, STATE = 0, 1, 2
 
 
-def mark(first: int, now: Progress, task: Task, work: Work, buffer: Buffer) -> bool:
+def lateness(h: float, end: float, task: Task) -> float:
+    """Return how many times its usual error a step may have: late ones do not grow for long.
+
+    Args:
+        h, end: Size and end of the step [s].
+    """
+    left = (task.duration - end) / h
+    return max(task.latitude * exp(-task.amplification * left), 1.0)
+
+
+def mark_doubtful(first: int, now: Progress, task: Task, work: Work, buffer: Buffer) -> bool:
     """Mark samples of a step whose state may be too wrong; return whether there are any."""
     off, off_speed = differences(now, work)
     h, zero, found = now.end - now.time, work.zero, False
+    # Velocities count twice in energies; within usual steps they are more accurate than needed.
+    allowed = 0.5 * task.inside * task.latitude / lateness(h, now.end, task)
     for row in range(first, now.filled):
         buffer.doubt[row] = NOTHING
         if buffer.time[row] > now.time:
@@ -40,7 +52,7 @@ def mark(first: int, now: Progress, task: Task, work: Work, buffer: Buffer) -> b
             pace = max(pace, now.speed_before, task.floor / h)
             if not off <= task.inside * reach + task.noise:
                 buffer.doubt[row] = STATE
-            elif not off_speed <= task.inside * pace + task.noise / h:
+            elif not off_speed <= allowed * pace + task.noise / h:
                 buffer.doubt[row] = VELOCITIES
             found |= buffer.doubt[row] != NOTHING
     return found
