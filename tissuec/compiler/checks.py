@@ -21,6 +21,7 @@ from tissuec.compiler.thread_checks import passing_threads
 from tissuec.compiler.usage_checks import (
     buried_openings,
     cuts_in_vain,
+    dimensions_in_vain,
     fallbacks,
     idle_shapes,
     ruptures_in_vain,
@@ -55,6 +56,7 @@ CHECKS: tuple[Check, ...] = (
     unused_parameters,
     unused_sets,
     idle_shapes,
+    dimensions_in_vain,
     ruptures_in_vain,
     buried_openings,
     cuts_in_vain,

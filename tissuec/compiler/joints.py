@@ -96,9 +96,9 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
     body = Body(
         name=joint.name, mesh=None, tables=None, tissue=joint.tissue, regions=(),
         interface="", spring_parts=(), may_rupture=joint.may_rupture,
-        bending=None, fibres=None, fibres_span=None, shell=None, mass=None, mass_span=None,
-        thickness=None, section=joint.section,
-        velocity=still, spin=still, is_whole=True, span=joint.span,
+        bending=None, fibres=None, shell=None, mass=None, thickness=None,
+        section=joint.section, velocity=still, spin=still, places={}, is_whole=True,
+        span=joint.span,
     )  # fmt: skip
     part = np.zeros(2 * len(ends), dtype=np.int32)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)

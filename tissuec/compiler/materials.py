@@ -284,9 +284,8 @@ class MaterialReader:
     def _mass(self) -> Explained:
         column = self.columns.nodes.get("mass")
         if self.body.mass is not None:
-            assert self.body.mass_span is not None
             values = np.full(len(self.node_part), self.body.mass / len(self.node_part))
-            origins = [Origin(self.body.mass_span, "written")]
+            origins = [Origin(self.body.places["mass"], "written")]
             index = np.zeros_like(self.node_part)
         else:
             given = self.parts.given("mass", self.node_part[_is_open(column, self.node_part)])

@@ -306,7 +306,7 @@ class MatterReader:
     def _refuse_fibres(self, why: str) -> NoReturn:
         self.findings.reject(
             "TIS309", f"{self.body.name} cannot have these fibres: {why}",
-            self.body.fibres_span or self.body.span,
+            self.body.places.get("fibres", self.body.span),
             hint="write fibres = (1, 0, 0), or, in a tube, fibres is axial or circumferential",
             notes=self._notes(),
         )  # fmt: skip
@@ -344,7 +344,8 @@ class MatterReader:
         for entry in entries:
             if getattr(self.body, entry) is not None:
                 self.findings.reject(
-                    "TIS306", f'body {self.body.name} cannot have "{entry}"', self.body.span,
+                    "TIS306", f'body {self.body.name} cannot have "{entry}"',
+                    self.body.places.get(entry, self.body.span),
                     hint=f"remove {entry}: the mesh already defines its dimensions",
                 )  # fmt: skip
 

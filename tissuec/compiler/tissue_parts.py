@@ -174,7 +174,7 @@ class TissueParts:
             self.findings.reject(
                 "TIS306",
                 f"fibres of {self.body.name} have no effect: its tissue has no fibre modulus",
-                self.body.fibres_span or self.body.span,
+                self.body.places.get("fibres", self.body.span),
                 hint="write a fibre modulus in the tissue, or remove fibres",
             )
         for one in given:

@@ -12,6 +12,7 @@ from tissuec.compiler.selections import extents
 from tissuec.compiler.thread_checks import turning_contact_on
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.hints import Hint, leaving_out
+from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.mechanics.state import State
@@ -108,6 +109,31 @@ def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:
                     *turning_contact_on(compiled).edits,
                 ),
             )
+
+
+def dimensions_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W503: a thickness or a section of something that has no quantity of matter."""
+    for body in compiled.scene.bodies.values():
+        if not _is_of_matter(*body.tissues):
+            for entry in ("thickness", "section"):
+                if entry in body.places:
+                    yield _in_vain(entry, body.name, body.places[entry])
+    for joint in compiled.scene.joints.values():
+        if joint.section is not None and not _is_of_matter(joint.tissue):
+            yield _in_vain("section", joint.name, joint.span)
+
+
+def _is_of_matter(*tissues: Tissue) -> bool:
+    return any(one.quantity.is_of_matter for tissue in tissues for one in tissue.given.values())
+
+
+def _in_vain(entry: str, owner: str, place: Span) -> Diagnostic:
+    return Diagnostic(
+        "W503",
+        f"the {entry} of {owner} has no effect: no quantity of its tissue depends on it",
+        place,
+        "write a Young's modulus or a density in its tissue, or remove the entry",
+    )
 
 
 def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:

@@ -199,12 +199,12 @@ class Body(Struct, frozen=True, eq=False):
         may_rupture: ``rupture is allowed``.
         bending: Springs between second neighbours; None without any.
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
-        fibres_span: Where that is written.
         shell: What asks for bending stiffness by the thickness of the wall; None without it.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
             more: sets can be chosen from it.
         velocity: Initial velocity [m/s], shape (3,).
         spin: Initial angular velocity about the centre of mass [rad/s], shape (3,).
+        places: Where entries are written, by their names.
     """
 
     name: str
@@ -217,14 +217,13 @@ class Body(Struct, frozen=True, eq=False):
     may_rupture: bool
     bending: Bending | None
     fibres: Floats | str | None
-    fibres_span: Span | None
     shell: Span | None
     mass: float | None
-    mass_span: Span | None
     thickness: float | None
     section: float | None
     velocity: Floats
     spin: Floats
+    places: Mapping[str, Span]
     is_whole: bool
     span: Span
 
