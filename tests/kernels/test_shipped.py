@@ -1,11 +1,12 @@
 """What is shipped is of these sources, and is loaded however the cache may be."""
 
 import ctypes
+import re
 import shutil
 
 import pytest
 
-from tissuec.core.resources import digest_of
+from tissuec.core.resources import PACKAGE, digest_of
 from tissuec.engine.codegen.export import SOURCES, bundles
 from tissuec.kernels import loading
 from tissuec.kernels.bundles import BUNDLES
@@ -36,6 +37,14 @@ def test_what_is_shipped_is_made_of_these_sources():
     assert loading.index()["sources"] == digest_of(SOURCES), (
         "run: python -m tissuec.engine.codegen"
     )
+
+
+def test_sources_are_complete():
+    # What the loop over steps calls of other modules of its folder is shipped with it.
+    for source in (PACKAGE / "engine").glob("step_*.py"):
+        if f"engine/{source.name}" in SOURCES:
+            called = re.findall(r"^from tissuec\.engine\.(step_\w+)", source.read_text(), re.M)
+            assert {f"engine/{name}.py" for name in called} <= {*SOURCES}
 
 
 def test_every_operation_every_method_and_every_field_is_shipped():

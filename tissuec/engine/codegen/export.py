@@ -55,6 +55,7 @@ SOURCES = (
     "engine/step_control.py",
     "engine/step_inside.py",
     "engine/step_loop.py",
+    "engine/step_refined.py",
     "forces/*.py",
     "kernels/*.py",
 )
