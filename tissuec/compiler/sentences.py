@@ -63,6 +63,12 @@ class SentenceOrder(ClauseReader):
                     "a set",
                 )
             return Mover(tool.name, None)
+        self._recognise_tool(name)
+        group = self.groups.nodes(name)
+        return Mover(group.name, group.indices)
+
+    def _recognise_tool(self, name: s.Name) -> None:
+        """Reject a name that is no set and looks like that of a tool."""
         names = [tool.name for tool in self.tools.values()]
         if not self.groups.is_known(name) and did_you_mean(name.text, names):
             self.scope.findings.pass_over_doubtful(name.key)
@@ -72,11 +78,12 @@ class SentenceOrder(ClauseReader):
                 name.span,
                 hint=alternatives(name.text, names, what="tools"),
             )
-        group = self.groups.nodes(name)
-        return Mover(group.name, group.indices)
 
     def is_tool(self) -> bool:
-        return self.object.key in self.tools
+        if self.object.key in self.tools:
+            return True
+        self._recognise_tool(self.object)
+        return False
 
     def tool(self, word: str, *, kind: str | None = None) -> str | None:
         if not self.has(word):
