@@ -1,6 +1,7 @@
 """The sentences of a script, as their verbs read them."""
 
 from collections.abc import Mapping
+from typing import NoReturn
 
 from tissuec.compiler.clauses import ClauseReader
 from tissuec.compiler.profiles import read_profiles
@@ -63,26 +64,26 @@ class SentenceOrder(ClauseReader):
                     "a set",
                 )
             return Mover(tool.name, None)
-        self._recognise_tool(name)
+        self._reject_misspelt_tool(name)
         group = self.groups.nodes(name)
         return Mover(group.name, group.indices)
 
-    def _recognise_tool(self, name: s.Name) -> None:
+    def _reject_misspelt_tool(self, name: s.Name) -> None:
         """Reject a name that is no set and looks like that of a tool."""
         names = [tool.name for tool in self.tools.values()]
         if not self.groups.is_known(name) and did_you_mean(name.text, names):
-            self.scope.findings.pass_over_doubtful(name.key)
-            self.scope.findings.reject(
-                "TIS301",
-                f'there is no set or tool called "{name.text}"',
-                name.span,
-                hint=alternatives(name.text, names, what="tools"),
-            )
+            self._reject_tool(name, f'there is no set or tool called "{name.text}"')
+
+    def _reject_tool(self, name: s.Name, message: str) -> NoReturn:
+        self.scope.findings.pass_over_doubtful(name.key)
+        names = [tool.name for tool in self.tools.values()]
+        hint = alternatives(name.text, names, what="tools")
+        self.scope.findings.reject("TIS301", message, name.span, hint=hint)
 
     def is_tool(self) -> bool:
         if self.object.key in self.tools:
             return True
-        self._recognise_tool(self.object)
+        self._reject_misspelt_tool(self.object)
         return False
 
     def tool(self, word: str, *, kind: str | None = None) -> str | None:
@@ -90,14 +91,7 @@ class SentenceOrder(ClauseReader):
             return None
         name = self._name(word)
         if name.key not in self.tools:
-            self.scope.findings.pass_over_doubtful(name.key)
-            names = [tool.name for tool in self.tools.values()]
-            self.scope.findings.reject(
-                "TIS301",
-                f'there is no tool called "{name.text}"',
-                name.span,
-                hint=alternatives(name.text, names, what="tools"),
-            )
+            self._reject_tool(name, f'there is no tool called "{name.text}"')
         tool = self.tools[name.key]
         if kind is not None:
             self._check_kind(tool, kind, word, self.clauses[word].span)

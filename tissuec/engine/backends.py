@@ -118,9 +118,10 @@ def bound_inside(integrator: type[Integrator]) -> Inside:
 def method_names(integrator: type[Integrator]) -> dict[str, Any]:
     """Return the bindings of names in the stepping code for an integrator."""
     functions = ("step", "estimate", "book", "finish", "prepare", "propose")
-    numbers = ("end_row", "looks", "control_order", "safety", "implicit", "refines")
+    numbers = ("end_row", "looks", "control_order", "safety", "implicit")
     replaced = {name: getattr(integrator, name) for name in functions}
-    return replaced | {name.upper(): getattr(integrator, name) for name in numbers}
+    replaced |= {name.upper(): getattr(integrator, name) for name in numbers}
+    return replaced | {"REFINES": len(integrator.embedded_x) > 0}
 
 
 def default_backend(integrator: type[Integrator]) -> Backend:

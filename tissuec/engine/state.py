@@ -59,7 +59,7 @@ def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work
         dense_x=integrator.dense_x.copy(),
         dense_v=integrator.dense_v.copy(),
         embedded_x=integrator.embedded_x.copy(),
-        embedded_v=integrator.embedded_v.copy(),
+        embedded_v=slopes(integrator.embedded_x),
         weights=np.zeros((2, rows)),
         tension=np.zeros((3, 0)),
         booked=np.zeros((2, 2)),
@@ -125,7 +125,7 @@ def new_buffer(times: Floats, node_count: int, spring_count: int) -> Buffer:
         velocity=np.zeros((count, size)),
         ledger=np.zeros((count, 2)),
         error=np.zeros(count),
-        doubt=np.zeros(count, dtype=np.int64),
+        doubtful=np.zeros(count, dtype=np.int64),
         **glances(0, size),
     )
 
@@ -156,6 +156,15 @@ def arrays_of(record: tuple[Any, ...]) -> Iterator[NDArray[Any]]:
         elif isinstance(value, tuple):
             part = cast("tuple[Any, ...]", value)
             yield from arrays_of(part)
+
+
+def slopes(table: Floats) -> Floats:
+    """Return derivatives of polynomials without first power, shape (power - 1, row).
+
+    Args:
+        table: Coefficients of powers from the first, dimensionless, shape (power, row).
+    """
+    return table[1:] * np.arange(2.0, len(table) + 1.0)[:, None]
 
 
 def new_task(

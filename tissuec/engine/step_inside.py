@@ -43,7 +43,7 @@ from tissuec.kernels.vectors import (
 )
 
 LOOKS = VelocityVerlet.looks
-REFINES = VelocityVerlet.refines
+REFINES = len(VelocityVerlet.embedded_x) > 0
 # Rupture is examined closely from this part of the strength on; covers the difference between
 # the parabola through three looks and the tension's true profile.
 MARGIN = 0.999

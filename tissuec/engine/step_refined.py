@@ -3,7 +3,7 @@
 The end of a long step may be accurate although fast motions that have died away, or take a
 small part in the motion, make its stages and polynomials worthless, and so samples within it,
 work and dissipation. These come from shorter steps then; the motion stays as it is. Only of
-methods with ``refines``. Called by ``engine.step_inside``, and bound with it.
+methods with ``embedded_x``. Called by ``engine.step_inside``, and bound with it.
 
 Shared arguments:
     now: Where the run stands; it is changed in place.
@@ -44,17 +44,17 @@ def mark_doubtful(first: int, now: Progress, task: Task, work: Work, buffer: Buf
     # Velocities count twice in energies; within usual steps they are more accurate than needed.
     allowed = 0.5 * task.inside * task.latitude / lateness(h, now.end, task)
     for row in range(first, now.filled):
-        buffer.doubt[row] = NOTHING
+        buffer.doubtful[row] = NOTHING
         if buffer.time[row] > now.time:
             reach = distance(buffer.position[row], work.origin, work.each, work.team)
             pace = distance(buffer.velocity[row], zero, work.moving, work.team)
             reach = max(reach, now.displacement_before, task.floor)
             pace = max(pace, now.speed_before, task.floor / h)
             if not off <= task.inside * reach + task.noise:
-                buffer.doubt[row] = STATE
+                buffer.doubtful[row] = STATE
             elif not off_speed <= allowed * pace + task.noise / h:
-                buffer.doubt[row] = VELOCITIES
-            found |= buffer.doubt[row] != NOTHING
+                buffer.doubtful[row] = VELOCITIES
+            found |= buffer.doubtful[row] != NOTHING
     return found
 
 
@@ -82,7 +82,7 @@ def refine(first: int, now: Progress, work: Work, buffer: Buffer, net: Net) -> N
     evaluations, time, middle = work.effort[0], now.time, 0.5 * (now.time + now.end)
     scale(1.0, work.ledger[1 - now.current], work.trial_ledger)
     for row in range(first, now.filled):
-        when, doubt, ledger = buffer.time[row], buffer.doubt[row], buffer.ledger[row]
+        when, doubt, ledger = buffer.time[row], buffer.doubtful[row], buffer.ledger[row]
         if doubt != NOTHING:
             x = buffer.position[row] if doubt == STATE else work.trial_x
             # A step that is nearly as long may be worse inside than the whole one.
@@ -90,10 +90,8 @@ def refine(first: int, now: Progress, work: Work, buffer: Buffer, net: Net) -> N
             march(when, pieces, now, x, buffer.velocity[row], ledger, work, net)
         if work.pieces[0] > 0 and when > time:
             march(when, work.pieces[0], now, work.trial_x, work.trial_v, ledger, work, net)
-    step_again(now, work, net)
+    step_again(evaluations, now, work, net)
     prepare(time, now.end, now.current, work, net)
-    work.effort[LOOKED] += work.effort[0] - evaluations
-    work.effort[0] = evaluations
 
 
 def refine_ledger(now: Progress, may: float, work: Work, net: Net) -> None:
@@ -110,9 +108,7 @@ def refine_ledger(now: Progress, may: float, work: Work, net: Net) -> None:
         if left <= may:
             break
     work.doubt[0] += left
-    step_again(now, work, net)
-    work.effort[LOOKED] += work.effort[0] - evaluations
-    work.effort[0] = evaluations
+    step_again(evaluations, now, work, net)
 
 
 def march(
@@ -164,8 +160,14 @@ def march(
     return wrong
 
 
-def step_again(now: Progress, work: Work, net: Net) -> None:
-    """Make the whole step again, and set its ledger to ``work.trial_ledger``."""
+def step_again(evaluations: int, now: Progress, work: Work, net: Net) -> None:
+    """Make the whole step again, and set its ledger to ``work.trial_ledger``.
+
+    Args:
+        evaluations: Those before shorter steps were made; the others count as looks inside.
+    """
     step(now.time, now.end, now.current, work, net)
     finish(now.time, now.end, now.current, work, net)
     scale(1.0, work.trial_ledger, work.ledger[1 - now.current])
+    work.effort[LOOKED] += work.effort[0] - evaluations
+    work.effort[0] = evaluations

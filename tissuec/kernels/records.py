@@ -283,7 +283,8 @@ class Work(NamedTuple):
     # Evaluations, factorisations, solutions and stalls of steps so far, and evaluations for
     # looks inside of steps, shape (5,)
     effort: Integers
-    pieces: Integers  # that the powers of the step are integrated on, 0: by stages, shape (1,)
+    # Of the step, in which its work and dissipation are found; 0: by its stages, shape (1,)
+    pieces: Integers
     inner: Rows  # scratch of that: x, v and a within the step, shape (3, 3 node)
     sides: Stack  # of corners of laws at two looks, shape (2, 3, spring) or (2, 3, 0)
     doubt: Floats  # what work and dissipation may be wrong by so far [J], shape (1,)
@@ -375,7 +376,7 @@ class Buffer(NamedTuple):
     velocity: Rows  # shape (sample, 3 node)
     ledger: Rows  # shape (sample, 2)
     error: Floats  # of positions, as estimated [m], shape (sample,)
-    doubt: Integers  # what ``engine.step_refined`` doubts, shape (sample,)
+    doubtful: Integers  # what ``engine.step_refined`` doubts of it, shape (sample,)
     # States within steps, for conditions; none where nothing is waited for.
     glance_time: Floats  # [s], shape (glance,)
     glance_position: Rows  # [m], shape (glance, 3 node)

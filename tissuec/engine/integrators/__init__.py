@@ -52,13 +52,10 @@ class Integrator(Protocol):
         amplification: Logarithm by which that is less for each step that is left: how much a
             motion is expected to amplify errors in a step at most, as chaotic motions of
             compressed springs without viscosity do.
-        refines: Whether what is asked of the inside of a step comes from shorter steps where
-            the whole one is too long for it, as ``embedded_x`` and ``embedded_v`` tell.
         looks: Pieces in which a step is searched for ruptures.
         nearness: Part of its strength from which a spring is looked at closely.
         tableau: Its coefficients; None for a method that is none of Runge-Kutta or Nyström.
-        dense_x, dense_v, embedded_x, embedded_v: Coefficients within a step, as ``Work`` holds
-            them.
+        dense_x, dense_v, embedded_x: Coefficients within a step, as ``Work`` holds them.
     """
 
     order: ClassVar[int]
@@ -75,14 +72,12 @@ class Integrator(Protocol):
     share: ClassVar[float]
     latitude: ClassVar[float]
     amplification: ClassVar[float]
-    refines: ClassVar[bool]
     looks: ClassVar[int]
     nearness: ClassVar[float]
     tableau: ClassVar[Tableau | None]
     dense_x: ClassVar[Floats]
     dense_v: ClassVar[Floats]
     embedded_x: ClassVar[Floats]
-    embedded_v: ClassVar[Floats]
 
     @staticmethod
     def stability_limit(omega: float, zeta: float) -> float:

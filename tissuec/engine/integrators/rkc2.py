@@ -188,8 +188,7 @@ class Rkc2:
     tableau = None
     dense_x = hermite.dense_x(ROWS, END)
     dense_v = hermite.dense_v(ROWS, END)
-    refines = False
-    embedded_x = embedded_v = np.zeros((0, ROWS))
+    embedded_x = np.zeros((0, ROWS))
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)

@@ -211,8 +211,7 @@ class Srkn11:
     tableau = _tableau()
     dense_x = _dense(of_velocity=False)
     dense_v = _dense(of_velocity=True)
-    refines = False
-    embedded_x = embedded_v = np.zeros((0, ROWS))
+    embedded_x = np.zeros((0, ROWS))
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)

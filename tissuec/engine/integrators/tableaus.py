@@ -102,8 +102,6 @@ class RungeKutta:
     dense_x: ClassVar[Floats]
     dense_v: ClassVar[Floats]
     embedded_x: ClassVar[Floats]
-    embedded_v: ClassVar[Floats]
-    refines: ClassVar[bool]
     prepare = staticmethod(hermite.prepare)
 
     def __init_subclass__(cls) -> None:
@@ -119,7 +117,3 @@ class RungeKutta:
             cls.dense_v = hermite.dense_v(cls.rows, cls.end_row)
         if not hasattr(cls, "embedded_x"):
             cls.embedded_x = np.zeros((0, cls.rows))
-        # Its first row, of the first power, is zero: speeds agree at the start.
-        powers = np.arange(2.0, len(cls.embedded_x) + 1.0)[:, None]
-        cls.embedded_v = cls.embedded_x[1:] * powers
-        cls.refines = len(cls.embedded_x) > 0

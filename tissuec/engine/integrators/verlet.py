@@ -119,8 +119,7 @@ class VelocityVerlet:
     # Cubic Hermite interpolation of x through x, v and of v through v, a at both ends.
     dense_x = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, -0.5], [0.0, -0.5, 0.5]])
     dense_v = np.array([[0.0, 1.0, 0.0], [0.0, -0.5, 0.5], [0.0, 0.0, 0.0]])
-    refines = False
-    embedded_x = embedded_v = np.zeros((0, rows))
+    embedded_x = np.zeros((0, rows))
 
     step = staticmethod(step)
     estimate = staticmethod(estimate)

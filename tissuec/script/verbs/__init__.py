@@ -177,7 +177,7 @@ class Order(Protocol):
         ...
 
     def is_tool(self) -> bool:
-        """Return whether the words after the verb name a tool."""
+        """Return whether the words after the verb name a tool; reject a misspelt one."""
         ...
 
     def tool(self, word: str, *, kind: str | None = None) -> str | None:
