@@ -83,7 +83,7 @@ def new_progress(time: float) -> Progress:
         step=0.0,
         end=time,
         memory=0.0,
-        calm=0,
+        wait=0,
         displacement=0.0,
         displacement_before=0.0,
         speed=0.0,

@@ -57,6 +57,7 @@ from tissuec.kernels.records import (
 from tissuec.kernels.vectors import distance, greater
 
 END_ROW = VelocityVerlet.end_row
+WAIT = 32  # steps after a rejection before the size may grow, where it is kept for long
 SAFETY = VelocityVerlet.safety
 IMPLICIT = VelocityVerlet.implicit
 # Of what a step may be wrong by, for velocities where contacts begin or end: their law bends
@@ -175,7 +176,7 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
 
 def retry(now: Progress, size: float) -> None:
     """Set the size of the next trial [s]; the controller forgets earlier errors."""
-    now.step, now.memory, now.calm = size, 0.0, 0
+    now.step, now.memory, now.wait = size, 0.0, WAIT
 
 
 def keep_in_lists(now: Progress, task: Task, work: Work, net: Net) -> int:
@@ -255,7 +256,7 @@ def resize(now: Progress, h: float, ratio: float, is_first: bool) -> None:
         is_first: Whether no other size was tried before.
     """
     size = now.step
-    proposal, now.memory, now.calm = propose(h, ratio, now.memory, now.calm)
+    proposal, now.memory, now.wait = propose(h, ratio, now.memory, now.wait)
     if not is_first:
         proposal = min(proposal, h)
     # A step cut short to land says nothing against the size before it.

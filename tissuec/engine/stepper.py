@@ -91,7 +91,7 @@ class Stepper:
             work.origin[:], work.effort[:] = before.origin, before.effort
             work.doubt[:] = before.doubt
             work = work._replace(tension=before.tension, sides=before.sides)
-            self.update(fresh=1, memory=0.0, calm=0, current=0)
+            self.update(fresh=1, memory=0.0, wait=0, current=0)
         self.work = work
 
     def begin(self, state: State) -> None:
@@ -109,7 +109,7 @@ class Stepper:
         velocity = inputs.inwards(np.where(still, 0.0, state.velocity))
         work.x[:], work.v[:], work.a[:] = position, velocity, 0.0
         work.trial_x[:], work.trial_v[:] = position, velocity
-        self.update(time=state.time, fresh=1, memory=0.0, calm=0, pending=0)
+        self.update(time=state.time, fresh=1, memory=0.0, wait=0, pending=0)
         if self.method.ledger:
             self._load_energies(state)
         self._fit()

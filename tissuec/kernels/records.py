@@ -331,7 +331,7 @@ class Progress(Struct):
     step: float  # size of the next step [s]
     end: float  # of the step under way [s]
     memory: float  # error ratio of the last accepted step
-    calm: int  # steps since the size last changed
+    wait: int  # steps of the present size that come before it may grow
     displacement: float  # largest so far [m]
     displacement_before: float  # the same before the step under way [m]
     speed: float  # largest so far [m/s]

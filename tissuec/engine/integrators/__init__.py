@@ -16,7 +16,7 @@ Shared arguments:
     a: Accelerations of all nodes [m/s²], flat, shape (3 node,).
     ratio: Error of the step divided by the allowed error.
     memory: Such a ratio of an earlier step, as ``propose`` returned it.
-    calm: Steps since the size last changed.
+    wait: Steps of the present size that come before it may grow.
     q: Step size times the coefficient γ of an implicit method [s].
     solver: Matrix of an implicit step; its fields give the shapes and units.
     vector: Residuals of accelerations [m/s²], shape (3 node,), replaced by the solution.
@@ -118,14 +118,14 @@ class Integrator(Protocol):
         ...
 
     @staticmethod
-    def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-        """Return size of the next step, memory and calm after an accepted step.
+    def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, float, int]:
+        """Return size of the next step, memory and wait after an accepted step.
 
         Args:
             h: Size of the step [s].
             ratio: Its error over what is allowed.
             memory: Such ratio of an earlier step, as this function returned it.
-            calm: Steps since the size last changed.
+            wait: Steps of the present size that come before it may grow.
         """
         ...
 

@@ -135,8 +135,8 @@ def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     return False
 
 
-def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Return the next step, memory and calm; the size is kept where a change gains little.
+def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, float, int]:
+    """Return the next step, memory and wait; the size is kept where a change gains little.
 
     S depends on the size and is kept with it.
     """

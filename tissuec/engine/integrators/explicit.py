@@ -101,7 +101,7 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
         evaluate_stage(time, end - time, stage, current, work, net)
 
 
-def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, float, int]:
     """Return the next step by proportional-integral control (Gustafsson 1991)."""
     ratio = max(ratio, 1e-6)
     factor = (

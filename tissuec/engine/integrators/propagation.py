@@ -173,7 +173,7 @@ def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     return False
 
 
-def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, float, int]:
     """Return the size of the frame unchanged."""
     return h, 0.0, 0
 

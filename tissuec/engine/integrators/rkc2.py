@@ -156,7 +156,7 @@ def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     return False
 
 
-def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
+def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, float, int]:
     """Return the next step; the error per unit step is of second order in its size."""
     return h * min(5.0, max(0.3, 0.9 * max(ratio, 1e-6) ** -0.5)), 0.0, 0
 

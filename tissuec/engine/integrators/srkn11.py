@@ -13,6 +13,7 @@ from math import inf
 import numpy as np
 
 from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators.constant_steps import propose
 from tissuec.engine.integrators.tableaus import nystrom
 from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import LOOKED, Floats, Net, Tableau, Work
@@ -168,20 +169,6 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
     between(work.x[current], work.x[other], 1.0 / (h * h), rows[0], rows[RISE])
     scale(0.5, rows[0], rows[HALF_RISE])
     between(work.x[current], x, 1.0 / (h * h), rows[HALF_RISE], rows[HALF_RISE])
-
-
-def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Return the next step; its size changes only after 32 steps of small errors.
-
-    A constant size keeps the method symplectic. ``memory`` is the largest ratio since the last
-    change.
-    """
-    worst = max(ratio, memory)
-    if calm < 32:
-        return h, worst, calm + 1
-    if worst < 0.25:
-        return h * min(2.0, (0.6 / max(worst, 0.001)) ** (1.0 / 6.0)), 0.0, 0
-    return h, 0.0, 0
 
 
 @INTEGRATORS.member("srkn11")

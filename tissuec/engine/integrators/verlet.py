@@ -11,6 +11,7 @@ from math import sqrt
 import numpy as np
 
 from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators.constant_steps import propose
 from tissuec.engine.integrators.tableaus import nystrom
 from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import LOOKED, Net, Work
@@ -74,20 +75,6 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
     scale(1.0 / (end - time), work.v[current], work.rows[0])
     scale(1.0, work.a[current], work.rows[1])
     scale(1.0, work.a[1 - current], work.rows[2])
-
-
-def propose(h: float, ratio: float, memory: float, calm: int) -> tuple[float, float, int]:
-    """Return the next step; its size changes only after 32 steps of small errors.
-
-    A constant size keeps the method symplectic. ``memory`` is the largest ratio since the last
-    change.
-    """
-    worst = max(ratio, memory)
-    if calm < 32:
-        return h, worst, calm + 1
-    if worst < 0.25:
-        return h * min(2.0, sqrt(0.6 / max(worst, 0.01))), 0.0, 0
-    return h, 0.0, 0
 
 
 @INTEGRATORS.member("velocity verlet")
