@@ -49,8 +49,9 @@ NETS = dict(nets())
 @pytest.mark.parametrize("name", NETS)
 @pytest.mark.parametrize("ledger", [False, True])
 @pytest.mark.parametrize("parts", [1, 3])
+@pytest.mark.parametrize("alike", [False, True])
 def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
-    name, ledger, parts, monkeypatch
+    name, ledger, parts, alike, monkeypatch
 ):
     def share(team, function, arguments):
         for part in reversed(range(parts)):  # which part comes first does not matter
@@ -62,6 +63,10 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     low, high = pairs.T
     values = {each: rng.uniform(0.5, 2.0, len(low)) for each in SPRING}
+    if alike:
+        values["stiffness"][:], values["damping"][:] = 1.5, 0.7
+    dead = rng.uniform(size=len(low)) < 0.1
+    values["stiffness"][dead] = values["damping"][dead] = 0.0
     net = SimpleNamespace(
         first=np.searchsorted(low, np.arange(nodes + 1)).astype(np.uint64),
         other=(3 * high).astype(np.uint32),
@@ -78,6 +83,7 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
         for each in ("near", "near_crush"):
             values[each][:] = far
         net.runs = packed(places_of(low, high), nodes, **values)
+        assert net.runs.alike is (alike or len(low) < 2)
         found, expected, powers = np.ones(3 * nodes), np.ones(3 * nodes), np.zeros((2, 2))
         near = kernel.springs_in_runs(x, v, found, powers[0], net)
         assert near == springs_kernel.springs(x, v, expected, powers[1], net)

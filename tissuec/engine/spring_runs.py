@@ -1,7 +1,7 @@
 """Springs in runs, which vector instructions process eight at a time.
 
 A run is a row of springs between the nodes (i, i + k), (i + 1, i + 1 + k), …, of which
-lattices, tubes and sheets have many; springs of no strength fill short gaps. They need no lists
+lattices, tubes and sheets have many; short gaps are filled. They need no lists
 of nodes: all that belongs to a run lies in a row in memory.
 
 Runs are kept in blocks by their lower nodes. Where no spring is longer than a block, every
@@ -15,12 +15,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.forces.runs_kernel import BLOCK
 from tissuec.kernels.records import Runs
 from tissuec.kernels.thread_loops import PIECE
 from tissuec.model.network import Floats, Indices
 
 Places = NDArray[np.integer]
 GAP = 8  # springs that are missing in a row, at most
+NO_SPRING = -1.0  # length at rest of what is none [m]
 # What a run costs, and each of its springs, beside a spring by itself.
 RUN_COST, SPRING_COST = 3.5, 0.4
 BLOCK_NODES = 1024  # of a block, at least; what belongs to its springs fits into a cache
@@ -123,20 +125,51 @@ def are_several(high: NDArray[np.integer], size: int) -> bool:
     return int(high.max(initial=0)) + 1 >= LEAST_BLOCKS * size
 
 
-def packed(places: RunPlaces, nodes: int, **values: Floats | None) -> Runs:
+def packed(
+    places: RunPlaces,
+    nodes: int,
+    *,
+    stiffness: Floats,
+    rest: Floats,
+    damping: Floats | None = None,
+    near: Floats | None = None,
+    near_crush: Floats | None = None,
+) -> Runs:
     """Return springs in runs for the stepping code.
 
     Args:
         places: Places of the springs in runs.
         nodes: Number of nodes.
-        **values: ``stiffness`` [N/m], ``damping`` [N s/m], ``rest`` [m], ``near`` and
-            ``near_crush`` [N] of springs, shape (spring,); None for what no spring has.
+        stiffness, damping: Of springs [N/m], [N s/m], shape (spring,); both 0 for dead ones.
+        rest: Their lengths at rest [m], shape (spring,).
+        near, near_crush: Tension and pressure that are near to breaking [N], shape (spring,).
     """
-    fills = {"near": np.inf, "near_crush": np.inf}
-    filled: dict[str, Floats] = {}
-    for name, value in values.items():
-        filled[name] = np.full(0 if value is None else places.size, fills.get(name, 0.0))
-        if value is not None:
-            filled[name][places.place] = value
-    where = places.first, places.length, places.offset, places.at, places.block
-    return Runs(*where, **filled, apart=np.zeros((9, nodes)))
+    acts = stiffness != 0.0
+    if damping is not None:
+        acts |= damping != 0.0
+    lengths = np.full(places.size, NO_SPRING)
+    lengths[places.place] = np.where(acts, rest, NO_SPRING)
+    numbers = (stiffness, damping, near, near_crush)
+    alike = all(value is None or _is_constant(value, acts) for value in numbers)
+
+    def in_runs(value: Floats | None) -> Floats:
+        if value is None:
+            return np.zeros(0)
+        if alike:
+            return np.full(BLOCK, value[acts.argmax()] if len(value) else 0.0)
+        filled = np.zeros(places.size)
+        filled[places.place] = value
+        return filled
+
+    return Runs(
+        places.first, places.length, places.offset, places.at, places.block,
+        in_runs(stiffness), in_runs(damping), lengths, in_runs(near), in_runs(near_crush),
+        alike, np.zeros((9, nodes)),
+    )  # fmt: skip
+
+
+def _is_constant(value: Floats, acts: NDArray[np.bool_]) -> bool:
+    """Return whether all springs that act have the same number."""
+    if value.strides == (0,):
+        return True
+    return bool((value == value[acts.argmax()])[acts].all()) if len(value) else True

@@ -54,7 +54,7 @@ from tissuec.kernels.records import (
     Trial,
     Work,
 )
-from tissuec.kernels.vectors import distance, greater
+from tissuec.kernels.vectors import distance, greater, length
 
 END_ROW = VelocityVerlet.end_row
 WAIT = 32  # steps after a rejection before the size may grow, where it is kept for long
@@ -146,7 +146,7 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
         if verdict != ACCEPTED:
             return Trial(verdict, near, 0.0, 0.0, 0.0, 0.0)
     reach = greater(now.displacement, distance(x, work.origin, work.each, work.team))
-    pace = greater(now.speed, distance(v, work.zero, work.moving, work.team))
+    pace = greater(now.speed, length(v, work.moving, work.team))
     ratio = 0.0
     off, off_speed = estimate(h, current, work)
     if task.fixed == 0:

@@ -18,7 +18,7 @@ from math import exp, inf
 
 from tissuec.engine.integrators.verlet import VelocityVerlet, book, finish, prepare, step
 from tissuec.kernels.records import LOOKED, Buffer, Floats, Net, Progress, Task, Work
-from tissuec.kernels.vectors import combine, distance, greater, polynomials, scale
+from tissuec.kernels.vectors import combine, distance, greater, length, polynomials, scale
 
 END_ROW = VelocityVerlet.end_row
 MOST_HALVINGS = 6  # of a step whose work and dissipation are looked at on equal pieces
@@ -40,14 +40,14 @@ def lateness(h: float, end: float, task: Task) -> float:
 def mark_doubtful(first: int, now: Progress, task: Task, work: Work, buffer: Buffer) -> bool:
     """Mark samples of a step whose state may be too wrong; return whether there are any."""
     off, off_speed = differences(now, work)
-    h, zero, found = now.end - now.time, work.zero, False
+    h, found = now.end - now.time, False
     # Velocities count twice in energies; within usual steps they are more accurate than needed.
     allowed = 0.5 * task.inside * task.latitude / lateness(h, now.end, task)
     for row in range(first, now.filled):
         buffer.doubtful[row] = NOTHING
         if buffer.time[row] > now.time:
             reach = distance(buffer.position[row], work.origin, work.each, work.team)
-            pace = distance(buffer.velocity[row], zero, work.moving, work.team)
+            pace = length(buffer.velocity[row], work.moving, work.team)
             reach = max(reach, now.displacement_before, task.floor)
             pace = max(pace, now.speed_before, task.floor / h)
             if not off <= task.inside * reach + task.noise:
@@ -69,8 +69,8 @@ def differences(now: Progress, work: Work) -> tuple[float, float]:
         polynomials(work.embedded_x, part, for_x)
         polynomials(work.embedded_v, part, for_v)
         combine(zero, h * h, for_x, zero, h, for_v, work.rows, x, v, work.team)
-        off = greater(off, distance(x, zero, work.each, work.team))
-        off_speed = greater(off_speed, distance(v, zero, work.each, work.team))
+        off = greater(off, length(x, work.each, work.team))
+        off_speed = greater(off_speed, length(v, work.each, work.team))
     return off, off_speed
 
 

@@ -27,7 +27,6 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         reel(time, net.rest, net.reels, net.acts)
         if net.ledger:
             power[0] -= reeled(time, x, v, net)
-    share(net.team, clear_part, (a,))
     near = springs(x, v, a, power, net)
     for k in range(net.fields.address.size):
         add_field(net.fields.address[k], net.fields.table[k], time, x, v, a, power)
@@ -50,20 +49,6 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
     if net.inelastic:
         remember(a, net.internal)
     return near
-
-
-def clear_part(part: int, parts: int, vector: Floats) -> None:
-    """Set a part of a vector of all nodes to zero.
-
-    Args:
-        part: Index of this thread's share.
-        parts: Number of shares.
-        vector: Components of all nodes in any unit, shape (3 node,).
-    """
-    first, last = part_of(part, parts, vector.size // 3)
-    own = vector[3 * first : 3 * last]
-    for i in range(own.size):
-        own[i] = 0.0
 
 
 def count_powers(part: int, parts: int, v: Floats, net: Net) -> None:

@@ -3,6 +3,7 @@
 Coordinates are taken apart first, as vector instructions want them, and put together again
 after all springs. What is summed up, or only looked for, is stored for each spring before:
 loops that do both would not be vectorised, because sums of numbers depend on their order.
+Gaps in runs, and dead springs, have a negative length at rest.
 
 Shared arguments:
     apart: Components of positions [m], velocities [m/s] and forces [N], shape (9, node).
@@ -10,6 +11,7 @@ Shared arguments:
     to, out: Changed in place, unit and shape of ``values``.
     low, high: First lower and first upper node of this part of a run.
     at: First spring of this part.
+    same: Where numbers begin that all springs may share: ``at``, or 0.
     count: Number of springs of this part.
     each: Scratch: forces, losses and excess of springs, shape (5 or more, block).
     each0, each1, each2: Components of forces of springs [N], shape (block,).
@@ -33,12 +35,12 @@ BLOCK = 512  # springs at a time
 #: loop has to test for that before each run.
 UNSHARED = {
     "pull_springs": ("each0", "each1", "each2", "lost", "above", "f0", "f1", "f2"),
-    "take_from": ("f0", "f1", "f2"),
+    "take_from": ("f",),
 }
 
 
 def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
-    """Add the forces of springs; return whether one is near to breaking.
+    """Set the forces of springs; return whether one is near to breaking.
 
     This does the same as ``springs_kernel.springs``.
     """
@@ -103,15 +105,13 @@ def take_apart(vector: Floats, first: Floats, second: Floats, third: Floats) -> 
 
 
 def put_together(part: int, parts: int, apart: Rows, f: Floats) -> None:
-    """Add components of forces to a vector of all nodes."""
+    """Set a vector of all nodes from components of forces."""
     first, last = part_of(part, parts, apart.shape[1])
     f0, f1, f2 = apart[6, first:last], apart[7, first:last], apart[8, first:last]
     vector = f[3 * first : 3 * last]
     for node in range(f0.size):
         i = 3 * node
-        vector[i] += f0[node]
-        vector[i + 1] += f1[node]
-        vector[i + 2] += f2[node]
+        vector[i], vector[i + 1], vector[i + 2] = f0[node], f1[node], f2[node]
 
 
 def clear(values: Floats) -> None:
@@ -123,19 +123,22 @@ def clear(values: Floats) -> None:
 def pull_part(low: int, high: int, at: int, count: int, each: Rows, runs: Runs) -> None:
     """Add the forces of a part of a run [N]; set losses and excess over the limits."""
     apart, size = runs.apart, np.uint64(count)
+    same = np.uint64(0 if runs.alike else at)
     pull_springs(
-        np.uint64(low), np.uint64(high), np.uint64(at), size, apart[0], apart[1], apart[2],
-        apart[3], apart[4], apart[5], runs.stiffness, runs.damping, runs.rest, runs.near,
-        runs.near_crush, each[0], each[1], each[2], each[3], each[4], apart[6], apart[7],
-        apart[8],
+        np.uint64(low), np.uint64(high), np.uint64(at), same, size, apart[0], apart[1],
+        apart[2], apart[3], apart[4], apart[5], runs.stiffness, runs.damping, runs.rest,
+        runs.near, runs.near_crush, each[0], each[1], each[2], each[3], each[4], apart[6],
+        apart[7], apart[8],
     )  # fmt: skip
-    take_from(np.uint64(high), size, each[0], each[1], each[2], apart[6], apart[7], apart[8])
+    for k in range(3):
+        take_from(np.uint64(high), size, each[k], apart[6 + k])
 
 
 def pull_springs(
     low: np.uint64,
     high: np.uint64,
     at: np.uint64,
+    same: np.uint64,
     count: np.uint64,
     x: Floats,
     y: Floats,
@@ -164,25 +167,26 @@ def pull_springs(
     Args:
         x, y, z: Components of positions [m], shape (node,).
         u, v, w: Components of velocities [m/s], shape (node,).
-        stiffness, damping, rest: Of all springs [N/m], [N s/m], [m], shape (spring,).
-        near, near_crush: Tension and compression that are near to breaking [N], shape
-            (spring,).
+        stiffness, damping: Of all springs, or of each [N/m], [N s/m], as in ``Runs``.
+        rest: Lengths at rest [m], shape (spring,).
+        near, near_crush: Tension and compression that are near to breaking [N], as in ``Runs``.
         lost: Set to the losses [W], shape (block,).
         above: Set to the excess over the limits [N], shape (block,).
     """
     for s in range(count):
-        i, j, k = low + s, high + s, at + s
+        i, j, k, n = low + s, high + s, at + s, same + s
         r0, r1, r2 = x[j] - x[i], y[j] - y[i], z[j] - z[i]
         length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
-        inverse = 1.0 / (length + TINY)
-        tension = stiffness[k] * (length - rest[k])
+        is_spring = rest[k] >= 0.0
+        inverse = 1.0 / (length + TINY) if is_spring else 0.0
+        tension = stiffness[n] * (length - rest[k])
         if VISCOUS:
             closing = (r0 * (u[j] - u[i]) + r1 * (v[j] - v[i]) + r2 * (w[j] - w[i])) * inverse
-            braking = damping[k] * closing
+            braking = damping[n] * closing
             tension += braking
             lost[s] = braking * closing
         if WATCHED:
-            above[s] = max(tension - near[k], -tension - near_crush[k])
+            above[s] = max(tension - near[n], -tension - near_crush[n]) if is_spring else -1.0
         tension *= inverse
         p0, p1, p2 = tension * r0, tension * r1, tension * r2
         each0[s], each1[s], each2[s] = p0, p1, p2
@@ -191,22 +195,15 @@ def pull_springs(
         f2[i] += p2
 
 
-def take_from(
-    high: np.uint64,
-    count: np.uint64,
-    each0: Floats,
-    each1: Floats,
-    each2: Floats,
-    f0: Floats,
-    f1: Floats,
-    f2: Floats,
-) -> None:
-    """Subtract the forces of springs from their upper nodes."""
+def take_from(high: np.uint64, count: np.uint64, each: Floats, f: Floats) -> None:
+    """Subtract one component of the forces of springs from their upper nodes.
+
+    Args:
+        each: Of springs [N], shape (block,).
+        f: Of all nodes [N], shape (node,).
+    """
     for s in range(count):
-        j = high + s
-        f0[j] -= each0[s]
-        f1[j] -= each1[s]
-        f2[j] -= each2[s]
+        f[high + s] -= each[s]
 
 
 def total(values: Floats) -> float:

@@ -23,7 +23,7 @@ from tissuec.forces.pairs_kernel import pull_pairs
 from tissuec.forces.rest_length_kernel import reel, reel_rate
 from tissuec.kernels.chunks import add_sums, clear_sums
 from tissuec.kernels.records import Floats, Net, Rows
-from tissuec.kernels.thread_loops import share
+from tissuec.kernels.thread_loops import part_of, share
 from tissuec.kernels.vectors import TINY
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
@@ -41,8 +41,9 @@ ONE, TWO = np.uint64(1), np.uint64(2)
 
 
 def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
-    """Add the forces of springs; return whether one is near to breaking."""
+    """Set the forces of springs; return whether one is near to breaking."""
     chunks = net.chunks
+    share(net.team, clear_part, (f,))
     if chunks.node.size == 2:
         lost, near = pull_nodes(0, net.first.size - 1, x, v, f, net.team.each[0], net)
         power[1] += lost
@@ -54,6 +55,20 @@ def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
         power[1] += net.team.lost[chunk]
         near |= net.team.near[chunk] > 0
     return near
+
+
+def clear_part(part: int, parts: int, vector: Floats) -> None:
+    """Set a part of a vector of all nodes to zero.
+
+    Args:
+        part: Index of this thread's share.
+        parts: Number of shares.
+        vector: Components of all nodes in any unit, shape (3 node,).
+    """
+    first, last = part_of(part, parts, vector.size // 3)
+    own = vector[3 * first : 3 * last]
+    for i in range(own.size):
+        own[i] = 0.0
 
 
 def pull_chunks(part: int, parts: int, x: Floats, v: Floats, net: Net) -> None:

@@ -29,7 +29,7 @@ BUNDLES: dict[str, tuple[str, ...]] = {
     "spring_geometry": ("add_pulls", "add_resistance", "measure"),
     "vectors": (
         "accumulate", "between", "blended_error", "combine", "copy_sample", "distance", "drift",
-        "is_passed", "kick", "polynomials", "quadrature", "scale", "subtract",
+        "is_passed", "kick", "length", "polynomials", "quadrature", "scale", "subtract",
     ),
 }  # fmt: skip
 BUNDLE_OF = {name: bundle for bundle, names in BUNDLES.items() for name in names}

@@ -113,7 +113,8 @@ class Runs(NamedTuple):
     """Springs in runs between nodes (i, i + k), (i + 1, i + 1 + k), …; see
     ``engine.spring_runs``.
 
-    What springs have is shape (spring,), with springs of no strength in gaps, or (0,).
+    Gaps and dead springs have a negative length at rest. Stiffness, damping and limits are
+    shape (spring,), or (block,) where all springs share them; (0,) where none has them.
     """
 
     first: Integers  # node i, shape (run,)
@@ -123,9 +124,10 @@ class Runs(NamedTuple):
     block: Integers  # runs of block b are block[b]:block[b + 1], shape (block + 1,)
     stiffness: Floats  # [N/m]
     damping: Floats  # [N s/m]
-    rest: Floats  # [m]
+    rest: Floats  # [m], shape (spring,)
     near: Floats  # tension from which a closer look is needed [N]
     near_crush: Floats  # the same of pressure
+    alike: bool  # springs share stiffness, damping and limits
     apart: Rows  # scratch: components of positions, velocities and forces, shape (9, node)
 
 

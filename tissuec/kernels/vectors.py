@@ -237,7 +237,7 @@ def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
 
     Args:
         one, two: In any unit, shape (3 node,), or longer.
-        squares: Scratch, shape (node,).
+        squares: Scratch, shape (node,); its size tells which nodes count.
     """
     share(team, distance_part, (one, two, squares, team))
     return sqrt(greatest(team.found))
@@ -248,13 +248,46 @@ def distance_part(
 ) -> None:
     """Find the square of the largest distance in a part of the nodes."""
     first, last = part_of(part, parts, squares.size)
-    one, two = one[3 * first : 3 * last], two[3 * first : 3 * last]
-    squares = squares[first:last]
-    for node in range(squares.size):
-        i = 3 * node
-        d0, d1, d2 = one[i] - two[i], one[i + 1] - two[i + 1], one[i + 2] - two[i + 2]
-        squares[node] = d0 * d0 + d1 * d1 + d2 * d2
-    team.found[part] = greatest(squares)
+    most = 0.0
+    for start in range(first, last, PIECE):
+        stop = min(start + PIECE, last)
+        # The same scratch for all pieces stays in the cache.
+        own, near, piece = (
+            one[3 * start : 3 * stop],
+            two[3 * start : 3 * stop],
+            squares[first : first + stop - start],
+        )
+        for node in range(piece.size):
+            i = 3 * node
+            d0, d1, d2 = own[i] - near[i], own[i + 1] - near[i + 1], own[i + 2] - near[i + 2]
+            piece[node] = d0 * d0 + d1 * d1 + d2 * d2
+        most = greater(most, greatest(piece))
+    team.found[part] = most
+
+
+def length(vector: Floats, squares: Floats, team: Team) -> float:
+    """Return the largest length of the parts of a vector for each node; NaN if one is NaN.
+
+    Args:
+        vector: In any unit, shape (3 node,), or longer.
+        squares: Scratch, as for ``distance``.
+    """
+    share(team, length_part, (vector, squares, team))
+    return sqrt(greatest(team.found))
+
+
+def length_part(part: int, parts: int, vector: Floats, squares: Floats, team: Team) -> None:
+    """Find the square of the largest length in a part of the nodes."""
+    first, last = part_of(part, parts, squares.size)
+    most = 0.0
+    for start in range(first, last, PIECE):
+        stop = min(start + PIECE, last)
+        own, piece = vector[3 * start : 3 * stop], squares[first : first + stop - start]
+        for node in range(piece.size):
+            i = 3 * node
+            piece[node] = own[i] * own[i] + own[i + 1] * own[i + 1] + own[i + 2] * own[i + 2]
+        most = greater(most, greatest(piece))
+    team.found[part] = most
 
 
 def greatest(values: Floats) -> float:

@@ -77,7 +77,7 @@ _OF_PYTHON = ("Py", "numba_")
 LOOP = "loop"
 _LOOPS = re.compile(
     r"\d(?:accumulate|add_rows|between|blended_part|combine_part|copy_sample|distance_part|"
-    r"drift_part|greatest|kick_part|polynomials|quadrature|scale|subtract)B"
+    r"drift_part|greatest|kick_part|length_part|polynomials|quadrature|scale|subtract)B"
 )
 _CALLED_LOOPS = re.compile(rf"^(define .*@{LOOP}_\d+\(.*\).*) {{$", re.MULTILINE)
 # As intrinsic functions they set no error number, and can be done eight at a time.

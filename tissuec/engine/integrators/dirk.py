@@ -12,7 +12,7 @@ from tissuec.engine.integrators.banded import assemble, solve
 from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
 from tissuec.forces.accelerations import force
 from tissuec.kernels.records import LOOKED, Floats, Net, Work
-from tissuec.kernels.vectors import accumulate, combine, distance, quadrature, scale, subtract
+from tissuec.kernels.vectors import accumulate, combine, length, quadrature, scale, subtract
 
 CONTROL_ORDER = 3.0  # of a member; bound to its own
 ITERATIONS = 12
@@ -76,7 +76,7 @@ def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net
         accumulate(1.0, change, a)
         accumulate(q * q, change, x)
         accumulate(q, change, v)
-        size = distance(change, work.zero, work.each, work.team)
+        size = length(change, work.each, work.team)
         # The first change of a step tells nothing yet about what is left.
         rate = made[1]
         if before > 0.0:
@@ -109,7 +109,7 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     rows, none = work.rows[: for_x.size], work.zero
     of_x, of_v, each = work.trial_x, work.trial_v, work.each
     combine(none, h * h, for_x, none, h, for_v, rows, of_x, of_v, work.team)
-    return distance(of_x, none, each, work.team), distance(of_v, none, each, work.team)
+    return length(of_x, each, work.team), length(of_v, each, work.team)
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

@@ -24,7 +24,7 @@ import numpy as np
 from tissuec.engine.integrators import INTEGRATORS, hermite
 from tissuec.forces.accelerations import force, greatest_force, greatest_inner_force, place
 from tissuec.kernels.records import Floats, Net, Work
-from tissuec.kernels.vectors import accumulate, distance, scale
+from tissuec.kernels.vectors import accumulate, length, scale
 
 # Places in the choices, see ``procedures``.
 FLOOR, GROWTH, INNER, FORGETS, REPEATS, GOES_ON, OPEN = range(7)
@@ -157,7 +157,7 @@ def beside(
     accumulate(-1.0, value[current], error)
     accumulate(-0.5 * h, rate[current], error)
     accumulate(-0.5 * h, rate[other], error)
-    return distance(error, work.zero, each, work.team)
+    return length(error, each, work.team)
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from tissuec.engine.integrators import INTEGRATORS, hermite
 from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import Floats, Net, Work
-from tissuec.kernels.vectors import accumulate, distance, scale
+from tissuec.kernels.vectors import accumulate, length, scale
 
 DAMPING = 2.0 / 13.0
 MOST_STAGES = 250
@@ -132,12 +132,12 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
     accumulate(0.4 * h, work.v[current], error)
     accumulate(0.4 * h, work.v[other], error)
     # Without hidden nodes, which stay where they are whatever their velocities.
-    position = distance(error, work.zero, work.moving, work.team)
+    position = length(error, work.moving, work.team)
     scale(0.8, work.v[current], error)
     accumulate(-0.8, work.rows[GAIN_V], error)
     accumulate(0.4 * h, work.a[current], error)
     accumulate(0.4 * h, work.a[other], error)
-    return position, distance(error, work.zero, work.each, work.team)
+    return position, length(error, work.each, work.team)
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
