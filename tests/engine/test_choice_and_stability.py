@@ -8,10 +8,17 @@ import pytest
 from msgspec.structs import replace
 
 from tests.engine.running import block, chain, pair, tube
+from tissuec.engine import method_choice
 from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose
 from tissuec.engine.numbering import SMALL, node_order
-from tissuec.engine.stability import damping_radius, spectral_radius, verlet_limit
+from tissuec.engine.stability import (
+    damping_radius,
+    may_be_overdamped,
+    spectral_radius,
+    sums_at_nodes,
+    verlet_limit,
+)
 from tissuec.mechanics.state import State
 
 
@@ -57,6 +64,40 @@ def test_damping_radius_of_a_pair_is_known():
     assert damping_radius(start(pair(damping=3.0))) == pytest.approx(1.05 * 6.0)
     assert damping_radius(start(pair(), drag=2.0)) == pytest.approx(1.05 * 2.0)
     assert damping_radius(start(pair())) == 0.0
+
+
+NETS = [tube(damping=0.3), block(damping=0.1), chain(12, damping=2.0), pair(damping=3.0)]
+
+
+@pytest.mark.parametrize("net", NETS, ids=["tube", "block", "chain", "pair"])
+@pytest.mark.parametrize("fixed", [(), (0,)])
+def test_sums_at_nodes_bound_frequency_and_damping_ratio(net, fixed):
+    state = start(net, fixed=fixed)
+    sums, exact = sums_at_nodes(state), dense_radius(state)
+    assert exact <= sums.fastest * (1.0 + 1e-14)
+    # What is measured is up to a twentieth too large for either.
+    ratio = damping_radius(state) / 1.05 / (2.0 * exact)
+    assert 0.0 < ratio <= sums.damping_ratio
+    assert may_be_overdamped(state, sums, 0.99 * ratio)
+    assert not may_be_overdamped(state, sums, sums.damping_ratio)
+
+
+def test_drag_is_not_in_the_sums():
+    state = start(pair(), drag=2.0)
+    assert may_be_overdamped(state, sums_at_nodes(state), 100.0)
+
+
+@pytest.mark.parametrize("tolerance", [5e-2, 1e-4])
+def test_rates_are_not_measured_where_sums_decide(tolerance, monkeypatch):
+    def never_measured(state):
+        raise AssertionError("measured")
+
+    monkeypatch.setattr(method_choice, "measured_facts", never_measured)
+    choose(start(pair()), Method("automatic", tolerance, None, 1.0), never)
+    with pytest.raises(AssertionError, match="measured"):
+        choose(start(pair(damping=100.0)), Method("automatic", 5e-2, None, 1.0), never)
+    with pytest.raises(AssertionError, match="measured"):
+        choose(start(pair()), Method("automatic", 1e-4, None, 1e3), never)
 
 
 def test_verlet_limit_of_a_pair_is_two_over_its_frequency():

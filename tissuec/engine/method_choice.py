@@ -6,15 +6,18 @@ lattice and the hanging chain the two cross near the tolerance ``CROSSING``.
 """
 
 from collections.abc import Callable, Mapping
-from math import sqrt
 
-import numpy as np
 from msgspec import Struct
 
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import Method
-from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.mechanics.observables import lengths
+from tissuec.engine.stability import (
+    SumsAtNodes,
+    damping_radius,
+    may_be_overdamped,
+    spectral_radius,
+    sums_at_nodes,
+)
 from tissuec.mechanics.state import State
 from tissuec.script.plan import AUTOMATIC, DEFAULT_TOLERANCE
 
@@ -64,7 +67,8 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
     if method.step is not None:
         return _by_step(state, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
-    if tolerance < CROSSING and not state.loss:
+    sums = sums_at_nodes(state)
+    if tolerance < CROSSING and not state.loss and _may_sweep(state, sums, method.duration):
         facts = measured_facts(state)
         swept = facts["omega"] * method.duration
         if swept > LONG:
@@ -73,7 +77,7 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
                 "symplectic method grow in proportion to time only"
             )
             return MethodChoice("srkn11", reason, facts)
-    if (creeping := _creeping(state, method, is_banded)) is not None:
+    if (creeping := _creeping(state, sums, method, is_banded)) is not None:
         return creeping
     if tolerance < CROSSING:
         reason = (
@@ -81,8 +85,8 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
             "where order 8 needs fewer force evaluations than order 2"
         )
         return MethodChoice("dop853", reason, {})
-    facts = measured_facts(state)
-    if facts["zeta"] > 1.0:
+    facts = measured_facts(state) if may_be_overdamped(state, sums, 1.0) else {}
+    if facts and facts["zeta"] > 1.0:
         reason = (
             f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), "
             "so velocity Verlet would need very small steps"
@@ -92,16 +96,22 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
     return MethodChoice("velocity verlet", reason, facts)
 
 
+def _may_sweep(state: State, sums: SumsAtNodes, duration: float) -> bool:
+    """Return whether the fastest motion may turn by more than ``LONG`` in a time [s]."""
+    only_springs = not state.fields and not state.network.law.any()
+    return not only_springs or sums.fastest * duration > LONG
+
+
 def _creeping(
-    state: State, method: Method, is_banded: Callable[[], bool]
+    state: State, sums: SumsAtNodes, method: Method, is_banded: Callable[[], bool]
 ) -> MethodChoice | None:
     """Return an implicit method for a net so damped that it mostly creeps, else None.
 
-    The rates are measured only where bounds of them, from the sums at each node, allow it.
+    The rates are measured only where sums at the nodes allow it.
     """
     if state.inelastic is not None:
         return None
-    if _damping_ratio_of_nodes(state) < CREEPING:
+    if sums.most_damped < CREEPING:
         return None
     facts = measured_facts(state)
     limit = INTEGRATORS["dop853"].stability_limit(facts["omega"], facts["zeta"])
@@ -112,29 +122,6 @@ def _creeping(
         f"at most {limit:.2g} s would be needed for slow motions"
     )
     return MethodChoice("esdirk43", reason, facts)
-
-
-def _damping_ratio_of_nodes(state: State) -> float:
-    """Return λ / 2ω of the node with the largest Σ d/m, with its own ω² = Σ c/m."""
-    ends, alive = state.network.ends, state.alive
-    behaviour, count = state.behaviour(), state.network.node_count
-    elongation = lengths(ends, state.position) - behaviour.rest
-    sluggish = np.where(alive, behaviour.sluggishness(elongation, 0.0 * elongation), 0.0)
-    if not sluggish.any():
-        return 0.0
-    steep = np.where(alive, behaviour.steepness(elongation), 0.0)
-    rates, squares = (
-        np.where(
-            state.held,
-            0.0,
-            (np.bincount(ends[:, 0], each, count) + np.bincount(ends[:, 1], each, count))
-            / state.mass,
-        )
-        for each in (sluggish, steep)
-    )
-    worst = int(rates.argmax())
-    square = float(squares[worst])
-    return float(rates[worst]) / (2.0 * sqrt(square)) if square > 0.0 else 0.0
 
 
 def _by_step(state: State, step: float) -> MethodChoice:

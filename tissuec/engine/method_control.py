@@ -6,6 +6,7 @@ from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import MethodChange
 from tissuec.engine.method_choice import MethodChoice, choose, measured_facts
 from tissuec.engine.method_trial import (
+    OVERDAMPED,
     PATIENT,
     MethodTrial,
     candidate_for,
@@ -13,6 +14,7 @@ from tissuec.engine.method_trial import (
     evaluation_time,
     trial_cost,
 )
+from tissuec.engine.stability import may_be_overdamped, sums_at_nodes
 from tissuec.engine.stepper import Stepper
 from tissuec.kernels.records import OUTSIZE, UNDERFLOW, UNSOLVED
 from tissuec.mechanics.state import State
@@ -137,8 +139,15 @@ class MethodControl:
         if state.fields and not stepper.integrator.implicit and ahead < PATIENT * pace:
             return None
         stepper.synchronise(state)
-        self.facts = self.facts or measured_facts(state)
         solver, banded = stepper.inputs.solver(), stepper.inputs.is_banded()
+        explicit = not stepper.integrator.implicit
+        if (
+            explicit
+            and not banded
+            and not may_be_overdamped(state, sums_at_nodes(state), OVERDAMPED)
+        ):
+            return None
+        self.facts = self.facts or measured_facts(state)
         step, evaluation = stepper.progress.step, self._evaluation_time
         found = candidate_for(
             self.choice.name, step, pace, self.facts, evaluation, banded=banded

@@ -2,15 +2,18 @@
 
 Stiffness and damping act on M^-1/2: the largest eigenvalues of M^-1/2 K M^-1/2 and of
 M^-1/2 D M^-1/2, found by the method of Lanczos from a fixed start, without forming a matrix.
+Sums over the springs of each node bound them, at the cost of a single round.
 """
 
 from collections.abc import Sequence
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
+from msgspec import Struct
 
 from tissuec.engine.integrators.verlet import VelocityVerlet
 from tissuec.forces import Resisting
+from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats
 
@@ -42,6 +45,76 @@ def damping_radius(state: State) -> float:
 def _giving(state: State) -> float:
     """Return a bound of the rates at which springs relax and yield [1/s]."""
     return state.springs(np.flatnonzero(state.alive)).giving(state.position)
+
+
+class SumsAtNodes(Struct, frozen=True, eq=False):
+    """Sums over the springs of each node, divided by its mass; zero for held nodes.
+
+    Attributes:
+        damping: Σ d / m [1/s], shape (node,).
+        stiffness: Σ c / m [1/s²], shape (node,).
+    """
+
+    damping: Floats
+    stiffness: Floats
+
+    @property
+    def most_damped(self) -> float:
+        """Return the damping ratio of the node of the largest Σ d / m, if it moved alone."""
+        if not self.damping.any():
+            return 0.0
+        worst = int(self.damping.argmax())
+        square = float(self.stiffness[worst])
+        return float(self.damping[worst]) / (2.0 * sqrt(square)) if square > 0.0 else 0.0
+
+    @property
+    def fastest(self) -> float:
+        """Return a bound of the angular frequency of linear springs [1/s].
+
+        By Gershgorin's theorem ω² ≤ 2 max Σ c / m; T / L of those under tension is below c.
+        """
+        return sqrt(2.0 * float(self.stiffness.max(initial=0.0)))
+
+    @property
+    def damping_ratio(self) -> float:
+        """Return a bound of λ / 2ω of the net, infinite if nothing is stiff.
+
+        By Gershgorin's theorem λ ≤ 2 max Σ d / m; ω² is no less than an eigenvalue of the block
+        of any node, the largest of which is a third of its trace Σ c / m or more.
+        """
+        least = float(self.stiffness.max(initial=0.0)) / 3.0
+        most = float(self.damping.max(initial=0.0))
+        return (most / sqrt(least) if least > 0.0 else inf) if most else 0.0
+
+
+def sums_at_nodes(state: State) -> SumsAtNodes:
+    """Return the sums for springs as they are, as slow as they may get."""
+    ends, alive = state.network.ends, state.alive
+    behaviour, count = state.behaviour(), state.network.node_count
+    elongation = lengths(ends, state.position) - behaviour.rest
+
+    def at_nodes(each: Floats) -> Floats:
+        each = np.where(alive, each, 0.0)
+        if not each.any():
+            return np.zeros(count)
+        both = np.bincount(ends[:, 0], each, count) + np.bincount(ends[:, 1], each, count)
+        return np.where(state.held, 0.0, both / state.mass)
+
+    return SumsAtNodes(
+        at_nodes(behaviour.sluggishness(elongation, 0.0 * elongation)),
+        at_nodes(behaviour.steepness(elongation)),
+    )
+
+
+def may_be_overdamped(state: State, sums: SumsAtNodes, ratio: float) -> bool:
+    """Return whether the fastest motion may have more than a damping ratio.
+
+    Args:
+        sums: Of the state.
+        ratio: λ / 2ω.
+    """
+    only_springs = all(effect.braking(state.position) is None for effect in state.effects)
+    return not (only_springs and state.inelastic is None and sums.damping_ratio <= ratio)
 
 
 def verlet_limit(state: State) -> float:
