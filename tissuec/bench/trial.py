@@ -1,19 +1,13 @@
 """One run of one solver, and what a solver is to a bench."""
 
 import time as clock
-from typing import Any, Protocol
+from typing import Protocol
 
 from msgspec import Struct
 
 from tissuec.core.errors import TissueError
-from tissuec.kernels import loading
+from tissuec.kernels.loading import time_of_translating
 from tissuec.model.network import Floats
-
-
-def _translating() -> float:
-    """Return how long kernels have been translated so far [s]."""
-    kernels: Any = loading  # no type follows for a number that is only added to
-    return kernels.translated
 
 
 class SolverFailed(TissueError):
@@ -33,12 +27,12 @@ class Deadline:
     """
 
     def __init__(self, budget: float):
-        self._until = clock.process_time() - _translating() + budget
+        self._until = clock.process_time() - time_of_translating() + budget
 
     @property
     def is_over(self) -> bool:
         """Return whether the time is up."""
-        return clock.process_time() - _translating() > self._until
+        return clock.process_time() - time_of_translating() > self._until
 
     def check(self) -> None:
         """Stop a run that exceeds its time.

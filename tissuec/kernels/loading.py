@@ -34,7 +34,7 @@ CALLED = (
 LEVEL = 1
 _DIGEST = 32  # bytes before what is kept, lest a damaged file is run
 translating = False  # whether something is, which takes a second
-translated = 0.0  # time of the processor that it has taken so far [s]
+_spent = 0.0  # time of the processor that it has taken so far [s]
 _KEPT: list[Any] = []  # what owns machine code, which must outlive all that calls it
 
 
@@ -59,6 +59,11 @@ def called_by(bundle: str) -> frozenset[str]:
 def is_shipped(bundle: str) -> bool:
     """Return whether there is a bundle of this name."""
     return _path(bundle).is_file()
+
+
+def time_of_translating() -> float:
+    """Return the time of the processor that translating kernels has taken so far [s]."""
+    return _spent
 
 
 def _path(bundle: str) -> Path:
@@ -122,13 +127,13 @@ def _add_mathematics() -> None:
 
 def _translated(text: str, machine: Any) -> bytes:
     """Return the object file of a module, optimised."""
-    global translating, translated
+    global translating, _spent
     translating, began = True, clock.process_time()
     try:
         return _optimised(text, machine)
     finally:
         translating = False
-        translated += clock.process_time() - began
+        _spent += clock.process_time() - began
 
 
 def _optimised(text: str, machine: Any) -> bytes:

@@ -19,6 +19,7 @@ from tissuec.engine.execution.companion import Companion, launcher
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
+from tissuec.kernels import loading
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory
@@ -245,3 +246,19 @@ def test_a_companion_whose_run_was_killed_removes_what_it_has_made(
     monkeypatch.setattr(os, "getppid", lambda: next(parents, 1 if is_orphan else 2))
     command.step_companion(folder)
     assert folder.exists() != is_orphan
+
+
+@pytest.mark.parametrize(("translating", "starts"), [(0.0, True), (1.9, False)])
+def test_a_short_run_gets_no_process_because_kernels_were_translated(
+    translating, starts, monkeypatch
+):
+    now, started = [0.0, 0.0], []
+    monkeypatch.setattr(companion.clock, "monotonic", lambda: now[0])
+    monkeypatch.setattr(loading, "time_of_translating", lambda: now[1])
+    monkeypatch.setattr(companion, "permitted", lambda: 2)
+    monkeypatch.setattr(Companion, "_start", lambda self, launch: started.append(launch))
+    network = oscillator()
+    beside = Companion(network, make_plan(network, 2.0, every=0.1), launch=launcher(None))
+    now[:] = [2.0, translating]
+    beside.tick(0.5)
+    assert bool(started) is starts

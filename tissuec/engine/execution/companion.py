@@ -149,7 +149,7 @@ class Companion:
         self.is_wanted = mode != "off" and bool((self.times > 0.0).any())
         kept = len(self.times) if self.is_wanted else 0
         self._own = np.full((kept, network.node_count, 3), np.nan)
-        self._began = clock.monotonic()
+        self._began = _stepping_clock()
         self._process: subprocess.Popen[bytes] | None = None
         self._folder: Path | None = None
         simulation = plan.simulation
@@ -175,7 +175,7 @@ class Companion:
 
     def _left(self, time: float) -> float:
         """Return the wall time that the run is predicted to take from here on [s]."""
-        waited, duration = clock.monotonic() - self._began, self.plan.simulation.duration
+        waited, duration = _stepping_clock() - self._began, self.plan.simulation.duration
         return waited * (duration - time) / time if waited > KNOWN and time > 0.0 else 0.0
 
     def _start(self, launch: Launch) -> None:
@@ -207,7 +207,7 @@ class Companion:
             return ErrorEstimate.unchecked("the companion run is switched off", self.allowed)
         if not self.is_wanted:
             return ErrorEstimate.unchecked("no positions are recorded after 0 s", self.allowed)
-        ran, self._began = clock.monotonic() - self._began, clock.monotonic()
+        ran, self._began = _stepping_clock() - self._began, clock.monotonic()
         other = self._rows(interrupt)
         until = clock.monotonic() + max(patience * ran, LEAST_PATIENCE)
         return self._compared(other, lambda: interrupt() or clock.monotonic() > until)
@@ -314,6 +314,13 @@ class Companion:
             self._process.wait()
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _stepping_clock() -> float:
+    """Return a wall time that stands still while kernels are translated, once for good [s]."""
+    from tissuec.kernels.loading import time_of_translating
+
+    return clock.monotonic() - time_of_translating()
 
 
 def _limp(network: Network) -> str:
