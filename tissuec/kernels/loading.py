@@ -32,6 +32,7 @@ CALLED = (
 # Of optimisation: loops are vectorised, and all takes half of the time of level 3, for code
 # that is 5 % slower on the smallest nets and no slower on others.
 LEVEL = 1
+LEFT_ALONE = "optnone"  # says of a function that it is optimised already
 _DIGEST = 32  # bytes before what is kept, lest a damaged file is run
 translating = False  # whether something is, which takes a second
 _spent = 0.0  # time of the processor that it has taken so far [s]
@@ -143,6 +144,9 @@ def _optimised(text: str, machine: Any) -> bytes:
     options.loop_vectorization = options.slp_vectorization = True
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
+    if LEFT_ALONE in text:
+        # It would say of machine code that it shall be made quickly, and be slow.
+        module = llvm.parse_assembly(str(module).replace(f" {LEFT_ALONE}", ""))
     return bytes(machine.emit_object(module))
 
 

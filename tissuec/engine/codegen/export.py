@@ -41,7 +41,7 @@ from tissuec.forces import pairs_kernel, runs_kernel
 from tissuec.forces.runs_kernel import springs_in_runs
 from tissuec.kernels import rasterizing, sensitivity, spring_geometry, stepping, vectors
 from tissuec.kernels.bundles import BUNDLES, FLAGS, of_field, of_method
-from tissuec.kernels.loading import CALLED, ENDING, INDEX, SHIPPED
+from tissuec.kernels.loading import CALLED, ENDING, INDEX, LEFT_ALONE, SHIPPED
 from tissuec.kernels.records import Operations
 
 #: What shipped code is made from.
@@ -76,10 +76,14 @@ _OF_PYTHON = ("Py", "numba_")
 #: each copy takes 10 ms to be translated.
 LOOP = "loop"
 _LOOPS = re.compile(
-    r"\d(?:accumulate|add_rows|between|blended_part|combine_part|copy_sample|distance_part|"
+    r"\d(?:accelerate|accumulate|add_rows|between|blended_part|combine_part|copy_sample|distance_part|"
     r"drift_part|greatest|kick_part|length_part|polynomials|quadrature|scale|subtract)B"
 )
 _CALLED_LOOPS = re.compile(rf"^(define .*@{LOOP}_\d+\(.*\).*) {{$", re.MULTILINE)
+_OTHERS = re.compile(rf"^(define (?!.*@{LOOP}_\d+\().*\).*) {{$", re.MULTILINE)
+#: What tells a bundle that, but for such loops, is as good as it gets without vector
+#: instructions: it is not optimised again where it is loaded, in half of the time.
+OPTIMISED = {"drive", "force"}
 # As intrinsic functions they set no error number, and can be done eight at a time.
 MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
 _CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
@@ -191,8 +195,10 @@ def _finished(whole: Any, exported: Collection[str]) -> str:
     for name in MATHEMATICS:
         if f"@llvm.{name}.f64(" in text:  # LLVM has done the same somewhere
             text = re.sub(rf"^declare .*@{name}\(.*\n", "", text, flags=re.MULTILINE)
-    text = _CALLS.sub(r"@llvm.\1.f64(", text)
-    return _CALLED_LOOPS.sub(r"\1 noinline {", _OF_CALLS.sub("", _LEFT_OUT.sub("", text)))
+    text = _OF_CALLS.sub("", _LEFT_OUT.sub("", _CALLS.sub(r"@llvm.\1.f64(", text)))
+    if not OPTIMISED.isdisjoint(exported):
+        text = _OTHERS.sub(rf"\1 noinline {LEFT_ALONE} {{", text)
+    return _CALLED_LOOPS.sub(r"\1 noinline {", text)
 
 
 def _compiled(function: FunctionType, **options: bool) -> Any:
