@@ -76,14 +76,15 @@ _OF_PYTHON = ("Py", "numba_")
 #: each copy takes 10 ms to be translated.
 LOOP = "loop"
 _LOOPS = re.compile(
-    r"\d(?:accelerate|accumulate|add_rows|between|blended_part|combine_part|copy_sample|distance_part|"
-    r"drift_part|greatest|kick_part|length_part|polynomials|quadrature|scale|subtract)B"
+    r"\d(?:accelerate|accumulate|add_rows|any_above|between|blended_part|clear|combine_part|"
+    r"copy_sample|distance_part|drift_part|greatest|kick_part|length_part|polynomials|"
+    r"pull_springs|put_together|quadrature|scale|subtract|take_apart|take_from)B"
 )
 _CALLED_LOOPS = re.compile(rf"^(define .*@{LOOP}_\d+\(.*\).*) {{$", re.MULTILINE)
 _OTHERS = re.compile(rf"^(define (?!.*@{LOOP}_\d+\().*\).*) {{$", re.MULTILINE)
 #: What tells a bundle that, but for such loops, is as good as it gets without vector
 #: instructions: it is not optimised again where it is loaded, in half of the time.
-OPTIMISED = {"drive", "force"}
+OPTIMISED = ("drive", "force", "springs_in_runs", "find_sides")
 # As intrinsic functions they set no error number, and can be done eight at a time.
 MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
 _CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
@@ -196,7 +197,7 @@ def _finished(whole: Any, exported: Collection[str]) -> str:
         if f"@llvm.{name}.f64(" in text:  # LLVM has done the same somewhere
             text = re.sub(rf"^declare .*@{name}\(.*\n", "", text, flags=re.MULTILINE)
     text = _OF_CALLS.sub("", _LEFT_OUT.sub("", _CALLS.sub(r"@llvm.\1.f64(", text)))
-    if not OPTIMISED.isdisjoint(exported):
+    if any(name.startswith(OPTIMISED) for name in exported):
         text = _OTHERS.sub(rf"\1 noinline {LEFT_ALONE} {{", text)
     return _CALLED_LOOPS.sub(r"\1 noinline {", text)
 
