@@ -35,7 +35,7 @@ BLOCK = 512  # springs at a time
 #: loop has to test for that before each run.
 UNSHARED = {
     "pull_springs": ("each0", "each1", "each2", "lost", "above", "f0", "f1", "f2"),
-    "take_from": ("f",),
+    "take_from": ("to",),
 }
 
 
@@ -195,15 +195,15 @@ def pull_springs(
         f2[i] += p2
 
 
-def take_from(high: np.uint64, count: np.uint64, each: Floats, f: Floats) -> None:
-    """Subtract one component of the forces of springs from their upper nodes.
+def take_from(high: np.uint64, count: np.uint64, each: Floats, to: Floats) -> None:
+    """Subtract one component of the forces of springs from those on their upper nodes.
 
     Args:
         each: Of springs [N], shape (block,).
-        f: Of all nodes [N], shape (node,).
+        to: Of all nodes [N], shape (node,).
     """
     for s in range(count):
-        f[high + s] -= each[s]
+        to[high + s] -= each[s]
 
 
 def total(values: Floats) -> float:
