@@ -8,7 +8,7 @@ Gaps in runs, and dead springs, have a negative length at rest.
 Shared arguments:
     apart: Components of positions [m], velocities [m/s] and forces [N], shape (9, node).
     values: In any unit, shape (n,).
-    to, out: Changed in place, unit and shape of ``values``.
+    to: Changed in place [N], shape (node,).
     low, high: First lower and first upper node of this part of a run.
     at: First spring of this part.
     same: Where numbers begin that all springs may share: ``at``, or 0.
