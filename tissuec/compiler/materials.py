@@ -386,20 +386,32 @@ class MaterialReader:
         values, lengths = np.array(value, dtype=float), np.array(lengths)
         ends: list[Floats] = []
         for part in self.end_parts.T:
-            is_scaled = ~np.isnan(lengths[part])
-            if np.any(is_scaled & (self.length == 0.0)):
-                self.findings.reject(
-                    "TIS309",
-                    f"{name} is given for a length, but a spring of {self.body.name} has none",
-                    self.body.span,
-                )
-            scale = (lengths[part] / self.length) ** -quantity.scales
-            end = np.where(is_scaled, values[part] * scale, values[part])
+            end = values[part]
+            if not np.isnan(lengths).all():
+                end = self._scaled(name, end, lengths[part])
             for number, one in enumerate(given):
                 if one is not None and one.quantity.is_of_matter and np.isfinite(one.value):
                     end = np.where(part == number, self._from_matter(one), end)
             ends.append(end)
         return ends[0], ends[1]
+
+    def _scaled(self, name: str, value: Floats, lengths: Floats) -> Floats:
+        """Return a quantity of each spring that is given for a length, where it is.
+
+        Args:
+            name: Of the quantity.
+            value: What is given, shape (spring,).
+            lengths: For which [m], NaN where it is for any, shape (spring,).
+        """
+        is_scaled = ~np.isnan(lengths)
+        if np.any(is_scaled & (self.length == 0.0)):
+            self.findings.reject(
+                "TIS309",
+                f"{name} is given for a length, but a spring of {self.body.name} has none",
+                self.body.span,
+            )
+        scale = (lengths / self.length) ** -QUANTITIES[name].scales
+        return np.where(is_scaled, value * scale, value)
 
     # --- matter -------------------------------------------------------------------------------
 

@@ -33,7 +33,9 @@ def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
     """W301: a body that falls apart before anything is cut."""
     for body, ends in _bodies(compiled, with_joints=True):
         # Nodes without any spring are a matter of their own.
-        count = len(np.unique(topology.pieces(_size(body), ends)[np.unique(ends)]))
+        has_springs = np.zeros(_size(body), dtype=bool)
+        has_springs[ends.ravel()] = True
+        count = len(np.unique(topology.pieces(_size(body), ends)[has_springs]))
         if count > 1:
             yield Diagnostic(
                 "W301",
