@@ -84,7 +84,7 @@ _CALLED_LOOPS = re.compile(rf"^(define .*@{LOOP}_\d+\(.*\).*) {{$", re.MULTILINE
 _OTHERS = re.compile(rf"^(define (?!.*@{LOOP}_\d+\().*\).*) {{$", re.MULTILINE)
 #: What tells a bundle that, but for such loops, is as good as it gets without vector
 #: instructions: it is not optimised again where it is loaded, in half of the time.
-OPTIMISED = ("drive", "force", "springs_in_runs", "find_sides")
+OPTIMISED = ("drive", "force", "springs_in_runs")
 # As intrinsic functions they set no error number, and can be done eight at a time.
 MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
 _CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
