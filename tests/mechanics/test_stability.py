@@ -5,6 +5,7 @@ import pytest
 
 import tissuec
 from tests.hand_net import make_net, start
+from tissuec.engine.execution import buckling
 from tissuec.mechanics.rest import rests_pressed
 from tissuec.mechanics.stability import unstable_node
 
@@ -62,6 +63,16 @@ def test_a_run_notes_that_a_straight_column_rests_under_pressure():
     assert [round(note.time, 9) for note in notes] == [0.3]
     assert "unstable equilibrium" in notes[0].cause
     assert "node 2 of column" in notes[0].cause or "node 3 of column" in notes[0].cause
+
+
+def test_only_the_run_is_looked_at_and_not_its_companion(monkeypatch):
+    looked, look = [], buckling.rests_pressed
+    monkeypatch.setattr(
+        buckling, "rests_pressed", lambda state: looked.append(state.time) or look(state)
+    )
+    run = tissuec.run(COLUMN.replace("SHIFT", "3"), companion="inline")
+    assert run.promise.state == "kept"
+    assert looked == sorted(set(looked)) != []
 
 
 def test_a_run_that_draws_the_column_notes_nothing():

@@ -15,6 +15,8 @@ from tissuec.model.network import Floats
 class PositionRecorder(Recorder):
     """Keeps the positions at the times of a problem."""
 
+    takes_notes = False
+
     def __init__(self, problem: BenchProblem):
         super().__init__(problem.network, problem.plan, MemoryRecording())
         self.times = problem.times

@@ -403,6 +403,8 @@ def stepped(
 class _Silent(Recorder):
     """A recorder that keeps positions and writes nothing."""
 
+    takes_notes = False
+
     def __init__(self, network: Network, plan: Plan, times: Floats, rows: Floats):
         super().__init__(network, plan, MemoryRecording())
         self._kept = rows

@@ -10,7 +10,7 @@ log, whose times remain as they were asked for.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from msgspec.structs import replace
@@ -123,9 +123,12 @@ class Recorder:
         tap: Shown every batch of samples as well.
 
     Attributes:
+        takes_notes: Whether notes in the event log, which change nothing, are looked for.
         times: When samples are wanted [s], ascending, shape (sample,).
         memory: What is needed to go on after an interruption.
     """
+
+    takes_notes: ClassVar[bool] = True
 
     def __init__(
         self,

@@ -107,7 +107,7 @@ class RunLoop:
             return
         sums = self.sums()
         self.handler.leave(*sums)
-        if reason.kind == "reached":
+        if reason.kind == "reached" and self.recorder.takes_notes:
             self.handler.look_at_rest()
             self.handler.look_at_threads()
         true = self._true if reason.kind == "triggered" else None

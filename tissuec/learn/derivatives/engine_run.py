@@ -34,6 +34,8 @@ class ObservingRecorder(Recorder):
         found: Predictions in SI units, 0 where nothing was looked at, shape (number,).
     """
 
+    takes_notes = False
+
     def __init__(
         self,
         network: Network,
