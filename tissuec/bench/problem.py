@@ -27,9 +27,7 @@ class BenchProblem(Struct, frozen=True, eq=False):
         """Return the problem of a compiled scene."""
         network, plan = compiled.network, compiled.plan
         nothing = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
-        # Conditions may ask for energies; nothing else does any more.
-        ledger = plan.needs_ledger and bool(plan.triggers)
-        bare = replace(plan, output=nothing, expectations=(), needs_ledger=ledger)
+        bare = replace(plan, output=nothing, expectations=(), needs_ledger=False)
         return cls(network, bare, thinned(output_times(network, plan), network.node_count))
 
     @property

@@ -59,14 +59,19 @@ def count_powers(part: int, parts: int, v: Floats, net: Net) -> None:
         # Views that are indexed from 0 need no test of whether an index is negative.
         own_v, push = v[3 * start : 3 * stop], net.push[3 * start : 3 * stop]
         mass, drags = net.inverse_mass[start:stop], net.drag[start:stop]
-        work = dissipated = 0.0
+        # Three sums each, of which an addition need not wait for the last one.
+        work0 = work1 = work2 = lost0 = lost1 = lost2 = 0.0
         for node in range(mass.size):
-            for i in range(3 * node, 3 * node + 3):
-                work += push[i] * own_v[i]
-                if mass[node] > 0.0:
-                    dissipated += drags[node] * own_v[i] * own_v[i]
-        net.team.work[start // PIECE] = work
-        net.team.lost[start // PIECE] = dissipated
+            drag, i = drags[node] if mass[node] > 0.0 else 0.0, 3 * node
+            v0, v1, v2 = own_v[i], own_v[i + 1], own_v[i + 2]
+            work0 += push[i] * v0
+            work1 += push[i + 1] * v1
+            work2 += push[i + 2] * v2
+            lost0 += drag * v0 * v0
+            lost1 += drag * v1 * v1
+            lost2 += drag * v2 * v2
+        net.team.work[start // PIECE] = work0 + work1 + work2
+        net.team.lost[start // PIECE] = lost0 + lost1 + lost2
 
 
 def accelerate(part: int, parts: int, v: Floats, a: Floats, net: Net) -> None:

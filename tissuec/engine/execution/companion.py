@@ -353,7 +353,10 @@ def threads_beside(mode: Mode) -> int:
 
 
 def finer(plan: Plan, factor: float) -> Plan:
-    """Return a plan with finer steps and without outputs of its own."""
+    """Return a plan with finer steps and without outputs of its own.
+
+    Work and dissipation change no position, and no ``when`` may ask for them.
+    """
     simulation = plan.simulation
     if simulation.step is None:
         tolerance = max((simulation.tolerance or USUAL) / factor, FINEST)
@@ -365,6 +368,7 @@ def finer(plan: Plan, factor: float) -> Plan:
         simulation=simulation,
         expectations=(),
         output=Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf),
+        needs_ledger=False,
     )
 
 
