@@ -117,6 +117,7 @@ class KernelInputs:
         )
         self.place = np.empty_like(self.order)
         self.place[self.order] = np.arange(len(self.order))
+        self._keeps_order = np.array_equal(self.place, np.arange(len(self.order)))
         self.watched, self.ledger = watched, ledger
         self.start = self.until = 0.0
         low, high = self._ends_of(network.ends)
@@ -302,8 +303,9 @@ class KernelInputs:
         Args:
             flat: In the order of the stepping code and in any unit, shape (…, 3 node).
         """
+        apart = flat.reshape(*flat.shape[:-1], -1, 3)
         # Contiguous, unlike what an index in the middle returns, and twice as fast.
-        return flat.reshape(*flat.shape[:-1], -1, 3).take(self.place, axis=-2)
+        return apart.copy() if self._keeps_order else apart.take(self.place, axis=-2)
 
     def near(self, integrator: type[Integrator]) -> dict[str, Floats]:
         """Return the tension and the pressure above which springs are tested closely [N].
