@@ -140,12 +140,9 @@ class MethodControl:
             return None
         stepper.synchronise(state)
         solver, banded = stepper.inputs.solver(), stepper.inputs.is_banded()
-        explicit = not stepper.integrator.implicit
-        if (
-            explicit
-            and not banded
-            and not may_be_overdamped(state, sums_at_nodes(state), OVERDAMPED)
-        ):
+        # All that is left to try there is for overdamped nets.
+        is_for_damping = not (stepper.integrator.implicit or banded)
+        if is_for_damping and not may_be_overdamped(state, sums_at_nodes(state), OVERDAMPED):
             return None
         self.facts = self.facts or measured_facts(state)
         step, evaluation = stepper.progress.step, self._evaluation_time

@@ -88,7 +88,7 @@ class SumsAtNodes(Struct, frozen=True, eq=False):
 
 
 def sums_at_nodes(state: State) -> SumsAtNodes:
-    """Return the sums for springs as they are, as slow as they may get."""
+    """Return the sums for springs of their present lengths, with dashpots at rest."""
     ends, alive = state.network.ends, state.alive
     behaviour, count = state.behaviour(), state.network.node_count
     elongation = lengths(ends, state.position) - behaviour.rest
