@@ -86,7 +86,7 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
         )
         return MethodChoice("dop853", reason, {})
     facts = measured_facts(state) if may_be_overdamped(state, sums, 1.0) else {}
-    if facts and facts["zeta"] > 1.0:
+    if facts.get("zeta", 0.0) > 1.0:
         reason = (
             f"the fastest motion is overdamped (ratio {facts['zeta']:.2g}), "
             "so velocity Verlet would need very small steps"

@@ -6,7 +6,6 @@ from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.method import MethodChange
 from tissuec.engine.method_choice import MethodChoice, choose, measured_facts
 from tissuec.engine.method_trial import (
-    OVERDAMPED,
     PATIENT,
     MethodTrial,
     candidate_for,
@@ -140,18 +139,20 @@ class MethodControl:
             return None
         stepper.synchronise(state)
         solver, banded = stepper.inputs.solver(), stepper.inputs.is_banded()
-        # All that is left to try there is for overdamped nets.
-        is_for_damping = not (stepper.integrator.implicit or banded)
-        if is_for_damping and not may_be_overdamped(state, sums_at_nodes(state), OVERDAMPED):
-            return None
-        self.facts = self.facts or measured_facts(state)
         step, evaluation = stepper.progress.step, self._evaluation_time
         found = candidate_for(
-            self.choice.name, step, pace, self.facts, evaluation, banded=banded
-        )
+            self.choice.name, step, pace, lambda: self._known_facts(state), evaluation,
+            banded=banded,
+            overdamped=lambda ratio: may_be_overdamped(state, sums_at_nodes(state), ratio),
+        )  # fmt: skip
         if found is None:
             return None
         return found, trial_cost(found, evaluation, len(stepper.inputs.springs.ids), solver)
+
+    def _known_facts(self, state: State) -> dict[str, float]:
+        """Return the facts, measured where they are not known yet."""
+        self.facts = self.facts or measured_facts(state)
+        return self.facts
 
     def _change(self, choice: MethodChoice, state: State) -> None:
         """Go over to another method between two steps."""

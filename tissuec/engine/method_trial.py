@@ -191,10 +191,11 @@ def candidate_for(
     name: str,
     step: float,
     pace: float,
-    facts: Mapping[str, float],
+    facts: Callable[[], Mapping[str, float]],
     evaluation: float,
     *,
     banded: bool,
+    overdamped: Callable[[float], bool],
 ) -> str | None:
     """Return what may come further: another kind than an explicit method at its limit, or back.
 
@@ -205,19 +206,23 @@ def candidate_for(
         name: Of the present method.
         step: Its present step [s].
         pace: Its simulated seconds per second.
-        facts: As ``measured_facts`` gives them.
+        facts: Returns what ``measured_facts`` does, which takes time.
         evaluation: Predicted time of a force evaluation [s].
         banded: Whether the matrix of implicit steps has a narrow band.
+        overdamped: Returns whether the net may have more than a damping ratio.
     """
     member, explicit = INTEGRATORS[name], INTEGRATORS["dop853"]
-    limit = explicit.stability_limit(facts["omega"], facts["zeta"])
+    if not (member.implicit or banded or overdamped(OVERDAMPED)):
+        return None
+    omega, zeta = facts()["omega"], facts()["zeta"]
+    limit = explicit.stability_limit(omega, zeta)
     if member.implicit:
         foreseen = HELD * limit / (explicit.evaluations * evaluation)
         return "dop853" if foreseen > BETTER * pace else None
-    if step < BOUND * member.stability_limit(facts["omega"], facts["zeta"]):
+    if step < BOUND * member.stability_limit(omega, zeta):
         return None
     if not banded:
-        return "rkc2" if facts["zeta"] > OVERDAMPED else None
+        return "rkc2" if zeta > OVERDAMPED else None
     return "esdirk43"
 
 
