@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.model.network import Floats, Network
-from tissuec.script.plan import Output, Plan
+from tissuec.script.plan import Plan, without_outputs
 from tissuec.validate.engine_run import output_times, thinned
 from tissuec.validate.uncertainty import relative_positions
 
@@ -26,8 +26,7 @@ class BenchProblem(Struct, frozen=True, eq=False):
     def of(cls, compiled: Compiled) -> "BenchProblem":
         """Return the problem of a compiled scene."""
         network, plan = compiled.network, compiled.plan
-        nothing = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
-        bare = replace(plan, output=nothing, expectations=(), needs_ledger=False)
+        bare = without_outputs(plan)
         return cls(network, bare, thinned(output_times(network, plan), network.node_count))
 
     @property

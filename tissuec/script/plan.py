@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
@@ -158,6 +159,15 @@ class Plan(Struct, frozen=True, eq=False):
             contact=self.contact,
             forces=self.forces,
         )
+
+
+def without_outputs(plan: Plan) -> Plan:
+    """Return a plan of the same motion, of which nothing is written or judged.
+
+    Work and dissipation change no position, and no ``when`` may ask for them.
+    """
+    output = Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf)
+    return replace(plan, output=output, expectations=(), needs_ledger=False)
 
 
 def times_every(step: float, duration: float) -> NDArray[np.float64]:

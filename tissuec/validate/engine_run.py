@@ -15,7 +15,7 @@ from tissuec.engine.method import Samples
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
-from tissuec.script.plan import Output, Plan
+from tissuec.script.plan import Plan, without_outputs
 from tissuec.validate.crossings import Break
 from tissuec.validate.solution import TriggerFiring
 
@@ -86,12 +86,7 @@ def observe(
     Raises:
         KeyboardInterrupt: The run was interrupted.
     """
-    watched = replace(
-        plan,
-        needs_ledger=True,
-        expectations=(),
-        output=Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf),
-    )
+    watched = replace(without_outputs(plan), needs_ledger=True)
     tap = _SampleRecorder(network, watched, times)
     outcome = run(network, watched, tap, progress=progress)
     if outcome.kind == "interrupted":

@@ -30,7 +30,7 @@ from tissuec.engine.execution.recorder import Recorder, sample_times
 from tissuec.engine.method import Samples
 from tissuec.matter.elasticity import wall_springs
 from tissuec.model.network import BodyPart, Floats, Network
-from tissuec.script.plan import Output, Plan
+from tissuec.script.plan import Plan, without_outputs
 from tissuec.script.verbs.end import without_end
 
 FINER = 4.0  # times; where errors fall as much, the difference is 3/4 of the error at least
@@ -353,23 +353,14 @@ def threads_beside(mode: Mode) -> int:
 
 
 def finer(plan: Plan, factor: float) -> Plan:
-    """Return a plan with finer steps and without outputs of its own.
-
-    Work and dissipation change no position, and no ``when`` may ask for them.
-    """
+    """Return a plan with finer steps and without outputs of its own."""
     simulation = plan.simulation
     if simulation.step is None:
         tolerance = max((simulation.tolerance or USUAL) / factor, FINEST)
         simulation = replace(simulation, tolerance=tolerance)
     else:
         simulation = replace(simulation, step=2.0 * simulation.step / factor)
-    return replace(
-        without_end(plan),
-        simulation=simulation,
-        expectations=(),
-        output=Output(np.zeros(0, dtype=np.int64), np.inf, False, (), np.inf),
-        needs_ledger=False,
-    )
+    return replace(without_outputs(without_end(plan)), simulation=simulation)
 
 
 def stepped(

@@ -1,7 +1,6 @@
 """Predictions of an experiment by a run of the engine."""
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
@@ -9,17 +8,9 @@ from tissuec.engine.execution.sampling import SAME, join_times
 from tissuec.engine.method import Samples
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.model import Slots
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import Floats, Network
 from tissuec.script.measures.snapshot import Snapshot
-from tissuec.script.plan import Output, Plan
-
-_NONE: Indices = np.zeros(0, dtype=np.int64)
-
-
-def without_outputs(plan: Plan) -> Plan:
-    """Return a plan of the same motion, of which nothing is written or judged."""
-    output = Output(_NONE, np.inf, False, (), np.inf)
-    return replace(plan, output=output, expectations=(), needs_ledger=False)
+from tissuec.script.plan import Plan
 
 
 class ObservingRecorder(Recorder):

@@ -18,13 +18,13 @@ from tissuec.engine.execution.companion import USUAL
 from tissuec.engine.execution.run import run
 from tissuec.engine.execution.signals import interruption
 from tissuec.learn.data.experiment import Series
-from tissuec.learn.derivatives.engine_run import ObservingRecorder, without_outputs
+from tissuec.learn.derivatives.engine_run import ObservingRecorder
 from tissuec.learn.derivatives.event_recording import refusal
 from tissuec.learn.derivatives.model import measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats
-from tissuec.script.plan import RELAXATION, Simulation
+from tissuec.script.plan import RELAXATION, Simulation, without_outputs
 
 FINER = 1e-3  # of the tolerance of the scene, so that runs differ by the parameters only
 FINEST = 1e-11
