@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tissuec.engine.chunks import chunks_of
-from tissuec.engine.spring_runs import BLOCK_NODES, packed, places_of
+from tissuec.engine.spring_runs import BLOCK_NODES, FAR, packed, places_of
 from tissuec.engine.threads import ThreadTeam
 from tissuec.forces import accelerations, springs_kernel
 from tissuec.forces import runs_kernel as kernel
@@ -70,7 +70,7 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
     net = SimpleNamespace(
         first=np.searchsorted(low, np.arange(nodes + 1)).astype(np.uint64),
         other=(3 * high).astype(np.uint32),
-        runs=packed(places_of(low, high), nodes, **values),
+        runs=packed(places_of(low, high), nodes, parts, **values),
         chunks=chunks_of(low, high, nodes),
         law=np.zeros(len(low), dtype=np.int32),
         ledger=ledger,
@@ -82,7 +82,7 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
     for far in (1e9, 1.0):  # from which tension on springs are watched
         for each in ("near", "near_crush"):
             values[each][:] = far
-        net.runs = packed(places_of(low, high), nodes, **values)
+        net.runs = packed(places_of(low, high), nodes, parts, **values)
         assert net.runs.alike is (alike or len(low) < 2)
         found, expected, powers = np.ones(3 * nodes), np.ones(3 * nodes), np.zeros((2, 2))
         near = kernel.springs_in_runs(x, v, found, powers[0], net)
@@ -109,6 +109,23 @@ def test_every_spring_has_a_place_of_its_own():
             or [np.zeros(0)]
         )
         assert np.array_equal(node[places.place], pairs[:, 0])
+
+
+@pytest.mark.parametrize("name", NETS)
+def test_runs_stay_in_tiles_and_springs_of_distant_nodes_have_none_in_common(name):
+    pairs, nodes = NETS[name]
+    places = places_of(*pairs.T)
+    for of in (places.first, places.first + places.offset):
+        # Those that fill up the length may lie behind the last node of a tile, in a row of it.
+        assert (of % kernel.TILE + places.length <= kernel.ROW).all()
+    assert (places.length % kernel.LANES == 0).all()
+    far = places.offset >= FAR
+    assert (places.length[far] <= places.offset[far]).all()
+    ones = {each: np.ones(len(pairs)) for each in ("stiffness", "rest")}
+    runs = packed(places, nodes, 1, **ones)
+    apart = runs.high - runs.low >= runs.length
+    assert apart[far].all()
+    assert (apart | (places.offset < places.length)).all()
 
 
 def test_every_other_block_has_no_node_in_common_with_the_next():

@@ -381,6 +381,7 @@ class KernelInputs:
         return packed(
             self.places,
             len(self.order),
+            len(self.team.record.found),
             stiffness=springs.stiffness,
             damping=springs.damping if needed.viscous else None,
             rest=springs.rest,

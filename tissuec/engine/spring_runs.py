@@ -4,7 +4,8 @@ A run is a row of springs between the nodes (i, i + k), (i + 1, i + 1 + k), …,
 lattices, tubes and sheets have many; short gaps are filled. They need no lists
 of nodes: all that belongs to a run lies in a row in memory.
 
-Runs are kept in blocks by their lower nodes. Where no spring is longer than a block, every
+Runs end where a tile of ``forces.runs_kernel`` ends, for lower nodes as for upper ones. They
+are kept in blocks by their lower nodes. Where no spring is longer than a block, every
 other block has no node in common with the next one, so that threads can do these at a time.
 """
 
@@ -15,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.forces.runs_kernel import BLOCK
+from tissuec.forces.runs_kernel import LANES, SIZE, TILE
 from tissuec.kernels.records import Runs
 from tissuec.kernels.thread_loops import PIECE
 from tissuec.model.network import Floats, Indices
@@ -25,6 +26,8 @@ GAP = 8  # springs that are missing in a row, at most
 NO_SPRING = -1.0  # length at rest of what is none [m]
 # What a run costs, and each of its springs, beside a spring by itself.
 RUN_COST, SPRING_COST = 3.5, 0.4
+# Springs whose nodes are further apart are cut into runs without common nodes.
+FAR = 8 * LANES
 BLOCK_NODES = 1024  # of a block, at least; what belongs to its springs fits into a cache
 LEAST_BLOCKS = 4  # that are worth being shared by threads
 
@@ -33,7 +36,8 @@ class RunPlaces(Struct, frozen=True, eq=False):
     """Places of springs in runs.
 
     Attributes:
-        first, length, offset, at: As in ``Runs``, shape (run,).
+        first, offset: Nodes i and differences k, shape (run,).
+        length, at: As in ``Runs``, shape (run,).
         block: As in ``Runs``; a single one if some springs are too long for several.
         place: Of each spring among those in runs, shape (spring,).
         size: How many those are, with what fills gaps.
@@ -102,7 +106,34 @@ def _runs_of_block(low: Places, high: Places) -> tuple[Places, Places, Places, P
     length = ordered[stop - 1] - first + 1
     place = np.empty_like(low)
     place[order] = np.repeat(np.cumsum(length) - length - first, stop - start) + ordered
-    return first, length, offset[start], place
+    first, length, offset = _cut(first, length, offset[start])
+    filled = -(-length // LANES) * LANES
+    # Between two tiles at a time, which stay in the nearest cache meanwhile.
+    order = np.lexsort((first, (first + offset) // TILE, first // TILE))
+    at = np.empty_like(length)
+    at[order] = np.cumsum(filled[order]) - filled[order]
+    place += np.repeat(at - (np.cumsum(length) - length), length)[place]
+    return first[order], filled[order], offset[order], place
+
+
+def _cut(first: Places, length: Places, offset: Places) -> tuple[Places, Places, Places]:
+    """Return parts of runs with lower nodes in one tile, and upper ones in one tile.
+
+    No node of a part is both, if that takes no short parts.
+    """
+    run, done = np.arange(len(first)), np.zeros_like(length)
+    far, parts = offset >= FAR, list[tuple[Places, Places, Places]]()
+    while len(run):
+        low, left = first[run] + done, length[run] - done
+        high = low + offset[run]
+        size = np.minimum(left, TILE - np.maximum(low % TILE, high % TILE))
+        size = np.where(far[run], np.minimum(size, offset[run] // LANES * LANES), size)
+        parts.append((run, low, size))
+        some = size < left
+        run, done = run[some], (done + size)[some]
+    of, low, size = (np.concatenate(each) for each in zip(*parts, strict=True))
+    order = np.lexsort((low, of))
+    return low[order], size[order], offset[of[order]]
 
 
 def block_size(low: NDArray[np.integer], high: NDArray[np.integer]) -> int:
@@ -128,6 +159,7 @@ def are_several(high: NDArray[np.integer], size: int) -> bool:
 def packed(
     places: RunPlaces,
     nodes: int,
+    parts: int,
     *,
     stiffness: Floats,
     rest: Floats,
@@ -140,6 +172,7 @@ def packed(
     Args:
         places: Places of the springs in runs.
         nodes: Number of nodes.
+        parts: Of loops that threads share.
         stiffness, damping: Of springs [N/m], [N s/m], shape (spring,); both 0 for dead ones.
         rest: Their lengths at rest [m], shape (spring,).
         near, near_crush: Tension and pressure that are near to breaking [N], shape (spring,).
@@ -156,16 +189,22 @@ def packed(
         if value is None:
             return np.zeros(0)
         if alike:
-            return np.full(BLOCK, value[acts.argmax()] if len(value) else 0.0)
+            return np.full(TILE, value[acts.argmax()] if len(value) else 0.0)
         filled = np.zeros(places.size)
         filled[places.place] = value
         return filled
 
     return Runs(
-        places.first, places.length, places.offset, places.at, places.block,
+        _in_tiles(places.first), _in_tiles(places.first + places.offset), places.length,
+        places.at, places.block,
         in_runs(stiffness), in_runs(damping), lengths, in_runs(near), in_runs(near_crush),
-        alike, np.zeros((9, nodes)),
+        alike, np.zeros((-(-nodes // TILE) + parts) * SIZE),
     )  # fmt: skip
+
+
+def _in_tiles(nodes: Indices) -> Indices:
+    """Return where nodes are in tiles."""
+    return nodes // TILE * SIZE + nodes % TILE
 
 
 def _is_constant(value: Floats, acts: NDArray[np.bool_]) -> bool:

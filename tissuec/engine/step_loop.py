@@ -15,6 +15,7 @@ Shared arguments:
 
 from math import isfinite, nan
 
+from tissuec.engine.integrators.constant_steps import AFTER_REJECTION
 from tissuec.engine.integrators.verlet import (
     VelocityVerlet,
     estimate,
@@ -57,7 +58,6 @@ from tissuec.kernels.records import (
 from tissuec.kernels.vectors import distance, greater, length
 
 END_ROW = VelocityVerlet.end_row
-WAIT = 32  # steps after a rejection before the size may grow, where it is kept for long
 SAFETY = VelocityVerlet.safety
 IMPLICIT = VelocityVerlet.implicit
 # Of what a step may be wrong by, for velocities where contacts begin or end: their law bends
@@ -176,7 +176,7 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
 
 def retry(now: Progress, size: float) -> None:
     """Set the size of the next trial [s]; the controller forgets earlier errors."""
-    now.step, now.memory, now.wait = size, 0.0, WAIT
+    now.step, now.memory, now.wait = size, 0.0, AFTER_REJECTION
 
 
 def keep_in_lists(now: Progress, task: Task, work: Work, net: Net) -> int:

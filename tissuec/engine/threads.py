@@ -12,7 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from tissuec.forces.runs_kernel import BLOCK
+from tissuec.forces.pairs_kernel import BLOCK
 from tissuec.kernels import loading, records
 from tissuec.kernels.thread_loops import pieces_of
 

@@ -1,22 +1,24 @@
 """Forces of linear springs in runs, many at a time; see ``engine.spring_runs``.
 
 Coordinates are taken apart first, as vector instructions want them, and put together again
-after all springs. What is summed up, or only looked for, is stored for each spring before:
-loops that do both would not be vectorised, because sums of numbers depend on their order.
+after all springs. They lie in tiles, each with nine rows: components of positions, velocities
+and forces of ``TILE`` nodes. A run has all its lower nodes in one tile, and all upper ones in
+one tile; both stay in the nearest cache while all runs between them are done. Rows are a fixed
+distance apart, so that compiled loops need one address for all of them.
+
+What is summed up, or only looked for, is stored for each spring before: loops that do both
+would not be vectorised, because sums of numbers depend on their order.
 Gaps in runs, and dead springs, have a negative length at rest.
 
 Shared arguments:
-    apart: Components of positions [m], velocities [m/s] and forces [N], shape (9, node).
-    values: In any unit, shape (n,).
-    to: Changed in place [N], shape (node,).
-    low, high: First lower and first upper node of this part of a run.
-    at: First spring of this part.
+    tiles: All tiles, then one of scratch for each part of a loop, flat: positions [m],
+        velocities [m/s] and forces [N], shape (tile SIZE,).
+    low, high: Places of the first lower and of the first upper node of a run in ``tiles``.
+    at: First spring of a run.
     same: Where numbers begin that all springs may share: ``at``, or 0.
-    count: Number of springs of this part.
-    each: Scratch: forces, losses and excess of springs, shape (5 or more, block).
-    each0, each1, each2: Components of forces of springs [N], shape (block,).
-    f0, f1, f2: Components of forces on all nodes [N], shape (node,).
+    count: Number of springs of a run, or of nodes of a tile.
     parity: 0 for the even blocks of runs, 1 for the odd ones.
+    scratch: Place of the scratch of a part in ``tiles``.
     runs: The springs in runs.
 """
 
@@ -24,18 +26,33 @@ from math import sqrt
 
 import numpy as np
 
-from tissuec.kernels.records import Floats, Net, Rows, Runs
-from tissuec.kernels.thread_loops import part_of, share
+from tissuec.kernels.records import Floats, Net, Runs
+from tissuec.kernels.thread_loops import PIECE, part_of, share
 from tissuec.kernels.vectors import TINY
 
 VISCOUS = True  # springs have dashpots
 WATCHED = True  # springs may break
-BLOCK = 512  # springs at a time
+TILE = PIECE // 2  # nodes
+# From one row to the next. With powers of two, addresses of a node in all rows would end in the
+# same bits, by which processors tell what is stored from what is read.
+ROW = TILE + 8
+FORCES, ROWS = 6, 9  # the first row of forces, and how many there are in all
+SIZE = ROWS * ROW
+#: Runs have a multiple of as many springs: those left over by vector instructions would take as
+#: long as a whole run of this length.
+LANES = 4
+LANE, ONE, TWO, THREE = np.uint64(LANES), np.uint64(1), np.uint64(2), np.uint64(3)
+ROW_1, ROW_2, ROW_3, ROW_4, ROW_5, ROW_6, ROW_7, ROW_8 = (
+    np.uint64(ROW * k) for k in range(1, 9)
+)
 #: Arguments that share no memory with the others of a function, as "restrict" says in C: no
-#: loop has to test for that before each run.
+#: loop has to test for that before each run. Of ``tiles``, forces are other rows than what is
+#: read, and those on upper nodes are others than those on lower ones.
 UNSHARED = {
-    "pull_springs": ("each0", "each1", "each2", "lost", "above", "f0", "f1", "f2"),
-    "take_from": ("to",),
+    "pull_springs": ("lower", "upper", "lost", "above"),
+    "take_apart": ("rows",),
+    "put_together": ("whole",),
+    "add_to_upper": ("own",),
 }
 
 
@@ -45,7 +62,7 @@ def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) ->
     This does the same as ``springs_kernel.springs``.
     """
     team, runs = net.team, net.runs
-    share(team, take_parts, (x, v, runs.apart))
+    share(team, take_parts, (x, v, runs.tiles))
     # Blocks that are no neighbours have no nodes in common.
     share(team, pull_blocks, (0, net))
     share(team, pull_blocks, (1, net))
@@ -55,63 +72,66 @@ def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) ->
             power[1] += team.lost[block]
         if WATCHED:
             near |= team.near[block] > 0
-    share(team, put_together, (runs.apart, f))
+    share(team, put_parts, (runs.tiles, f))
     return near
 
 
-def take_parts(part: int, parts: int, x: Floats, v: Floats, apart: Rows) -> None:
-    """Copy positions and velocities into separate components, and set forces to zero."""
-    first, last = part_of(part, parts, apart.shape[1])
-    where = slice(first, last)
-    take_apart(x[3 * first : 3 * last], apart[0, where], apart[1, where], apart[2, where])
-    if VISCOUS:
-        take_apart(v[3 * first : 3 * last], apart[3, where], apart[4, where], apart[5, where])
-    for k in range(6, 9):
-        clear(apart[k, where])
+def take_parts(part: int, parts: int, x: Floats, v: Floats, tiles: Floats) -> None:
+    """Copy positions and velocities of a part of the nodes to tiles; set forces to zero."""
+    first, last = part_of(part, parts, x.size // 3)
+    for start in range(first, last, TILE):
+        count, low = np.uint64(min(TILE, last - start)), start // TILE * SIZE
+        take_apart(x[3 * start :], count, tiles[low:])
+        if VISCOUS:
+            take_apart(v[3 * start :], count, tiles[low + 3 * ROW :])
+        clear(tiles[low + FORCES * ROW : low + SIZE])
 
 
 def pull_blocks(part: int, parts: int, parity: int, net: Net) -> None:
-    """Add the forces of the springs of every other block to components."""
+    """Add the forces of the springs of every other block."""
     team, runs = net.team, net.runs
-    each = team.each[part]
+    # Forces in scratch are zero between runs.
+    scratch = runs.tiles.size - (part + 1) * SIZE
     for block in range(2 * part + parity, runs.block.size - 1, 2 * parts):
         lost, near = 0.0, False
         for run in range(runs.block[block], runs.block[block + 1]):
-            done = 0
-            while done < runs.length[run]:
-                count = min(BLOCK, runs.length[run] - done)
-                low = runs.first[run] + done
-                high, at = low + runs.offset[run], runs.at[run] + done
-                pull_part(low, high, at, count, each, runs)
-                if VISCOUS and net.ledger:
-                    lost += total(each[3, :count])
-                if WATCHED:
-                    near |= any_above(each[4, :count])
-                done += count
+            pull_run(run, scratch, runs)
+            if VISCOUS and net.ledger:
+                lost += total(runs.tiles[scratch : scratch + runs.length[run]])
+            if WATCHED:
+                above = scratch + ROW
+                near |= any_above(runs.tiles[above : above + runs.length[run]])
         team.lost[block] = lost
         team.near[block] = near
 
 
-def take_apart(vector: Floats, first: Floats, second: Floats, third: Floats) -> None:
-    """Split a vector of all nodes into components.
+def take_apart(vector: Floats, count: np.uint64, rows: Floats) -> None:
+    """Copy a vector of nodes to three rows.
 
     Args:
-        vector: In any unit, shape (3 node,).
-        first, second, third: Set to the components, shape (node,) each.
+        vector: In any unit, shape (3 count,) or more.
+        rows: The first row, and those that follow; changed.
     """
-    for node in range(first.size):
-        i = 3 * node
-        first[node], second[node], third[node] = vector[i], vector[i + 1], vector[i + 2]
+    for node in range(count):
+        i = THREE * node
+        rows[node], rows[node + ROW_1] = vector[i], vector[i + ONE]
+        rows[node + ROW_2] = vector[i + TWO]
 
 
-def put_together(part: int, parts: int, apart: Rows, f: Floats) -> None:
-    """Set a vector of all nodes from components of forces."""
-    first, last = part_of(part, parts, apart.shape[1])
-    f0, f1, f2 = apart[6, first:last], apart[7, first:last], apart[8, first:last]
-    vector = f[3 * first : 3 * last]
-    for node in range(f0.size):
-        i = 3 * node
-        vector[i], vector[i + 1], vector[i + 2] = f0[node], f1[node], f2[node]
+def put_parts(part: int, parts: int, tiles: Floats, f: Floats) -> None:
+    """Set a part of a vector of all nodes to the forces in tiles."""
+    first, last = part_of(part, parts, f.size // 3)
+    for start in range(first, last, TILE):
+        count, low = np.uint64(min(TILE, last - start)), start // TILE * SIZE
+        put_together(tiles[low + FORCES * ROW :], count, f[3 * start :])
+
+
+def put_together(apart: Floats, count: np.uint64, whole: Floats) -> None:
+    """Copy three rows to a vector of nodes, ``whole``; the reverse of ``take_apart``."""
+    for node in range(count):
+        i = THREE * node
+        whole[i], whole[i + ONE] = apart[node], apart[node + ROW_1]
+        whole[i + TWO] = apart[node + ROW_2]
 
 
 def clear(values: Floats) -> None:
@@ -120,68 +140,70 @@ def clear(values: Floats) -> None:
         values[i] = 0.0
 
 
-def pull_part(low: int, high: int, at: int, count: int, each: Rows, runs: Runs) -> None:
-    """Add the forces of a part of a run [N]; set losses and excess over the limits."""
-    apart, size = runs.apart, np.uint64(count)
-    same = np.uint64(0 if runs.alike else at)
+def pull_run(run: int, scratch: int, runs: Runs) -> None:
+    """Add the forces of a run [N]; set losses and excess over the limits in scratch."""
+    low, high, at, count = runs.low[run], runs.high[run], runs.at[run], runs.length[run]
+    no_common_node = high - low >= count
+    tiles, lost, above = runs.tiles, runs.tiles[scratch:], runs.tiles[scratch + ROW :]
     pull_springs(
-        np.uint64(low), np.uint64(high), np.uint64(at), same, size, apart[0], apart[1],
-        apart[2], apart[3], apart[4], apart[5], runs.stiffness, runs.damping, runs.rest,
-        runs.near, runs.near_crush, each[0], each[1], each[2], each[3], each[4], apart[6],
-        apart[7], apart[8],
+        np.uint64(low), np.uint64(high), np.uint64(high if no_common_node else scratch),
+        np.uint64(at), np.uint64(0 if runs.alike else at), np.uint64(count), tiles,
+        runs.stiffness, runs.damping, runs.rest, runs.near, runs.near_crush, tiles, tiles,
+        lost, above,
     )  # fmt: skip
-    for k in range(3):
-        take_from(np.uint64(high), size, each[k], apart[6 + k])
+    if not no_common_node:
+        for row in range(FORCES, ROWS):
+            n = row * ROW
+            add_to_upper(
+                np.uint64(high + n), np.uint64(scratch + n), np.uint64(count), tiles, tiles
+            )
 
 
 def pull_springs(
     low: np.uint64,
     high: np.uint64,
+    to: np.uint64,
     at: np.uint64,
     same: np.uint64,
     count: np.uint64,
-    x: Floats,
-    y: Floats,
-    z: Floats,
-    u: Floats,
-    v: Floats,
-    w: Floats,
+    tiles: Floats,
     stiffness: Floats,
     damping: Floats,
     rest: Floats,
     near: Floats,
     near_crush: Floats,
-    each0: Floats,
-    each1: Floats,
-    each2: Floats,
+    lower: Floats,
+    upper: Floats,
     lost: Floats,
     above: Floats,
-    f0: Floats,
-    f1: Floats,
-    f2: Floats,
 ) -> None:
-    """Set what each spring does, and add its force to its lower node.
+    """Add the force of each spring to its lower node, and subtract it from its upper one.
 
     Indices are unsigned, so that none has to be tested for being negative.
 
     Args:
-        x, y, z: Components of positions [m], shape (node,).
-        u, v, w: Components of velocities [m/s], shape (node,).
+        to: Place from which on forces on upper nodes are: ``high``, or ``scratch``.
         stiffness, damping: Of all springs, or of each [N/m], [N s/m], as in ``Runs``.
         rest: Lengths at rest [m], shape (spring,).
         near, near_crush: Tension and compression that are near to breaking [N], as in ``Runs``.
-        lost: Set to the losses [W], shape (block,).
-        above: Set to the excess over the limits [N], shape (block,).
+        lower, upper: The tiles, of which forces on lower and on upper nodes change.
+        lost: Set to the losses [W], shape (count,) or more.
+        above: Set to the excess over the limits [N], shape (count,) or more.
     """
-    for s in range(count):
-        i, j, k, n = low + s, high + s, at + s, same + s
-        r0, r1, r2 = x[j] - x[i], y[j] - y[i], z[j] - z[i]
+    for s in range(count // LANE * LANE):
+        i, j, k, n, m = low + s, high + s, at + s, same + s, to + s
+        r0 = tiles[j] - tiles[i]
+        r1 = tiles[j + ROW_1] - tiles[i + ROW_1]
+        r2 = tiles[j + ROW_2] - tiles[i + ROW_2]
         length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
         is_spring = rest[k] >= 0.0
         inverse = 1.0 / (length + TINY) if is_spring else 0.0
         tension = stiffness[n] * (length - rest[k])
         if VISCOUS:
-            closing = (r0 * (u[j] - u[i]) + r1 * (v[j] - v[i]) + r2 * (w[j] - w[i])) * inverse
+            u0 = tiles[j + ROW_3] - tiles[i + ROW_3]
+            u1 = tiles[j + ROW_4] - tiles[i + ROW_4]
+            u2 = tiles[j + ROW_5] - tiles[i + ROW_5]
+            closing = (r0 * u0 + r1 * u1 + r2 * u2) * inverse
             braking = damping[n] * closing
             tension += braking
             lost[s] = braking * closing
@@ -189,21 +211,26 @@ def pull_springs(
             above[s] = max(tension - near[n], -tension - near_crush[n]) if is_spring else -1.0
         tension *= inverse
         p0, p1, p2 = tension * r0, tension * r1, tension * r2
-        each0[s], each1[s], each2[s] = p0, p1, p2
-        f0[i] += p0
-        f1[i] += p1
-        f2[i] += p2
+        lower[i + ROW_6] += p0
+        lower[i + ROW_7] += p1
+        lower[i + ROW_8] += p2
+        upper[m + ROW_6] -= p0
+        upper[m + ROW_7] -= p1
+        upper[m + ROW_8] -= p2
 
 
-def take_from(high: np.uint64, count: np.uint64, each: Floats, to: Floats) -> None:
-    """Subtract one component of the forces of springs from those on their upper nodes.
+def add_to_upper(
+    high: np.uint64, scratch: np.uint64, count: np.uint64, tiles: Floats, own: Floats
+) -> None:
+    """Add one component of forces from scratch to those on upper nodes; leave zeros there.
 
     Args:
-        each: Of springs [N], shape (block,).
-        to: Of all nodes [N], shape (node,).
+        high, scratch: Where the row of this component begins.
+        own: The tiles, of which those of scratch change.
     """
-    for s in range(count):
-        to[high + s] -= each[s]
+    for s in range(count // LANE * LANE):
+        tiles[high + s] += own[scratch + s]
+        own[scratch + s] = 0.0
 
 
 def total(values: Floats) -> float:

@@ -145,7 +145,7 @@ def _optimised(text: str, machine: Any) -> bytes:
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     if LEFT_ALONE in text:
-        # It would say of machine code that it shall be made quickly, and be slow.
+        # When machine code is made, it would mean: made quickly, and slow.
         module = llvm.parse_assembly(str(module).replace(f" {LEFT_ALONE}", ""))
     return bytes(machine.emit_object(module))
 

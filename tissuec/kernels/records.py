@@ -114,12 +114,12 @@ class Runs(NamedTuple):
     ``engine.spring_runs``.
 
     Gaps and dead springs have a negative length at rest. Stiffness, damping and limits are
-    shape (spring,), or (block,) where all springs share them; (0,) where none has them.
+    shape (spring,), or (tile,) where all springs share them; (0,) where none has them.
     """
 
-    first: Integers  # node i, shape (run,)
+    low: Integers  # place of node i in the tiles, shape (run,)
+    high: Integers  # place of node i + k in the tiles, shape (run,)
     length: Integers  # springs, shape (run,)
-    offset: Integers  # k, shape (run,)
     at: Integers  # place of the first among the springs, shape (run,)
     block: Integers  # runs of block b are block[b]:block[b + 1], shape (block + 1,)
     stiffness: Floats  # [N/m]
@@ -128,7 +128,7 @@ class Runs(NamedTuple):
     near: Floats  # tension from which a closer look is needed [N]
     near_crush: Floats  # the same of pressure
     alike: bool  # springs share stiffness, damping and limits
-    apart: Rows  # scratch: components of positions, velocities and forces, shape (9, node)
+    tiles: Floats  # scratch: components of vectors, see ``forces.runs_kernel``
 
 
 class Chunks(NamedTuple):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissuec.engine.integrators.constant_steps import FEW, propose
+from tissuec.engine.integrators.constant_steps import AFTER_CHANGE, propose
 
 
 def sizes(error, steps):
@@ -16,7 +16,7 @@ def sizes(error, steps):
 
 
 def test_sizes_double_at_the_start_until_the_error_is_near_to_what_is_allowed():
-    found = sizes(lambda h, number: 1e-4 * h**2, 3 * FEW)
+    found = sizes(lambda h, number: 1e-4 * h**2, 3 * AFTER_CHANGE)
     assert found[:6].tolist() == [1, 2, 4, 8, 16, 32]
     assert 0.25 <= 1e-4 * found[-1] ** 2 <= 0.6 * 1.01
 
@@ -24,7 +24,7 @@ def test_sizes_double_at_the_start_until_the_error_is_near_to_what_is_allowed():
 def test_later_a_size_is_kept_for_some_steps_and_grows_by_the_largest_error_in_them():
     # The error falls to a quarter of what is allowed, but not in all steps.
     found = sizes(lambda h, number: 0.5 if number < 2 or number == 5 else 0.2 * h**2, 60)
-    assert np.flatnonzero(np.diff(found)).tolist() == [2 * (FEW + 1)]
+    assert np.flatnonzero(np.diff(found)).tolist() == [2 * (AFTER_CHANGE + 1)]
     assert found[-1] == pytest.approx(np.sqrt(0.6 / 0.2))
 
 

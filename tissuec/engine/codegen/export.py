@@ -76,14 +76,14 @@ _OF_PYTHON = ("Py", "numba_")
 #: each copy takes 10 ms to be translated.
 LOOP = "loop"
 _LOOPS = re.compile(
-    r"\d(?:accelerate|accumulate|add_rows|any_above|between|blended_part|clear|combine_part|"
-    r"copy_sample|distance_part|drift_part|greatest|kick_part|length_part|polynomials|"
-    r"pull_springs|put_together|quadrature|scale|subtract|take_apart|take_from)B"
+    r"\d(?:accelerate|accumulate|add_rows|add_to_upper|any_above|between|blended_part|clear|"
+    r"combine_part|copy_sample|distance_part|drift_part|greatest|kick_part|length_part|"
+    r"polynomials|pull_springs|put_together|quadrature|scale|subtract|take_apart)B"
 )
 _CALLED_LOOPS = re.compile(rf"^(define .*@{LOOP}_\d+\(.*\).*) {{$", re.MULTILINE)
 _OTHERS = re.compile(rf"^(define (?!.*@{LOOP}_\d+\().*\).*) {{$", re.MULTILINE)
-#: What tells a bundle that, but for such loops, is as good as it gets without vector
-#: instructions: it is not optimised again where it is loaded, in half of the time.
+#: Bundles with functions of these names: of them, only such loops are optimised again where
+#: they are loaded, for vector instructions. That takes half of the time.
 OPTIMISED = ("drive", "force", "springs_in_runs")
 # As intrinsic functions they set no error number, and can be done eight at a time.
 MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")

@@ -5,7 +5,9 @@ the error is near to what is allowed; later it grows only if all of several step
 """
 
 CONTROL_ORDER = 2.0  # of a member; bound to its own
-FEW = 16  # steps of a size before it may grow; with 8, growing errors may exceed the tolerance
+# Steps of a size before it may grow; with 8, growing errors may exceed the tolerance.
+AFTER_CHANGE = 16
+AFTER_REJECTION = 32  # the same after a step that was rejected
 
 
 def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, float, int]:
@@ -16,4 +18,4 @@ def propose(h: float, ratio: float, memory: float, wait: int) -> tuple[float, fl
     growth = (0.6 / max(worst, 1e-3)) ** (1.0 / CONTROL_ORDER)
     if growth > 2.0:
         return 2.0 * h, 0.0, 0
-    return (h * growth if worst < 0.25 else h), 0.0, FEW
+    return (h * growth if worst < 0.25 else h), 0.0, AFTER_CHANGE
