@@ -109,7 +109,7 @@ def _runs_of_block(low: Places, high: Places) -> tuple[Places, Places, Places, P
     first, length, offset = _cut(first, length, offset[start])
     filled = -(-length // LANES) * LANES
     # Between two tiles at a time, which stay in the nearest cache meanwhile.
-    order = np.lexsort((first, (first + offset) // TILE, first // TILE))
+    order = np.lexsort((first, offset, (first + offset) // TILE, first // TILE))
     at = np.empty_like(length)
     at[order] = np.cumsum(filled[order]) - filled[order]
     place += np.repeat(at - (np.cumsum(length) - length), length)[place]
@@ -119,15 +119,17 @@ def _runs_of_block(low: Places, high: Places) -> tuple[Places, Places, Places, P
 def _cut(first: Places, length: Places, offset: Places) -> tuple[Places, Places, Places]:
     """Return parts of runs with lower nodes in one tile, and upper ones in one tile.
 
-    No node of a part is both, if that takes no short parts.
+    No node of a part is both, if that takes no short parts. Where parts end does not depend on
+    where runs begin: a spring that is gone leaves the order of sums as it is.
     """
     run, done = np.arange(len(first)), np.zeros_like(length)
-    far, parts = offset >= FAR, list[tuple[Places, Places, Places]]()
+    far, most = offset >= FAR, np.maximum(offset, LANES) // LANES * LANES
+    parts: list[tuple[Places, Places, Places]] = []
     while len(run):
         low, left = first[run] + done, length[run] - done
         high = low + offset[run]
         size = np.minimum(left, TILE - np.maximum(low % TILE, high % TILE))
-        size = np.where(far[run], np.minimum(size, offset[run] // LANES * LANES), size)
+        size = np.where(far[run], np.minimum(size, most[run] - low % TILE % most[run]), size)
         parts.append((run, low, size))
         some = size < left
         run, done = run[some], (done + size)[some]

@@ -20,6 +20,7 @@ Shared arguments:
     parity: 0 for the even blocks of runs, 1 for the odd ones.
     scratch: Place of the scratch of a part in ``tiles``.
     runs: The springs in runs.
+    values: In any unit, shape (n,).
 """
 
 from math import sqrt
@@ -127,7 +128,12 @@ def put_parts(part: int, parts: int, tiles: Floats, f: Floats) -> None:
 
 
 def put_together(apart: Floats, count: np.uint64, whole: Floats) -> None:
-    """Copy three rows to a vector of nodes, ``whole``; the reverse of ``take_apart``."""
+    """Copy three rows to a vector of nodes; the reverse of ``take_apart``.
+
+    Args:
+        apart: The first row, and those that follow, in any unit.
+        whole: Changed, in any unit, shape (3 count,) or more.
+    """
     for node in range(count):
         i = THREE * node
         whole[i], whole[i + ONE] = apart[node], apart[node + ROW_1]
