@@ -89,7 +89,6 @@ HARMLESS = {
     "TINY": "keeps a division finite where a spring has no length",
     "FLAT": "tells triangles without area from others",
     "LEAST": "keeps a rate finite where contact begins; see docs/numerics.md",
-    "pull_run": "has places and counts only, which are whole numbers below 100 in small nets",
     "rest[k] >= 0.0": "what is true stays true",
     "look(k, first, last, x, v, touches)": "counts bends of laws, by which "
     "errors are weighed; no force has them",

@@ -23,8 +23,8 @@ from tissuec.mechanics.state import State
 STEPS = 30  # of a window: the first one after a change lets steps grow, the second is measured
 GLANCE = 12  # force evaluations after which a trial is looked at
 BOUND = 0.35  # part of the stability limit from which on it counts as what limits the steps
-# Predicted time to come below which nothing is tried [s]: as much as the first run of another
-# method takes to be translated.
+# Predicted time to come below which nothing is tried [s]: about what translating another method
+# takes at its first use.
 WORTHWHILE = 0.5
 # The same where more than springs acts: what is left of solving equations sets off motions that
 # explicit steps leave alone, such as a ring that crumples under a sling.

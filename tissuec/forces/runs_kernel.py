@@ -40,7 +40,7 @@ ROW = TILE + 8
 FORCES, ROWS = 6, 9  # the first row of forces, and how many there are in all
 SIZE = ROWS * ROW
 #: Runs have a multiple of as many springs: those left over by vector instructions would take as
-#: long as a whole run of this length.
+#: long as a whole run of this length. Loops say so, which spares the code for what is left.
 LANES = 4
 LANE, ONE, TWO, THREE = np.uint64(LANES), np.uint64(1), np.uint64(2), np.uint64(3)
 ROW_1, ROW_2, ROW_3, ROW_4, ROW_5, ROW_6, ROW_7, ROW_8 = (
@@ -148,21 +148,19 @@ def clear(values: Floats) -> None:
 
 def pull_run(run: int, scratch: int, runs: Runs) -> None:
     """Add the forces of a run [N]; set losses and excess over the limits in scratch."""
-    low, high, at, count = runs.low[run], runs.high[run], runs.at[run], runs.length[run]
-    no_common_node = high - low >= count
-    tiles, lost, above = runs.tiles, runs.tiles[scratch:], runs.tiles[scratch + ROW :]
+    low, high = np.uint64(runs.low[run]), np.uint64(runs.high[run])
+    at, count, own = np.uint64(runs.at[run]), np.uint64(runs.length[run]), np.uint64(scratch)
+    # What is both a lower and an upper node must not be added to twice in one loop.
+    to = high if high - low >= count else own
+    tiles = runs.tiles
     pull_springs(
-        np.uint64(low), np.uint64(high), np.uint64(high if no_common_node else scratch),
-        np.uint64(at), np.uint64(0 if runs.alike else at), np.uint64(count), tiles,
-        runs.stiffness, runs.damping, runs.rest, runs.near, runs.near_crush, tiles, tiles,
-        lost, above,
+        low, high, to, at, np.uint64(0) if runs.alike else at, count, tiles, runs.stiffness,
+        runs.damping, runs.rest, runs.near, runs.near_crush, tiles, tiles, tiles[scratch:],
+        tiles[scratch + ROW :],
     )  # fmt: skip
-    if not no_common_node:
-        for row in range(FORCES, ROWS):
-            n = row * ROW
-            add_to_upper(
-                np.uint64(high + n), np.uint64(scratch + n), np.uint64(count), tiles, tiles
-            )
+    if to == own:
+        for row in (ROW_6, ROW_7, ROW_8):
+            add_to_upper(high + row, own + row, count, tiles, tiles)
 
 
 def pull_springs(
