@@ -72,6 +72,32 @@ def _decimal_comma(m: Mistake) -> Diagnostic | None:
     return _finding(m, "TIS108", "a decimal comma is not allowed", hint)
 
 
+def _measure_without_parentheses(m: Mistake) -> Diagnostic | None:
+    """Recognise ``expect force of hook > 1 N``, which is the form of outputs."""
+    if m.first not in ("EXPECT", "WHEN"):
+        return None
+    rest = iter([*m.before, m.found, *m.after][1:])
+    measure, joined = _words(rest)
+    whose, follows = _words(rest)
+    if not (measure and joined == "OF" and whose and follows in ("COMPARISON", "BETWEEN")):
+        return None
+    call = f"{m.text(measure[0], measure[-1])}({m.text(whose[0], whose[-1])})"
+    whole = m.span(measure[0]).to(m.span(whose[-1]))
+    hint = Hint(f'write "{call}"', Edit(call, whole))
+    message = "in a condition, a measure takes its argument in parentheses"
+    return replace(_finding(m, "TIS100", message, hint), span=whole)
+
+
+def _words(tokens: Iterator[Token]) -> tuple[list[Token], str]:
+    """Return the words of a name, and the type of the token behind it, which is used up."""
+    words: list[Token] = []
+    for token in tokens:
+        if token.type not in ("WORD", "STRING"):
+            return words, token.type
+        words.append(token)
+    return words, ""
+
+
 def _missing_colon(m: Mistake) -> Diagnostic | None:
     timed = m.first in _TIMES or m.first == "WHEN"
     if not timed or "COLON" not in m.accepted or m.holds("COLON"):
@@ -514,6 +540,7 @@ _KINDS = (
     _named_argument,
     _and_for_semicolon,
     _if_for_when,
+    _measure_without_parentheses,
     _missing_colon,
     _unit,
     _equals_as_test,
