@@ -12,6 +12,7 @@ from tissuec.engine import method_choice
 from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose
 from tissuec.engine.numbering import SMALL, node_order
+from tissuec.engine.spring_runs import places_of
 from tissuec.engine.stability import (
     damping_radius,
     may_be_overdamped,
@@ -155,6 +156,33 @@ def test_nodes_whose_springs_lie_in_runs_keep_their_places():
     number = np.arange(len(grid)).reshape(16, 16, 16)
     ends = np.stack([number[:, :, :-1].ravel(), number[:, :, 1:].ravel()], axis=1)
     assert np.array_equal(node_order(grid, ends), np.arange(len(grid)))
+
+
+def tube(rings, sides):
+    """Return the springs along a tube, around it and across, whose nodes go ring by ring."""
+    number = np.arange(rings * sides).reshape(rings, sides)
+    along = number[:-1], number[1:]
+    around = number, np.roll(number, -1, axis=1)
+    across = number[:-1], np.roll(number[1:], -1, axis=1)
+    pairs = [np.stack([a.ravel(), b.ravel()], axis=1) for a, b in (along, around, across)]
+    return np.concatenate(pairs).astype(np.int32)
+
+
+def test_nodes_of_a_small_tube_are_numbered_so_that_runs_have_few_gaps():
+    ends, count = tube(rings=16, sides=10), 160
+    order = node_order(np.zeros((count, 3)), ends)
+    assert np.array_equal(np.sort(order), np.arange(count))
+    place = np.argsort(order)
+    drawn = places_of(*np.sort(ends, axis=1).T)
+    found = places_of(*np.sort(place[ends], axis=1).T)
+    # Along the tube, a gap comes after 15 springs; around it, the last side has longer ones.
+    assert found.size <= 16 / 15 * len(ends) < drawn.size
+    assert found.cost < drawn.cost
+
+
+def test_nodes_of_a_small_net_in_runs_without_gaps_keep_their_places():
+    ends = tube(rings=10, sides=16)[: 9 * 16]  # along it only
+    assert np.array_equal(node_order(np.zeros((160, 3)), ends), np.arange(160))
 
 
 def test_runs_import_no_compiler():

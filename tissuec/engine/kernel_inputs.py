@@ -128,7 +128,7 @@ class KernelInputs:
         self._places: RunPlaces | None = None  # once somebody has asked for them
         self._chunks: Chunks | None = None  # the same
         count = useful(threads, network.spring_count)
-        # Nodes that are put in another order than they are given have no springs in runs.
+        # Of nets that are large enough for threads, only those in runs keep their order.
         in_chunks = not np.array_equal(order, np.arange(bodies))
         if count > 1 and not (
             are_chunks(all_nodes) if in_chunks else are_several(high, block_size(low, high))

@@ -52,9 +52,14 @@ class RunPlaces(Struct, frozen=True, eq=False):
     size: int
 
     @property
+    def cost(self) -> float:
+        """Return how many springs by themselves, without runs, would take as long."""
+        return RUN_COST * len(self.first) + SPRING_COST * self.size
+
+    @property
     def is_worthwhile(self) -> bool:
         """Return whether forces are computed faster in runs."""
-        return RUN_COST * len(self.first) + SPRING_COST * self.size < len(self.place)
+        return self.cost < len(self.place)
 
 
 def places_of(low: NDArray[np.integer], high: NDArray[np.integer]) -> RunPlaces:
