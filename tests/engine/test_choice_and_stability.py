@@ -11,7 +11,7 @@ from tests.engine.running import block, chain, pair, tube
 from tissuec.engine import method_choice
 from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose
-from tissuec.engine.numbering import SMALL, node_order
+from tissuec.engine.numbering import FEW, SMALL, number_nodes
 from tissuec.engine.spring_runs import places_of
 from tissuec.engine.stability import (
     damping_radius,
@@ -143,11 +143,11 @@ def test_nodes_of_large_nets_are_numbered_so_that_neighbours_are_near():
     grid = np.stack(np.meshgrid(*[np.arange(16.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
     shuffled = rng.permutation(grid)
     none = np.zeros((0, 2), dtype=np.int32)
-    order = node_order(shuffled, none)
+    order = number_nodes(shuffled, none).order
     assert np.array_equal(np.sort(order), np.arange(len(grid)))
     jumps = np.linalg.norm(np.diff(shuffled[order], axis=0), axis=1)
     assert jumps.mean() < 1.6 < 5.0 < np.linalg.norm(np.diff(shuffled, axis=0), axis=1).mean()
-    assert np.array_equal(node_order(grid[:SMALL], none), np.arange(SMALL))
+    assert np.array_equal(number_nodes(grid[:SMALL], none).order, np.arange(SMALL))
 
 
 def test_nodes_whose_springs_lie_in_runs_keep_their_places():
@@ -155,7 +155,7 @@ def test_nodes_whose_springs_lie_in_runs_keep_their_places():
     grid = np.stack(np.meshgrid(*[np.arange(16.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
     number = np.arange(len(grid)).reshape(16, 16, 16)
     ends = np.stack([number[:, :, :-1].ravel(), number[:, :, 1:].ravel()], axis=1)
-    assert np.array_equal(node_order(grid, ends), np.arange(len(grid)))
+    assert np.array_equal(number_nodes(grid, ends).order, np.arange(len(grid)))
 
 
 def tube(rings, sides):
@@ -170,7 +170,7 @@ def tube(rings, sides):
 
 def test_nodes_of_a_small_tube_are_numbered_so_that_runs_have_few_gaps():
     ends, count = tube(rings=16, sides=10), 160
-    order = node_order(np.zeros((count, 3)), ends)
+    order = number_nodes(np.zeros((count, 3)), ends).order
     assert np.array_equal(np.sort(order), np.arange(count))
     place = np.argsort(order)
     drawn = places_of(*np.sort(ends, axis=1).T)
@@ -180,9 +180,23 @@ def test_nodes_of_a_small_tube_are_numbered_so_that_runs_have_few_gaps():
     assert found.cost < drawn.cost
 
 
+def test_springs_to_nodes_of_tools_change_no_order():
+    ends, count = tube(rings=16, sides=10), 160
+    order, in_runs = number_nodes(np.zeros((count, 3)), ends)
+    more = np.append(ends, [[3, count + 7]], axis=0).astype(np.int32)
+    found = number_nodes(np.zeros((count, 3)), more)
+    assert np.array_equal(found.order, order)
+    assert found.in_runs and in_runs
+
+
+def test_nodes_of_a_large_tube_keep_their_places():
+    ends, count = tube(rings=FEW // 10 + 1, sides=10), FEW + 10
+    assert np.array_equal(number_nodes(np.zeros((count, 3)), ends).order, np.arange(count))
+
+
 def test_nodes_of_a_small_net_in_runs_without_gaps_keep_their_places():
     ends = tube(rings=10, sides=16)[: 9 * 16]  # along it only
-    assert np.array_equal(node_order(np.zeros((160, 3)), ends), np.arange(160))
+    assert np.array_equal(number_nodes(np.zeros((160, 3)), ends).order, np.arange(160))
 
 
 def test_runs_import_no_compiler():

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tissuec.engine.boundary_conditions import knots, lengths, longest_step, pack_acts
 from tissuec.engine.chunks import are_chunks, chunks_of
 from tissuec.engine.integrators import Integrator
-from tissuec.engine.numbering import node_order
+from tissuec.engine.numbering import number_nodes
 from tissuec.engine.operations import Features
 from tissuec.engine.spring_runs import (
     Places,
@@ -110,7 +110,7 @@ class KernelInputs:
 
     def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
         bodies, shown, all_nodes = network.body_nodes, network.shown_nodes, network.node_count
-        order = node_order(network.position[:bodies], network.ends)
+        order, in_runs = number_nodes(network.position[:bodies], network.ends)
         # Nodes of tools stand last, where measures of motion leave them out.
         self.order = np.concatenate(
             [order, np.arange(shown, all_nodes), np.arange(bodies, shown)]
@@ -128,10 +128,8 @@ class KernelInputs:
         self._places: RunPlaces | None = None  # once somebody has asked for them
         self._chunks: Chunks | None = None  # the same
         count = useful(threads, network.spring_count)
-        # Of nets that are large enough for threads, only those in runs keep their order.
-        in_chunks = not np.array_equal(order, np.arange(bodies))
         if count > 1 and not (
-            are_chunks(all_nodes) if in_chunks else are_several(high, block_size(low, high))
+            are_several(high, block_size(low, high)) if in_runs else are_chunks(all_nodes)
         ):
             count = 1
         self.team = ThreadTeam(count, all_nodes)

@@ -1,5 +1,7 @@
 """The order of nodes in the engine, for springs in long runs or for near neighbours."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,37 +9,52 @@ from tissuec.engine.spring_runs import RunPlaces, places_of
 from tissuec.model.network import Floats, Indices
 
 SMALL = 2000  # nodes; below, everything stays in the cache in any order
-TRIALS = 3  # of other orders, where gaps in runs are more than this part of what they hold
-GAPS = 0.1
+FEW = 5000  # nodes whose tiles do, in any order with springs in runs
+GAPS = 0.1  # part of runs from which on other orders are tried
+TRIALS = 3
 BITS = 21
 
 
-def node_order(position: Floats, ends: NDArray[np.int32]) -> Indices:
-    """Return the node to put at each place, shape (node,).
+class Numbering(NamedTuple):
+    """The order of nodes in the engine.
 
-    Few nodes are put in an order with long runs of springs. Many keep their places if their
-    springs lie in runs, and are put in Morton order otherwise: the bits of the coordinates are
-    interleaved (Morton 1966); equal keys keep their order.
+    Attributes:
+        order: The node to put at each place, shape (node,).
+        in_runs: Whether the springs lie in runs that are worthwhile.
+    """
+
+    order: Indices
+    in_runs: bool
+
+
+def number_nodes(position: Floats, ends: NDArray[np.int32]) -> Numbering:
+    """Return the order of nodes.
+
+    If their springs lie in runs, nodes keep their places, or are put in an order with longer
+    runs if they are few. Otherwise, unless they are even fewer, they are put in Morton order:
+    the bits of the coordinates are interleaved (Morton 1966); equal keys keep their order.
 
     Args:
         position: Shape (node, 3) [m].
         ends: Nodes of springs, also of such that are not among these, shape (spring, 2).
     """
-    if len(position) <= SMALL:
-        return _order_for_runs(len(position), ends)
-    if _places(ends).is_worthwhile:
-        return np.arange(len(position))
-    low = position.min(axis=0)
-    extent = float(np.max(position.max(axis=0) - low))
-    if extent == 0.0:
-        return np.arange(len(position))
-    cell = ((position - low) / extent * (2**BITS - 1)).astype(np.uint64)
+    count = len(position)
+    order, places = np.arange(count), _places(ends)
+    if count <= FEW and places.size - len(ends) > GAPS * places.size:
+        order, places = _by_columns(count, ends, places)
+    if places.is_worthwhile:
+        return Numbering(order, in_runs=True)
+    if count <= SMALL or not (extent := np.ptp(position, axis=0).max()):
+        return Numbering(np.arange(count), in_runs=False)
+    cell = ((position - position.min(axis=0)) / extent * (2**BITS - 1)).astype(np.uint64)
     key = sum(_spread(cell[:, axis]) << np.uint64(axis) for axis in range(3))
-    return np.argsort(key, kind="stable")
+    return Numbering(np.argsort(key, kind="stable"), in_runs=False)
 
 
-def _order_for_runs(nodes: int, ends: NDArray[np.int32]) -> Indices:
-    """Return the best order of few nodes for runs of springs.
+def _by_columns(
+    nodes: int, ends: NDArray[np.int32], drawn: RunPlaces
+) -> tuple[Indices, RunPlaces]:
+    """Return the best of some orders for runs of springs, and the places of springs in it.
 
     Nodes of a tube are drawn ring by ring. Ring by ring, the springs from one ring to the next
     lie in runs with gaps, as the last node of a ring has none to the one that follows it; side
@@ -47,21 +64,19 @@ def _order_for_runs(nodes: int, ends: NDArray[np.int32]) -> Indices:
     Args:
         nodes: How many.
         ends: Shape (spring, 2).
+        drawn: Places in the order in which nodes are drawn.
     """
-    order = np.arange(nodes)
-    found = _places(ends)
-    if (1.0 - GAPS) * found.size < len(ends):
-        return order
-    best, least = order, found.cost
+    as_drawn = np.arange(nodes)
+    best, least = as_drawn, drawn
     widths, counts = np.unique(np.abs(ends[:, 1] - ends[:, 0]), return_counts=True)
     for width in widths[np.argsort(-counts, kind="stable")][:TRIALS]:
-        by_columns = np.lexsort((order // width, order % width))
-        place = np.empty_like(order)
-        place[by_columns] = order
-        cost = _places(place[ends]).cost
-        if cost < least:
-            best, least = by_columns, cost
-    return best
+        order = np.lexsort((as_drawn // width, as_drawn % width))
+        place = np.arange(max(nodes, int(ends.max()) + 1))
+        place[order] = as_drawn
+        places = _places(place[ends])
+        if places.cost < least.cost:
+            best, least = order, places
+    return best, least
 
 
 def _places(ends: NDArray[np.integer]) -> RunPlaces:
