@@ -2,36 +2,36 @@
 
 Springs: c and d as the tissue says, per spring or for a spring of a stated length (n equal
 springs in a row are n times softer, so c scales with 1 / length); L0 = (1 - p) drawn length for
-a prestress p. A spring between two regions follows the body's ``interface``. What a table gives
-goes before all of this. A mesh may say which share of c and d each spring gets.
+a prestress p. What a table gives goes before all of this. A mesh may say which share of c and d
+each spring gets.
 """
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiler.bending_springs import with_bending
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.matter import Matter, MatterReader
 from tissuec.compiler.poisson import Poisson, poisson_of
 from tissuec.compiler.shells import hinges_of
-from tissuec.compiler.tissue_parts import USES, Material, TissueParts, part_numbers
+from tissuec.compiler.spring_laws import SpringLaws
+from tissuec.compiler.spring_parts import SpringParts
+from tissuec.compiler.tissue_parts import TissueParts, part_numbers
 from tissuec.core.errors import Note
 from tissuec.core.hints import Hint, insertion
 from tissuec.core.names import key_of
 from tissuec.core.units import suggested_unit
-from tissuec.forces.branches import CONSTANTS, LIMIT, PAIRS, TIMES, VISCOSITY
-from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
+from tissuec.forces.branches import PAIRS, TIMES, VISCOSITY
+from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
-from tissuec.laws.formula import variables
 from tissuec.matter.breaking import force_at_energy
 from tissuec.model.hinges import Hinges
-from tissuec.model.network import Floats, Origin, Provenance
-from tissuec.scene.bodies import INTERFACES
+from tissuec.model.network import Explained, Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import AssignedQuantity, WrittenLaws
+from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import (
     OF_MATTER,
     POISSONS_RATIO,
@@ -39,12 +39,6 @@ from tissuec.scene.quantities import (
     SHARES,
     YOUNGS_MODULUS,
 )
-
-#: An array of the network and where its numbers are from.
-Explained: TypeAlias = tuple[Floats, Provenance]
-#: What springs between two parts may be made of.
-_RULES = ("", *INTERFACES)
-_SAYS_NOTHING, _MEAN, _SOFTER, _ = range(len(_RULES))
 
 
 class MaterialReader:
@@ -56,54 +50,17 @@ class MaterialReader:
 
     def __init__(self, drawing: Drawing, findings: Findings):
         self.drawing = drawing
-        self.body = body = drawing.body
+        self.body = drawing.body
         self.findings = findings
         self.columns = drawing.columns
         self.node_part = drawing.part
-        self.end_parts = drawing.part[drawing.mesh.ends]  # shape (spring, 2)
         self.length = drawing.length
-        self.ends, self.bends = drawing.mesh.ends, drawing.bends
-        self.typed = self.columns.springs.get("law", np.full(len(self.length), np.nan))
-        self.is_typed = ~np.isnan(self.typed)
-        self.typed_laws = [self._typed_law(name) for name in self.columns.laws]
         self.shares = drawing.mesh.shares
         self._reader: MatterReader | None = None
         self._shared_out: dict[float, Matter] = {}  # by what fibres add
-        self.parts = TissueParts(body, findings)
-        #: How springs between two parts are made: places in ``_RULES``, shape (spring,).
-        self.rule = np.full(len(self.length), _RULES.index(body.interface), dtype=np.int8)
-        self._take_springs_apart()
-        if drawing.thread is not None:  # a knot leads from end to end, whatever is said
-            knots = np.array(drawing.thread.knots)
-            self.rule[knots[self.rule[knots] == _SAYS_NOTHING]] = _SOFTER
-        self.is_inner = self.end_parts[:, 0] == self.end_parts[:, 1]
-        self._need_an_interface()
-
-    def _take_springs_apart(self) -> None:
-        """Make springs of what is said of them, and not of their nodes."""
-        for number, part in enumerate(self.body.spring_parts, start=1):
-            chosen = self.drawing.spring_part == number
-            if part.rule:
-                self.rule[chosen] = _RULES.index(part.rule)
-                continue
-            self.end_parts[chosen] = self.parts.add(part)
-
-    def _need_an_interface(self) -> None:
-        """Reject springs between regions of which nothing says what they are made of."""
-        is_open = ~self.is_inner & (self.rule == _SAYS_NOTHING)
-        if not is_open.any():
-            return
-        first, second = (
-            self.parts.materials[int(k)].name
-            for k in self.end_parts[np.argmax(is_open)].tolist()
-        )
-        self.findings.reject(
-            "TIS304",
-            f"the material of springs from {first} to {second} is missing",
-            self.body.span,
-            hint=f"write interface is softer from {first} to {second}, "
-            "or interface is softer, for all other pairs",
-        )
+        self.parts = TissueParts(self.body, findings)
+        self.springs = SpringParts(drawing, self.parts, findings)
+        self._laws = SpringLaws(drawing, self.parts, self.springs, findings)
 
     def read(self) -> dict[str, Explained]:
         """Return every parameter array of the network, by name."""
@@ -119,95 +76,11 @@ class MaterialReader:
             "strength": self._limit("breaking force"),
             "crush": self._limit("crushing force"),
         }
-        arrays |= self._inelastic()
-        return arrays if self.body.bending is None else arrays | self._bending(arrays)
+        return with_bending(self.drawing, self.parts, self.springs, arrays | self._inelastic())
 
     def laws(self) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
         """Return the law of each spring by number, shape (spring,), and all laws."""
-        laws = [LINEAR]
-        numbers: list[int] = []
-        for material in self.parts.materials:
-            law = _law_of(material)
-            if law not in laws:
-                laws.append(law)
-            numbers.append(laws.index(law))
-        ends = np.array(numbers, dtype=np.int32)[self.end_parts]
-        first, second = ends.T
-        first, second = (np.where(self.bends | self.is_typed, 0, e) for e in (first, second))
-        is_mixed = (first != second) & (self.rule == _MEAN)
-        if (mixed := np.flatnonzero(is_mixed)).size:
-            parts = sorted(
-                {self.parts.materials[int(k)].name for k in self.end_parts[mixed[0]]}
-            )
-            self.findings.reject(
-                "TIS309",
-                f"springs between {' and '.join(parts)} cannot be the mean of two laws",
-                self.body.span,
-                hint="write interface is softer, or stiffer",
-            )
-        found = first
-        if (first != second).any():
-            found = np.where(first == second, first, self._joined(first, second))
-        found = found.astype(np.int32)
-        for number, law in enumerate(self.typed_laws):
-            if law not in laws:
-                laws.append(law)
-            found[self.typed == number] = laws.index(law)
-        return found, tuple(laws)
-
-    def _typed_law(self, name: str) -> Law:
-        assert self.body.tables is not None
-        laws = self.body.tables.laws[name]
-        spring = laws.get("spring law")
-        if spring is not None and stress_in(spring.force) is not None:
-            self.findings.reject(
-                "TIS306",
-                f"law {name} gives a stress, but springs of a table have no section",
-                spring.span,
-                hint="write a spring force, or the stress in the tissue of a body",
-                notes=(Note(f"used by {self.body.name}", self.body.span),),
-            )
-        return _as_law(laws, name)
-
-    def _uses(self, name: str) -> NDArray[np.bool_]:
-        """Return which springs have a law from the table that uses a quantity."""
-        variable = USES.get(name, ("", ""))[1]
-        used = np.array(
-            [
-                not variable or variable in variables(law.elastic) | variables(law.viscous)
-                for law in self.typed_laws
-            ],
-            dtype=bool,
-        )
-        found = np.zeros(len(self.length), dtype=bool)
-        found[self.is_typed] = used[self.typed[self.is_typed].astype(int)]
-        return found
-
-    def _bending(self, arrays: Mapping[str, Explained]) -> dict[str, Explained]:
-        """Return the arrays in which bending springs differ from those of the tissue.
-
-        They are linear, a part as stiff as a spring of their length, and break at the strain at
-        which springs at their ends do on average, as far as these are linear, too.
-        """
-        assert self.body.bending is not None
-        for name in ("spring constant", "viscosity"):
-            found = self.parts.found(name)
-            for number in part_numbers(self.end_parts[self.bends]):
-                if found[number] is None:
-                    needed = Note("needed by its bending springs", self.body.bending.span)
-                    self.parts.missing(name, self.parts.materials[number], needed)
-        part = self.body.bending.part
-        pull = arrays["stiffness"][0] * self.length  # of each spring at a strain of 1
-        own, beside = pull[self.bends], self._beside(pull)
-        known = (own > 0.0) & (beside > 0.0)
-        stronger = part * np.where(known, own, 1.0) / np.where(known, beside, 1.0)
-        changed = {"stiffness": part, "damping": part, "strength": stronger, "crush": stronger}
-        changed |= dict.fromkeys((*CONSTANTS, VISCOSITY), part) | {LIMIT: stronger}
-        return {
-            name: self._times(arrays[name], factor)
-            for name, factor in changed.items()
-            if name in arrays
-        }
+        return self._laws.numbered(self._joined)
 
     def _inelastic(self) -> dict[str, Explained]:
         """Return what relaxes and flows, by the names of quantities."""
@@ -226,7 +99,7 @@ class MaterialReader:
         """Return for which springs a tissue or a table says a quantity, shape (spring,)."""
         given = np.array([g is not None for g in self.parts.found(name)])
         column = self.columns.springs.get(name)
-        return given[self.end_parts].any(axis=1) | ~_is_open(column, self.length)
+        return given[self.springs.ends].any(axis=1) | ~_is_open(column, self.length)
 
     def _refuse_halves(self, pair: tuple[str, str], said: list[NDArray[np.bool_]]) -> None:
         """Reject springs of which one quantity of a pair is said, and not the other."""
@@ -236,7 +109,7 @@ class MaterialReader:
         ):
             if not half.any():
                 continue
-            parts: list[int] = self.end_parts[np.argmax(half)].tolist()
+            parts: list[int] = self.springs.ends[np.argmax(half)].tolist()
             given = [
                 g for g in (self.parts.found(name)[part] for part in parts) if g is not None
             ]
@@ -262,24 +135,6 @@ class MaterialReader:
                 ),
                 notes=(Note(f"used by {self.body.name}", self.body.span),),
             )
-
-    def _beside(self, values: Floats) -> Floats:
-        """Return the mean over the mesh's own springs at the ends of each bending spring."""
-        own, count = self.ends[~self.bends], len(self.node_part)
-        total = sum(np.bincount(end, values[~self.bends], count) for end in own.T)
-        degree = np.bincount(own.ravel(), minlength=count)
-        both = self.ends[self.bends]
-        return np.asarray(total)[both].sum(axis=1) / np.maximum(degree[both].sum(axis=1), 1)
-
-    def _times(self, explained: Explained, factor: Floats | float) -> Explained:
-        """Return an array with those of bending springs multiplied by a factor."""
-        assert self.body.bending is not None
-        values, provenance = explained
-        values = values.copy()
-        values[self.bends] *= factor
-        origins = (*provenance.origins, Origin(self.body.bending.span, "bending"))
-        index = np.where(self.bends, len(origins) - 1, provenance.index)
-        return values, Provenance(index.astype(np.int32), origins)
 
     def _mass(self) -> Explained:
         column = self.columns.nodes.get("mass")
@@ -335,22 +190,18 @@ class MaterialReader:
     def _per_spring(self, name: str) -> Explained:
         """Return a quantity of every spring from tables, materials and the interface."""
         column = self.columns.springs.get(name)
-        is_open, is_used = _is_open(column, self.length), self._uses(name)
-        self.parts.expect(name, self.end_parts[is_open & is_used])
-        given = self.parts.given(name, self.end_parts[is_open & ~self.is_typed])
+        is_open, is_used = _is_open(column, self.length), self._laws.uses(name)
+        self.parts.expect(name, self.springs.ends[is_open & is_used])
+        given = self.parts.given(name, self.springs.ends[is_open & ~self._laws.is_typed])
         first, second = self._at_ends(name, given)
         if name in (*TIMES, VISCOSITY):  # of what one side has alone, there is half as much
             first, second = (
                 np.where(np.isinf(one), other, one)
                 for one, other in ((first, second), (second, first))
             )
-        value = np.where(self.is_inner, first, self._joined(first, second))
-        origins = [self._origin(g) for g in given]
-        index = self.end_parts[:, 0].copy()
-        for rule in part_numbers(self.rule[~self.is_inner]):
-            index[~self.is_inner & (self.rule == rule)] = len(origins)
-            origins.append(Origin(self.body.span, f"interface {_RULES[rule]}"))
-        if (idle := self.is_typed & ~is_used & np.isnan(value)).any():
+        value = np.where(self.springs.is_inner, first, self._joined(first, second))
+        index, origins = self.springs.origins([self._origin(g) for g in given], self.body.span)
+        if (idle := self._laws.is_typed & ~is_used & np.isnan(value)).any():
             value[idle], index[idle] = 1.0, len(origins)
             origins.append(Origin(self.body.span, "no part of the law"))
         provenance = Provenance(index.astype(np.int32), tuple(origins))
@@ -385,7 +236,7 @@ class MaterialReader:
         lengths = [np.nan if g is None or g.length is None else g.length for g in given]
         values, lengths = np.array(value, dtype=float), np.array(lengths)
         ends: list[Floats] = []
-        for part in self.end_parts.T:
+        for part in self.springs.ends.T:
             end = values[part]
             if not np.isnan(lengths).all():
                 end = self._scaled(name, end, lengths[part])
@@ -452,7 +303,7 @@ class MaterialReader:
     @cached_property
     def poisson(self) -> Poisson | None:
         """The Poisson's ratio of the body; None where its springs are what they are."""
-        used = part_numbers(np.append(self.node_part, self.end_parts))
+        used = part_numbers(np.append(self.node_part, self.springs.ends))
         said = [m.tissue and m.tissue.given.get(POISSONS_RATIO) for m in self.parts.materials]
         ratios = [said[number] for number in used]
         given = next((one for one in ratios if one is not None), None)
@@ -510,39 +361,9 @@ class MaterialReader:
 
     def _joined(self, first: Floats, second: Floats) -> Floats:
         """Return what springs between two parts have by their rules, shape (spring,)."""
-        mean = (first + second) / 2.0
-        if not (self.rule > _MEAN).any():
-            return mean
-        takes_first = self._first_is_softer == (self.rule == _SOFTER)
-        return np.where(self.rule == _MEAN, mean, np.where(takes_first, first, second))
+        return self.springs.joined(first, second, lambda: self._first_is_softer)
 
 
 def _is_open(column: Floats | None, like: NDArray[np.generic]) -> NDArray[np.bool_]:
     """Return where a table leaves a quantity to the tissue: everywhere without a column."""
     return np.ones(len(like), dtype=bool) if column is None else np.isnan(column)
-
-
-def _law_of(material: Material) -> Law:
-    """Return the law of a part; linear where its tissue says nothing."""
-    if material.tissue is None:
-        return LINEAR
-    modulus = material.tissue.given.get(YOUNGS_MODULUS)
-    return _as_law(material.tissue.laws, modulus=1.0 if modulus is None else modulus.value)
-
-
-def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:
-    """Return what is written as a law, linear where nothing is."""
-    spring, dashpot = written.get("spring law"), written.get("viscosity law")
-    elastic = LINEAR.elastic if spring is None else with_modulus(spring.force, modulus)
-    viscous = LINEAR.viscous if dashpot is None else dashpot.force
-    if (elastic, viscous) == (LINEAR.elastic, LINEAR.viscous):
-        return LINEAR
-    names = ", ".join(law.name for law in (spring, dashpot) if law is not None)
-    return Law(
-        name or names,
-        elastic,
-        viscous,
-        SPRING_LAWS["linear"]() if spring is None else spring.law,
-        VISCOSITY_LAWS["linear"]() if dashpot is None else dashpot.law,
-        modulus,
-    )

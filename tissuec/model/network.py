@@ -6,7 +6,7 @@ columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 from msgspec import Struct
@@ -49,6 +49,10 @@ class Provenance(Struct, frozen=True, eq=False):
 
     def __getitem__(self, entry: int) -> Origin:
         return self.origins[int(self.index[entry])]
+
+
+#: An array of the network and where its numbers are from.
+Explained: TypeAlias = tuple[Floats, Provenance]
 
 
 class Grid(NamedTuple):

@@ -1,0 +1,135 @@
+"""Laws of the springs of a body, from tissues and from tables."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.compiler.spring_parts import SpringParts
+from tissuec.compiler.tissue_parts import USES, Material, TissueParts
+from tissuec.core.errors import Note
+from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
+from tissuec.laws.formula import variables
+from tissuec.model.network import Floats
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import WrittenLaws
+from tissuec.scene.quantities import YOUNGS_MODULUS
+
+
+class SpringLaws:
+    """What tissues and tables say of the laws of springs.
+
+    Attributes:
+        is_typed: Which springs have a law from a table, shape (spring,).
+    """
+
+    def __init__(
+        self, drawing: Drawing, parts: TissueParts, springs: SpringParts, findings: Findings
+    ):
+        self._body, self._parts = drawing.body, parts
+        self._springs, self._findings = springs, findings
+        self._bends, count = drawing.bends, len(drawing.length)
+        #: Numbers of laws in the table, NaN for springs without, shape (spring,).
+        self._typed = drawing.columns.springs.get("law", np.full(count, np.nan))
+        self.is_typed = ~np.isnan(self._typed)
+        self._typed_laws = [self._typed_law(name) for name in drawing.columns.laws]
+
+    def _typed_law(self, name: str) -> Law:
+        assert self._body.tables is not None
+        laws = self._body.tables.laws[name]
+        spring = laws.get("spring law")
+        if spring is not None and stress_in(spring.force) is not None:
+            self._findings.reject(
+                "TIS306",
+                f"law {name} gives a stress, but springs of a table have no section",
+                spring.span,
+                hint="write a spring force, or the stress in the tissue of a body",
+                notes=(Note(f"used by {self._body.name}", self._body.span),),
+            )
+        return _as_law(laws, name)
+
+    def numbered(
+        self, joined: Callable[[Floats, Floats], Floats]
+    ) -> tuple[NDArray[np.int32], tuple[Law, ...]]:
+        """Return the law of each spring by number, shape (spring,), and all laws.
+
+        Args:
+            joined: Returns what springs between two parts have, from what both parts have.
+        """
+        laws = [LINEAR]
+        numbers: list[int] = []
+        for material in self._parts.materials:
+            law = _law_of(material)
+            if law not in laws:
+                laws.append(law)
+            numbers.append(laws.index(law))
+        ends = np.array(numbers, dtype=np.int32)[self._springs.ends]
+        first, second = (np.where(self._bends | self.is_typed, 0, each) for each in ends.T)
+        self._refuse_means(first, second)
+        found = first
+        if (first != second).any():
+            found = np.where(first == second, first, joined(first, second))
+        found = found.astype(np.int32)
+        for number, law in enumerate(self._typed_laws):
+            if law not in laws:
+                laws.append(law)
+            found[self._typed == number] = laws.index(law)
+        return found, tuple(laws)
+
+    def _refuse_means(self, first: NDArray[np.int32], second: NDArray[np.int32]) -> None:
+        """Reject springs that are to be the mean of two laws.
+
+        Args:
+            first, second: Numbers of laws at both ends, shape (spring,).
+        """
+        is_mixed = (first != second) & self._springs.is_mean
+        if not is_mixed.any():
+            return
+        names = sorted(set(self._springs.names(int(np.argmax(is_mixed)))))
+        self._findings.reject(
+            "TIS309",
+            f"springs between {' and '.join(names)} cannot be the mean of two laws",
+            self._body.span,
+            hint="write interface is softer, or stiffer",
+        )
+
+    def uses(self, name: str) -> NDArray[np.bool_]:
+        """Return which springs have a law from the table that uses a quantity."""
+        variable = USES.get(name, ("", ""))[1]
+        used = np.array(
+            [
+                not variable or variable in variables(law.elastic) | variables(law.viscous)
+                for law in self._typed_laws
+            ],
+            dtype=bool,
+        )
+        found = np.zeros(len(self._typed), dtype=bool)
+        found[self.is_typed] = used[self._typed[self.is_typed].astype(int)]
+        return found
+
+
+def _law_of(material: Material) -> Law:
+    """Return the law of a part; linear where its tissue says nothing."""
+    if material.tissue is None:
+        return LINEAR
+    modulus = material.tissue.given.get(YOUNGS_MODULUS)
+    return _as_law(material.tissue.laws, modulus=1.0 if modulus is None else modulus.value)
+
+
+def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:
+    """Return what is written as a law, linear where nothing is."""
+    spring, dashpot = written.get("spring law"), written.get("viscosity law")
+    elastic = LINEAR.elastic if spring is None else with_modulus(spring.force, modulus)
+    viscous = LINEAR.viscous if dashpot is None else dashpot.force
+    if (elastic, viscous) == (LINEAR.elastic, LINEAR.viscous):
+        return LINEAR
+    names = ", ".join(law.name for law in (spring, dashpot) if law is not None)
+    return Law(
+        name or names,
+        elastic,
+        viscous,
+        SPRING_LAWS["linear"]() if spring is None else spring.law,
+        VISCOSITY_LAWS["linear"]() if dashpot is None else dashpot.law,
+        modulus,
+    )
