@@ -14,40 +14,49 @@ from tissuec.kernels.records import Floats, Integers, InternalVariables
 def flowed(s: int, v: Floats, internal: InternalVariables) -> float:
     """Return the flow of the rest length of a spring [m]."""
     k = internal.flow[s]
-    if k < 0:
-        return 0.0
-    return float(v[internal.slot[k]] / internal.rate[k])
+    return float(v[internal.slot[k]] * internal.scale[k]) if k >= 0 else 0.0
 
 
 def pull_of_branches(s: int, e: float, v: Floats, internal: InternalVariables) -> float:
     """Return Σ c1 (e - q) of a spring of elongation e [N]."""
     total = 0.0
     for k in range(internal.first[s], internal.first[s + 1]):
-        q = float(v[internal.slot[k]]) / internal.rate[k]
-        total += internal.constant[k] * (e - q)
+        total += internal.constant[k] * (e - v[internal.slot[k]] * internal.scale[k])
     return total
 
 
-def give_way(s: int, e: float, pull: float, v: Floats, internal: InternalVariables) -> float:
-    """Set the rates at which a spring relaxes and flows; return the power dissipated [W].
+def relax(s: int, e: float, v: Floats, internal: InternalVariables) -> tuple[float, float]:
+    """Set the rates at which the branches of a spring relax.
 
     Args:
         e: Its elongation [m].
+
+    Returns:
+        Σ c1 (e - q) [N], and the power that is dissipated [W].
+    """
+    total, lost = 0.0, 0.0
+    for k in range(internal.first[s], internal.first[s + 1]):
+        own = e - v[internal.slot[k]] * internal.scale[k]
+        giving = own * internal.pace[k]
+        internal.change[k] = internal.rate[k] * giving
+        pull = internal.constant[k] * own
+        total += pull
+        lost += pull * giving
+    return total, lost
+
+
+def flow(s: int, pull: float, internal: InternalVariables) -> float:
+    """Set the rate at which a spring flows; return the power that is dissipated [W].
+
+    Args:
         pull: Force of spring and branches [N].
     """
-    lost = 0.0
-    for k in range(internal.first[s], internal.first[s + 1]):
-        q = float(v[internal.slot[k]]) / internal.rate[k]
-        giving = (e - q) / internal.time[k]
-        internal.change[k] = internal.rate[k] * giving
-        lost += internal.constant[k] * (e - q) * giving
     k = internal.flow[s]
-    if k >= 0:
-        flowing = copysign(max(abs(pull) - internal.limit[s], 0.0), pull)
-        flowing = flowing / internal.viscosity[s]
-        internal.change[k] = internal.rate[k] * flowing
-        lost += pull * flowing
-    return lost
+    if k < 0:
+        return 0.0
+    flowing = copysign(max(abs(pull) - internal.limit[s], 0.0), pull) / internal.viscosity[s]
+    internal.change[k] = internal.rate[k] * flowing
+    return float(pull * flowing)
 
 
 def remember(a: Floats, internal: InternalVariables) -> None:

@@ -18,7 +18,7 @@ from math import inf, sqrt
 
 import numpy as np
 
-from tissuec.forces.branches_kernel import flowed, give_way, pull_of_branches
+from tissuec.forces.branches_kernel import flow, flowed, pull_of_branches, relax
 from tissuec.forces.pairs_kernel import pull_pairs
 from tissuec.forces.rest_length_kernel import reel, reel_rate
 from tissuec.kernels.chunks import add_sums, clear_sums
@@ -128,8 +128,9 @@ def pull_of_laws(
             if law[s] > 0:
                 tension = pull(law[s], e, stiffness[s], rest[s], net)
             if net.inelastic:
-                tension += pull_of_branches(s, e, v, net.internal)
-                dissipated += give_way(s, e, tension, v, net.internal)
+                more, lost = relax(s, e, v, net.internal)
+                tension += more
+                dissipated += lost + flow(s, tension, net.internal)
             closing = (
                 r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
             ) * inverse
