@@ -16,6 +16,7 @@ from tissuec.core.errors import CompileError, Diagnostic, TissueError, as_dict, 
 from tissuec.core.printable import printable
 
 DONE, FAILED, WRONG_TEXT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
+PAGES = (".html", ".htm")  # endings of pages
 F = TypeVar("F", bound=Callable[..., Any])
 
 #: The global flags: name -> (spellings, help).
@@ -217,6 +218,22 @@ def summary(errors: int, warnings: int) -> str:
     """Return "2 errors, 1 warning", or an empty string."""
     counts = ((errors, "error"), (warnings, "warning"))
     return ", ".join(counted(number, what) for number, what in counts if number)
+
+
+def check_page_name(page: Path, instead: str = "") -> None:
+    """Refuse to write a page under the name of something else, which might be lost.
+
+    Args:
+        page: File to be written.
+        instead: What to write for other files.
+
+    Raises:
+        UsageError: The name does not end as those of pages do.
+    """
+    if page.suffix.lower() not in PAGES:
+        raise click.UsageError(
+            f'the name of a page must end in .html, unlike "{page}"{instead and f"; {instead}"}'
+        )
 
 
 def keep_input(output: Path, given: Path) -> None:

@@ -10,6 +10,7 @@ from tissuec.cli.common import (
     DONE,
     Command,
     Settings,
+    check_page_name,
     keep_input,
     library_option,
     print_json,
@@ -97,10 +98,16 @@ def command(
 
 
 def _pages(results: Sequence[Path], output: Path | None) -> dict[Path, Path]:
-    """Return where the page of each result goes; TissueError if that would lose one."""
+    """Return where the page of each result goes.
+
+    Raises:
+        UsageError: The name is not that of a page.
+        TissueError: A page would overwrite another one.
+    """
     from tissuec.results.places import make_folder
 
     if output is not None and len(results) == 1 and not output.is_dir():
+        check_page_name(output)
         return {results[0]: output}
     if output is not None:
         make_folder(output)

@@ -9,7 +9,15 @@ import click
 from msgspec import Struct
 
 from tissuec.cli.arguments import Pair, TimeArgument
-from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, show_page
+from tissuec.cli.common import (
+    DONE,
+    Command,
+    Settings,
+    check_page_name,
+    keep_input,
+    print_json,
+    show_page,
+)
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.files import replacing
 from tissuec.core.units import TIME, show
@@ -20,7 +28,6 @@ if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.player.film import PlayerData
 
-PAGES = (".html", ".htm")
 #: Options that draw pictures -> the end of their files.
 PICTURES = {"png": ".png", "gif": ".gif", "mp4": ".mp4"}
 SIZES = {"png": (1280, 720), "gif": (640, 360), "mp4": (1280, 720)}
@@ -139,11 +146,8 @@ def _check_usage(
     if len(results) > 1 and (output is not None or pictures):
         name = "-o" if output is not None else f"--{next(iter(pictures))}"
         raise click.UsageError(f"{name} is for one result; give one result")
-    if output is not None and output.suffix.lower() not in PAGES:
-        raise click.UsageError(
-            f'the name of a page must end in .html, unlike "{output}"; for pictures use --png, '
-            "--gif and --mp4"
-        )
+    if output is not None:
+        check_page_name(output, "for pictures use --png, --gif and --mp4")
     for name, path in pictures.items():
         if path.suffix.lower() != PICTURES[name]:
             raise click.UsageError(

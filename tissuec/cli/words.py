@@ -9,6 +9,7 @@ from tissuec.cli.common import (
     DONE,
     Command,
     Settings,
+    check_page_name,
     echo,
     keep_input,
     library_option,
@@ -84,6 +85,7 @@ def _explore(
     """Write the page that explores a vocabulary, and show it if so wished."""
     from tissuec.view.explorer.page import document, render
 
+    check_page_name(target)
     keep_input(target, path)
     page = document(request)
     text = render(page)

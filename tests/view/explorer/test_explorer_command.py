@@ -71,8 +71,11 @@ def test_options_of_the_page_need_the_page(folder, option):
 
 
 def test_it_is_not_written_over_the_vocabulary(folder):
-    with pytest.raises(TissueError, match="is the input file"):
+    with pytest.raises(UsageError, match=r"must end in \.html"):
         words("mine", "--explore", "-o", "mine.tis")
+    (folder / "link.html").symlink_to(folder / "mine.tis")
+    with pytest.raises(TissueError, match="is the input file"):
+        words("mine", "--explore", "-o", "link.html")
 
 
 def test_words_without_rules_have_nothing_to_explore(folder):

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from click import UsageError
 from click.testing import CliRunner
 
 from tests.validate.scenes import rod
@@ -66,10 +67,20 @@ def test_two_pages_are_never_one_file(folder):
 
 
 def test_a_page_never_replaces_what_it_is_about(folder):
+    (folder / "link.html").symlink_to(folder / "rod.vtkhdf")
     before = (folder / "rod.vtkhdf").read_bytes()
     with pytest.raises(TissueError, match="is the input file"):
-        command("report", "rod.vtkhdf", "-o", "rod.vtkhdf")
+        command("report", "rod.vtkhdf", "-o", "link.html")
     assert (folder / "rod.vtkhdf").read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["rod.tis", "rod.vtkhdf", "measured.csv"])
+def test_a_page_never_replaces_a_file_that_is_none(folder, name):
+    (folder / name).touch()
+    before = (folder / name).read_bytes()
+    with pytest.raises(UsageError, match=r"must end in \.html"):
+        command("report", "bare.vtkhdf", "-o", name)
+    assert (folder / name).read_bytes() == before
 
 
 def test_validation_in_place_is_that_of_validate(folder):
