@@ -34,7 +34,7 @@ class ClauseReader:
         self.sentence = sentence
         self.verb = verb
         self.forms = forms
-        self.duration = duration
+        self._duration, self._lasts = duration, False
         self.scope = scope
         self.span: Span = sentence.span
         self.object = _behind(sentence.name, verb)
@@ -46,13 +46,28 @@ class ClauseReader:
                 scope.findings.reject("TIS307", f'"{clause.word}" is given twice', clause.span)
             self.clauses[clause.word] = clause
 
+    @property
+    def duration(self) -> float | None:
+        """Time from the beginning of the sentence to its end [s]; None without an interval."""
+        self._lasts = True
+        return self._duration
+
     def finish(self) -> None:
-        """Reject clauses that the verb did not ask for."""
+        """Reject clauses that the verb did not ask for, and warn of an end that it ignored."""
         for word, clause in self.clauses.items():
             if word not in self.asked:
                 form = Hint(f"write: {self._nearest_form()}", Edit(""))
                 message = f'{self.verb} does not take "{word}"'
                 self.reject("TIS303", message, hint=form, word=clause.word)
+
+        if self._duration is not None and not self._lasts:
+            self.scope.findings.add(
+                "W412",
+                f"{self.verb} happens once, at the beginning: the end of the interval has no "
+                "effect",
+                self.span,
+                hint="write it with at, and what ends it, if anything does, at a later time",
+            )
 
     def reject(
         self, code: str, message: str, *, hint: str = "", word: str | None = None
