@@ -190,8 +190,13 @@ def _unheld(
         return
     what = release.group.name if release.group is not None else "anything"
     subject = f"{who} cannot release {what}" if who else f"{what} cannot be released"
-    reason = "it has not grasped anything" if who else "nothing holds it"
-    places = ", ".join(f"by {t.holder} since {show(t.time, TIME)}" for t in taken)
+    reason = "nothing holds it"
+    if who:
+        holds_some = any(t.holder == who for t in taken)
+        reason = f"it does not hold {what}" if holds_some else "it has not grasped anything"
+    # One hold of each holder: what it moves on the way is no hold of its own.
+    since = {t.holder: t.time for t in reversed(taken)}
+    places = ", ".join(f"by {holder} since {show(time, TIME)}" for holder, time in since.items())
     yield Diagnostic(
         "TIS401", f"{subject} at {show(event.time, TIME)}: {reason}",
         event.action.span,

@@ -145,8 +145,12 @@ class Order(Protocol):
     """
 
     span: Span
-    duration: float | None  # [s] of "from … to …"; None for "at", "after" and "when"
     words: str  # what stands behind the verb, such as "waist" or "pushing pressed"
+
+    @property
+    def duration(self) -> float | None:
+        """Time of "from … to …" [s]; None for "at", "after" and "when"."""
+        ...
 
     def has(self, word: str) -> bool:
         """Return whether a clause with this joining word was written."""
