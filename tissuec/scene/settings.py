@@ -130,6 +130,15 @@ def _contact_law(
                 ),
                 notes=(Note("the other entry", places["contact stiffness"]),),
             )
+        if entries.contact == "tools only" and "contact thickness" in places:
+            scope.findings.add(
+                "W407",
+                "contact thickness has no effect: bodies do not touch one another",
+                places["contact thickness"],
+                hint=leaving_out(
+                    "write contact is bodies too, or remove it", places["contact thickness"]
+                ),
+            )
         return ContactLaw(
             between_bodies=entries.contact != "tools only",
             within_bodies=entries.contact == "everywhere",
