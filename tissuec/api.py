@@ -87,6 +87,7 @@ def run(
 
     Raises:
         CompileError: The text is wrong; the message contains all findings with their places.
+        ValueError: There is no such companion, or there are less threads than one.
         PlaceError: The result cannot be written there, or there is nothing to resume.
         ResultError: Writing failed later.
         SimulationError: With ``strict``, the run diverged, could not continue, or broke its
@@ -95,9 +96,14 @@ def run(
         KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
         SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
     """
+    from tissuec.engine.execution.companion import MODES
     from tissuec.pipeline import simulate
     from tissuec.results.places import result_place
 
+    if companion not in MODES:
+        known = ", ".join(f'"{mode}"' for mode in MODES)
+        raise ValueError(f'companion must be one of {known}, not "{companion}"')
+    _check_threads(threads)
     compiled, request = _compiled(scene, {**(params or {}), **more}, libraries, strict=strict)
     name, duration = request.source.name, compiled.plan.simulation.duration
     with result_place(out, name) as path:
@@ -127,11 +133,13 @@ def start(
 
     Raises:
         CompileError: The text is wrong; the message is all findings with their places.
+        ValueError: There are less threads than one.
         SimulationError: What happens at 0 s ends the run.
     """
     from tissuec.pipeline import compile_request
     from tissuec.stepping.stepped_run import SteppedRun
 
+    _check_threads(threads)
     request = _request(scene, {**(params or {}), **more}, libraries)
     compiled, found = compile_request(request)
     # What the script does not use may be used later.
@@ -388,6 +396,11 @@ def study(
     failed = [verdict for verdict in result.verdicts if not verdict.holds]
     _warn(*(f"{v.span.place}: {v.expect}\n  failed: {v.measured}" for v in failed))
     return with_methods(result.table)
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None and threads < 1:
+        raise ValueError(f"threads must be 1 or more, not {threads}")
 
 
 def _texts_of(

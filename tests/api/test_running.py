@@ -26,6 +26,13 @@ def test_a_text_a_path_and_the_name_of_a_file_give_the_same_motion(tmp_path):
     assert [run.scene for run in runs] == ["scene", str(file), str(file)]
 
 
+def test_options_that_a_run_does_not_have_are_refused():
+    with pytest.raises(ValueError, match='must be one of "auto", "process", "inline", "off"'):
+        tissuec.run(PULL, companion="maybe")
+    with pytest.raises(ValueError, match="threads must be 1 or more, not 0"):
+        tissuec.run(PULL, threads=0)
+
+
 @pytest.mark.parametrize("lines", ["language 1; x", "language 1"])
 def test_a_line_that_begins_with_language_is_a_text(lines):
     assert all(finding.code != "TIS604" for finding in tissuec.check(lines))

@@ -274,6 +274,16 @@ def test_orders_that_are_wrong_say_where_and_leave_the_run_as_it_is():
     assert_same(sim, rope())
 
 
+def test_what_is_no_time_and_no_state_is_refused():
+    sim = tissuec.start(rope())
+    with pytest.raises(ValueError, match="must be a number of seconds, not NaN"):
+        sim.step(float("nan"))
+    with pytest.raises(TypeError, match="restore takes what save returned, not NoneType"):
+        sim.restore(None)
+    with pytest.raises(ValueError, match="threads must be 1 or more"):
+        tissuec.start(rope(), threads=0)
+
+
 def test_a_run_that_cannot_go_on_says_so_and_can_be_restored():
     sim = tissuec.start(rope())
     sim.step("10 ms")

@@ -22,7 +22,13 @@ def with_bending(
     """Return the arrays of springs, with those of bending ones changed.
 
     Args:
-        arrays: By name, as tissues and tables say them of springs.
+        drawing: The body as drawn.
+        parts: What tissues say.
+        springs: The parts at the ends of springs.
+        arrays: By name, as tissues and tables say them of springs, shape (spring,) each.
+
+    Raises:
+        CompileError: The tissue lacks what bending springs need.
     """
     bending, bends = drawing.body.bending, drawing.bends
     if bending is None:

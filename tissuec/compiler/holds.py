@@ -196,7 +196,9 @@ def _unheld(
         reason = f"it does not hold {what}" if holds_some else "it has not grasped anything"
     # One hold of each holder: what it moves on the way is no hold of its own.
     since = {t.holder: t.time for t in reversed(taken)}
-    places = ", ".join(f"by {holder} since {show(time, TIME)}" for holder, time in since.items())
+    places = ", ".join(
+        f"by {holder} since {show(time, TIME)}" for holder, time in since.items()
+    )
     yield Diagnostic(
         "TIS401", f"{subject} at {show(event.time, TIME)}: {reason}",
         event.action.span,

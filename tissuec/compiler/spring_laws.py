@@ -95,7 +95,11 @@ class SpringLaws:
         )
 
     def uses(self, name: str) -> NDArray[np.bool_]:
-        """Return which springs have a law from the table that uses a quantity."""
+        """Return which springs have a law from the table that uses a quantity, shape (spring,).
+
+        Args:
+            name: Of the quantity.
+        """
         variable = USES.get(name, ("", ""))[1]
         used = np.array(
             [

@@ -68,7 +68,7 @@ class SpringParts:
 
     @property
     def is_mean(self) -> NDArray[np.bool_]:
-        """Return which springs take the mean of both parts, if they are between two."""
+        """Return which springs are the mean of two parts, if between two, shape (spring,)."""
         return self._rule == _MEAN
 
     def joined(
@@ -77,7 +77,7 @@ class SpringParts:
         """Return what springs between two parts have by their rules, shape (spring,).
 
         Args:
-            first, second: What the part at either end has, shape (spring,).
+            first, second: What the part at either end has, in any unit, shape (spring,).
             first_is_softer: Returns whether the first end is in the softer part, shape
                 (spring,); called only where a rule asks for it.
         """
@@ -90,7 +90,7 @@ class SpringParts:
     def origins(
         self, given: list[Origin], where: Span
     ) -> tuple[NDArray[np.int32], list[Origin]]:
-        """Return where the numbers of springs come from: an index into origins, and those.
+        """Return the origin of each spring as an index, shape (spring,), and all origins.
 
         Args:
             given: Origin of the quantity of each part.

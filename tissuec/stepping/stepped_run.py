@@ -328,7 +328,13 @@ class SteppedRun:
         return SavedState(self._run.save(), tuple(self._sentences))
 
     def restore(self, state: SavedState) -> None:
-        """Go back, or over, to a state of this scene."""
+        """Go back, or over, to a state of this scene.
+
+        Raises:
+            TypeError: The state is not one that was saved.
+        """
+        if not isinstance(state, SavedState):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"restore takes what save returned, not {type(state).__name__}")
         self._snapshot = None
         self._sentences = list(state.sentences)
         self._run.restore(state.run)

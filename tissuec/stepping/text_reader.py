@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
+from math import isnan
 from typing import cast
 
 from tissuec.compiler.compile import Compiled
@@ -50,8 +51,11 @@ class TextReader:
 
         Raises:
             CompileError: The text is no time.
+            ValueError: The number is none, either.
         """
         if not isinstance(span, str):
+            if isnan(span):
+                raise ValueError("a time must be a number of seconds, not NaN")
             return float(span)
         if span not in self._times:
             node = _value(span).value

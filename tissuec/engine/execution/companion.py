@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any, Literal, Self, TypeAlias
+from typing import Any, Literal, Self, TypeAlias, get_args
 
 import numpy as np
 from msgspec import Struct
@@ -47,6 +47,7 @@ PATIENCE, LEAST_PATIENCE = 3.0, 10.0  # of the third run: times the run's own, a
 TIMES, ROWS = "times.npy", "rows.npy"
 
 Mode: TypeAlias = Literal["auto", "process", "inline", "off"]
+MODES: tuple[Mode, ...] = get_args(Mode)
 State: TypeAlias = Literal["kept", "broken", "unknown", "not checked"]
 JOB = "job.pickle"  # in the folder of a companion
 #: Returns the command that steps the companion of a run into a folder.
