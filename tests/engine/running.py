@@ -27,6 +27,7 @@ class Ran(Struct):
     work: np.ndarray
     dissipated: np.ndarray
     error: np.ndarray
+    reach: np.ndarray
     end: Interruption
     state: State
     engine: Engine

@@ -46,6 +46,7 @@ class Samples(NamedTuple):
     work: Floats  # done on the free nodes and springs since the start [J], shape (sample,)
     dissipated: Floats  # by dashpots and drag since the start [J], shape (sample,)
     error: Floats  # of positions, as estimated from step to step [m], shape (sample,)
+    reach: Floats  # largest displacement of a node in the steps before [m], shape (sample,)
 
 
 def _no_springs() -> Indices:

@@ -178,7 +178,8 @@ class QuasiStatic:
             motion = state.position[None].copy(), state.velocity[None].copy()
             sums = np.array([self._work]), np.array([self._lost])
             self._sample += 1
-            self._record(Samples(one, *motion, *sums, np.zeros(1)))
+            # How far nodes come between samples is not looked at.
+            self._record(Samples(one, *motion, *sums, error=np.zeros(1), reach=np.zeros(1)))
 
     def _relax(self, state: State, time: float, watch: Watch | None) -> Interruption | None:
         """Go to a time and relax there; return what happens then."""

@@ -50,7 +50,7 @@ class SampleBuffer:
         index = progress.filled
         buffer.time[index] = buffer.times[progress.sample]
         buffer.position[index], buffer.velocity[index], buffer.ledger[index] = x, v, ledger
-        buffer.error[index] = progress.error
+        buffer.error[index], buffer.reach[index] = progress.error, progress.displacement
         return replace(progress, sample=progress.sample + 1, filled=index + 1)
 
     def flush(self, progress: Progress) -> Progress:
@@ -65,6 +65,7 @@ class SampleBuffer:
                     work=buffer.ledger[:count, 0].copy(),
                     dissipated=buffer.ledger[:count, 1].copy(),
                     error=buffer.error[:count].copy(),
+                    reach=buffer.reach[:count].copy(),
                 )
             )
         return replace(progress, filled=0)

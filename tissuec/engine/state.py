@@ -125,6 +125,7 @@ def new_buffer(times: Floats, node_count: int, spring_count: int) -> Buffer:
         velocity=np.zeros((count, size)),
         ledger=np.zeros((count, 2)),
         error=np.zeros(count),
+        reach=np.zeros(count),
         doubtful=np.zeros(count, dtype=np.int64),
         **glances(0, size),
     )

@@ -78,7 +78,7 @@ def deliver(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> 
         if row == buffer.time.size:
             break
         when = buffer.times[now.sample]
-        buffer.time[row] = when
+        buffer.time[row], buffer.reach[row] = when, now.displacement_before
         if when <= time:
             x, v = work.x[current], work.v[current]
             copy_sample(x, v, work.ledger[current], now.error, row, buffer)

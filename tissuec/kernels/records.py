@@ -379,6 +379,7 @@ class Buffer(NamedTuple):
     velocity: Rows  # shape (sample, 3 node)
     ledger: Rows  # shape (sample, 2)
     error: Floats  # of positions, as estimated [m], shape (sample,)
+    reach: Floats  # largest displacement of a node before [m], shape (sample,)
     doubtful: Integers  # what ``engine.step_refined`` doubts of it, shape (sample,)
     # States within steps, for conditions; none where nothing is waited for.
     glance_time: Floats  # [s], shape (glance,)

@@ -119,9 +119,7 @@ def test_the_balance_is_judged_by_the_largest_energy_of_all_batches_so_far():
     none = np.zeros(1)
     for time, speed in ((0.0, 1.0), (0.5, 10.0), (1.0, 1.0)):
         velocity = np.array([[[speed, 0.0, 0.0]]])
-        recorder.record(
-            Samples(np.array([time]), np.zeros((1, 1, 3)), velocity, none, none, none)
-        )
+        recorder.record(Samples(np.array([time]), np.zeros((1, 1, 3)), velocity, *[none] * 4))
     # All of the energy, 1, 100 and 1 J, is unaccounted for.
     drifts = recording.log_arrays("energy drift of ")[1]
     assert drifts[:, 0].tolist() == [1.0, 1.0, 0.01]

@@ -23,13 +23,15 @@ from typing import Any, Literal, Self, TypeAlias, get_args
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from tissuec.core.processors import permitted
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder, sample_times
 from tissuec.engine.method import Samples
+from tissuec.engine.state import FLOOR
 from tissuec.matter.elasticity import wall_springs
-from tissuec.model.network import BodyPart, Floats, Network
+from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.script.plan import Plan, without_outputs
 from tissuec.script.verbs.end import without_end
 
@@ -38,7 +40,6 @@ FINEST_FINER = 100.0  # times: of the third run
 FALLEN = 0.25  # of the difference: what must be left of it where steps were too large
 MOST_ROWS = 200
 MOST_BYTES = 2e8
-SMALLEST = 1e-6  # displacement by which differences are measured, relative to the drawing
 USUAL, FINEST = 1e-4, 1e-13  # tolerance, where none is written and at the least
 POLLED = 0.1  # how often a process is looked after [s]
 STARTING = 1.0  # what a process takes until it steps: a run that lasts longer pays for it [s]
@@ -150,6 +151,7 @@ class Companion:
         self.is_wanted = mode != "off" and bool((self.times > 0.0).any())
         kept = len(self.times) if self.is_wanted else 0
         self._own = np.full((kept, network.node_count, 3), np.nan)
+        self._reach = np.zeros(kept)  # largest displacement before each of the times [m]
         self._began = _stepping_clock()
         self._process: subprocess.Popen[bytes] | None = None
         self._folder: Path | None = None
@@ -160,6 +162,8 @@ class Companion:
         """Keep the run's own positions at the times of comparison."""
         if self.is_wanted:
             keep(samples, self.times, self._own)
+            rows, due = _rows_of(samples, self.times)
+            self._reach[rows] = samples.reach[due]
 
     def tick(self, time: float) -> None:
         """Start a process beside the run, if that is worth it.
@@ -276,8 +280,9 @@ class Companion:
 
     def _apart(self, one: Floats, other: Floats, known: Any) -> tuple[Floats, Floats]:
         """Return how far two motions are apart until the known times, relative and [m]."""
-        drawn, floor = self.network.position, SMALLEST * (self.network.extent or 1.0)
-        moved = largest(self._own[known] - drawn)
+        drawn, floor = self.network.position, FLOOR * (self.network.extent or 1.0)
+        # What has come back by the first of the times counts, too.
+        moved = np.maximum(largest(self._own[known] - drawn), self._reach[known])
         scale = np.maximum.accumulate(np.maximum(moved, floor))
         apart = largest(one[known] - other[known])
         return np.maximum.accumulate(apart / scale), np.maximum.accumulate(apart)
@@ -418,9 +423,15 @@ def keep(samples: Samples, times: Floats, rows: Floats) -> None:
         times: Times of interest [s], ascending, shape (time,).
         rows: Positions [m], shape (time, node, 3), changed in place.
     """
+    places, due = _rows_of(samples, times)
+    rows[places] = samples.position[due]
+
+
+def _rows_of(samples: Samples, times: Floats) -> tuple[Indices, NDArray[np.bool_]]:
+    """Return the rows of times that are those of samples, and which samples these are."""
     places = np.searchsorted(times, samples.time)
     due = (places < len(times)) & (times[np.minimum(places, len(times) - 1)] == samples.time)
-    rows[places[due]] = samples.position[due]
+    return places[due], due
 
 
 def largest(vectors: Floats) -> Floats:

@@ -20,6 +20,7 @@ from tissuec.core.units import si_unit
 from tissuec.engine.execution.expectations import ExpectationMemory, ExpectationMonitor
 from tissuec.engine.execution.sampling import SAME, join_times, rows_at
 from tissuec.engine.method import Samples
+from tissuec.engine.state import FLOOR
 from tissuec.geometry.surfaces import entries_of
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
@@ -139,7 +140,7 @@ class Recorder:
         tap: Callable[[Samples], None] | None = None,
     ):
         self.network, self.plan, self.writer, self._tap = network, plan, writer, tap
-        self.memory = ExpectationMemory()
+        self.memory = ExpectationMemory(scale=_least_energy(network))
         self._ledger = EnergyBalance()
         self._ruptured = np.zeros(network.spring_count, dtype=bool)
         self._state: State | None = None
@@ -403,3 +404,12 @@ def _frozen(state: State) -> State:
         knots=dict(state.knots),
         hold_ends=dict(state.hold_ends),
     )
+
+
+def _least_energy(network: Network) -> float:
+    """Return the energy below which a balance is not judged, as rounding makes it [J].
+
+    The stiffest spring stores it at the smallest displacement by which errors are judged.
+    """
+    smallest = FLOOR * network.extent
+    return 0.5 * float(network.sudden.max(initial=0.0)) * smallest**2
