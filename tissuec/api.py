@@ -96,13 +96,10 @@ def run(
         KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
         SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
     """
-    from tissuec.engine.execution.companion import MODES
     from tissuec.pipeline import simulate
     from tissuec.results.places import result_place
 
-    if companion not in MODES:
-        known = ", ".join(f'"{mode}"' for mode in MODES)
-        raise ValueError(f'companion must be one of {known}, not "{companion}"')
+    _check_companion(companion)
     _check_threads(threads)
     compiled, request = _compiled(scene, {**(params or {}), **more}, libraries, strict=strict)
     name, duration = request.source.name, compiled.plan.simulation.duration
@@ -396,6 +393,14 @@ def study(
     failed = [verdict for verdict in result.verdicts if not verdict.holds]
     _warn(*(f"{v.span.place}: {v.expect}\n  failed: {v.measured}" for v in failed))
     return with_methods(result.table)
+
+
+def _check_companion(companion: str) -> None:
+    from tissuec.engine.execution.companion import MODES
+
+    if companion not in MODES:
+        known = ", ".join(f'"{mode}"' for mode in MODES)
+        raise ValueError(f'companion must be one of {known}, not "{companion}"')
 
 
 def _check_threads(threads: int | None) -> None:

@@ -86,6 +86,23 @@ def test_energies_of_broken_powers_are_exact_to_rounding(power):
     assert found == pytest.approx(np.abs(PLACES) ** (power + 2.0) / (power + 2.0), rel=1e-11)
 
 
+@pytest.mark.parametrize(("period", "places"), [(3e-4, (1e-3, -4e-2)), (3e-6, (2e-4, 0.01))])
+def test_energies_of_waves_are_as_exact_as_their_arguments(period, places):
+    """Up to 3000 periods: some hundred points of quadrature would miss them."""
+    law = Law("wave", apply("sin", (Variable("e") * (2.0 * np.pi / period),)), LINEAR.viscous)
+    phase = 2.0 * np.pi * np.array(places) / period
+    found = behaviour(law, len(places)).energy(np.array(places))
+    largest = period / np.pi
+    assert np.abs(found - 0.5 * largest * (1.0 - np.cos(phase))).max() < 1e-11 * largest
+
+
+def test_energies_of_a_narrow_peak_are_exact():
+    e, width = Variable("e"), 1e-6
+    law = Law("peak", e / (1.0 + (e / width) ** 2) ** 2, LINEAR.viscous)
+    exact = 0.5 * width**2 * (1.0 - 1.0 / (1.0 + (PLACES / width) ** 2))
+    assert behaviour(law, len(PLACES)).energy(PLACES) == pytest.approx(exact, rel=1e-11)
+
+
 @pytest.mark.parametrize("name", VISCOUS)
 def test_dashpots_brake_either_way_and_their_viscosity_is_the_derivative(name):
     law = Law(name, LINEAR.elastic, VISCOSITY_LAWS[name](**VISCOUS[name]).force())

@@ -230,7 +230,8 @@ def check_page_name(page: Path, instead: str = "") -> None:
     Raises:
         UsageError: The name does not end as those of pages do.
     """
-    if page.suffix.lower() not in PAGES:
+    is_device = page.exists() and not page.is_file()
+    if page.suffix.lower() not in PAGES and not is_device:
         raise click.UsageError(
             f'the name of a page must end in .html, unlike "{page}"{instead and f"; {instead}"}'
         )
