@@ -191,6 +191,13 @@ def test_nothing_is_offered_where_anything_new_can_stand(text):
     assert offered(text) == []
 
 
+def test_the_unit_of_a_path_is_offered_behind_its_table_only():
+    order = "script { from 0 s to 1 s: move waist "
+    assert {"along", "using"} <= set(offered(f"{BODY}{SETS}{order}‸ }}"))
+    assert "in" not in offered(f"{BODY}{SETS}{order}‸ }}")
+    assert "in" in offered(f'{BODY}{SETS}{order}along table "a.csv" i‸ }}')
+
+
 def test_a_name_with_a_reserved_word_is_written_in_quotes():
     text = 'set "head of gland" = nodes of oviduct\nscript { at 0 s: fix head‸ }'
     assert 'fix "head of gland" }' in written(BODY + text)

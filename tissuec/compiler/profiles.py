@@ -92,7 +92,7 @@ def _table_profiles(
     clause: s.Clause, columns: int, stop: float, order: ClauseReader
 ) -> tuple[TimeProfile, ...]:
     assert isinstance(clause.value, s.Name)
-    factor = _length_unit(order) if columns > 1 else 1.0
+    factor = _length_unit(clause, order) if columns > 1 else 1.0
     rows = _read_csv(clause, clause.value, 1 + columns, order)
     times, values = rows[:, 0], rows[:, 1:]
     if times[0] < 0.0 or np.any(np.diff(times) <= 0.0):
@@ -135,19 +135,21 @@ def table_texts(items: Sequence[s.Item], library: Library) -> dict[str, str]:
     return found
 
 
-def _length_unit(order: ClauseReader) -> float:
+def _length_unit(clause: s.Clause, order: ClauseReader) -> float:
     """Return the metres in the unit of ``in mm``."""
     if not order.has("in"):
-        along = order.clauses["along"].span
-        hint = Hint(f"for example: {along.text} in mm", insertion(" in mm", along))
-        order.reject("TIS304", "the unit of the path is missing", hint=hint)
+        path = clause.span
+        hint = Hint(f"for example: {path.text} in mm", insertion(" in mm", path))
+        order.reject("TIS304", "the unit of the path is missing", hint=hint, word=clause.word)
     text = order.text("in")
+    example = Hint("for example: in mm", Edit("in mm"))
     try:
         unit = parse_unit(text)
     except UnitError as error:
-        order.reject("TIS104", str(error), word="in")
+        order.reject("TIS104", str(error), hint=example, word="in")
     if unit.dimension != LENGTH:
-        order.reject("TIS502", f"a path needs a unit of length; {text} is not one", word="in")
+        message = f"a path needs a unit of length; {text} is not one"
+        order.reject("TIS502", message, hint=example, word="in")
     return unit.factor
 
 

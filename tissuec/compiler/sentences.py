@@ -124,6 +124,9 @@ class SentenceOrder(ClauseReader):
         # "along" a direction belongs to a force, "along table" to a path.
         along = self.clauses["along"].value if "along" in self.clauses else None
         is_path = isinstance(along, s.Name) and along.words == "table"
-        word = "along" if is_path and "using" not in self.clauses else "using"
+        if is_path and "using" in self.clauses:
+            hint = Hint('remove "using"', Edit(""))
+            self.reject("TIS306", "a path in a table has no profile", hint=hint, word="using")
+        word = "along" if is_path else "using"
         self.asked.add(word)
         return read_profiles(self.clauses.get(word), default, columns, self)

@@ -13,8 +13,8 @@ from tissuec.script.measures import MEASURES
 
 _LOGIC = ("and", "or", "not", "is", "between", "within", "of")
 _OF_TRIGGERS = ("to", "every", "and", "or", "not", "between", "along")
-#: Words that stand behind another one of the same form only.
-_SECOND = {"to": "from", "and": "between"}
+#: Words that stand behind one of some others, where their form has those before them.
+_SECOND = {"to": ("from",), "and": ("between",), "in": ("using", "along")}
 #: Words that a sentence can have several times, by its block: ``of scar of vessel``.
 _REPEATED = (("learn", "of"), ("study", "of"))
 
@@ -71,7 +71,7 @@ def _clauses_left(prefix: Prefix) -> Iterator[str]:
                 begun = bool(prefix.object)
                 is_behind = begun and (prefix.openers or [""])[-1] in (before, word)
             else:
-                is_behind = _SECOND.get(word) != before or prefix.has(before)
+                is_behind = before not in _SECOND.get(word, ()) or prefix.has(before)
             is_left = not prefix.has(word) or (kind, word) in _REPEATED
             if word != "=" and is_behind and is_left:
                 found[word] = None

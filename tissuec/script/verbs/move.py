@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.hints import Edit, Hint
+from tissuec.core.hints import Edit, Hint, insertion
 from tissuec.core.source import Span
 from tissuec.forces.load import LoadTerm
 from tissuec.mechanics.state import State
@@ -15,6 +15,9 @@ from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import VERBS, EventQueue, LoggedEvent, Mover, Order
 from tissuec.script.verbs.holding import Driven, sentence
 from tissuec.script.verbs.motion import EndMotion, driven_by, schedule, set_off
+
+#: How the vector of a motion can be written.
+SHIFT = "by (0, 0, 1) mm"
 
 
 @VERBS.member("move")
@@ -31,8 +34,8 @@ class Move(Struct, frozen=True):
     forms: ClassVar[tuple[str, ...]] = (
         "move SET by VECTOR using PROFILE",
         "move TOOL by VECTOR using PROFILE",
-        'move SET using table "path.csv"',
-        'move SET along table "path.csv"',
+        'move SET using table "path.csv" in mm',
+        'move SET along table "path.csv" in mm',
     )
     mover: Mover
     vectors: tuple[Floats, ...]  # [m], one per profile, each of shape (3,)
@@ -43,8 +46,21 @@ class Move(Struct, frozen=True):
     @classmethod
     def read(cls, order: Order) -> Self:
         is_shift = order.has("by")
+        if is_shift and order.has("in"):
+            order.reject(
+                "TIS306",
+                "a motion has a vector or a path in a table, not both",
+                hint=f"write: {cls.forms[0]} or: {cls.forms[3]}",
+                word="in",
+            )
         vectors = (order.vector("by", units.LENGTH),) if is_shift else tuple(np.eye(3))
         profiles = order.profiles(default="", columns=len(vectors))
+        if not is_shift and profiles[0].kind != "table":
+            order.reject(
+                "TIS304",
+                "the vector of the motion is missing",
+                hint=Hint(f"for example: {SHIFT}", insertion(f" {SHIFT}", order.span)),
+            )
         refuse_jump(order, profiles)
         return cls(order.mover(), vectors, profiles, order.duration, order.span)
 
