@@ -8,9 +8,9 @@ import pytest
 from tests.growth import grows_in_proportion
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
+from tissuec.core.text_tables.column_units import unit_of
+from tissuec.core.text_tables.dialect import find_dialect
 from tissuec.core.units import UnitError
-from tissuec.learn.data.dialect import find_dialect
-from tissuec.learn.data.naming import unit_of
 from tissuec.meshes.formats import FormatError, read
 from tissuec.meshes.formats.vtu import cells_announced
 from tissuec.pipeline import check_request

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from tests.examples import examples
 from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
-from tissuec.learn.data import columns
+from tissuec.core.text_tables import columns
 from tissuec.learn.data.experiment import Experiment, Series
 from tissuec.learn.data.reading import check_times, read_experiment
 from tissuec.learn.data.thinning import nearest_rows

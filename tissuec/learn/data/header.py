@@ -7,10 +7,10 @@ from msgspec import Struct
 
 from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
+from tissuec.core.text_tables.column_units import unit_of
+from tissuec.core.text_tables.dialect import Dialect
 from tissuec.core.units import LENGTH, TIME, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import Complaints, first_few
-from tissuec.learn.data.dialect import Dialect
-from tissuec.learn.data.naming import unit_of
 from tissuec.script.fit_problem import DataAxis, DataColumn, Fit
 
 

@@ -7,10 +7,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.source import Span
+from tissuec.core.text_tables.columns import line_number
+from tissuec.core.text_tables.dialect import Dialect
 from tissuec.core.units import LENGTH, TIME, show
-from tissuec.learn.data.columns import line_number
 from tissuec.learn.data.complaints import Complaints
-from tissuec.learn.data.dialect import Dialect
 from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import Fit
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissuec.core.files import read_bytes
-from tissuec.learn.data.columns import BadRow, read_columns
+from tissuec.core.text_tables.columns import BadRow, read_columns
+from tissuec.core.text_tables.dialect import find_dialect
 from tissuec.learn.data.complaints import Complaints
-from tissuec.learn.data.dialect import find_dialect
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.header import Wanted, find_columns
 from tissuec.learn.data.long import LONG, is_long, read_long

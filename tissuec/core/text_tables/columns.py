@@ -5,9 +5,18 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tissuec.learn.data.dialect import BLANK, Dialect, as_number, cells_of, is_row, lines_of
-from tissuec.model.network import Floats
+from tissuec.core.text_tables.dialect import (
+    BLANK,
+    Dialect,
+    as_number,
+    cells_of,
+    is_row,
+    lines_of,
+)
+
+Floats = NDArray[np.float64]
 
 #: Characters that are converted at a time, so that memory holds numbers rather than cells.
 _BLOCK = 1 << 23
