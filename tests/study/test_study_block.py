@@ -113,6 +113,13 @@ def test_rows_come_from_a_file(tmp_path):
         ("lift [mm]\n2\nx\n", 'line 3 of "points.csv": "x" is not a number'),
         ("lift [mm]\n2,3\n", "has 2 cells instead of 1"),
         ("lift [mm]\n", "has no rows"),
+        ("lift (mm)\n2\n", 'wrong name of column "lift (mm)" of "points.csv"'),
+        ("lift [mm];tissue of bar\n2;spring\n", "lift [mm]; commas separate columns"),
+        ("lift [mm]\ttolerance\n2\t1e-4\n", "commas separate columns"),
+        ("lift [mm],\n2,1\n", 'wrong name of column "" of "points.csv"'),
+        ("lift = 2 mm\n2\n", 'wrong name of column "lift = 2 mm"'),
+        ("lfit [mm]\n2\n", 'column "lfit [mm]" of "points.csv": '),
+        ("lift [inch]\n2\n", 'column "lift [inch]" of "points.csv": "inch" is not a unit'),
         ("tissue of bar\nspring\nsteel\n", 'no tissue called "steel" (run 1)'),
     ],
 )

@@ -90,8 +90,16 @@ class FactorReader:
             text += f" {item.arguments[0].span.text}"
         return " ".join(text.split())
 
-    def _own(self, target: str, span: Span) -> tuple[Value | str | None, Dimension | None]:
-        """Return what the scene itself has, and its dimension as far as that is known."""
+    def _own(
+        self, target: str, span: Span, where: str = ""
+    ) -> tuple[Value | str | None, Dimension | None]:
+        """Return what the scene itself has, and its dimension as far as that is known.
+
+        Args:
+            target: The param or entry.
+            span: Place of errors.
+            where: Beginning of their messages.
+        """
         declared = self.declarations.of("param").get(key_of(target))
         if declared is not None:
             value = self.scope.name(declared.name)
@@ -105,7 +113,8 @@ class FactorReader:
             item = written_entry(override, self.declarations, elsewhere)
         except Rejected:
             for found in elsewhere.errors:
-                self.findings.add(found.code, found.message, span, hint=found.hint)
+                message = f"{where}{found.message}"
+                self.findings.add(found.code, message, span, hint=found.hint)
             self.findings.stop()
         match item:
             case s.Assign(value=s.Number() | s.Quantity() | s.Name() | s.Sum() | s.Product()):
@@ -306,7 +315,7 @@ class FactorReader:
                 )
         columns = [[line[n].strip() for line in body] for n in range(len(head))]
         factors = [
-            self._column(title.strip(), cells, item)
+            self._column(title.strip(), cells, name, item)
             for title, cells in zip(head, columns, strict=True)
         ]
         values = [
@@ -315,12 +324,21 @@ class FactorReader:
         ]
         return factors, list(zip(*values, strict=True))
 
-    def _column(self, head: str, cells: Sequence[str], item: s.Sentence) -> Factor:
+    def _column(
+        self, head: str, cells: Sequence[str], file: s.Name, item: s.Sentence
+    ) -> Factor:
         """Return the factor of a column."""
         found = _HEAD.match(head)
         assert found is not None
         name, unit = " ".join(found[1].split()), found[2] or ""
-        own, dimension = self._own(name, item.name.span)
+        where = f'column "{head}" of "{file.quoted}"'
+        if not self._can_vary(found[1]):
+            self.findings.reject(
+                "TIS312", f"wrong name of {where}", item.span,
+                hint="a column has the name of a factor, and its unit in square brackets: "
+                "lift [mm]; commas separate columns",
+            )  # fmt: skip
+        own, dimension = self._own(name, item.name.span, f"{where}: ")
         is_text = not unit and not all(map(_is_number, cells))
         if is_text:
             verb = "is" if all(re.fullmatch(r"[^\W\d][^(]*", cell) for cell in cells) else "="
@@ -328,14 +346,26 @@ class FactorReader:
         try:
             found_unit = parse_unit(unit).dimension if unit else NUMBER
         except UnitError as error:
-            self.findings.reject("TIS104", f'column "{head}": {error}', item.span)
+            self.findings.reject("TIS104", f"{where}: {error}", item.span)
         if dimension is not None and found_unit != dimension:
             wanted = suggested_unit(dimension)
             self.findings.reject(
-                "TIS502", f'column "{head}" has the wrong unit', item.span,
+                "TIS502", f"{where} has the wrong unit", item.span,
                 hint=f'call it "{name} [{wanted}]"' if wanted else f'call it "{name}"',
             )  # fmt: skip
         return self._factor(name, unit, None, "", own, item.span)
+
+    def _can_vary(self, name: str) -> bool:
+        """Return whether a text has the form of a factor."""
+        if key_of(name) in self.declarations.of("param"):
+            return True
+        if set(";\t") & set(name):  # columns that something else separates
+            return False
+        try:
+            read_override(f"{name} = 0", Findings())
+        except Rejected:
+            return False
+        return True
 
     def _cells(
         self, factor: Factor, cells: Sequence[str], name: s.Name, item: s.Sentence
