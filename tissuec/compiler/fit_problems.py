@@ -46,10 +46,7 @@ def compile_fit_problems(
     """
     findings = conditions.findings
     targets = Targets(scene, conditions.groups)
-    judged = {
-        key: ExpectableErrors.of(written.names, written.data, written.last_part)
-        for key, written in scene.fit_problems.items()
-    }
+    judged = {key: ExpectableErrors.of(written) for key, written in scene.fit_problems.items()}
     demands = _demands(conditions, judged, expects)
     found: list[FitProblem] = []
     for key, written in scene.fit_problems.items():

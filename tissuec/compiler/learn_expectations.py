@@ -10,8 +10,9 @@ from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
+from tissuec.scene.learn_model import WrittenFitProblem
 from tissuec.scene.values import Value
-from tissuec.script.fit_problem import Data, Demand, Errors
+from tissuec.script.fit_problem import Demand, Errors
 from tissuec.script.measures import MEASURES
 
 HELD_OUT, ALL = "held out", "data"
@@ -24,24 +25,19 @@ class ExpectableErrors(Struct, frozen=True):
     Attributes:
         files: Names of the files, by the names as written.
         holds_out: Whether there is anything that the learning does not see.
+        is_whole: Whether the fit problem could be read without errors.
     """
 
     files: Mapping[str, str]
     holds_out: bool
+    is_whole: bool
 
     @classmethod
-    def of(
-        cls, names: Mapping[str, str], data: Sequence[Data], last_part: float
-    ) -> "ExpectableErrors":
-        """Return which errors can be expected.
-
-        Args:
-            names: Names as written, by the names of files.
-            data: The data of the learn block.
-            last_part: Part of each file that is held out at its end.
-        """
-        written = {name: file for file, name in names.items()}
-        return cls(written, last_part > 0.0 or any(one.held_out for one in data))
+    def of(cls, written: WrittenFitProblem) -> "ExpectableErrors":
+        """Return which errors of a learn block can be expected."""
+        files = {name: file for file, name in written.names.items()}
+        holds_out = written.last_part > 0.0 or any(one.held_out for one in written.data)
+        return cls(files, holds_out, written.is_whole)
 
     def name_of(self, key: s.Name) -> str | None:
         """Return what an error is called in ``Errors``; None if there is none such."""
@@ -154,6 +150,8 @@ class DemandReader:
         """Reject an expectation that no fit problem can meet."""
         known = [HELD_OUT, ALL, *(f for one in self.fit_problems.values() for f in one.files)]
         every = self.fit_problems.values()
+        if not all(one.is_whole for one in every):
+            self.findings.stop()  # what was found wrong there may be what is missing here
         bad = next((n for n in names if not any(one.name_of(n) for one in every)), names[0])
         if bad.key == HELD_OUT and bad.quoted is None:
             self.findings.reject(
