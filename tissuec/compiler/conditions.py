@@ -231,6 +231,7 @@ class Conditions:
 
     def _subject(self, measure: type[Measure], name: s.Name) -> Subject:
         none = np.zeros(0, dtype=np.int64)
+        self._refuse_others(measure, name)
         if name.key in self.tools:
             tool = self.tools[name.key]
             if measure.takes == "springs":
@@ -256,6 +257,26 @@ class Conditions:
             return Subject(springs.name, none, springs.indices, is_springs=True)
         nodes = self.groups.nodes(name)
         return Subject(nodes.name, nodes.indices, self.groups.springs(name).indices)
+
+    def _refuse_others(self, measure: type[Measure], name: s.Name) -> None:
+        """Reject what has neither a volume nor a grip, and would always have none."""
+        match measure.takes:
+            case "body":
+                needed, known = "a body", self.groups.names_of_bodies()
+            case "jaws":
+                forceps = [tool for tool in self.tools.values() if tool.may_be("forceps")]
+                known = [tool.name for tool in forceps if tool.shapes or tool.entries is None]
+                needed = "forceps with jaws"
+            case _:
+                return
+        is_right = any(s.key_of(each) == name.key for each in known)
+        if self._is_subject(name) and not is_right:
+            self.findings.reject(
+                "TIS702",
+                f"{measure.form} needs {needed}",
+                name.span,
+                hint=alternatives(name.text, known, what="there are"),
+            )
 
     def _along(self, argument: s.Argument, key: str) -> Floats:
         clause = argument.clauses[0]

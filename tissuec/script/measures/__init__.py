@@ -41,7 +41,8 @@ class Measure(Protocol):
         form: How it is written, such as "distance(A, B)".
         dimension: Of its value.
         subjects: How many subjects it takes.
-        takes: "nodes", "springs" or "any": which subjects it can be taken of.
+        takes: "nodes", "springs" or "any": which subjects it can be taken of; or "body" or
+            "jaws" where it means something of whole bodies or of forceps with jaws only.
     """
 
     form: str

@@ -18,7 +18,7 @@ class Grip(ScalarMeasure):
     form = "grip(A)"
     dimension = units.FORCE
     subjects = 1
-    takes = "nodes"
+    takes = "jaws"
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -16,7 +16,7 @@ class Pressure(ScalarMeasure):
     form = "pressure(A)"
     dimension = units.PRESSURE
     subjects = 1
-    takes = "nodes"
+    takes = "body"
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

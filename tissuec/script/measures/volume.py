@@ -20,7 +20,7 @@ class Volume(ScalarMeasure):
     form = "volume(A)"
     dimension = units.VOLUME
     subjects = 1
-    takes = "nodes"
+    takes = "body"
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
