@@ -7,7 +7,13 @@ from tissuec.lsp.terms import Terms
 from tissuec.script.measures import MEASURES
 
 #: What a measure is taken of, by what it takes.
-_TAKEN_OF = {"nodes": (*NODES, "holding"), "springs": SPRINGS, "any": (*SPRINGS, "holding")}
+_TAKEN_OF = {
+    "nodes": (*NODES, "holding"),
+    "springs": SPRINGS,
+    "any": (*SPRINGS, "holding"),
+    "body": ("body",),
+    "jaws": ("holding",),
+}
 
 
 def measured(*known: Terms) -> Expected:
