@@ -61,14 +61,15 @@ class Errors(Struct, frozen=True):
 
     def _allowed(self, trajectory: "Trajectory") -> TimeCurve | None:
         """Return what the tolerance allows; None where a fixed step promises nothing."""
-        from tissuec.engine.execution.companion import SMALLEST, USUAL
+        from tissuec.engine.execution.companion import USUAL
+        from tissuec.engine.state import FLOOR
 
         manifest = trajectory.manifest
         if manifest.get("step") is not None or not len(trajectory.times):
             return None
         tolerance = float(manifest.get("tolerance") or USUAL)
         reach = np.maximum(
-            largest_displacements(trajectory), SMALLEST * trajectory.network.extent
+            largest_displacements(trajectory), FLOOR * trajectory.network.extent
         )
         rows = Window(self.start, self.stop).rows(trajectory.times, "the trajectory")
         return TimeCurve(
