@@ -20,6 +20,7 @@ from tissuec.compiler.contact import contact_of, with_tools
 from tissuec.compiler.drawn_bodies import Drawing, draw
 from tissuec.compiler.expectations import split_expectations
 from tissuec.compiler.holds import check_holds
+from tissuec.compiler.inflations import check_inflations
 from tissuec.compiler.internal_variables import inelastic_of, with_memory
 from tissuec.compiler.joints import JointArrays, build_joints
 from tissuec.compiler.outputs import OutputReader
@@ -379,6 +380,7 @@ def _script(
         shaped = all(tool.entries is not None for tool in scene.tools.values())
         held = check_holds(script.events, script.triggers, network.tools, shaped=shaped)
         findings.extend(held)
+        findings.extend(check_inflations(script.events, script.triggers))
     actions = {id(event.action): event.action for event in _events(script)}
     for action in actions.values():  # each once, however often it is repeated
         if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):

@@ -20,6 +20,7 @@ from tissuec.script.verbs.holding import (
     Freed,
     HoldChange,
     Holding,
+    JawsMoved,
     Released,
     Stopped,
     Taken,
@@ -104,6 +105,8 @@ class _HoldHistory:
                 self.driven[mover.name, span] = new
                 if not self.may_free:
                     yield from self._fixed(new)
+            case JawsMoved(tool=tool):
+                yield from self._moved_meanwhile(tool, time, span)
             case Stopped(mover=name):
                 self._end(lambda old: old.mover == name)
             case Released(group=group, tool=tool) as release:
@@ -143,6 +146,18 @@ class _HoldHistory:
                     new.span,
                     "free them first, or exclude them from what is fixed or moved",
                     (Note("fixed here", span),),
+                )
+
+    def _moved_meanwhile(self, tool: str, time: float, span: Span) -> Iterator[Diagnostic]:
+        """Yield that jaws open or close while the forceps move."""
+        for old in self.driven.values():
+            if old.mover == tool and time < old.stop * (1 - 1e-12):
+                yield Diagnostic(
+                    "TIS402",
+                    f"{tool} cannot open or close while it is moved, at {show(time, TIME)}",
+                    span,
+                    "let one motion end before the other begins",
+                    (Note("the other motion", old.span),),
                 )
 
     def _end(self, is_over: Callable[[DrivenNodes], bool]) -> None:

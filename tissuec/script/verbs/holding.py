@@ -40,6 +40,12 @@ class Driven(Struct, frozen=True, eq=False):
     duration: float | None
 
 
+class JawsMoved(Struct, frozen=True, eq=False):
+    """The jaws of forceps open or close, which they cannot do while the forceps move."""
+
+    tool: str
+
+
 class Stopped(Struct, frozen=True, eq=False):
     """The motion of a mover ends."""
 
@@ -59,7 +65,7 @@ class Freed(Struct, frozen=True, eq=False):
     nodes: Indices
 
 
-HoldChange: TypeAlias = Fixed | Taken | Driven | Stopped | Released | Freed
+HoldChange: TypeAlias = Fixed | Taken | Driven | JawsMoved | Stopped | Released | Freed
 
 
 @runtime_checkable

@@ -14,7 +14,7 @@ from tissuec.mechanics.state import State
 from tissuec.model.network import Indices, Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent, Mover, Order
-from tissuec.script.verbs.holding import sentence
+from tissuec.script.verbs.holding import JawsMoved, sentence
 from tissuec.script.verbs.motion import EndMotion, schedule, set_off
 from tissuec.script.verbs.move import refuse_jump
 
@@ -60,6 +60,9 @@ class JawMotion(Struct, frozen=True):
         if jaws_of(network, self.tool) is not None:
             return ""
         return f"{self.tool} has no jaws: it needs radius, upper and lower"
+
+    def holding(self) -> JawsMoved:
+        return JawsMoved(self.tool)
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         """Begin the motion of both jaws at the present time.

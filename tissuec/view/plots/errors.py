@@ -68,9 +68,7 @@ class Errors(Struct, frozen=True):
         if manifest.get("step") is not None or not len(trajectory.times):
             return None
         tolerance = float(manifest.get("tolerance") or USUAL)
-        reach = np.maximum(
-            largest_displacements(trajectory), FLOOR * trajectory.network.extent
-        )
+        reach = np.maximum(largest_displacements(trajectory), FLOOR * trajectory.network.extent)
         rows = Window(self.start, self.stop).rows(trajectory.times, "the trajectory")
         return TimeCurve(
             f"allowed by {tolerance:g}",
