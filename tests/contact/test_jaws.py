@@ -65,6 +65,15 @@ def test_jaws_that_open_again_press_on_nothing():
     assert memory.log_arrays(GRIP)[1][:, 0].max() > 0.1
 
 
+@pytest.mark.parametrize(("way", "told"), [(12, []), (14, ["2 mm"])])
+def test_jaws_that_would_pass_through_each_other_say_so(way, told):
+    closing = f"from 0 s to 0.2 s: close clamp by {way} mm using smooth profile"
+    # Without the strut: its nodes stand beside the jaws, which are 12 mm apart.
+    memory, _ = logged(f"at 0 s: change velocity of bar to (9, 0, 0) m/s; {closing}")
+    notes = [event.cause for event in memory.events if event.kind == "note"]
+    assert [cause.rpartition("by ")[2] for cause in notes] == told
+
+
 def test_what_jaws_hold_follows_them_and_slips_where_friction_ends():
     pulled = """from 0 s to 50 ms: close clamp by 4 mm using smooth profile
       from 100 ms to 250 ms: move clamp by (0, 4, 0) mm using smooth profile"""

@@ -87,7 +87,13 @@ class JawMotion(Struct, frozen=True):
             if np.isfinite(stop):
                 queue.add(stop, EndMotion(mover.name, stop, self.span))
         kind = "open" if self.apart else "close"
-        return (LoggedEvent(kind, (), sentence(self.span), self.span),)
+        done = LoggedEvent(kind, (), sentence(self.span), self.span)
+        gap = float(np.linalg.norm(upper - lower)) - 2.0 * _radius(state.network, self.tool)
+        if self.apart or self.way <= gap * (1.0 + 1e-9):
+            return (done,)
+        over = units.show(self.way - gap, units.LENGTH)
+        told = f"{sentence(self.span)}: the jaws pass through each other, by {over}"
+        return done, LoggedEvent("note", (), told, self.span)
 
 
 def _turned_round(order: Order) -> list[Edit]:
@@ -101,3 +107,8 @@ def _turned_round(order: Order) -> list[Edit]:
 def jaws_of(network: Network, tool: str) -> tuple[Indices, Indices] | None:
     """Return the nodes of both jaws of forceps, shape (n,) each; None for any other tool."""
     return next((part.jaws for part in network.tools if part.name == tool), None)
+
+
+def _radius(network: Network, tool: str) -> float:
+    """Return the radius of the jaws of forceps [m]."""
+    return next(part.shapes[0].radius for part in network.tools if part.name == tool)
