@@ -77,23 +77,26 @@ def floppy(
             continue
         nodes, springs = _with_joined(network, body)
         ends = np.searchsorted(nodes, network.ends[springs]).astype(np.int32)
-        modes = count(
-            network.position[nodes],
-            ends,
-            network.stiffness[springs],
-            network.rest[springs],
-            # What it is joined to stands still, so that what is left is a mode of its own.
-            held[nodes] | (nodes < body.nodes.start) | (nodes >= body.nodes.stop),
-        )
-        if modes.checked and modes.count:
-            yield Diagnostic(
-                "W303",
-                f"{body.name} has {counted(modes.count, 'floppy mode')}: "
-                "it can deform without stretching any spring",
-                body.span,
-                "add diagonals or interior springs, a larger reach of the lattice, "
-                "or prestress",
-            )
+        position, rest, stiffness = network.position[nodes], network.rest, network.stiffness
+        # What it is joined to stands still, so that what is left is a mode of its own.
+        still = held[nodes] | (nodes < body.nodes.start) | (nodes >= body.nodes.stop)
+        modes = count(position, ends, stiffness[springs], rest[springs], still)
+        if not (modes.checked and modes.count):
+            continue
+        reason = "it can deform without stretching any spring"
+        hint = "add diagonals or interior springs, a larger reach of the lattice, or prestress"
+        slack = stiffness[springs] == 0.0
+        if slack.any():
+            stiff = np.where(slack, stiffness[springs].max(initial=1.0), stiffness[springs])
+            if count(position, ends, stiff, rest[springs], still).count < modes.count:
+                slacks = int(np.count_nonzero(slack))
+                reason = f"{counted(slacks, 'spring')} of {len(springs)} have no stiffness"
+                hint = (
+                    "write spring constants above 0; those of matter are fitted to it, which "
+                    "needs smaller cells"
+                )
+        text = f"{body.name} has {counted(modes.count, 'floppy mode')}: {reason}"
+        yield Diagnostic("W303", text, body.span, hint)
 
 
 def uncounted(compiled: Compiled) -> list[str]:
