@@ -376,14 +376,16 @@ def _script(
     script = reader.read(block.items)
     # What was left out may hold what is moved or released; nodes of tools stand behind all
     # bodies.
+    shaped = all(tool.entries is not None for tool in scene.tools.values())
     if script.is_whole and (is_whole or not network.tools):
-        shaped = all(tool.entries is not None for tool in scene.tools.values())
         held = check_holds(script.events, script.triggers, network.tools, shaped=shaped)
         findings.extend(held)
         findings.extend(check_inflations(script.events, script.triggers))
     actions = {id(event.action): event.action for event in _events(script)}
     for action in actions.values():  # each once, however often it is repeated
-        if is_whole and isinstance(action, Demanding) and (flaw := action.flaw(network)):
+        if not (is_whole and shaped and isinstance(action, Demanding)):
+            continue
+        if flaw := action.flaw(network):
             findings.add("TIS309", flaw, action.span)
     return script
 

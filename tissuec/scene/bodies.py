@@ -354,13 +354,14 @@ class _BodyReader:
 
     def _bending(self, item: s.Assign | s.Sentence | s.Block) -> None:
         """Read how the body resists bending: by springs beside the tissue's, or as a shell."""
+        example = "bending is soft, or bending = 20 %"
+        if isinstance(item, s.Assign) and item.value.span.text.lower() in _CHOICES:
+            schema.refuse_sign(item, self.scope, example=example)
         if isinstance(item, s.Assign):
             entry = schema.Entry("bending", "bending", _PART, 0.0, "")
             part = schema.read_entry(entry, item, self.scope)
         else:
-            word = schema.word_of(
-                item, self.scope, example="bending is soft, or bending = 20 %"
-            )
+            word = schema.word_of(item, self.scope, example=example)
             if word.key == ELASTIC:
                 self.shell = item.span
                 return

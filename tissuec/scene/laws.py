@@ -183,6 +183,8 @@ def read_law(kind: LawKind, item: Entry, scope: Scope) -> WrittenLaw:
         return _free(FORMS[item.name.key], item, scope)
     if isinstance(item, s.Sentence | s.Block) and item.name.key == kind.word:
         return _named(kind, item, scope)
+    if isinstance(item, s.Assign) and item.name.key == kind.word:
+        schema.refuse_sign(item, scope, example=f"{kind.word} is linear")
     scope.findings.reject(
         "TIS312",
         f"wrong form of {kind.word}",

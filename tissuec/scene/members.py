@@ -66,10 +66,12 @@ def _target(
 
 
 def _with_on(item: s.Item) -> list[Edit]:
-    """Return the edit of "acts floor" that puts "on" between both."""
+    """Return the edit of "acts floor" or "acts = floor" that puts "on" between both."""
     match item:
         case s.Sentence(name=s.Name(quoted=None, words=words), phrase=None, clauses=()):
             return [Edit(f"acts on {words.partition(' ')[2]}")]
+        case s.Assign(value=s.Name() as name, clauses=()):
+            return [Edit(f"acts on {name.span.text}")]
         case _:
             return []
 
@@ -104,9 +106,9 @@ def _single(
     block: s.Block,
     items: Sequence[s.Item],
     scope: Scope,
-) -> tuple[s.Sentence, list[s.Item]]:
-    """Return the sentence of a block that begins with a word, and all other items."""
-    written = [i for i in items if isinstance(i, s.Sentence) and i.name.key == key]
+) -> tuple[s.Sentence | s.Assign, list[s.Item]]:
+    """Return the entry of a block with this name, and all other items."""
+    written = [i for i in items if isinstance(i, s.Sentence | s.Assign) and i.name.key == key]
     if not written:
         scope.findings.reject(
             "TIS304", f'{what} needs "{key}"', block.head,

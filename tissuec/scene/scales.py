@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from tissuec.core.errors import Note
-from tissuec.core.hints import alternatives, leaving_out
+from tissuec.core.hints import alternatives, leaving_out, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, NUMBER, Dimension, describe, show
 from tissuec.fuzzy.axis import Axis
@@ -65,17 +65,7 @@ class ScaleReader:
                 hint=alternatives(self.name.key, LISTED, what="quantities"),
             )
         quantity = QUANTITIES[self.name.key]
-        words: list[s.Item] = []
-        applies: s.Sentence | None = None
-        otherwise: s.Sentence | None = None
-        for item in self.block.items:
-            match item:
-                case s.Sentence(name=s.Name(key="applies")):
-                    applies = item
-                case s.Sentence(name=s.Name(key="otherwise")) if item.phrase is not None:
-                    otherwise = item
-                case _:
-                    words.append(item)
+        applies, otherwise, words = self._parts()
         if quantity.is_of_matter:
             spread, length = self._of_matter(applies)
         elif applies is None:
@@ -96,6 +86,32 @@ class ScaleReader:
                 self._range(),
             )
         return QuantityScale(named, spread, length, otherwise)
+
+    def _parts(self) -> tuple[s.Sentence | None, s.Sentence | None, list[s.Item]]:
+        """Return what is written of "applies" and "otherwise", and the words."""
+        applies: s.Sentence | None = None
+        otherwise: s.Sentence | None = None
+        words: list[s.Item] = []
+        for item in self.block.items:
+            match item:
+                case s.Sentence(name=s.Name(key="applies")):
+                    applies = item
+                case s.Assign(name=s.Name(key="applies")):
+                    hint = proposal(f"applies to {item.value.span.text}")
+                    message = '"applies" is followed by "to", not by "="'
+                    self.findings.reject("TIS312", message, item.span, hint=hint)
+                case s.Sentence(name=s.Name(key="otherwise")) if item.phrase is not None:
+                    otherwise = item
+                case s.Assign(name=s.Name(key="otherwise"), value=value) if not isinstance(
+                    value, s.Call
+                ):
+                    schema.refuse_sign(item, self.scope, example="otherwise is WORD")
+                case s.Sentence(clauses=()) if hint := schema.chosen(item, ("otherwise",)):
+                    message = '"otherwise" is followed by "is" and a word'
+                    self.findings.reject("TIS312", message, item.span, hint=hint)
+                case _:
+                    words.append(item)
+        return applies, otherwise, words
 
     def _of_matter(self, applies: s.Sentence | None) -> tuple[Spread, None]:
         """Return what a quantity of matter belongs to; nothing is to be written of it."""

@@ -23,6 +23,7 @@ from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_u
 from tissuec.lang import syntax as s
 from tissuec.scene.expressions import Scope
 from tissuec.scene.files import read_file
+from tissuec.scene.values import Value
 
 #: What opens a block, behind its head.
 _BRACE = re.compile(r"\s*\{")
@@ -269,13 +270,8 @@ def read_value(
         case Point(dimension=dimension):
             value = scope.evaluate(node)
             if not value.is_vector:
-                text = node.span.text
-                amount = _AMOUNT.fullmatch(text)
-                vector = f"(0, 0, {amount[1]}) {amount[2]}".rstrip() if amount else "(0, 0, 1)"
-                hint = Hint(
-                    f"for example: {what} = {vector}", *([Edit(vector)] if amount else [])
-                )
                 message = f"{what} must be a vector: (x, y, z)"
+                hint = _as_vector(kind, node, value, what=what)
                 scope.findings.reject("TIS312", message, node.span, hint=hint)
             if np.any(value.amount) or not value.is_literal:
                 scope.expect(value, dimension, node.span, what=what)
@@ -305,6 +301,19 @@ def read_value(
             return int(number)
         case Real():
             return _read_real(kind, node, scope, what=what)
+
+
+def _as_vector(kind: Point, node: s.Expression, value: Value, *, what: str) -> Hint:
+    """Return a hint to write a number as a vector, downwards if it is of gravity."""
+    amount = _AMOUNT.fullmatch(node.span.text)
+    fits = value.dimension == kind.dimension or value.is_literal
+    if amount is None or not fits:
+        return Hint(f"for example: {Entry(what, what, kind, None, '').example}")
+    is_upward = kind.dimension == ACCELERATION and float(value.amount) > 0.0
+    number = f"-{amount[1]}" if is_upward else amount[1]
+    unit = amount[2] or suggested_unit(kind.dimension)
+    vector = f"(0, 0, {number}) {unit}".rstrip()
+    return Hint(f"for example: {what} = {vector}", Edit(vector))
 
 
 def _read_real(kind: Real, node: s.Expression, scope: Scope, *, what: str) -> float:
@@ -366,6 +375,7 @@ def _read_word(entry: Entry, kind: OneOf, item: s.Item, scope: Scope) -> str:
 
 def word_of(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str) -> s.Name:
     """Return the single word after ``is``."""
+    refuse_sign(item, scope, example=example)
     if (
         isinstance(item, s.Assign)
         or item.phrase is None
@@ -379,6 +389,26 @@ def word_of(item: s.Assign | s.Sentence | s.Block, scope: Scope, *, example: str
             hint=f"for example: {example}",
         )
     return item.phrase.words[0]
+
+
+def refuse_sign(item: s.Item, scope: Scope, *, example: str) -> None:
+    """Reject ``kind = forceps``, where a word is chosen.
+
+    Args:
+        item: The entry.
+        example: How the entry could be written.
+    """
+    if not isinstance(item, s.Assign):
+        return
+    is_word = isinstance(item.value, s.Name) and not item.clauses
+    hint = (
+        proposal(f"{item.name.span.text} is {item.value.span.text}")
+        if is_word
+        else f"for example: {example}"
+    )
+    scope.findings.reject(
+        "TIS312", 'use "is" to choose a word; "=" assigns a number', item.span, hint=hint
+    )
 
 
 def _read_from_to(entry: Entry, kind: FromTo, item: s.Item, scope: Scope) -> tuple[Any, Any]:

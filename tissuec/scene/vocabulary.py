@@ -17,6 +17,7 @@ from tissuec.fuzzy.rulebase import RuleBase
 from tissuec.fuzzy.rules import ConcludedQuantity, Conclusion, Rule
 from tissuec.fuzzy.sets import Word
 from tissuec.lang import syntax as s
+from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.expressions import Scope
 from tissuec.scene.scales import QuantityScale, ScaleReader
@@ -149,6 +150,9 @@ class RulesReader:
         return ConcludedQuantity(scale.named.scale.axis, otherwise)
 
     def _operator(self, item: s.Item, chosen: dict[str, str]) -> None:
+        if isinstance(item, s.Assign) and item.name.key in CHOICES:
+            example = f"{item.name.key} is {next(iter(CHOICES[item.name.key]))}"
+            schema.refuse_sign(item, self.scope, example=example)
         if (
             not isinstance(item, s.Sentence)
             or item.name.key not in CHOICES
