@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.errors import CompileError
-from tissuec.core.hints import Hint, alternatives, insertion
+from tissuec.core.hints import Edit, Hint, alternatives, insertion
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import (
@@ -41,6 +41,9 @@ ID = "id"
 LAW = "law"
 REST = "rest length"
 _WORD = re.compile(r"[^\s,]+")
+
+#: A name and its unit in brackets or behind a stroke.
+_NAME_AND_UNIT = re.compile(r"(\w+)[\[(/](.+)")
 NODE_COLUMNS: dict[str, Dimension | None] = {
     ID: None, "x": LENGTH, "y": LENGTH, "z": LENGTH, "mass": units.MASS,
     "vx": units.VELOCITY, "vy": units.VELOCITY, "vz": units.VELOCITY,
@@ -307,6 +310,7 @@ class _NumberTable:
             where = words[0].to(words[count - 1])
             words = words[count:]
             if name not in self.known:
+                self._refuse_unit_in_name(where)
                 listed = [n for n in self.known if n in LISTED or n not in QUANTITIES]
                 self.findings.reject(
                     "TIS303",
@@ -324,8 +328,33 @@ class _NumberTable:
                 factors[name] = self._unit(words[1].text, dimension, words[1])
                 words = words[2:]
             elif dimension is not None:
+                if words and key_of(words[0].text) not in self.known:
+                    self._refuse_unit_without_in(name, words[0].text, where.to(words[0]))
                 factors[name] = self._default_factor(name, dimension, length, where)
         return factors
+
+    def _refuse_unit_in_name(self, where: Span) -> None:
+        """Reject ``mass[mg]``."""
+        if parts := _NAME_AND_UNIT.fullmatch(where.text):
+            self._refuse_unit_without_in(parts[1].lower(), parts[2], where)
+
+    def _refuse_unit_without_in(self, name: str, unit: str, where: Span) -> None:
+        """Reject ``mass mg`` and ``mass [mg]``, if the unit is one of the column.
+
+        Args:
+            name: Of the column.
+            unit: What stands behind it, perhaps in brackets.
+            where: Of both.
+        """
+        unit = unit.strip("[]()")
+        try:
+            fits = parse_unit(unit).dimension == self.known.get(name)
+        except UnitError:
+            return
+        if fits:
+            hint = Hint(f'write "… {name} in {unit}"', Edit(f"{name} in {unit}", where))
+            message = 'the unit of a column follows "in"'
+            self.findings.reject("TIS501", message, where, hint=hint)
 
     def _default_factor(
         self, name: str, dimension: Dimension, length: float | None, where: Span

@@ -124,6 +124,9 @@ _SPOKEN = {
 }  # fmt: skip
 #: Units that nobody means.
 _UNUSUAL = frozenset(prefix + unit for prefix in "MG" for unit in "mgsl")
+_TEMPERATURES = frozenset(
+    ("c", "k", "degc", "degf", "degk", "celsius", "fahrenheit", "kelvin", "degcelsius")
+)
 _SPOKEN_PREFIXES = {
     "nano": "n", "micro": "u", "milli": "m", "centi": "c", "deci": "d", "kilo": "k",
     "mega": "M", "giga": "G", **{prefix: prefix for prefix in _PREFIXES},
@@ -131,6 +134,9 @@ _SPOKEN_PREFIXES = {
 
 #: For messages.
 ALL_UNITS = "units are m, g, s, N, Pa, J, W, Hz and l, also as mm or kPa, and min, deg, %, mmHg"
+
+#: For messages about °C and K.
+NO_TEMPERATURES = "temperatures are not part of the language"
 
 #: Beyond, a unit is a slip, and its factor would leave the range of numbers.
 LARGEST_EXPONENT = 9
@@ -266,7 +272,9 @@ def shown_units(dimension: Dimension) -> tuple[tuple[float, str], ...]:
 
 
 def near_unit(word: str) -> Hint:
-    """Return a hint ``did you mean "…"?`` for a word that is no unit, or an empty one."""
+    """Return a hint about a word that is no unit, such as a near one, or an empty hint."""
+    if word.lower() in _TEMPERATURES:
+        return Hint(NO_TEMPERATURES)
     same = [symbol for symbol in SYMBOLS if symbol.lower() == word.lower()]
     same = [symbol for symbol in same if symbol not in _UNUSUAL]
     if symbol := _spoken(word.lower()) or (same[0] if same else ""):

@@ -7,6 +7,7 @@ from pathlib import Path
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Source, Span
+from tissuec.core.units import NO_TEMPERATURES
 
 #: Matches what may be odd: signs without a meaning, control characters, all beyond ASCII. An
 #: apostrophe has one between two letters, as in "Young's modulus".
@@ -15,6 +16,8 @@ SUSPECT = r"[\x00-\x08\x0b-\x1f\x7f$&?@\\`|~]|(?<![^\W\d_])'|'(?![^\W\d_])|[^\x0
 #: Signs that people group digits with, and how far to look for those.
 _GROUPING = "'‘’`´\u00a0\u2009\u202f"
 _MOST_DIGITS = 20
+
+_TEMPERATURE = re.compile(r"° ?[CFK]\b|[℃℉]")
 
 #: What to type instead of characters that word processors and web pages put in.
 _INSTEAD = {
@@ -106,6 +109,7 @@ def odd_character(span: Span) -> Diagnostic | None:
     )
     hint = (
         _ungrouped(span)
+        or _temperature(span)
         or _paired(span)
         or _apostrophe(span)
         or _REMEDY.get(character, fallback)
@@ -128,6 +132,11 @@ def _paired(span: Span) -> str:
     if quoted is None:
         return ""
     return Hint('type " instead', Edit(f'"{quoted[1]}"', Span(span.source, *quoted.span())))
+
+
+def _temperature(span: Span) -> str:
+    """Return a hint about the sign of a temperature, if it is one."""
+    return NO_TEMPERATURES if _TEMPERATURE.match(span.source.text, span.start) else ""
 
 
 def _ungrouped(span: Span) -> str:
