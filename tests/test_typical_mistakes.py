@@ -137,7 +137,9 @@ MISTAKES = {
         "tool shears {", "tool table {", "TIS115", "table", 'tool "table"'
     ),
     "word as a tissue": M("tissue is gum", "tissue is soft", "TIS301", "soft", "hardness is"),
-    "number as a tissue": M("tissue is gum", "tissue = gum", "TIS312", None, "tissue is"),
+    "number as a tissue": M(
+        "tissue is gum", "tissue = gum", "TIS312", None, '"tissue is gum"'
+    ),
     # signs of other languages
     "assignment as in a program": M(
         "body vessel {", "speed = 0.006\nvessel = Body(mesh=3)\nbody vessel {", "TIS312", "=",
@@ -158,6 +160,27 @@ MISTAKES = {
     ),
     "if for when": M("when force", "if force", "TIS312", "if", "when force"),
     "is for equals": M("param lift =", "param lift is", "TIS312", "is", "="),
+    "is for equals in a block": M(
+        "tolerance = 1e-3", "tolerance is 1e-3", "TIS312", "is", '"tolerance = 1e-3"'
+    ),
+    "is for equals before a vector": M(
+        "gravity = (", "gravity is (", "TIS312", "is", '"gravity = (0, 0, -9.81) m/s^2"'
+    ),
+    "equals for is before a block": M(
+        "mesh is tube {", "mesh = tube {", "TIS312", "=", '"mesh is tube {"'
+    ),
+    "equals for is of a tool": M(
+        "{ kind is forceps }", "{ kind = forceps }", "TIS312", "kind = forceps",
+        '"kind is forceps"',
+    ),
+    "equals for is of bending": M(
+        "tissue is skin", "tissue is skin; bending = soft", "TIS312", "bending = soft",
+        '"bending is soft"',
+    ),
+    "equals for is of a law": M(
+        "mass = 10 mg", "mass = 10 mg; spring law = linear", "TIS312", "spring law = linear",
+        '"spring law is linear"',
+    ),
     "param as a word": M("set tip", "param h is soft\nset tip", "TIS312", "soft", "number"),
     "and for a semicolon": M(
         "is soft; elast", "is soft and elast", "TIS107", "and", '";"'
@@ -172,12 +195,25 @@ MISTAKES = {
     ),
     "brace missing": M("tissue is skin\n}\n", "tissue is skin\n", "TIS101", "", '"}"'),
     "brace too many": M("tissue is skin\n}\n", "tissue is skin\n}}\n", "TIS102", "}", "remove"),
+    "opening brace missing": M("script {", "script", "TIS101", "script", "script {"),
     "bracket missing": M("(0, 0, 10) mm", "(0, 0, 10 mm", "TIS102", "(", '")"'),
     "colon missing": M("at 0.1 s: grasp", "at 0.1 s grasp", "TIS105", "grasp", "s: grasp"),
     "two statements on a line": M("rings = 5;", "rings = 5", "TIS107", "sides", "before"),
+    "time of a condition": M(
+        "> 1 N: rel", "> 1 N at 0.1 s: rel", "TIS105", "at", '"when force(forceps A) > 1 N: …"'
+    ),
+    "language further down": M(
+        "set rim", "language 1\nset rim", "TIS307", "language", "remove"
+    ),
     # meaning
     "gravity as a number": M(
         "(0, 0, -9.81) m/s^2", "-9.81 m/s^2", "TIS312", "-9.81 m/s^2", "(0, 0, -9.81) m/s^2"
+    ),
+    "gravity upwards": M(
+        "(0, 0, -9.81) m/s^2", "9.81 m/s^2", "TIS312", "9.81 m/s^2", "(0, 0, -9.81) m/s^2"
+    ),
+    "gravity without a unit": M(
+        "(0, 0, -9.81) m/s^2", "9.81", "TIS312", "9.81", "(0, 0, -9.81) m/s^2"
     ),
     "vector without brackets": M(
         "(0, 0, -9.81) m/s^2", "0, 0, -9.81 m/s^2", "TIS100", ",", '"(0, 0, -9.81) m/s^2"'

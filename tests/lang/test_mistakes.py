@@ -50,6 +50,11 @@ def only(text):
         ("TIS104", "a = 3 kg m", "m", '"kg*m"'),
         ("TIS104", "a = 3 Nm", "Nm", '"N*m"'),
         ("TIS104", "a = 3 mNs/m + b", "mNs", '"mN*s/m"'),
+        ("TIS104", "a = 3 degC", "degC", "temperatures are not part of the language"),
+        ("TIS104", "a = 3 K", "K", "temperatures are not part of the language"),
+        ("TIS114", "a = 3 °C", "°", "temperatures are not part of the language"),
+        ("TIS114", "a = 3 ℃", "℃", "temperatures are not part of the language"),
+        ("TIS114", "a = 3 °", "°", "type deg"),
         ("TIS104", "a = 1 km^999", "1 km^999", "exponents"),
         ("TIS104", "a = 1 mm^999", "1 mm^999", "exponents"),
         ("TIS105", "at 0.10 s   grasp waist with forceps A", "grasp",
@@ -58,6 +63,8 @@ def only(text):
         ("TIS105", "from 0 s to 1 s move a by (1, 2, 3) mm", "move", "to 1 s: move a by"),
         ("TIS105", "when force(a) > 2 N release a", "release", "2 N: release a"),
         ("TIS105", "at 0 s { fix a }", "{", ": {"),
+        ("TIS105", "when force(a) > 2 N at 1 s: { free a }", "at", '"when force(a) > 2 N: …"'),
+        ("TIS105", "when force(a) > 2 N at 1 s free a", "at", '"when force(a) > 2 N: …"'),
         ("TIS107", "rings = 16 sides = 10", "sides", 'before "sides"'),
         ("TIS107", "mesh is tube radius = 3 mm", "=", '";"'),
         ("TIS107", "body a { } body b { }", "body", 'before "body"'),
@@ -79,6 +86,9 @@ def only(text):
         ("TIS111", "set a = nodes of b where x = 3 mm", "=", 'write "x == 3 mm"'),
         ("TIS111", "if spring constant = low then a is b", "=", '"spring constant is low"'),
         ("TIS111", "expect count(a) = 160", "=", '"=="'),
+        ("TIS111", 'set a = nodes of b where group = "top"', "=", 'write group is "top"'),
+        ("TIS111", "set a = nodes of b where x is 3 mm", "is", '"=="'),
+        ("TIS111", "expect force(a) is 3 N", "is", '"=="'),
         ("TIS112", "if a is b c is d", "is", '"if … then …"'),
         ("TIS112", "if a is b", "", '"if … then …"'),
         ("TIS113", 'about "no end', '"no end', '"'),
@@ -102,6 +112,13 @@ def only(text):
         ("TIS312", "use tissues/skin  # soft", "/", 'use "tissues/skin"'),
         ("TIS312", "use ./skin", ".", 'use "./skin"'),
         ("TIS312", "set a is nodes of b", "is", 'write "set a = nodes of b"'),
+        ("TIS312", "friction is 0.4", "is", 'write "friction = 0.4"'),
+        ("TIS312", "mass is -20 mg", "is", 'write "mass = -20 mg"'),
+        ("TIS312", "first edge is (9, 0, 0) mm", "is", 'write "first edge = (9, 0, 0) mm"'),
+        ("TIS312", "evenly is [low, high]", "is", 'write "evenly = [low, high]"'),
+        ("TIS312", "if hardness is 0.4 then a is b", "0.4", "a word of its scale"),
+        ("TIS312", "mesh = sphere { }", "=", 'write "mesh is sphere {"'),
+        ("TIS312", "rupture = not allowed", "=", 'write "rupture is not allowed"'),
         ("TIS312", "columns: 7", ":", 'write "columns = 7"'),
         ("TIS312", "kind: forceps", ":", 'write "kind is forceps"'),
         ("TIS312", "if force(a) > 2 N: release a", "if", 'write "when force(a) > 2 N: …"'),
@@ -117,6 +134,12 @@ def only(text):
         ("TIS100", "expect 1 < x < 2", "<", 'write "x between 1 and 2"'),
         ("TIS100", "expect 2 > x > 1", ">", 'write "x between 1 and 2"'),
         ("TIS100", "expect 1 < x == 2", "==", '"and"'),
+        ("TIS100", "mesh is 3 { }", "3", "a name"),
+        ("TIS101", "script\n  at 0 s: fix a\n}", "script", "write script {"),
+        ("TIS101", "body a {\n  mesh is tube\n    rings = 3\n  }\n}", "mesh is tube", "tube {"),
+        ("TIS101", "script {\n  at 0 s:\n    fix a\n  }\n}", "at 0 s:", "write at 0 s: {"),
+        ("TIS102", "a = 3\n}", "}", "remove it"),
+        ("TIS307", "a = 3\nlanguage 1", "language", "remove it"),
         ("TIS100", "a = .5", ".", '"0.5"'),
         ("TIS100", "a = 5.", ".", '"5.0"'),
         ("TIS100", "expect a ! b", "!", '"!="'),
@@ -146,6 +169,8 @@ def test_mistakes_have_code_place_and_remedy(code, text, marked, hint):
         ("language one", "TIS117", 'write "language 1"'),
         ("language 1mm", "TIS117", 'write "language 1"'),
         ("Language 1", "TIS103", 'write "language 1"'),
+        ("a = 3\nlanguage 1\nb = 3", "TIS117", "as the first line instead"),
+        ("a = 3\nlanguage 2", "TIS117", 'write "language 1" as the first line instead'),
         ("language 2\nfoo [bar] baz = 3", "TIS118", 'this release reads "language 1"'),
         ("language 1.5", "TIS118", 'this release reads "language 1"'),
     ],
@@ -154,6 +179,18 @@ def test_the_first_line_names_the_version(text, code, hint):
     (finding,) = findings(text)
     assert finding.code == code
     assert hint in finding.hint
+
+
+def test_a_version_that_stands_below_is_moved_up():
+    (finding,) = findings("a = 3\nlanguage 1\nb = 3\n")
+    assert [note.span.line for note in finding.notes] == [2]
+    (edit,) = finding.edits
+    assert (edit.span.text, edit.text) == ("a = 3\nlanguage 1\n", "language 1\na = 3\n")
+
+
+def test_each_block_without_its_brace_is_named():
+    text = "body a\n  b = 3\n}\nscript\n  at 0 s: {\n    fix a\n  }\n}\n}\n"
+    assert codes_and_lines(text) == [("TIS101", 2), ("TIS101", 5), ("TIS102", 10)]
 
 
 def test_a_missing_first_line_does_not_hide_other_mistakes():

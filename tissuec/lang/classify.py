@@ -10,20 +10,27 @@ from itertools import takewhile
 from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic, Note
-from tissuec.core.hints import Edit, Hint, did_you_mean, proposal
+from tissuec.core.hints import Edit, Hint, did_you_mean, leaving_out, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ALL_UNITS, SYMBOLS, near_unit
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
 from tissuec.lang.token_names import expected, shown
 from tissuec.lang.tokens import Token
 from tissuec.lang.words import CONTINUING, RESERVED, STARTING, TIME_WORDS
+from tissuec.lang.wrong_sign import (
+    BINDERS,
+    NUMBERS,
+    TIMES,
+    equal_for_is,
+    equals_as_test,
+    is_before_number,
+    is_for_equal,
+    sign_before_clause,
+)
 
-_TIMES = frozenset(word.upper() for word in TIME_WORDS)
 _KEYWORDS = frozenset(word.upper() for word in RESERVED)
-_STARTERS = frozenset(word.upper() for word in STARTING) - _TIMES
-_BINDERS = frozenset({"PARAM", "LET", "SET"})
+_STARTERS = frozenset(word.upper() for word in STARTING) - TIMES
 _NAMING = _KEYWORDS - {"IS"} | {"WORD", "STRING"}
-_NUMBERS = frozenset({"NUMBER", "QUANTITY", "STEPS"})
 _PLAIN = r"[0-9]+(?:\.[0-9]+)?"
 _PER_SECOND = re.compile(r"1/s\b")
 
@@ -43,23 +50,17 @@ def classify(mistake: Mistake) -> Diagnostic:
     return _anything(mistake)
 
 
-def _finding(
-    m: Mistake, code: str, message: str, hint: str, at: Token | None = None
-) -> Diagnostic:
-    return Diagnostic(code, message, m.span(at or m.found), hint)
-
-
 def _capitalised(m: Mistake) -> Diagnostic | None:
     for token in (*m.before, m.found):
         word = token.text.lower()
         if token.type == "WORD" and word in RESERVED:
             message = f'"{token.text}" is a reserved word; write it in lower case'
-            return _finding(m, "TIS103", message, proposal(word), token)
+            return m.finding("TIS103", message, proposal(word), token)
     return None
 
 
 def _decimal_comma(m: Mistake) -> Diagnostic | None:
-    if m.found.type != "COMMA" or m.previous != "NUMBER" or m.next not in _NUMBERS:
+    if m.found.type != "COMMA" or m.previous != "NUMBER" or m.next not in NUMBERS:
         return None
     if m.before[-1].stop != m.found.start or m.found.stop != m.after[0].start:
         return None
@@ -69,7 +70,7 @@ def _decimal_comma(m: Mistake) -> Diagnostic | None:
     if re.match(r"[0-9]{3}(?![0-9])", m.after[0].text):
         whole = f"{m.before[-1].text}{m.after[0].text}"
         hint = Hint(f'{hint}, or "{whole}": digits are not grouped', *hint.edits, Edit(""))
-    return _finding(m, "TIS108", "a decimal comma is not allowed", hint)
+    return m.finding("TIS108", "a decimal comma is not allowed", hint)
 
 
 def _measure_without_parentheses(m: Mistake) -> Diagnostic | None:
@@ -85,7 +86,7 @@ def _measure_without_parentheses(m: Mistake) -> Diagnostic | None:
     whole = m.span(measure[0]).to(m.span(whose[-1]))
     hint = Hint(f'write "{call}"', Edit(call, whole))
     message = "in a condition, a measure takes its argument in parentheses"
-    return replace(_finding(m, "TIS100", message, hint), span=whole)
+    return replace(m.finding("TIS100", message, hint), span=whole)
 
 
 def _words(tokens: Iterator[Token]) -> tuple[list[Token], str]:
@@ -99,19 +100,31 @@ def _words(tokens: Iterator[Token]) -> tuple[list[Token], str]:
 
 
 def _missing_colon(m: Mistake) -> Diagnostic | None:
-    timed = m.first in _TIMES or m.first == "WHEN"
+    timed = m.first in TIMES or m.first == "WHEN"
     if not timed or "COLON" not in m.accepted or m.holds("COLON"):
         return None
-    if m.found.type == "WORD" and m.previous in _NUMBERS and m.next == "COLON":
+    if m.found.type == "WORD" and m.previous in NUMBERS and m.next == "COLON":
         return None  # a unit that is misspelt
+    if m.first == "WHEN" and m.found.type in TIMES:
+        return _time_of_when(m)
     message = f'missing ":" after the {"condition" if m.first == "WHEN" else "time"}'
     if m.found.type in ENDS or m.found.type == CHARACTER:
         hint = f'write "{m.text(m.before[0], m.before[-1])}: …", followed by the action'
-        return _finding(m, "TIS105", message, hint)
+        return m.finding("TIS105", message, hint)
     head = m.text(m.before[0], m.before[-1])
     rest = m.text(m.found, m.after[-1] if m.after else m.found)
     hint = Hint(f"write {shown(f'{head}: {rest}')}", Edit(":", m.behind))
-    return _finding(m, "TIS105", message, hint)
+    return m.finding("TIS105", message, hint)
+
+
+def _time_of_when(m: Mistake) -> Diagnostic:
+    """Return the finding about ``when force(a) > 2 N at 0.1 s: …``."""
+    hint = Hint(f"write {shown(f'{m.text(m.before[0], m.before[-1])}: …')}")
+    colon = next((token for token in m.after if token.type == "COLON"), None)
+    if colon is not None:
+        hint = Hint(hint, Edit("", Span(m.source, m.behind.start, colon.start)))
+    message = 'a "when" waits for a condition and has no time'
+    return m.finding("TIS105", message, hint)
 
 
 def _unit(m: Mistake) -> Diagnostic | None:
@@ -119,7 +132,7 @@ def _unit(m: Mistake) -> Diagnostic | None:
     if m.found.type == "RPAR_UNIT":
         message = f'the unit "{m.found.text[1:].strip()}" follows neither a number nor a vector'
         hint = Hint("write it after each number", *_inside_brackets(m))
-        return _finding(m, "TIS104", message, hint)
+        return m.finding("TIS104", message, hint)
     if m.found.type != "WORD" or m.next in _GOES_ON:
         return None
     word = m.found.text
@@ -128,13 +141,13 @@ def _unit(m: Mistake) -> Diagnostic | None:
         message = f'"{unit} {word}" is not a unit'
         joined = [Edit(f"{sign}{word}", m.behind.to(m.span(m.found))) for sign in "*/"]
         hint = Hint(f'write "{unit}*{word}" or "{unit}/{word}"', *joined)
-        return _finding(m, "TIS104", message, hint)
+        return m.finding("TIS104", message, hint)
     if m.previous in ("RPAR", "RSQB") and word in SYMBOLS:
         message = f'the unit "{word}" follows neither a number nor a vector'
-        return _finding(m, "TIS104", message, "write it after each number")
+        return m.finding("TIS104", message, "write it after each number")
     near = _near_unit(m, word)
     if m.previous == "NUMBER" or (m.previous == "RPAR" and near):
-        return _finding(m, "TIS104", f'"{word}" is not a unit', near or ALL_UNITS)
+        return m.finding("TIS104", f'"{word}" is not a unit', near or ALL_UNITS)
     return None
 
 
@@ -178,42 +191,27 @@ def _path_without_quotes(m: Mistake) -> Diagnostic | None:
     quoted = Edit(
         f' "{path}"', Span(m.source, start, start + len(written.split("#")[0].rstrip("; \t")))
     )
-    return _finding(
-        m, "TIS312", "a path must be in quotes", Hint(f'write use "{path}"', quoted)
-    )
-
-
-def _is_for_equal(m: Mistake) -> Diagnostic | None:
-    """Recognise ``set root is …``, unless a "=" comes behind, so that "is" is in the name."""
-    after = [token.type for token in m.after]
-    if m.first not in _BINDERS or m.found.type != "IS" or not m.after or "EQUAL" in after:
-        return None
-    if m.first != "SET" and set(after) == {"WORD"}:
-        message = f"a {m.before[0].text} is a number, not a word"
-        hint = f'write a number, such as "{m.text(m.before[0], m.before[-1])} = 1 mm"; '
-        return _finding(m, "TIS312", message, f"{hint}words are for tissues", m.after[0])
-    head, rest = m.text(m.before[0], m.before[-1]), m.text(m.after[0], m.after[-1])
-    hint = Hint(f"write {shown(f'{head} = {rest}')}", Edit("="))
-    return _finding(m, "TIS312", f'the value of a {m.before[0].text} follows "="', hint)
+    hint = Hint(f'write use "{path}"', quoted)
+    return m.finding("TIS312", "a path must be in quotes", hint)
 
 
 def _colon_for_equal(m: Mistake) -> Diagnostic | None:
-    name = _words_before(m)
+    name = m.words_before
     if m.found.type != "COLON" or "EQUAL" not in m.accepted or not name or not m.after:
         return None
     value = m.text(m.after[0], m.after[-1])
     sign = "is" if m.next == "WORD" else "="
     hint = Hint(f"write {shown(f'{name} {sign} {value}')}", Edit(f" {sign}"))
-    return _finding(m, "TIS312", '":" is allowed only after a time or a condition', hint)
+    return m.finding("TIS312", '":" is allowed only after a time or a condition', hint)
 
 
 def _colon_for_brace(m: Mistake) -> Diagnostic | None:
     """Recognise the head of a block that ends with a colon, and is indented below."""
-    name = _words_before(m)
-    if m.found.type != "COLON" or not name or m.after or m.first in _TIMES | {"WHEN"}:
+    name = m.words_before
+    if m.found.type != "COLON" or not name or m.after or m.first in TIMES | {"WHEN"}:
         return None
     hint = f'write "{name} {{", and "}}" at the end of the block'
-    return _finding(m, "TIS312", "a block is enclosed in braces", hint)
+    return m.finding("TIS312", "a block is enclosed in braces", hint)
 
 
 def _named_argument(m: Mistake) -> Diagnostic | None:
@@ -223,7 +221,7 @@ def _named_argument(m: Mistake) -> Diagnostic | None:
     if "EQUAL" not in [token.type for token in m.before]:
         return None
     hint = "a scene is made of blocks: body NAME { mesh is tube { … }; tissue is NAME }"
-    finding = _finding(m, "TIS312", "this is the syntax of a programming language", hint)
+    finding = m.finding("TIS312", "this is the syntax of a programming language", hint)
     return replace(finding, notes=tuple(_undeclared(m)))
 
 
@@ -239,29 +237,15 @@ def _and_for_semicolon(m: Mistake) -> Diagnostic | None:
     if m.found.type != "AND" or not m.can_end or "IS" not in [t.type for t in m.after]:
         return None
     hint = Hint('write ";" instead', Edit(";", m.blank.to(m.span(m.found))))
-    return _finding(m, "TIS107", '"and" does not join two statements', hint)
+    return m.finding("TIS107", '"and" does not join two statements', hint)
 
 
 def _if_for_when(m: Mistake) -> Diagnostic | None:
     if m.first != "IF" or m.found.type != "COLON" or not m.before[1:]:
         return None
     hint = Hint(f"write {shown(f'when {m.text(m.before[1], m.before[-1])}: …')}", Edit("when"))
-    return _finding(
-        m, "TIS312", 'a script waits for a condition with "when"', hint, m.before[0]
-    )
-
-
-def _equals_as_test(m: Mistake) -> Diagnostic | None:
-    if m.found.type != "EQUAL" or "COMPARISON" not in m.accepted:
-        return None
-    left = _words_before(m)
-    if m.next == "WORD":
-        text = f'write "{left or "…"} is {m.after[0].text}" for a word, or "==" between numbers'
-        hint = Hint(text, Edit("is"), Edit("=="))
-    else:
-        value = m.after[0].text if m.after else "…"
-        hint = Hint(f'write "{f"{left} == {value}" if left else "=="}"', Edit("=="))
-    return _finding(m, "TIS111", '"=" assigns a value and does not compare', hint)
+    message = 'a script waits for a condition with "when"'
+    return m.finding("TIS312", message, hint, m.before[0])
 
 
 def _rule_without_then(m: Mistake) -> Diagnostic | None:
@@ -270,13 +254,13 @@ def _rule_without_then(m: Mistake) -> Diagnostic | None:
     if any(token.type == "THEN" for token in m.after):
         return None
     hint = 'write "if … then …", with the conclusion after "then"'
-    return _finding(m, "TIS112", 'the rule has no "then"', hint)
+    return m.finding("TIS112", 'the rule has no "then"', hint)
 
 
 def _reserved_as_entry(m: Mistake) -> Diagnostic | None:
     """Recognise ``every = 10 ms`` where an entry belongs."""
     tokens = [*m.before, m.found, *m.after]
-    if tokens[0].type not in _KEYWORDS - _BINDERS or len(tokens) < 3:
+    if tokens[0].type not in _KEYWORDS - BINDERS or len(tokens) < 3:
         return None
     if tokens[1].type != "EQUAL" or len(m.before) > 1:
         return None
@@ -286,21 +270,21 @@ def _reserved_as_entry(m: Mistake) -> Diagnostic | None:
         output = f"trajectory every {m.text(tokens[2], tokens[-1])}"
         whole = m.span(tokens[0]).to(m.span(tokens[-1]))
         hint = Hint(f'write the output: "{output}"', Edit(output, whole))
-    return _finding(m, "TIS115", message, hint, tokens[0])
+    return m.finding("TIS115", message, hint, tokens[0])
 
 
 def _reserved_in_name(m: Mistake) -> Diagnostic | None:
     wrong = m.found
     if wrong.type == "EQUAL" and m.before:
         # "head of pancreas = …" was read as a name with a clause.
-        inner = [token for token in m.before if token.type in _KEYWORDS - _BINDERS]
+        inner = [token for token in m.before if token.type in _KEYWORDS - BINDERS]
         if not inner or any(token.type not in _NAMING for token in m.before):
             return None
         wrong = inner[0]
     elif wrong.type not in _KEYWORDS or not _in_name(m):
         return None
     message = f'a name cannot contain the reserved word "{wrong.text}"'
-    return _finding(m, "TIS115", message, _quoted(m, _whole_name(m, wrong)), wrong)
+    return m.finding("TIS115", message, _quoted(m, _whole_name(m, wrong)), wrong)
 
 
 def _quoted(m: Mistake, name: list[Token], begin: str = "write the name in quotes") -> Hint:
@@ -321,9 +305,9 @@ def _in_name(m: Mistake) -> bool:
     """Return whether only a name can stand, or go on, where a reserved word was found."""
     if not m.before:
         return m.next == "EQUAL"
-    if m.previous in _BINDERS | {"TABLE", "IS"}:
+    if m.previous in BINDERS | {"TABLE", "IS"}:
         return "WORD" in m.accepted
-    return all(token.type in _BINDERS | {"WORD", "STRING"} for token in m.before)
+    return all(token.type in BINDERS | {"WORD", "STRING"} for token in m.before)
 
 
 def _whole_name(m: Mistake, wrong: Token) -> list[Token]:
@@ -344,9 +328,9 @@ def _two_statements(m: Mistake) -> Diagnostic | None:
         signs = {token.type for token in m.after} & {"EQUAL", "IS"}
         if m.previous == "WORD" and not signs:
             hint = Hint("join sets in a set of their own: set both = [A, B]")
-            return _finding(m, "TIS107", "a comma does not join names", hint)
+            return m.finding("TIS107", "a comma does not join names", hint)
         hint = Hint('write ";" instead', Edit(";"))
-        return _finding(m, "TIS107", "a comma does not end a statement", hint)
+        return m.finding("TIS107", "a comma does not end a statement", hint)
     begins = found in _STARTERS or (found == "WORD" and m.next in _GOES_ON)
     second_sign = found in ("EQUAL", "IS") and (m.holds("IS") or m.holds("EQUAL"))
     behind_block = m.statement.is_behind_block and found != CHARACTER
@@ -357,12 +341,20 @@ def _two_statements(m: Mistake) -> Diagnostic | None:
     else:
         text = f'put ";" or a line break before {shown(m.found.text)}'
         hint = Hint(text, Edit(";", m.behind))
-    return _finding(m, "TIS107", "two statements on one line", hint)
+    return m.finding("TIS107", "two statements on one line", hint)
+
+
+def _second_language(m: Mistake) -> Diagnostic | None:
+    if m.found.type != "LANGUAGE" or m.before:
+        return None
+    stop = m.after[-1].stop if m.after else m.found.stop
+    hint = leaving_out("remove it", Span(m.source, m.found.start, stop))
+    return m.finding("TIS307", "the version of the language is given twice", hint)
 
 
 def _misspelt_time_word(m: Mistake) -> Diagnostic | None:
     """Recognise ``trajectory evry 5 ms`` and ``form 0 s to 1 s: …``."""
-    if m.found.type not in _NUMBERS or m.previous != "WORD" or m.first in _BINDERS:
+    if m.found.type not in NUMBERS or m.previous != "WORD" or m.first in BINDERS:
         return None
     if len(m.before) == 1 and m.next not in ("TO", "COLON"):
         return None
@@ -370,40 +362,25 @@ def _misspelt_time_word(m: Mistake) -> Diagnostic | None:
     if not near:
         return None
     message = f"a time cannot follow {shown(m.before[-1].text)}"
-    return _finding(m, "TIS109", message, near, m.before[-1])
-
-
-def _sign_before_clause(m: Mistake) -> Diagnostic | None:
-    """Recognise ``line = from … to …``, where the entry is a sentence."""
-    if m.previous != "EQUAL" or m.found.type not in _TIMES:
-        return None
-    sign = m.before[-1]
-    message = f'"=" cannot stand before "{m.found.text}"'
-    return _finding(m, "TIS100", message, Hint('leave out "="', Edit("")), sign)
+    return m.finding("TIS109", message, near, m.before[-1])
 
 
 def _number_in_name(m: Mistake) -> Diagnostic | None:
-    if m.found.type not in _NUMBERS or m.previous != "WORD":
+    if m.found.type not in NUMBERS or m.previous != "WORD":
         return None
-    name = _words_before(m)
+    name = m.words_before
     if m.found.type == "QUANTITY" and "EQUAL" in m.accepted:
         hint = Hint(f"write {shown(f'{name} = {m.found.text}')}", Edit(" =", m.behind))
-        return _finding(m, "TIS109", '"=" is missing between a name and its value', hint)
+        return m.finding("TIS109", '"=" is missing between a name and its value', hint)
     value = Hint(f'write "{name} = {m.found.text}"', Edit(" =", m.behind))
     is_set = "EQUAL" in m.accepted and m.next != "EQUAL"
     if is_set and name == m.before[0].text:
-        return _finding(m, "TIS109", "a name cannot contain a number", value)
+        return m.finding("TIS109", "a name cannot contain a number", value)
     words = [*takewhile(lambda token: token.type == "WORD", reversed(m.before))][::-1]
     hint = _quoted(m, [*words, m.found], "write the number as a word, or the name in quotes")
     if is_set:
         hint = Hint(f"{hint}; to set a value, {value}", *hint.edits, *value.edits)
-    return _finding(m, "TIS109", "a name cannot contain a number", hint)
-
-
-def _words_before(m: Mistake) -> str:
-    """Return the words directly before the wrong token."""
-    words = takewhile(lambda token: token.type == "WORD", reversed(m.before))
-    return " ".join(word.text for word in [*words][::-1])
+    return m.finding("TIS109", "a name cannot contain a number", hint)
 
 
 def _anything(m: Mistake) -> Diagnostic:
@@ -414,7 +391,7 @@ def _anything(m: Mistake) -> Diagnostic:
     else:
         message = "a statement is missing" if ends else f"unexpected {shown(m.found.text)}"
     hint = _special(m) or (expected(m.accepted) if m.before else _BEGINNINGS)
-    return _finding(m, "TIS100", message, hint)
+    return m.finding("TIS100", message, hint)
 
 
 def _special(m: Mistake) -> str:
@@ -422,14 +399,14 @@ def _special(m: Mistake) -> str:
     found, value = m.found.type, m.found.text
     if found == CHARACTER:
         return _sign(m, value)
-    if found in _NUMBERS and m.previous == "NUMBER":
+    if found in NUMBERS and m.previous == "NUMBER":
         start = m.span(m.found).start
         if per_second := _PER_SECOND.match(m.source.text, start):
             place = Span(m.source, start, per_second.end())
             return Hint('the unit 1/s is written "Hz"', Edit("Hz", place))
         whole = f"{m.before[-1].text}{m.found.text}"
         return Hint(f'digits are not grouped: write "{whole}"', Edit("", m.blank))
-    if found == "COMMA" and m.previous in _NUMBERS and m.can_end:
+    if found == "COMMA" and m.previous in NUMBERS and m.can_end:
         return _bracketed(m)
     if value in CONTINUING and not m.line_before.strip():
         return f'a line that begins with "{value}" continues the line above'
@@ -516,11 +493,11 @@ _DIGITS = re.compile(r"[0-9]+")
 _AMOUNT = re.compile(r"\s*(-?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*")
 
 #: Types of tokens that numbers of a vector are made of.
-_LISTED = _NUMBERS | {"COMMA", "MINUS"}
+_LISTED = NUMBERS | {"COMMA", "MINUS"}
 
 #: Types of tokens around a comparison.
 _CONDITION_ENDS = (
-    ENDS | _TIMES | frozenset({"AND", "OR", "NOT", "IF", "THEN", "WHEN", "WHERE", "EXPECT"})
+    ENDS | TIMES | frozenset({"AND", "OR", "NOT", "IF", "THEN", "WHEN", "WHERE", "EXPECT"})
     | frozenset({"LPAR", "RPAR", "COLON", "LBRACE", "OVER"})
 )  # fmt: skip
 
@@ -534,7 +511,9 @@ _KINDS = (
     _capitalised,
     _decimal_comma,
     _path_without_quotes,
-    _is_for_equal,
+    is_for_equal,
+    is_before_number,
+    equal_for_is,
     _colon_for_equal,
     _colon_for_brace,
     _named_argument,
@@ -543,12 +522,13 @@ _KINDS = (
     _measure_without_parentheses,
     _missing_colon,
     _unit,
-    _equals_as_test,
+    equals_as_test,
     _rule_without_then,
     _reserved_as_entry,
     _reserved_in_name,
+    _second_language,
     _two_statements,
     _misspelt_time_word,
-    _sign_before_clause,
+    sign_before_clause,
     _number_in_name,
 )

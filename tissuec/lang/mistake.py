@@ -4,6 +4,7 @@ import re
 from itertools import islice, takewhile
 from typing import NamedTuple
 
+from tissuec.core.errors import Diagnostic
 from tissuec.core.source import Source, Span
 from tissuec.lang.tokens import Token
 from tissuec.lang.tree import Statement
@@ -108,6 +109,18 @@ class Mistake(NamedTuple):
         """Return what stands before the wrong token on its line."""
         span = self.span(self.found)
         return span.source.line_text(span.line)[: span.column - 1]
+
+    @property
+    def words_before(self) -> str:
+        """Return the words directly before the wrong token."""
+        words = takewhile(lambda token: token.type == "WORD", reversed(self.before))
+        return " ".join(word.text for word in [*words][::-1])
+
+    def finding(
+        self, code: str, message: str, hint: str, at: Token | None = None
+    ) -> Diagnostic:
+        """Return a finding about a token, by default the wrong one."""
+        return Diagnostic(code, message, self.span(at or self.found), hint)
 
     def holds(self, kind: str) -> bool:
         """Return whether a token of this type stands before the wrong one."""

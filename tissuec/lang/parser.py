@@ -145,7 +145,8 @@ class _TreeParser:
     def _heading(self, items: Sequence[Statement]) -> Statement | None:
         """Return the statement of the language, if it is right so far."""
         first = next((one for one in items if one.readable or one.is_head), None)
-        problem = check_heading(self.tree.source, first)
+        later = next((one for one in items if one is not first and one.is_language), None)
+        problem = check_heading(self.tree.source, first, later)
         if problem is not None:
             self.problems.append(problem)
         return first if problem is None else None

@@ -77,6 +77,11 @@ class Statement(Struct, eq=False):
         return heads[::-1]
 
     @property
+    def is_language(self) -> bool:
+        """Return whether it gives the version of the language."""
+        return [part.type for part in self.readable] == ["LANGUAGE", "NUMBER"]
+
+    @property
     def is_table(self) -> bool:
         """Return whether raw rows can stand behind it."""
         types = [part.type for part in self.readable]

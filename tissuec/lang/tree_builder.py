@@ -72,6 +72,7 @@ class _TreeBuilder:
         self.bracketed: list[tuple[int, Token]] = []
         self.first = 0  # offset of the first character of the line that is no blank
         self.indent = 0
+        self.unopened: set[int] = set()  # starts of the heads of blocks without "{"
         self.suspect: _Opening | None = None  # the block that seems to lack its closing brace
 
     def build(self) -> Tree:
@@ -274,9 +275,37 @@ class _TreeBuilder:
         return opening
 
     def _unmatched(self, token: Token) -> None:
+        is_told = len(self.problems) < MOST_PROBLEMS  # else the search would be in vain
+        if token.text == "}" and is_told and (head := self._unopened()) is not None:
+            self.unopened.add(head.start)
+            start, end = head.parts[0].start, head.parts[-1].stop
+            text = self.source.text[start:end]
+            message = 'a "{" is missing: this block is never opened'
+            hint = Hint(f"write {text} {{", Edit(" {", Span(self.source, end, end)))
+            note = Note("the block ends", Span(self.source, token.start, token.stop))
+            self._report("TIS101", message, start, end, hint, note)
+            return
         hint = Hint("remove it", Edit(""))
         message = f'unmatched "{token.text[0]}"'
         self._report("TIS102", message, token.start, token.start + 1, hint)
+
+    def _unopened(self) -> Statement | None:
+        """Return the last statement that lines below are indented to, without a "{"."""
+        written = [one for one in self.statements if one.parts]
+        for head, inner in zip(written[-2::-1], written[:0:-1], strict=True):
+            is_assignment = any(part.type == "EQUAL" for part in head.parts)
+            if head.is_head or is_assignment or head.start in self.unopened:
+                continue
+            (line, column), (below, further) = self._place(head), self._place(inner)
+            if head.outer is inner.outer and line < below and column < further:
+                return head
+        return None
+
+    def _place(self, statement: Statement) -> tuple[int, int]:
+        """Return the line of a statement, as the offset at which it begins, and its indent."""
+        start = statement.parts[0].start
+        line = self.source.text.rfind("\n", 0, start) + 1
+        return line, start - line
 
     def _drop_unclosed(self) -> None:
         """Report round and square brackets that are still open where they no longer can be."""

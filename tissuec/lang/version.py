@@ -2,8 +2,8 @@
 
 import re
 
-from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.core.hints import Edit, Hint, did_you_mean, insertion
+from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.hints import Edit, Hint, did_you_mean, insertion, removal
 from tissuec.core.source import Source, Span
 from tissuec.lang.tree import Statement
 
@@ -16,12 +16,15 @@ _REST = re.compile(r"[^\n;]*")
 _FIRST = re.compile(r"\w+|[^\w\n]|")
 
 
-def check_heading(source: Source, first: Statement | None) -> Diagnostic | None:
+def check_heading(
+    source: Source, first: Statement | None, later: Statement | None = None
+) -> Diagnostic | None:
     """Return the error of the first line, if there is one.
 
     Args:
         source: The text.
         first: Its first statement, if it has any.
+        later: A statement below that gives the version of the language.
 
     Raises:
         CompileError: The text is written in another version, so that nothing more can be said.
@@ -32,7 +35,7 @@ def check_heading(source: Source, first: Statement | None) -> Diagnostic | None:
         version = _VERSION.match(source.text, parts[1].start)
     if version is None:
         start = parts[0].start if parts else first.stop if first else len(source.text)
-        return _no_heading(source, start)
+        return _late_heading(source, start, later) if later else _no_heading(source, start)
     if version[0] == str(VERSION):
         return None
     message = f"language {version[0]} is not supported"
@@ -61,6 +64,23 @@ def _no_heading(source: Source, start: int) -> Diagnostic:
     return Diagnostic(
         "TIS117", message, span, Hint(f'write "{heading}" as the first line', edit)
     )
+
+
+def _late_heading(source: Source, start: int, later: Statement) -> Diagnostic:
+    """Return the error of a version that stands below other statements."""
+    text = source.text
+    first = _FIRST.match(text, start)
+    assert first is not None  # it matches nothing at the end
+    span = Span(source, start, first.end())
+    place = Span(source, later.parts[0].start, later.parts[-1].stop)
+    without = removal(place).span
+    assert without is not None  # a removal has a place
+    above = Span(source, 0, without.end)
+    heading = f"language {VERSION}"
+    moved = Edit(f"{heading}\n{text[: without.start]}", above)
+    message = "the first line must give the version of the language"
+    hint = Hint(f'write "{heading}" as the first line instead', moved)
+    return Diagnostic("TIS117", message, span, hint, (Note("it stands here", place),))
 
 
 def first_line(text: str, source: Source) -> Edit:
