@@ -31,7 +31,7 @@ from tissuec.scene.model import ContactLaw, Environment, Tool
 from tissuec.scene.schema import missing
 
 if TYPE_CHECKING:  # annotations only: scenes without it load faster
-    from tissuec.forces.contact import Contact
+    from tissuec.forces.contact import Contact, ContactPairs
 
 SKIN = 0.25  # of the mean length of a spring: how far around surfaces others touch them
 SOFTEST_LAYER = 0.1  # of the mean length of a spring
@@ -251,16 +251,29 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
     contact = contact.with_whole(network.present)
     pairs = contact.near(network.position, 0.0)
     if len(pairs.node):
-        depth = contact.places(network.position, pairs).depth
-        deepest = show(float(depth.max()), LENGTH)
+        deepest = show(float(contact.places(network.position, pairs).depth.max()), LENGTH)
         findings.add(
             "W406",
             "bodies or tools overlap at the start at "
             f"{counted(len(np.unique(pairs.node)), 'node')} "
             f"by up to {deepest} and are pushed apart at once",
             contact.span,
-            hint="draw bodies and tools further apart, or write a smaller contact thickness",
+            hint=f"draw {_further_apart(contact, network, pairs)}",
         )
+
+
+def _further_apart(contact: "Contact", network: Network, pairs: "ContactPairs") -> str:
+    """Return what is to be drawn further apart, and which thickness matters for all of it."""
+    surface, thread = contact.surface[pairs.shape], contact.size[pairs.node]
+    of_tool = surface < network.node_count
+    # A thread touches at its own radius, unless surfaces of bodies are thicker.
+    of_skin = (surface >= network.node_count + len(network.bodies)) & (pairs.radius > thread)
+    what = "bodies and tools further apart" if of_tool.any() else "bodies further apart"
+    if of_skin.all():
+        return f"{what}, or write a smaller contact thickness"
+    if not (of_tool | of_skin).any():
+        return f"{what}, or write a smaller thickness of the thread"
+    return what
 
 
 def _owners(network: Network) -> Indices:

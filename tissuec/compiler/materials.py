@@ -40,6 +40,9 @@ from tissuec.scene.quantities import (
     YOUNGS_MODULUS,
 )
 
+#: The origin of limits of springs that cannot rupture.
+NOT_ALLOWED = "rupture is not allowed"
+
 
 class MaterialReader:
     """Gives the nodes and springs of one drawing what tissues and tables say.
@@ -173,7 +176,7 @@ class MaterialReader:
         """Return the force at which each spring breaks [N]; infinite where nothing does."""
         if self.body.may_rupture:
             return self._per_spring(name)
-        origin = Origin(self.body.span, "rupture is not allowed")
+        origin = Origin(self.body.span, NOT_ALLOWED)
         shape = self.length.shape  # of arrays that take no room
         index = np.broadcast_to(np.int32(0), shape)
         return np.broadcast_to(np.inf, shape), Provenance(index, (origin,))

@@ -1,6 +1,7 @@
 """Checks of the net: pieces, lengths of springs, strength, motions that nothing resists."""
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.initial_state import state_at_start
 from tissuec.core.errors import Diagnostic, Note, counted
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
 from tissuec.core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, VELOCITY, show
 from tissuec.engine.integrators import INTEGRATORS
@@ -19,12 +21,15 @@ from tissuec.mechanics.rest import rests_pressed
 from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.network import BodyPart, Indices, Network, numbers_in
+from tissuec.scene.model import Tissue
 from tissuec.script.plan import RELAXATION
 from tissuec.script.verbs.settle import Settle
 
 MOST_SPRINGS_NAMED = 3
 # Strain at break. Elastin, the most extensible of what tissues are made of, bears 1.5.
 IMPLAUSIBLE, PLAUSIBLE = 3.0, 0.5
+#: A number without a unit.
+_PLAIN = re.compile(r"[0-9.]+")
 # At which dashpots are tried; rates in 1/s.
 STRAINS, RATES = (0.0, 0.1, 0.3, -0.1, -0.2), (1e-2, -1e-2, 1.0, -1.0, 10.0, -10.0)
 
@@ -253,13 +258,15 @@ def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
             continue
         median = int(springs[np.argsort(strain[springs])[len(springs) // 2]])
         if strain[median] > IMPLAUSIBLE:
-            yield _breaks_late(network, body, median, float(strain[median]))
+            tissues = compiled.scene.tissues.values()
+            yield _breaks_late(network, tissues, body, median, float(strain[median]))
 
 
-def _breaks_late(network: Network, body: BodyPart, spring: int, strain: float) -> Diagnostic:
+def _breaks_late(
+    network: Network, tissues: Iterable[Tissue], body: BodyPart, spring: int, strain: float
+) -> Diagnostic:
     rest, force = float(network.rest[spring]), float(network.strength[spring])
     constant = float(network.stiffness[spring])
-    better = float(network.behaviour().pull(PLAUSIBLE * network.rest)[spring])
     arrays = {"breaking force": "strength", "spring constant": "stiffness"}
     return Diagnostic(
         "W209",
@@ -267,13 +274,35 @@ def _breaks_late(network: Network, body: BodyPart, spring: int, strain: float) -
         f"{show(rest, LENGTH)} has a spring constant of {show(constant, STIFFNESS)} and a "
         f"breaking force of {show(force, FORCE)}",
         body.span,
-        f"{show(better, FORCE)} would break it at {1.0 + PLAUSIBLE:g} times its length; "
-        "a tissue with a Young's modulus can have a breaking strain instead",
+        _breaking_early(network, tissues, spring),
         tuple(
             Note(f"the {name}", network.provenance[array][spring].span)
             for name, array in arrays.items()
         ),
     )
+
+
+def _breaking_early(network: Network, tissues: Iterable[Tissue], spring: int) -> Hint:
+    """Return a hint to write a limit at which a spring breaks at a strain that tissue bears."""
+    place = network.provenance["strength"][spring].span
+    limits = (one for tissue in tissues for one in tissue.given.values())
+    given = next((one for one in limits if one.span == place), None)
+    strain = f"{PLAUSIBLE:.0%}".replace("%", " %")
+    if given is None or given.how != "written" or not given.quantity.is_of_matter:
+        better = float(network.behaviour().pull(PLAUSIBLE * network.rest)[spring])
+        return Hint(
+            f"{show(better, FORCE)} would break it at {1.0 + PLAUSIBLE:g} times its length; "
+            "a tissue with a Young's modulus can have a breaking strain instead"
+        )
+    name, entry = given.quantity.name, f"breaking strain = {strain}"
+    if name != "breaking strain":
+        return Hint(f"write {entry} instead of the {name}", Edit(entry, place))
+    number = place.text.partition("=")[2].strip()
+    if _PLAIN.fullmatch(number) and given.value / 100.0 <= IMPLAUSIBLE:
+        entry = f"breaking strain = {number} %"
+        question = f"is a strain of {given.value:.0%} meant?".replace("%", " %")
+        return Hint(f"{question} otherwise write {entry}", Edit(entry, place))
+    return Hint(f"write a smaller strain, such as {entry}", Edit(entry, place))
 
 
 def _bodies(

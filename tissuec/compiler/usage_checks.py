@@ -8,16 +8,20 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.materials import NOT_ALLOWED
 from tissuec.compiler.selections import extents
 from tissuec.compiler.thread_checks import turning_contact_on
 from tissuec.core.errors import Diagnostic, Note, counted
-from tissuec.core.hints import Hint, leaving_out
+from tissuec.core.hints import Edit, Hint, leaving_out
 from tissuec.core.source import Span
+from tissuec.core.units import suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.mechanics.state import State
+from tissuec.model.network import Indices
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.model import Tissue
+from tissuec.scene.quantities import QUANTITIES
 from tissuec.script.verbs import Breaking, Shifting, follows
 from tissuec.script.verbs.cut import Cut
 
@@ -148,13 +152,46 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     # Knots of threads slip instead of breaking.
     breakable[[thread.hold for thread in network.threads.values()]] = False
     for name in _ruptured(compiled.scene.declarations):
-        if groups.is_known(name) and not breakable[groups.springs(name).indices].any():
-            yield Diagnostic(
-                "W404",
-                f"nothing in {name.text} can rupture, so this is always 0",
-                name.span,
-                "write rupture is allowed in the body",
-            )
+        if groups.is_known(name):
+            springs = groups.springs(name).indices
+            if not breakable[springs].any():
+                yield _unbreakable(compiled, name, springs)
+
+
+def _unbreakable(compiled: Compiled, name: s.Name, springs: Indices) -> Diagnostic:
+    """Return the finding about the ruptures of springs that cannot rupture."""
+    provenance = compiled.network.provenance["strength"]
+    found = np.unique(provenance.index[springs])
+    origins = [provenance.origins[int(index)] for index in found]
+    message, hint = f"nothing in {name.text} can rupture, so this is always 0", ""
+    forbidding = next((one for one in origins if one.how == NOT_ALLOWED), None)
+    if forbidding is not None:
+        hint = _allowing(compiled, forbidding.span)
+    elif origins:
+        message += ": the tissue has no breaking force or strain"
+        hint = _with_limit(origins[0].span)
+    return Diagnostic("W404", message, name.span, hint)
+
+
+def _allowing(compiled: Compiled, where: Span) -> Hint:
+    """Return a hint to allow the rupture of a body or joint, whose head is given."""
+    bodies = compiled.scene.bodies.values()
+    places = next((body.places for body in bodies if body.span == where), None)
+    if places is None or "rupture" not in places:
+        return Hint(f"write rupture is allowed in the {'body' if places else 'joint'}")
+    allowed = "rupture is allowed"
+    return Hint(f"write {allowed} instead", Edit(allowed, places["rupture"]))
+
+
+def _with_limit(entry: Span) -> Hint:
+    """Return a hint to write a limit in place of an entry such as "breaking force is none"."""
+    text = entry.text.lower()
+    known = next((one for key, one in QUANTITIES.items() if text.startswith(key)), None)
+    if known is None:
+        return Hint("")
+    is_strain = known.name == "breaking strain"
+    limit = f"{known.name} = {'50 %' if is_strain else f'1 {suggested_unit(known.dimension)}'}"
+    return Hint(f"write a limit, such as {limit}", Edit(limit, entry))
 
 
 def _ruptured(declarations: Declarations) -> Iterator[s.Name]:
