@@ -158,6 +158,18 @@ MISTAKES = {
         "between 19 mm and 21 mm", "between 21 mm and 19 mm", "TIS308", "21 mm",
         '"between 19 mm and 21 mm"',
     ),
+    "limits of a param reversed": M(
+        "between 0 mm and 9 mm", "between 9 mm and 0 mm", "TIS308", "9 mm",
+        '"between 0 mm and 9 mm"',
+    ),
+    "logarithm of zero": M(
+        "gravity = (0, 0, -9.81) m/s^2", "gravity = (0, 0, log(0)) m/s^2", "TIS504", "0",
+        "the logarithm of 0 has no value",
+    ),
+    "division by zero as a power": M(
+        "gravity = (0, 0, -9.81) m/s^2", "gravity = (0, 0, 0^-1) m/s^2", "TIS504", "0",
+        "division by zero",
+    ),
     "if for when": M("when force", "if force", "TIS312", "if", "when force"),
     "is for equals": M("param lift =", "param lift is", "TIS312", "is", "="),
     "is for equals in a block": M(
@@ -204,6 +216,20 @@ MISTAKES = {
     ),
     "language further down": M(
         "set rim", "language 1\nset rim", "TIS307", "language", "remove"
+    ),
+    "measure without its body": M(
+        "expect speed(rim) < 1 m/s", "expect energy < 1 J", "TIS702", "energy",
+        "write energy(vessel)",
+    ),
+    "measure without its tool": M(
+        "when force(forceps A)", "when force", "TIS702", "force", "write force(vessel)"
+    ),
+    "measure of jaws without them": M(
+        "when force(forceps A)", "when grip", "TIS702", "grip", "write grip(A)"
+    ),
+    "measure of two without both": M(
+        "expect speed(rim) < 1 m/s", "expect distance < 1 m", "TIS702", "distance",
+        "write distance(A, B)",
     ),
     # meaning
     "gravity as a number": M(

@@ -13,11 +13,12 @@ from tissuec.compiler.observed import (
     place_of,
 )
 from tissuec.compiler.sets import KINDS, Groups, unnamed
-from tissuec.core.hints import alternatives, proposal
+from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, TIME, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
+from tissuec.lang.words import written_name
 from tissuec.model.network import Floats
 from tissuec.scene.expressions import FUNCTIONS, Scope
 from tissuec.scene.model import Tool
@@ -138,10 +139,15 @@ class Conditions:
     def readings(self, node: s.Expression) -> dict[Place, ObservedMeasure]:
         """Return every measure in a condition by the place of its node."""
         readings: dict[Place, ObservedMeasure] = {}
+        described = set[Place]()  # what a clause says more of, such as "force of hook"
         for part in walk(node, enters=_is_mathematical):
             match part:
                 case s.Name(key=key) if key in MEASURES and MEASURES[key].subjects == 0:
                     readings[place_of(part)] = self._read(key, part, ())
+                case s.Argument(clauses=(_, *_)):
+                    described.add(place_of(part.value))
+                case s.Name() if place_of(part) not in described and not self.scope.has(part):
+                    self._refuse_bare(part)
                 case s.Call() if not _is_mathematical(part):
                     reading = self._read(part.function.key, part, part.arguments)
                     readings[place_of(part)] = reading
@@ -184,6 +190,23 @@ class Conditions:
             hint = f"the form is {measure.form}"
             self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
         return ObservedMeasure(measure, tuple(subjects), time, along)
+
+    def _refuse_bare(self, name: s.Name) -> None:
+        """Reject a measure that does not say what it is taken of, such as ``energy``."""
+        meant = [
+            measure
+            for key, measure in MEASURES.items()
+            if name.key in (key, measure.form.partition("(")[0])
+        ]
+        if not meant:
+            return
+        first, bodies = meant[0], self.groups.names_of_bodies()
+        hint = Hint(f"write {', or '.join(measure.form for measure in meant)}")
+        if len(meant) == 1 == first.subjects and first.takes != "jaws" and bodies:
+            example = first.form.replace("A)", f"{written_name(bodies[0])})")
+            hint = Hint(f"write {example}", Edit(example))
+        message = f'"{name.text}" does not say what it is measured on'
+        self.findings.reject("TIS702", message, name.span, hint=hint)
 
     def _refuse_mistaken(self, name: s.Name) -> None:
         """Reject what could be taken for a measure, and is none."""

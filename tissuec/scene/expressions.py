@@ -245,6 +245,9 @@ class Scope:
             self.findings.reject(
                 "TIS502", "an exponent must be a plain number", node.exponent.span
             )
+        if self.is_known and exponent.amount < 0.0 and not np.all(base.amount):
+            message = f'division by zero: "{node.base.span.text}" is 0'
+            self.findings.reject("TIS504", message, node.base.span)
         amount = np.power(base.amount, exponent.amount)
         return self._finite(
             Value(amount, base.dimension ** float(exponent.amount), False, base.is_literal),
@@ -285,6 +288,8 @@ class Scope:
         if function == "abs":
             return Value(np.abs(first.amount), first.dimension)
         self.expect(first, NUMBER, spans[0], what=f"the argument of {function}")
+        if function == "log" and self.is_known and not np.all(first.amount):
+            self.findings.reject("TIS504", "the logarithm of 0 has no value", spans[0])
         return Value(_NUMERIC[function](first.amount))
 
     def _finite(self, value: Value, span: Span) -> Value:
@@ -321,17 +326,17 @@ class Scope:
                 self._same("cannot compare", value, low, node.low.span)
                 self._same("cannot compare", value, high, node.high.span)
                 if self.is_known and np.any(low.amount > high.amount):
-                    last, first = node.high.span, node.low.span
-                    limits = f"{last.text} and {first.text}"
-                    self.findings.reject(
-                        "TIS308",
-                        "the lower limit is above the upper limit",
-                        node.low.span,
-                        hint=Hint(f'write "between {limits}"', Edit(limits, first.to(last))),
-                    )
+                    self.refuse_reversed(node.low.span, node.high.span)
                 return np.asarray((low.amount <= value.amount) & (value.amount <= high.amount))
             case _:
                 return self.test(node)
+
+    def refuse_reversed(self, low: Span, high: Span) -> NoReturn:
+        """Reject limits whose lower one is above the upper one."""
+        limits = f"{high.text} and {low.text}"
+        hint = Hint(f'write "between {limits}"', Edit(limits, low.to(high)))
+        message = "the lower limit is above the upper limit"
+        self.findings.reject("TIS308", message, low, hint=hint)
 
     # --- dimensions ---------------------------------------------------------------------------
 

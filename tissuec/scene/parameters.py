@@ -147,6 +147,8 @@ class Constants(Scope):
             )
         for bound, part in ((low, bounds.low), (high, bounds.high)):
             self.expect(bound, value.dimension, part.span, what=f"a limit of {item.name.text}")
+        if low.amount > high.amount:
+            self.refuse_reversed(bounds.low.span, bounds.high.span)
         if not low.amount <= value.amount <= high.amount:
             self.findings.reject(
                 "TIS308",

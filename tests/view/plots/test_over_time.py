@@ -96,6 +96,8 @@ def test_a_window_of_time_is_cut_out(result):
     assert (time[0], time[-1], len(time)) == pytest.approx((20.0, 50.0, 31))
     with pytest.raises(TissueError, match="runs from 0 s to 100 ms"):
         draw("logs", result, start=3.0)
+    with pytest.raises(TissueError, match="start = 50 ms is after stop = 20 ms"):
+        draw("logs", result, start=0.05, stop=0.02)
 
 
 def test_several_runs_lie_over_one_another(result, later, strip):

@@ -85,6 +85,9 @@ class Window(Struct, frozen=True):
         Raises:
             TissueError: No time is shown.
         """
+        if self.start is not None and self.stop is not None and self.start > self.stop:
+            what = f"start = {_show(self.start)} is after stop = {_show(self.stop)}"
+            raise TissueError(f"{name} has nothing to show: {what}")
         first = 0 if self.start is None else int(np.searchsorted(time, self.start - 1e-12))
         last = len(time)
         if self.stop is not None:
