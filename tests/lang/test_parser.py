@@ -106,6 +106,14 @@ def test_a_unit_ends_where_its_symbols_end():
     assert value("40 N/m^3 * e^3") == value("40 N/m^3*e^3") == expected
 
 
+def test_a_function_after_a_unit_is_no_unit():
+    """A minute is written as "min", too."""
+    product = value("2 N*min(3, 4)")
+    ((sign, function),) = product.rest
+    assert (product.first.unit, sign, function.function.text) == ("N", "*", "min")
+    assert value("2 N*min").unit == "N*min"
+
+
 def test_an_argument_may_carry_clauses():
     argument = span_free(s.Argument, X, (span_free(s.Clause, "to", Y),))
     assert value("distance(x to y)") == span_free(s.Call, name("distance"), (argument,))

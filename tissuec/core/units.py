@@ -196,7 +196,8 @@ def unit_pattern() -> str:
     """Return a regular expression that matches any unit directly after a number."""
     symbols = "|".join(sorted(map(re.escape, SYMBOLS), key=len, reverse=True))
     one = rf"(?:{symbols})(?![^\W\d_]|_)(?:\^-?[0-9]+)?(?!\w)"
-    return rf"{one}(?:[*/·]{one})*"
+    # Before a bracket, it is the name of a function: 2 N*min(…) is no number of newton minutes.
+    return rf"{one}(?:[*/·]{one}(?![ \t]*\())*"
 
 
 def describe(dimension: Dimension) -> str:
