@@ -75,7 +75,7 @@ def test_floppy_modes_are_counted_once_for_a_net():
 
 
 def test_what_cannot_be_done_at_0_s_does_not_stop_the_check(tmp_path):
-    """Nothing preserves the volume that is to be inflated; the run will say so."""
+    """The body has no equilibrium that it could settle in; the run will say so."""
     documents, path = OpenDocuments(), tmp_path / "scene.tis"
     body = "mesh is sphere { centre = (0, 0, 0) mm; radius = 30 mm; subdivisions = 1 }"
     documents.put(
@@ -83,8 +83,8 @@ def test_what_cannot_be_done_at_0_s_does_not_stop_the_check(tmp_path):
         f"""language 1
 tissue wall {SILK.removeprefix("tissue silk")}
 body bladder {{ {body}; tissue is wall }}
-environment {{ gravity = (0, 0, 0) m/s^2 }}
-script {{ at 0 s: inflate bladder to 100 ml }}
+environment {{ gravity = (0, 0, -1) m/s^2 }}
+script {{ at 0 s: settle }}
 simulate {{ duration = 0.1 s }}
 """,
     )

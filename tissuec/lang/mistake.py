@@ -119,7 +119,14 @@ class Mistake(NamedTuple):
     def finding(
         self, code: str, message: str, hint: str, at: Token | None = None
     ) -> Diagnostic:
-        """Return a finding about a token, by default the wrong one."""
+        """Return a finding about a token.
+
+        Args:
+            code: Of the diagnostic.
+            message: What is wrong.
+            hint: What to write instead.
+            at: The token; by default the wrong one.
+        """
         return Diagnostic(code, message, self.span(at or self.found), hint)
 
     def holds(self, kind: str) -> bool:

@@ -183,7 +183,8 @@ def read_law(kind: LawKind, item: Entry, scope: Scope) -> WrittenLaw:
         return _free(FORMS[item.name.key], item, scope)
     if isinstance(item, s.Sentence | s.Block) and item.name.key == kind.word:
         return _named(kind, item, scope)
-    if isinstance(item, s.Assign) and item.name.key == kind.word:
+    is_word = isinstance(item, s.Assign) and isinstance(item.value, s.Name)
+    if is_word and item.name.key == kind.word:
         schema.refuse_sign(item, scope, example=f"{kind.word} is linear")
     scope.findings.reject(
         "TIS312",
