@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.units import NUMBER, show
+from tissuec.core.units import show
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope, Truth
@@ -76,10 +76,10 @@ class MeasureScope(Scope):
         return self._measured(call)
 
     def test(self, node: s.Expression) -> Truth:
-        if isinstance(node, s.Call | s.Name) and place_of(node) in self.readings:
-            value = self._measured(node)
-            if value.dimension == NUMBER:
-                return np.asarray(value.amount != 0.0)
+        if isinstance(node, s.Call | s.Name):
+            reading = self.readings.get(place_of(node))
+            if reading is not None and reading.measure.counts:
+                return np.asarray(self._measured(node).amount != 0.0)
         return super().test(node)
 
     def _measured(self, node: s.Call | s.Name) -> Value:

@@ -17,6 +17,7 @@ class Nodes(ScalarMeasure):
     dimension = units.NUMBER
     subjects = 1
     takes = "nodes"
+    counts = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -23,6 +23,7 @@ class Pieces(ScalarMeasure):
     dimension = units.NUMBER
     subjects = 1
     takes = "nodes"
+    counts = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

@@ -22,6 +22,7 @@ class Ruptured(ScalarMeasure):
     dimension = units.NUMBER
     subjects = 1
     takes = "any"
+    counts = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:

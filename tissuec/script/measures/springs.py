@@ -17,6 +17,7 @@ class Springs(ScalarMeasure):
     dimension = units.NUMBER
     subjects = 1
     takes = "any"
+    counts = True
 
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
