@@ -87,7 +87,7 @@ def run(
 
     Raises:
         CompileError: The text is wrong; the message contains all findings with their places.
-        ValueError: There is no such companion, or there are less threads than one.
+        ValueError: ``companion`` is none of these words, or ``threads`` is below 1.
         PlaceError: The result cannot be written there, or there is nothing to resume.
         ResultError: Writing failed later.
         SimulationError: With ``strict``, the run diverged, could not continue, or broke its
@@ -130,7 +130,7 @@ def start(
 
     Raises:
         CompileError: The text is wrong; the message is all findings with their places.
-        ValueError: There are less threads than one.
+        ValueError: ``threads`` is below 1.
         SimulationError: What happens at 0 s ends the run.
     """
     from tissuec.pipeline import compile_request

@@ -59,14 +59,13 @@ class ClauseReader:
                 form = Hint(f"write: {self._nearest_form()}", Edit(""))
                 message = f'{self.verb} does not take "{word}"'
                 self.reject("TIS303", message, hint=form, word=clause.word)
-
         if self._duration is not None and not self._lasts:
             self.scope.findings.add(
                 "W412",
                 f"{self.verb} happens once, at the beginning: the end of the interval has no "
                 "effect",
                 self.span,
-                hint="write it with at, and what ends it, if anything does, at a later time",
+                hint='write "at" and a time; to end the effect, add an action at a later time',
             )
 
     def reject(

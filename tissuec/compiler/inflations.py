@@ -18,23 +18,15 @@ def check_inflations(
     """
     late = [event.action for trigger in triggers for event in trigger.events]
     preserved = {action.group.name for action in late if isinstance(action, Preserve)}
-    for action in (event.action for event in events):
-        if isinstance(action, Preserve):
-            preserved.add(action.group.name)
-        elif isinstance(action, Inflate):
-            yield from _unpreserved(action, preserved)
-    for action in late:
-        if isinstance(action, Inflate):
-            yield from _unpreserved(action, preserved)
-
-
-def _unpreserved(action: Inflate, preserved: set[str]) -> Iterator[Diagnostic]:
-    name = action.group.name
-    if name not in preserved:
-        yield Diagnostic(
-            "TIS309",
-            f"{name} cannot be inflated: nothing preserves its volume before",
-            action.span,
-            f"write before: preserve volume of {name} with 10 kPa",
-        )
-        preserved.add(name)  # said once
+    for action in (*(event.action for event in events), *late):
+        if not isinstance(action, Preserve | Inflate):
+            continue
+        name = action.group.name
+        if isinstance(action, Inflate) and name not in preserved:
+            yield Diagnostic(
+                "TIS309",
+                f"{name} cannot be inflated: nothing preserves its volume before",
+                action.span,
+                f"add an earlier action: preserve volume of {name} with 10 kPa",
+            )
+        preserved.add(name)  # or else it was reported, once

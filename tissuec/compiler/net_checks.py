@@ -94,11 +94,11 @@ def floppy(
         if slack.any():
             stiff = np.where(slack, stiffness[springs].max(initial=1.0), stiffness[springs])
             if count(position, ends, stiff, rest[springs], still).count < modes.count:
-                slacks = int(np.count_nonzero(slack))
-                reason = f"{counted(slacks, 'spring')} of {len(springs)} have no stiffness"
+                zeros = int(np.count_nonzero(slack))
+                reason = f"the spring constant of {zeros} of its {len(springs)} springs is 0"
                 hint = (
-                    "write spring constants above 0; those of matter are fitted to it, which "
-                    "needs smaller cells"
+                    "write spring constants above 0; for a tissue with a Young's modulus, use "
+                    "smaller cells"
                 )
         text = f"{body.name} has {counted(modes.count, 'floppy mode')}: {reason}"
         yield Diagnostic("W303", text, body.span, hint)

@@ -68,10 +68,10 @@ def _by_columns(
     """
     as_drawn = np.arange(nodes)
     best, least = as_drawn, drawn
+    place = np.arange(max(nodes, int(ends.max(initial=0)) + 1))
     widths, counts = np.unique(np.abs(ends[:, 1] - ends[:, 0]), return_counts=True)
     for width in widths[np.argsort(-counts, kind="stable")][:TRIALS]:
         order = np.lexsort((as_drawn // width, as_drawn % width))
-        place = np.arange(max(nodes, int(ends.max()) + 1))
         place[order] = as_drawn
         places = _places(place[ends])
         if places.cost < least.cost:

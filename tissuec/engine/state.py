@@ -212,10 +212,20 @@ def new_task(
 
 def _least_energy(network: Network, floor: float, duration: float) -> float:
     """Return what a displacement too small to measure errors by stores or carries [J]."""
-    stored = 0.5 * float(network.sudden.max(initial=0.0)) * floor**2
+    stored = most_stored(network, floor)
     mass = float(network.mass[: network.body_nodes].sum())
     carried = 0.5 * mass * (floor / duration) ** 2 if duration else 0.0
     return max(stored, carried)
+
+
+def most_stored(network: Network, displacement: float) -> float:
+    """Return what the stiffest spring stores if it is stretched by a displacement [J].
+
+    Args:
+        network: The network.
+        displacement: [m].
+    """
+    return 0.5 * float(network.sudden.max(initial=0.0)) * displacement**2
 
 
 def least_pressure(state: State, floor: float) -> float:

@@ -51,7 +51,7 @@ class TextReader:
 
         Raises:
             CompileError: The text is no time.
-            ValueError: The number is none, either.
+            ValueError: The number is NaN.
         """
         if not isinstance(span, str):
             if isnan(span):

@@ -161,9 +161,8 @@ class Companion:
     def take(self, samples: Samples) -> None:
         """Keep the run's own positions at the times of comparison."""
         if self.is_wanted:
-            keep(samples, self.times, self._own)
-            rows, due = _rows_of(samples, self.times)
-            self._reach[rows] = samples.reach[due]
+            places, due = keep(samples, self.times, self._own)
+            self._reach[places] = samples.reach[due]
 
     def tick(self, time: float) -> None:
         """Start a process beside the run, if that is worth it.
@@ -415,22 +414,21 @@ class _Silent(Recorder):
         keep(samples, self.times, self._kept)
 
 
-def keep(samples: Samples, times: Floats, rows: Floats) -> None:
+def keep(samples: Samples, times: Floats, rows: Floats) -> tuple[Indices, NDArray[np.bool_]]:
     """Copy the positions of samples at given times into rows.
 
     Args:
         samples: A batch of samples.
         times: Times of interest [s], ascending, shape (time,).
         rows: Positions [m], shape (time, node, 3), changed in place.
+
+    Returns:
+        Which rows were set, shape (n,), and whether each sample is one of them, shape
+        (sample,).
     """
-    places, due = _rows_of(samples, times)
-    rows[places] = samples.position[due]
-
-
-def _rows_of(samples: Samples, times: Floats) -> tuple[Indices, NDArray[np.bool_]]:
-    """Return the rows of times that are those of samples, and which samples these are."""
     places = np.searchsorted(times, samples.time)
     due = (places < len(times)) & (times[np.minimum(places, len(times) - 1)] == samples.time)
+    rows[places[due]] = samples.position[due]
     return places[due], due
 
 

@@ -20,7 +20,7 @@ from tissuec.core.units import si_unit
 from tissuec.engine.execution.expectations import ExpectationMemory, ExpectationMonitor
 from tissuec.engine.execution.sampling import SAME, join_times, rows_at
 from tissuec.engine.method import Samples
-from tissuec.engine.state import FLOOR
+from tissuec.engine.state import FLOOR, most_stored
 from tissuec.geometry.surfaces import entries_of
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
@@ -140,7 +140,8 @@ class Recorder:
         tap: Callable[[Samples], None] | None = None,
     ):
         self.network, self.plan, self.writer, self._tap = network, plan, writer, tap
-        self.memory = ExpectationMemory(scale=_least_energy(network))
+        # Below, energies are made of rounding, and no balance is judged by them.
+        self.memory = ExpectationMemory(scale=most_stored(network, FLOOR * network.extent))
         self._ledger = EnergyBalance()
         self._ruptured = np.zeros(network.spring_count, dtype=bool)
         self._state: State | None = None
@@ -404,12 +405,3 @@ def _frozen(state: State) -> State:
         knots=dict(state.knots),
         hold_ends=dict(state.hold_ends),
     )
-
-
-def _least_energy(network: Network) -> float:
-    """Return the energy below which a balance is not judged, as rounding makes it [J].
-
-    The stiffest spring stores it at the smallest displacement by which errors are judged.
-    """
-    smallest = FLOOR * network.extent
-    return 0.5 * float(network.sudden.max(initial=0.0)) * smallest**2

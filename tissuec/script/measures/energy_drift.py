@@ -16,8 +16,9 @@ class EnergyDrift(ScalarMeasure):
     """The energy that came or went for no reason, relative to the largest energy so far.
 
     |E - (E0 + work - dissipated + switched)| / scale, where E is kinetic, elastic and gravity
-    energy together. The scale is at least what the stiffest spring stores at a displacement of
-    a millionth of the drawing; 0 without any energy and springs.
+    energy together. The scale is the largest energy so far, but at least what the stiffest
+    spring stores when it is stretched by a millionth of the size of the drawing. The drift is 0
+    if there is neither energy nor a spring.
     """
 
     form = "energy drift"

@@ -11,7 +11,7 @@ from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.forces.load import LoadTerm
 from tissuec.mechanics.state import State
-from tissuec.model.network import Indices, Network
+from tissuec.model.network import Network, ToolPart
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import ActionFailed, EventQueue, LoggedEvent, Mover, Order
 from tissuec.script.verbs.holding import JawsMoved, sentence
@@ -57,7 +57,8 @@ class JawMotion(Struct, frozen=True):
 
     def flaw(self, network: Network) -> str:
         """Return why a tool has no jaws, empty if it has."""
-        if jaws_of(network, self.tool) is not None:
+        part = _forceps(network, self.tool)
+        if part is not None and part.jaws is not None:
             return ""
         return f"{self.tool} has no jaws: it needs radius, upper and lower"
 
@@ -75,8 +76,9 @@ class JawMotion(Struct, frozen=True):
             raise ActionFailed(
                 f"{self.tool} cannot open or close while it is moved", node, self.span
             )
-        jaws = jaws_of(state.network, self.tool)
-        assert jaws is not None, "told before the run"
+        part = _forceps(state.network, self.tool)
+        assert part is not None and part.jaws is not None, "told before the run"
+        jaws = part.jaws
         upper, lower = (state.position[jaw].mean(axis=0) for jaw in jaws)
         across = (upper - lower) / np.linalg.norm(upper - lower)
         way = self.way if self.apart else -self.way
@@ -88,7 +90,7 @@ class JawMotion(Struct, frozen=True):
                 queue.add(stop, EndMotion(mover.name, stop, self.span))
         kind = "open" if self.apart else "close"
         done = LoggedEvent(kind, (), sentence(self.span), self.span)
-        gap = float(np.linalg.norm(upper - lower)) - 2.0 * _radius(state.network, self.tool)
+        gap = float(np.linalg.norm(upper - lower)) - 2.0 * part.shapes[0].radius
         if self.apart or self.way <= gap * (1.0 + 1e-9):
             return (done,)
         over = units.show(self.way - gap, units.LENGTH)
@@ -104,11 +106,6 @@ def _turned_round(order: Order) -> list[Edit]:
     return [Edit(f"{other} {way}", order.span)] if other and count == 1 else []
 
 
-def jaws_of(network: Network, tool: str) -> tuple[Indices, Indices] | None:
-    """Return the nodes of both jaws of forceps, shape (n,) each; None for any other tool."""
-    return next((part.jaws for part in network.tools if part.name == tool), None)
-
-
-def _radius(network: Network, tool: str) -> float:
-    """Return the radius of the jaws of forceps [m]."""
-    return next(part.shapes[0].radius for part in network.tools if part.name == tool)
+def _forceps(network: Network, tool: str) -> ToolPart | None:
+    """Return the tool of a name, if it has a shape."""
+    return next((part for part in network.tools if part.name == tool), None)

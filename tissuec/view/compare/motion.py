@@ -24,7 +24,6 @@ from tissuec.view.compare.matching import MatchedIndices
 from tissuec.view.compare.times import are_same, common, nearest, nearness
 
 Verdict = Literal["agree", "differ", "cannot tell", "nothing promised"]
-SMALLEST = 1e-6  # displacement by which distances are measured, relative to the drawing
 MOST_NUMBERS = 3_000_000  # that are read at once
 
 
@@ -185,11 +184,13 @@ class _Frames:
 
     @cached_property
     def _moved(self) -> Floats:
+        from tissuec.engine.state import FLOOR
+
         position = self.trajectory.position
         first, moved = position[0].astype(float), np.zeros(len(self.times))
         for rows in _batches(len(self.times), self.shape[1]):
             moved[rows] = np.linalg.norm(position[rows] - first, axis=-1).max(axis=1)
-        floor = SMALLEST * (self.trajectory.network.extent or 1.0)
+        floor = FLOOR * (self.trajectory.network.extent or 1.0)
         return np.maximum.accumulate(np.maximum(moved, floor))
 
     @cached_property
