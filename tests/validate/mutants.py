@@ -76,7 +76,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.foundation": ("hold",),
     "tissuec.forces.volume": ("press", "spans"),
     "tissuec.forces.rest_length_kernel": None,
-    "tissuec.forces.branches_kernel": ("flowed", "pull_of_branches", "relax", "flow"),
+    "tissuec.forces.branches_kernel": ("flowed", "relax", "flow"),
     "tissuec.forces.jets_kernel": None,
     "tissuec.forces.pairs_kernel": None,
     "tissuec.forces.runs_kernel": None,

@@ -65,7 +65,7 @@ class ClauseReader:
                 f"{self.verb} happens once, at the beginning: the end of the interval has no "
                 "effect",
                 self.span,
-                hint='write "at" and a time; to end the effect, add an action at a later time',
+                hint='use "at" and a time; to end the effect, add an action at a later time',
             )
 
     def reject(

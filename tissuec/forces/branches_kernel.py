@@ -17,16 +17,10 @@ def flowed(s: int, v: Floats, internal: InternalVariables) -> float:
     return float(v[internal.slot[k]] * internal.scale[k]) if k >= 0 else 0.0
 
 
-def pull_of_branches(s: int, e: float, v: Floats, internal: InternalVariables) -> float:
-    """Return Σ c1 (e - q) of a spring of elongation e [N]."""
-    total = 0.0
-    for k in range(internal.first[s], internal.first[s + 1]):
-        total += internal.constant[k] * (e - v[internal.slot[k]] * internal.scale[k])
-    return total
-
-
 def relax(s: int, e: float, v: Floats, internal: InternalVariables) -> tuple[float, float]:
     """Set the rates at which the branches of a spring relax.
+
+    Rates are scratch, which each evaluation of the forces sets for all springs.
 
     Args:
         e: Its elongation [m].
@@ -36,10 +30,10 @@ def relax(s: int, e: float, v: Floats, internal: InternalVariables) -> tuple[flo
     """
     total, lost = 0.0, 0.0
     for k in range(internal.first[s], internal.first[s + 1]):
-        own = e - v[internal.slot[k]] * internal.scale[k]
-        giving = own * internal.pace[k]
+        q = float(v[internal.slot[k]]) * internal.scale[k]
+        giving = (e - q) * internal.pace[k]
         internal.change[k] = internal.rate[k] * giving
-        pull = internal.constant[k] * own
+        pull = internal.constant[k] * (e - q)
         total += pull
         lost += pull * giving
     return total, lost

@@ -18,7 +18,7 @@ from math import inf, sqrt
 
 import numpy as np
 
-from tissuec.forces.branches_kernel import flow, flowed, pull_of_branches, relax
+from tissuec.forces.branches_kernel import flow, flowed, relax
 from tissuec.forces.pairs_kernel import pull_pairs
 from tissuec.forces.rest_length_kernel import reel, reel_rate
 from tissuec.kernels.chunks import add_sums, clear_sums
@@ -128,8 +128,8 @@ def pull_of_laws(
             if law[s] > 0:
                 tension = pull(law[s], e, stiffness[s], rest[s], net)
             if net.inelastic:
-                more, lost = relax(s, e, v, net.internal)
-                tension += more
+                pull_of_branches, lost = relax(s, e, v, net.internal)
+                tension += pull_of_branches
                 dissipated += lost + flow(s, tension, net.internal)
             closing = (
                 r0 * (v[j] - v0) + r1 * (v[j + ONE] - v1) + r2 * (v[j + TWO] - v2)
@@ -272,7 +272,7 @@ def pull_of(s: int, e: float, v: Floats, net: Net) -> float:
     if net.law[s] > 0:
         force = pull(net.law[s], e, net.stiffness[s], net.rest[s], net)
     if net.inelastic:
-        force += pull_of_branches(s, e, v, net.internal)
+        force += relax(s, e, v, net.internal)[0]
     return float(force)
 
 
