@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tissuec.engine.blocks import BLOCK_NODES
 from tissuec.engine.chunks import chunks_of
-from tissuec.engine.spring_runs import BLOCK_NODES, FAR, packed, places_of
+from tissuec.engine.spring_runs import FAR, packed, places_of
 from tissuec.engine.threads import ThreadTeam
 from tissuec.forces import accelerations, springs_kernel
 from tissuec.forces import runs_kernel as kernel

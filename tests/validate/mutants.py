@@ -63,7 +63,7 @@ SCENES = {
 
 #: What computes forces: modules, and which functions of them, None for all.
 FORCES: dict[str, tuple[str, ...] | None] = {
-    "tissuec.forces.accelerations": ("force", "count_powers", "accelerate"),
+    "tissuec.forces.accelerations": ("force", "add_fields", "count_powers", "accelerate"),
     "tissuec.forces.springs_kernel": (
         "springs",
         "pull_of_laws",

@@ -7,7 +7,7 @@ the order of the chunks. So sums depend neither on the number of threads nor on 
 
 import numpy as np
 
-from tissuec.engine.spring_runs import Places
+from tissuec.engine.blocks import Places
 from tissuec.kernels.records import Chunks
 from tissuec.kernels.thread_loops import PIECE
 

@@ -10,19 +10,13 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.engine.blocks import Places, are_several, block_size, parts_of
 from tissuec.engine.boundary_conditions import knots, lengths, longest_step, pack_acts
 from tissuec.engine.chunks import are_chunks, chunks_of
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.numbering import number_nodes
 from tissuec.engine.operations import Features
-from tissuec.engine.spring_runs import (
-    Places,
-    RunPlaces,
-    are_several,
-    block_size,
-    packed,
-    places_of,
-)
+from tissuec.engine.spring_runs import RunPlaces, packed, places_of
 from tissuec.engine.threads import ThreadTeam, useful
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
@@ -411,13 +405,16 @@ class KernelInputs:
 
     def fields(self) -> Fields:
         """Return what acts on nodes beside springs, around the positions ``around``."""
-        found = [(field.kernel, self._table_of(field)) for field in self.state.fields]
+        groups = [g for field in self.state.fields for g in parts_of(field, self.place)]
+        found = [(part.kernel, self._table_of(part)) for group in groups for part in group]
         places = [kernel_address(kernel, table) for kernel, table in found]
         tables = [table.address for _, table in found]
         return Fields(
-            np.array(places, dtype=np.int64),
-            np.array(tables, dtype=np.int64),
-            tuple(table for _, table in found),
+            first=np.cumsum([0, *map(len, groups)]),
+            address=np.array(places, dtype=np.int64),
+            table=np.array(tables, dtype=np.int64),
+            power=np.zeros((len(found), 2)),
+            kept=tuple(table for _, table in found),
         )
 
     def _table_of(self, field: Field) -> RecordTable:

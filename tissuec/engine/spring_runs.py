@@ -5,8 +5,7 @@ lattices, tubes and sheets have many; short gaps are filled. They need no lists
 of nodes: all that belongs to a run lies in a row in memory.
 
 Runs end where a tile of ``forces.runs_kernel`` ends, for lower nodes as for upper ones. They
-are kept in blocks by their lower nodes. Where no spring is longer than a block, every
-other block has no node in common with the next one, so that threads can do these at a time.
+are kept in blocks by their lower nodes: ``engine.blocks``.
 """
 
 from itertools import pairwise
@@ -16,20 +15,17 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.engine.blocks import BLOCK_NODES, Places, are_several, block_size
 from tissuec.forces.runs_kernel import LANES, SIZE, TILE
 from tissuec.kernels.records import Runs
-from tissuec.kernels.thread_loops import PIECE
 from tissuec.model.network import Floats, Indices
 
-Places = NDArray[np.integer]
 GAP = 8  # springs that are missing in a row, at most
 NO_SPRING = -1.0  # length at rest of what is none [m]
 # What a run costs, and each of its springs, beside a spring by itself.
 RUN_COST, SPRING_COST = 3.5, 0.4
 # Springs whose nodes are further apart are cut into runs without common nodes.
 FAR = 8 * LANES
-BLOCK_NODES = 1024  # of a block, at least; what belongs to its springs fits into a cache
-LEAST_BLOCKS = 4  # that are worth being shared by threads
 
 
 class RunPlaces(Struct, frozen=True, eq=False):
@@ -141,26 +137,6 @@ def _cut(first: Places, length: Places, offset: Places) -> tuple[Places, Places,
     of, low, size = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.lexsort((low, of))
     return low[order], size[order], offset[of[order]]
-
-
-def block_size(low: NDArray[np.integer], high: NDArray[np.integer]) -> int:
-    """Return the number of nodes of a block such that no spring is longer than a block.
-
-    Args:
-        low, high: Lower and upper nodes of springs, shape (spring,).
-    """
-    longest = int((high - low).max(initial=0))
-    return -(-max(longest, BLOCK_NODES) // PIECE) * PIECE
-
-
-def are_several(high: NDArray[np.integer], size: int) -> bool:
-    """Return whether there are enough blocks for threads to share.
-
-    Args:
-        high: Upper nodes of springs, shape (spring,).
-        size: Number of nodes of a block.
-    """
-    return int(high.max(initial=0)) + 1 >= LEAST_BLOCKS * size
 
 
 def packed(

@@ -23,7 +23,7 @@ Shared arguments:
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from math import inf
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from msgspec import Struct, StructMeta
@@ -203,6 +203,18 @@ class Nodal(Effect, frozen=True):
         return np.zeros((*position.shape[:-2], 2))
 
 
+class Items(NamedTuple):
+    """Nodes on which the items of a field act, such as hinges or cells.
+
+    Attributes:
+        places: Indices of the nodes in the arrays of the kernel, item by item, shape (n,).
+        first: Those of item i are places[first[i]:first[i + 1]], shape (item + 1,).
+    """
+
+    places: Indices
+    first: Indices
+
+
 class Field(Effect, frozen=True):
     """An effect that depends on the positions of nodes and has a kernel of its own."""
 
@@ -224,6 +236,24 @@ class Field(Effect, frozen=True):
             position: Positions [m], shape (node, 3); the table is valid until a node has moved
                 by more than ``reach``.
         """
+
+    def items(self, place: Indices) -> Items | None:
+        """Return what the kernel computes independently, so that threads can share it.
+
+        None, the default, if one thread has to compute all of the field.
+
+        Args:
+            place: Index of each node in the arrays of the kernel, shape (node,).
+        """
+        return None
+
+    def only(self, items: Indices) -> Self:
+        """Return the field of some items, by indices of shape (n,), whose table is asked for.
+
+        Raises:
+            NotImplementedError: It has no items.
+        """
+        raise NotImplementedError
 
     @property
     def reach(self) -> float:

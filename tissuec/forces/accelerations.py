@@ -10,7 +10,7 @@ from tissuec.forces.branches_kernel import put_home, remember
 from tissuec.forces.rest_length_kernel import reel
 from tissuec.forces.springs_kernel import reeled, springs
 from tissuec.kernels.boundary_conditions import pull_free, put_driven
-from tissuec.kernels.records import Floats, Net
+from tissuec.kernels.records import Fields, Floats, Net
 from tissuec.kernels.thread_loops import PIECE, part_of, pieces_of, share
 
 
@@ -28,8 +28,12 @@ def force(time: float, x: Floats, v: Floats, a: Floats, power: Floats, net: Net)
         if net.ledger:
             power[0] -= reeled(time, x, v, net)
     near = springs(x, v, a, power, net)
-    for k in range(net.fields.address.size):
-        add_field(net.fields.address[k], net.fields.table[k], time, x, v, a, power)
+    for group in range(net.fields.first.size - 1):
+        first, last = int(net.fields.first[group]), int(net.fields.first[group + 1])
+        share(net.team, add_fields, (first, last, time, x, v, a, net.fields))
+        for k in range(first, last):
+            power[0] += net.fields.power[k, 0]
+            power[1] += net.fields.power[k, 1]
     if net.ledger:
         for node in net.driven:
             for i in range(3 * node, 3 * node + 3):
@@ -90,6 +94,29 @@ def accelerate(part: int, parts: int, v: Floats, a: Floats, net: Net) -> None:
         own_a[i] = steady[i] + inverse * (own_a[i] - drag * own_v[i])
         own_a[i + 1] = steady[i + 1] + inverse * (own_a[i + 1] - drag * own_v[i + 1])
         own_a[i + 2] = steady[i + 2] + inverse * (own_a[i + 2] - drag * own_v[i + 2])
+
+
+def add_fields(
+    part: int,
+    parts: int,
+    first: int,
+    last: int,
+    time: float,
+    x: Floats,
+    v: Floats,
+    f: Floats,
+    fields: Fields,
+) -> None:
+    """Add the forces of some fields that have no node in common, and set their powers.
+
+    Args:
+        first, last: Fields from ``first`` up to before ``last``, of which this is a part.
+        fields: All fields.
+    """
+    count = last - first
+    for k in range(first + part * count // parts, first + (part + 1) * count // parts):
+        fields.power[k, 0] = fields.power[k, 1] = 0.0
+        add_field(fields.address[k], fields.table[k], time, x, v, f, fields.power[k])
 
 
 def add_field(

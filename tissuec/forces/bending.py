@@ -27,7 +27,7 @@ import numpy as np
 from msgspec.structs import astuple
 
 from tissuec.core.vectors import cross
-from tissuec.forces import Field, Resisting
+from tissuec.forces import Field, Items, Resisting
 from tissuec.forces.bending_kernel import COLLAPSE, TINY, WHOLE, HingeTable, fold
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.hinges import Hinges
@@ -172,6 +172,10 @@ class HingeForce(Hinges, Field, frozen=True):
     def kernel(self) -> Callable[..., None]:
         """Return the scalar loops."""
         return fold
+
+    def items(self, place: Indices) -> Items:
+        """Return the nodes of the hinges."""
+        return Items(place[self.nodes].ravel(), 4 * np.arange(len(self.nodes) + 1))
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> HingeTable:
         """Return the hinges with other numbers of nodes."""

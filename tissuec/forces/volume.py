@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
-from tissuec.forces import Field, Resisting
+from tissuec.forces import Field, Items, Resisting
 from tissuec.geometry.parallelograms import parallelograms
 from tissuec.kernels.boundary_conditions import total
 from tissuec.kernels.records import BoundaryConditions, IntegerRows, Integers
@@ -130,10 +130,7 @@ class Enclosure(Field, frozen=True):
         stays[cells] = False
         number, walls = np.cumsum(stays) - 1, stays[self.walled]
         return replace(
-            self,
-            corners=self.corners[stays[self.owner]],
-            first=np.concatenate([[0], np.cumsum(np.diff(self.first)[stays])]),
-            drawn=self.drawn[stays],
+            self.only(np.flatnonzero(stays)),
             walls=self.walls[walls],
             walled=number[self.walled[walls]],
         )
@@ -286,6 +283,19 @@ class Enclosure(Field, frozen=True):
     def changes(self) -> list[tuple[float, TimeProfile]]:
         """Return the relative changes of volume."""
         return [(swelling.amount, swelling.profile) for swelling in self.swellings]
+
+    def items(self, place: Indices) -> Items:
+        """Return the nodes of the cells."""
+        return Items(place[self.corners].ravel(), 4 * self.first)
+
+    def only(self, items: Indices) -> "Enclosure":
+        """Return some cells, with the walls of all."""
+        counts = np.diff(self.first)[items]
+        first = np.append(0, np.cumsum(counts))
+        faces = cast(
+            Indices, np.arange(first[-1]) + (self.first[items] - first[:-1]).repeat(counts)
+        )
+        return replace(self, corners=self.corners[faces], first=first, drawn=self.drawn[items])
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "CellTable":
         """Return all that is within the faces of cells: what grows by more is kept by less."""

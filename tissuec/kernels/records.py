@@ -148,10 +148,15 @@ class Chunks(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """Fields that act on nodes: compiled functions, and their tables."""
+    """Fields that act on nodes, in parts: compiled functions, and their tables.
 
-    address: Integers  # of the functions, shape (field,)
-    table: Integers  # addresses of their tables, shape (field,)
+    Parts of one group have no node in common; see ``engine.blocks``.
+    """
+
+    first: Integers  # parts of group g are first[g]:first[g + 1], shape (group + 1,)
+    address: Integers  # of the functions, shape (part,)
+    table: Integers  # addresses of their tables, shape (part,)
+    power: Rows  # scratch: supplied and dissipated by each [W], shape (part, 2)
     kept: object = ()  # what both are in, for Python only
 
 

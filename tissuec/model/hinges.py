@@ -1,6 +1,7 @@
 """Hinges: edges between two triangles of a wall, and what it takes to fold them."""
 
 from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 from msgspec import Struct
@@ -45,9 +46,13 @@ class Hinges(Struct, frozen=True, eq=False):
         stays = np.ones(len(self.nodes), dtype=bool)
         stays[torn] = False
         kept = stays[self.walled]
-        own = {name: getattr(self, name)[stays] for name in _OF_HINGES}
         walled = (np.cumsum(stays) - 1)[self.walled[kept]]
-        return Hinges(**own, walls=self.walls[kept], walled=walled)
+        whole = self.only(np.flatnonzero(stays))
+        return replace(whole, walls=self.walls[kept], walled=walled)
+
+    def only(self, items: Indices) -> Self:
+        """Return some hinges, by indices of shape (n,), with the walls of all."""
+        return replace(self, **{name: getattr(self, name)[items] for name in _OF_HINGES})
 
     @classmethod
     def joined(cls, parts: Sequence["Hinges"]) -> "Hinges | None":
