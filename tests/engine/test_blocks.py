@@ -28,7 +28,9 @@ script { at 0 s: { fix floor; preserve volume of block with 10 kPa }
 simulate { duration = 4 ms; step = 0.5 ms; integrator is velocity verlet }
 output { trajectory every 2 ms; energy every 2 ms }
 """
-HINGES = """tissue cloth { Young's modulus = 30 kPa; density = 1 g/cm^3; retardation time = 5 ms }
+HINGES = """tissue cloth {
+  Young's modulus = 30 kPa; density = 1 g/cm^3; retardation time = 5 ms
+}
 body sheet {
   mesh is sheet {
     corner = (0, 0, 0) cm; first edge = (35, 0, 0) cm; second edge = (0, 35, 0) cm
