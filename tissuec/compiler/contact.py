@@ -236,14 +236,15 @@ def _sizes(network: Network) -> Floats:
 
 
 def _joined(network: Network, law: ContactLaw) -> Indices:
-    """Return pairs of nodes that do not touch, because springs join them, shape (pair, 2).
+    """Return pairs of nodes that do not touch, because springs join them; see ``Contact``.
 
     Those of a body that touches itself, and stitches of threads, which go into the tissue.
     """
     stitches = network.ends[network.body_springs :].astype(np.int64)
     stitches = stitches[(_sizes(network)[stitches] > 0.0).any(axis=1)]
     own = network.ends[: network.body_springs if law.within_bodies else 0]
-    return np.concatenate([own.astype(np.int64), stitches])
+    low, high = np.sort(np.concatenate([own.astype(np.int64), stitches]), axis=1).T
+    return np.unique(low * network.node_count + high)
 
 
 def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findings) -> None:

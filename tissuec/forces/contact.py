@@ -31,9 +31,9 @@ Bristles are kept in the velocities of ``memory`` nodes, as z times ``rate``, so
 stepped, stored and resumed like all other motion. Without pressure they stand up: z' = -rate z.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -42,9 +42,10 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.forces import Field, Resisting, in_line, stretches
 from tissuec.forces.contact_kernel import COLUMNS, touch
+from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
-from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
+from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, dot, places
 from tissuec.kernels.records import BoundaryConditions, ContactTable
 from tissuec.model.network import Floats, Indices
 
@@ -108,7 +109,8 @@ class Contact(Field, frozen=True):
             (face, 2).
         edges: What holds the edges of the triangles, shape (triangle, 3).
         joined: Pairs of nodes that springs join, so that what one of them carries does not
-            touch the other, shape (pair, 2).
+            touch the other: lower node times number of all nodes plus upper node, ascending,
+            shape (pair,).
         stiffness: k of each node [N/m], shape (m,).
         layer: w [m].
         damping: b [s/m].
@@ -161,7 +163,6 @@ class Contact(Field, frozen=True):
             position: Of all nodes [m], shape (node, 3).
         """
         node, face = self._candidates(position, margin)
-        node, face = node[allowed := self._allowed(node, face)], face[allowed]
         flat, radius = self.kind[face] == TRIANGLE, self.radius[face]
         radius = np.where(flat, np.maximum(radius, self.size[node]), radius)
         pairs = ContactPairs(node, face, np.ones(len(node)), radius)
@@ -169,6 +170,7 @@ class Contact(Field, frozen=True):
         pairs = pairs.some(
             (self.places(position, pairs).depth > -reach) & (~flat | (radius > 0.0))
         )
+        pairs = pairs.some(~self._are_joined(pairs, len(position)))
         shared = self._shared(pairs)
         close = self.places(position, shared).depth > -margin
         every = pairs.and_others(shared.some(close))
@@ -185,21 +187,36 @@ class Contact(Field, frozen=True):
         )
 
     def _candidates(self, position: Floats, margin: float) -> tuple[Indices, Indices]:
-        """Return pairs of nodes and whole faces; all, or those of nodes in a ball about one."""
+        """Return pairs of nodes and whole faces that may touch.
+
+        None of a body that is spared, or of a node that carries the face.
+        """
         faces = (
             np.arange(len(self.radius)) if self.whole is None else np.flatnonzero(self.whole)
         )
+        node, face = self._found(position, margin, faces)
+        apart = (self.points[face] != self.nodes[node][:, None]).all(axis=1)
+        apart &= self.owner[node] != self.spared[face]
+        return node[apart], face[apart]
+
+    def _found(
+        self, position: Floats, margin: float, faces: Indices
+    ) -> tuple[Indices, Indices]:
+        """Return pairs of nodes and some faces; of many, only near ones."""
         if len(faces) <= FEW:
             return _all_pairs(np.arange(len(self.nodes)), faces)
         endless = self.kind[faces] == PLANE
         # Triangles without a radius of their own touch threads only.
         thin = (self.kind[faces] == TRIANGLE) & (self.radius[faces] == 0.0)
-        everyone, threads = np.arange(len(self.nodes)), np.flatnonzero(self.size)
-        found = [
-            _all_pairs(everyone, faces[endless]),
-            self._around(position, margin, everyone, faces[~endless & ~thin]),
-            self._around(position, margin, threads, faces[thin]),
-        ]
+        found = [_all_pairs(np.arange(len(self.nodes)), faces[endless])]
+        for body in np.unique(self.spared[faces]):
+            spares = self.spared[faces] == body
+            everyone = np.flatnonzero(self.owner != body)
+            threads = everyone[self.size[everyone] > 0.0]
+            found += [
+                self._around(position, margin, everyone, faces[spares & ~endless & ~thin]),
+                self._around(position, margin, threads, faces[spares & thin]),
+            ]
         node, face = (np.concatenate(each) for each in zip(*found, strict=True))
         return node, face
 
@@ -207,20 +224,21 @@ class Contact(Field, frozen=True):
         self, position: Floats, margin: float, node: Indices, face: Indices
     ) -> tuple[Indices, Indices]:
         """Return pairs whose node is in a ball about the face."""
-        from scipy.spatial import cKDTree  # pyright: ignore[reportAttributeAccessIssue]
-
         if not len(node) or not len(face):
             return _all_pairs(node[:0], face[:0])
-        x, corners = position[self.nodes[node]], position[self.points[face]]
-        middle = corners.mean(axis=1)
-        size = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+        x, (a, b, c) = position[self.nodes[node]], position[self.points[face].T]
+        middle = (a + b + c) / 3.0
+        size = np.sqrt(
+            np.max([dot(each - middle, each - middle) for each in (a, b, c)], axis=0)
+        )
         flat = self.kind[face] == TRIANGLE
         thick = np.where(flat, self.size[node].max(), 0.0)
-        size += np.maximum(self.radius[face], thick) + margin
-        found = cast(Sequence[list[int]], cKDTree(x).query_ball_point(middle, size))
-        lists = [np.asarray(each, dtype=np.int64) for each in found]
-        rows = np.concatenate([np.zeros(0, dtype=np.int64), *lists])
-        return node[rows], np.repeat(face, [len(each) for each in lists])
+        reach = np.maximum(self.radius[face], thick) + margin
+        ball, point = in_balls(middle, size + reach, x)
+        low = np.minimum(np.minimum(a, b), c) - reach[:, None]
+        high = np.maximum(np.maximum(a, b), c) + reach[:, None]
+        close = are_between(x[point], low[ball], high[ball])
+        return node[point[close]], face[ball[close]]
 
     def _lever(self, position: Floats, node: Indices, face: Indices) -> Floats:
         """Return how much further than its points a plane goes where nodes are, turning."""
@@ -231,16 +249,18 @@ class Contact(Field, frozen=True):
         lever[flat] = away / np.linalg.norm(ahead - point, axis=1)
         return lever
 
-    def _allowed(self, node: Indices, face: Indices) -> Any:
-        """Return which pairs may touch: none of a body that is spared, nor of neighbours."""
-        here, corners = self.nodes[node][:, None], self.points[face]
-        apart = (corners != here).all(axis=1) & (self.owner[node] != self.spared[face])
-        if len(self.joined):
-            size = 1 + int(max(self.nodes.max(), self.points.max(), self.joined.max()))
-            ends = np.sort(self.joined, axis=1).astype(np.int64)
-            keys = np.minimum(here, corners) * size + np.maximum(here, corners)
-            apart &= ~np.isin(keys, ends[:, 0] * size + ends[:, 1]).any(axis=1)
-        return apart
+    def _are_joined(self, pairs: ContactPairs, nodes: int) -> NDArray[np.bool_]:
+        """Return which nodes are joined by springs to a corner of their faces.
+
+        Args:
+            nodes: Number of all nodes.
+        """
+        if not len(self.joined):
+            return np.zeros(len(pairs.node), dtype=bool)
+        here, corners = self.nodes[pairs.node][:, None], self.points[pairs.shape]
+        keys = np.minimum(here, corners) * nodes + np.maximum(here, corners)
+        place = np.searchsorted(self.joined, keys).clip(max=len(self.joined) - 1)
+        return np.asarray((self.joined[place] == keys).any(axis=1))
 
     def places(self, position: Floats, pairs: ContactPairs) -> NearestPlace:
         """Return the nearest places of the shapes to the nodes of pairs.

@@ -1,0 +1,61 @@
+"""Points in balls and boxes."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.model.network import Floats, Indices
+
+
+def in_balls(middle: Floats, radius: Floats, points: Floats) -> tuple[Indices, Indices]:
+    """Return all pairs of a ball and a point inside it, as two arrays of shape (pair,).
+
+    Args:
+        middle: Of balls [m], shape (ball, 3).
+        radius: Of balls [m], shape (ball,).
+        points: [m], shape (point, 3).
+    """
+    # Bodies that touch each other are near each other with few of their nodes and faces.
+    widest = float(radius.max(initial=0.0))
+    point = np.flatnonzero(_in_box(points, middle, widest))
+    ball = np.flatnonzero(_in_box(middle, points[point], widest))
+    none = np.zeros(0, dtype=np.int64)
+    balls, inside = [none], [none]
+    tree = _tree(points[point])
+    # A search has one radius: balls are searched by size, each up to twice as large as others.
+    size = np.frexp(radius[ball])[1]
+    for each in np.unique(size):
+        own = ball[size == each]
+        found = _tree(middle[own]).sparse_distance_matrix(
+            tree, radius[own].max(), output_type="ndarray"
+        )
+        within = found["v"] <= radius[own[found["i"]]]
+        balls.append(own[found["i"][within]])
+        inside.append(point[found["j"][within]])
+    return np.concatenate(balls), np.concatenate(inside)
+
+
+def _tree(points: Floats) -> Any:
+    """Return a tree that is built in less time than searches in a better one would save."""
+    from scipy.spatial import cKDTree  # pyright: ignore[reportAttributeAccessIssue]
+
+    return cKDTree(points, compact_nodes=False, balanced_tree=False)
+
+
+def are_between(points: Floats, low: Floats, high: Floats) -> NDArray[np.bool_]:
+    """Return which points are in boxes, shape (point,).
+
+    Args:
+        points: [m], shape (point, 3).
+        low, high: Opposite corners of the box of each point, or of all [m], shape (…, 3).
+    """
+    inside = (points >= low) & (points <= high)
+    return np.asarray(inside[:, 0] & inside[:, 1] & inside[:, 2])
+
+
+def _in_box(points: Floats, others: Floats, margin: float) -> NDArray[np.bool_]:
+    """Return which points are in the box around others, or no further from it, (point,)."""
+    if not len(others):
+        return np.zeros(len(points), dtype=bool)
+    return are_between(points, others.min(axis=0) - margin, others.max(axis=0) + margin)
