@@ -93,7 +93,7 @@ def test_a_tube_has_fibres_along_or_around():
         outward = x * np.array([0.0, 1.0, 1.0]) / radius
         share = np.where(np.isin(x[:, 0], (0.0, x[:, 0].max())), 0.5, 1.0)[:, None]
         load = pressure * share * outward * perimeter * 0.06 / (10 * 15)
-        u = solution(stiffness(network, plan), load.ravel()).reshape(-1, 3)
+        u = solution(stiffness(network, plan), load.reshape(-1, 1)).reshape(-1, 3)
         widened = np.einsum("ni,ni->n", u, outward).mean() / radius
         stiff = pressure * radius / (1e-3 * widened)
         if around == FIBRE:

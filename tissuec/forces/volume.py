@@ -23,6 +23,7 @@ solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal
 """
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple, cast
 
@@ -100,9 +101,7 @@ class Enclosure(Field, frozen=True):
         if part is None:
             raise ValueError(f"{name} is not a body")
         share = 1.0 if part.tetrahedra is None else 0.25
-        corners, first, walls, walled = (
-            _cells(network, part) or _patches(network, part) or _surface(network, part)
-        )
+        corners, first, walls, walled = _surfaces(network, part)
         drawn = share * _volumes(network.position, corners, first)
         return cls(part.name, corners, first, drawn, modulus, (), walls, walled, span, share)
 
@@ -348,6 +347,12 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     walls = np.unique(springs_between(network.ends, edges)[0])
     return triangles[:, [0, 1, 2, 2]], first, walls, np.zeros_like(walls)
+
+
+@lru_cache(maxsize=8)
+def _surfaces(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indices, Indices]:
+    """Return corners, ``first``, walls and their cells; kept, as checks ask before the run."""
+    return _cells(network, part) or _patches(network, part) or _surface(network, part)
 
 
 def _cells(

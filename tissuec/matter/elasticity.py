@@ -221,8 +221,7 @@ def _relaxed(rows: "csr_matrix", constant: Floats, even: Floats) -> Floats:
     stored = even.T @ pulled
     if rows.shape[1]:  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
         matrix, force = stiffness(rows, constant), -(rows.T @ pulled)
-        moved = np.stack([solution(matrix, one) for one in force.T], axis=1)
-        stored = stored - force.T @ moved
+        stored = stored - force.T @ solution(matrix, force)
     return 0.5 * (stored + stored.T)
 
 

@@ -19,7 +19,7 @@ share the volume around their ends evenly.
 """
 
 from itertools import combinations_with_replacement, permutations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,7 @@ YOUNG = 2.0 * (1.0 + POISSON)  # of a solid of springs whose shear modulus is 1
 #: springs inside, and give way.
 CRYSTAL, IRREGULAR = 1e-3, (0.03, 0.3, 1.0)
 ROUNDS = 20  # of choosing the springs that are left out
+ROUGH, FINE = 1e-4, 1e-9  # residuals of equations, first and at last
 #: The entries of a symmetric tensor of three indices, and how often each stands in it.
 TRIPLES = np.array(list(combinations_with_replacement(range(3), 3)))
 TIMES = np.array([len(set(permutations(triple))) for triple in TRIPLES.tolist()])
@@ -114,29 +115,44 @@ def _not_negative(matrix: "csr_matrix", wanted: Floats, weight: float) -> Floats
 
     (L. F. Portugal, J. J. Júdice, L. N. Vicente, Math. Comp. 63:625, 1994.)
     """
+    squares = np.asarray(matrix.multiply(matrix).sum(axis=0), dtype=float).ravel()
+    pull = weight**2 * squares
+    diagonal = squares + pull
+    right = matrix.T @ wanted + pull
+    used, x = np.ones(len(squares), dtype=bool), np.ones(len(squares))
+    # Which ones are left out is nearly clear long before their last digits are.
+    for precise in ROUGH, FINE:
+        for _ in range(ROUNDS):
+            x[~used] = 0.0
+            b, p, d, start = (each[used] for each in (right, pull, diagonal, x))
+            x[used] = _solved(matrix[:, used], b, p, d, start, precise)
+            slope = matrix.T @ (matrix @ x) + pull * x - right
+            wrong = (used & (x < 0.0)) | (~used & (slope < -FINE * diagonal))
+            if not wrong.any():
+                break
+            used ^= wrong
+    return np.maximum(x, 0.0)
+
+
+def _solved(
+    matrix: "csr_matrix",
+    right: Floats,
+    pull: Floats,
+    diagonal: Floats,
+    start: Floats,
+    precise: float,
+) -> Floats:
+    """Return the x of (AᵀA + P) x = b, from a guess and the diagonal of what is solved."""
     from scipy.sparse.linalg import LinearOperator, cg
 
-    squares = np.asarray(matrix.multiply(matrix).sum(axis=0)).ravel()
-    pull = np.asarray(weight**2 * squares, dtype=float)
-    right = matrix.T @ wanted + pull
-    used = np.ones(len(squares), dtype=bool)
-    x = np.ones(len(squares))
-    for _ in range(ROUNDS):
-        inner = matrix[:, used]
+    def product(y: Floats) -> Floats:
+        return np.asarray(matrix.T @ (matrix @ y) + pull * y)
 
-        def product(y: Floats, a: Any = inner, p: Floats = pull[used]) -> Floats:
-            return a.T @ (a @ y) + p * y
+    def divided(y: Floats) -> Floats:
+        return y / diagonal
 
-        shape = (inner.shape[1],) * 2
-        operator = LinearOperator(shape, matvec=product)  # pyright: ignore[reportCallIssue]  # see matter.linear
-        diagonal = (squares + pull)[used]
-        inverse = LinearOperator(operator.shape, matvec=lambda y, d=diagonal: y / d)  # pyright: ignore[reportCallIssue]
-        found, _ = cg(operator, right[used], x0=x[used], rtol=1e-9, maxiter=5000, M=inverse)
-        x = np.zeros_like(x)
-        x[used] = found
-        slope = matrix.T @ (matrix @ x) + pull * x - right
-        wrong = (used & (x < 0.0)) | (~used & (slope < -1e-9 * (squares + pull)))
-        if not wrong.any():
-            break
-        used ^= wrong
-    return np.maximum(x, 0.0)
+    shape = (len(right),) * 2
+    operator = LinearOperator(shape, matvec=product)  # pyright: ignore[reportCallIssue]  # see matter.linear
+    inverse = LinearOperator(shape, matvec=divided)  # pyright: ignore[reportCallIssue]
+    found, _ = cg(operator, right, x0=start, rtol=precise, maxiter=5000, M=inverse)
+    return np.asarray(found)

@@ -82,10 +82,9 @@ def measured(
     volume = float(solid.volume.sum())
     allowed = np.diag(compliance(poisson, fibres))
     found: list[float] = []
-    for force, each, (one, other) in zip(
-        forces_of_stresses(solid).T, allowed, VOIGT, strict=True
-    ):
-        stored = 0.5 * float(force @ solution(matrix, force))
+    forces = forces_of_stresses(solid)
+    energies = 0.5 * np.einsum("ua,ua->a", forces, solution(matrix, forces))
+    for stored, each, (one, other) in zip(energies.tolist(), allowed, VOIGT, strict=True):
         asked = 0.5 * volume * each
         if not 0.0 < stored < _FLOPPY * asked:
             raise Floppy("nothing resists " + ("tension" if one == other else "shear"))
