@@ -8,7 +8,7 @@ import pytest
 from lark import Lark
 from lark.exceptions import LarkError
 
-from tissuec.lang import grammar
+from tissuec.lang import grammar, parse_table
 from tissuec.lang.builder import Builder
 from tissuec.lang.words import CONTINUING, RESERVED, STARTING
 
@@ -64,7 +64,27 @@ def test_every_rule_has_a_method_of_the_builder(strict):
     assert {name for name in names if not hasattr(Builder, name)} == set()
 
 
-def test_a_corrupt_cache_file_is_built_anew(tmp_path, monkeypatch):
+@pytest.fixture
+def built(monkeypatch):
+    """Let no table be shipped."""
+    monkeypatch.setattr(parse_table, "read", lambda: {"digest": ""})
+
+
+def test_the_shipped_table_is_that_of_the_grammar():
+    table = parse_table.read()
+    expected = parse_table.digest(grammar.grammar_text(), grammar.OPTIONS, table["version"])
+    assert table["digest"] == expected, "run python -m tissuec.lang.parse_table"
+
+
+def test_a_table_is_read_as_it_was_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(parse_table, "PATH", tmp_path / "table")
+    parse_table.write(grammar.grammar_text(), grammar.OPTIONS)
+    loaded = grammar.load_parser(Builder())
+    assert isinstance(loaded, parse_table.ShippedParser)
+    assert terminals(loaded) == terminals(Lark(grammar.grammar_text(), **grammar.OPTIONS))
+
+
+def test_a_corrupt_cache_file_is_built_anew(tmp_path, monkeypatch, built):
     monkeypatch.setattr(grammar, "cache_folder", lambda: tmp_path)
     grammar.load_parser(Builder())
     (path,) = tmp_path.iterdir()
@@ -75,12 +95,12 @@ def test_a_corrupt_cache_file_is_built_anew(tmp_path, monkeypatch):
         assert path.read_bytes() != damaged
 
 
-def test_without_a_cache_folder_the_grammar_is_built_in_memory(monkeypatch):
+def test_without_a_cache_folder_the_grammar_is_built_in_memory(monkeypatch, built):
     monkeypatch.setattr(grammar, "cache_folder", lambda: None)
     assert grammar.load_parser(Builder()).terminals
 
 
-def test_a_changed_grammar_has_another_cache_file(tmp_path, monkeypatch):
+def test_a_changed_grammar_has_another_cache_file(tmp_path, monkeypatch, built):
     monkeypatch.setattr(grammar, "cache_folder", lambda: tmp_path)
     grammar.load_parser(Builder())
     text = grammar.grammar_text() + "\n// changed\n"

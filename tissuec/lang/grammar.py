@@ -1,17 +1,16 @@
-"""The parser of statements: Lark builds it from the grammar files, and keeps it on disk."""
+"""The parser of statements, which Lark builds from the grammar files."""
 
 from collections.abc import Iterable
 from copy import copy
 from functools import lru_cache
-from hashlib import sha256
 from typing import Any
 
-import lark
 from lark import Lark, UnexpectedToken
 from lark.parsers.lalr_analysis import Shift
 from lark.parsers.lalr_parser_state import ParserState
 
 from tissuec.core.resources import cache_folder, grammar
+from tissuec.lang import parse_table
 from tissuec.lang.tokens import Token
 from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
 
@@ -38,19 +37,20 @@ def grammar_text() -> str:
 
 
 def load_parser(builder: object) -> Lark:
-    """Return the parser, from the cache if there is one.
+    """Return the parser from the shipped table, or else from the cache if there is one.
 
     Args:
         builder: Has a method for each rule, called as soon as the rule is complete.
     """
     text = grammar_text()
+    digest = parse_table.digest(text, OPTIONS)
+    shipped = parse_table.read()
+    if shipped["digest"] == digest:
+        return parse_table.ShippedParser(shipped, builder)
     folder = cache_folder()
-    if folder is None:
-        return Lark(text, transformer=builder, **OPTIONS)
-    digest = sha256(f"{text}{OPTIONS}{lark.__version__}".encode()).hexdigest()[:16]
     # Lark builds anew where the file is missing, half written or corrupt.
-    path = folder / f"grammar-{digest}.lark-cache"
-    return Lark(text, transformer=builder, cache=str(path), **OPTIONS)
+    path = None if folder is None else str(folder / f"grammar-{digest}.lark-cache")
+    return Lark(text, transformer=builder, cache=path or False, **OPTIONS)
 
 
 class Refused(Exception):
