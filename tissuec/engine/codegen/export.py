@@ -85,6 +85,9 @@ _OTHERS = re.compile(rf"^(define (?!.*@{LOOP}_\d+\().*\).*) {{$", re.MULTILINE)
 #: Bundles with functions of these names: of them, only such loops are optimised again where
 #: they are loaded, for vector instructions. That takes half of the time.
 OPTIMISED = ("drive", "force", "springs_in_runs")
+#: Of these, nothing is optimised again: vectors of two numbers, which any processor has, are
+#: all that their scalar loops gain. That takes a third of the time.
+FINISHED = ("springs_viscous_watched_of_laws", "blow", "fold", "press", "touch")
 # As intrinsic functions they set no error number, and can be done eight at a time.
 MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
 _CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
@@ -191,13 +194,14 @@ def _finished(whole: Any, exported: Collection[str]) -> str:
     """Return the text of a module, with all that it calls."""
     whole.link_in(llvm.parse_assembly(TEAM))
     whole.link_in(llvm.parse_assembly(_stubs(str(whole))))
-    _simplify(whole, exported)
+    finished = any(name.startswith(FINISHED) for name in exported)
+    _simplify(whole, exported, vectors=finished)
     text = str(whole)
     for name in MATHEMATICS:
         if f"@llvm.{name}.f64(" in text:  # LLVM has done the same somewhere
             text = re.sub(rf"^declare .*@{name}\(.*\n", "", text, flags=re.MULTILINE)
     text = _OF_CALLS.sub("", _LEFT_OUT.sub("", _CALLS.sub(r"@llvm.\1.f64(", text)))
-    if any(name.startswith(OPTIMISED) for name in exported):
+    if finished or any(name.startswith(OPTIMISED) for name in exported):
         text = _OTHERS.sub(rf"\1 noinline {LEFT_ALONE} {{", text)
     return _CALLED_LOOPS.sub(r"\1 noinline {", text)
 
@@ -247,8 +251,14 @@ def _stubs(text: str) -> str:
     return "\n".join(stubs)
 
 
-def _simplify(module: Any, exported: Collection[str]) -> None:
-    """Leave out what nothing calls, and give the rest short names."""
+def _simplify(module: Any, exported: Collection[str], *, vectors: bool) -> None:
+    """Leave out what nothing calls, and give the rest short names.
+
+    Args:
+        module: A bundle.
+        exported: Functions that are called from outside.
+        vectors: Whether neighbouring operations become vector instructions.
+    """
     defined = [each for each in module.functions if not each.is_declaration]
     for each in (*defined, *(g for g in module.global_variables if not g.is_declaration)):
         each.linkage = "external" if each.name in exported else "internal"
@@ -260,7 +270,8 @@ def _simplify(module: Any, exported: Collection[str]) -> None:
                 each.add_function_attribute("noinline")
     machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
     options = llvm.create_pipeline_tuning_options(speed_level=1)
-    options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
+    options.loop_vectorization = options.loop_unrolling = False
+    options.slp_vectorization = vectors
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
 
