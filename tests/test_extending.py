@@ -110,8 +110,8 @@ def test_tables_list_the_examples_once_they_are_regenerated(extended):
 
 def test_expected_messages_list_the_examples_once_they_are_rewritten(extended):
     scenes = "tests/test_scenes.py"
-    run_tests(extended, "unknown", scenes, code=1, TISSUEC_UPDATE="1")
-    run_tests(extended, "unknown", scenes)
+    run_tests(extended, "a_bad_scene", scenes, code=1, TISSUEC_UPDATE="1")
+    run_tests(extended, "a_bad_scene", scenes)
 
 
 def test_every_family_on_the_page_is_tested():

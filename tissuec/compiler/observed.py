@@ -78,7 +78,7 @@ class MeasureScope(Scope):
     def test(self, node: s.Expression) -> Truth:
         if isinstance(node, s.Call | s.Name):
             reading = self.readings.get(place_of(node))
-            if reading is not None and reading.measure.counts:
+            if reading is not None and getattr(reading.measure, "counts", False):
                 return np.asarray(self._measured(node).amount != 0.0)
         return super().test(node)
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+import tissuec
 from tests.hand_net import chain, make_net, start
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.measures.gap import FEW, smallest_gaps
@@ -206,3 +207,21 @@ def test_every_measure_says_how_it_is_written_and_what_it_is(name):
     assert measure.takes in ("nodes", "springs", "any", "body", "jaws")
     assert name in measure.form
     assert measure.form.count(",") == max(measure.subjects - 1, 0)
+
+
+@pytest.mark.parametrize("name", ["tension", "plastic elongation", "strain", "ruptured"])
+def test_only_counts_are_conditions_by_themselves(name):
+    scene = f"""language 1
+    tissue cord {{ mass = 1 g; viscosity = 1 mN*s/m; spring constant = 50 N/m; yield force = 1 N
+      yield viscosity = 1 N*s/m; breaking force = 5 N }}
+    body rope {{ mesh is thread {{ line from (0, 0, 0) mm to (50, 0, 0) mm; pieces = 5
+      thickness = 1 mm }}; tissue is cord; rupture is allowed }}
+    environment {{ gravity = (0, 0, 0) m/s^2 }}
+    simulate {{ duration = 1 ms }}
+    script {{ when {name}(rope): fix rope }}
+    """
+    if name == "ruptured":
+        tissuec.compile(scene)
+        return
+    with pytest.raises(tissuec.CompileError, match="is not a condition"):
+        tissuec.compile(scene)

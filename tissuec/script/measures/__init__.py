@@ -43,14 +43,14 @@ class Measure(Protocol):
         subjects: How many subjects it takes.
         takes: "nodes", "springs" or "any": which subjects it can be taken of; or "body" or
             "jaws" where it means something of whole bodies or of forceps with jaws only.
-        counts: Whether it is a number of things, and so a condition: true where it is not 0.
+
+    A number of things has ``counts = True`` besides, and is a condition: true where it is not 0.
     """
 
     form: str
     dimension: Dimension
     subjects: int
     takes: str
-    counts: bool
 
     @staticmethod
     def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:

@@ -13,8 +13,6 @@ from tissuec.script.measures.snapshot import Snapshot
 class ScalarMeasure:
     """Base of the measures that have one component."""
 
-    counts = False
-
     @staticmethod
     def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
         return ("value",)

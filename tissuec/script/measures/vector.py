@@ -12,8 +12,6 @@ from tissuec.script.measures.snapshot import Snapshot
 class VectorMeasure:
     """Base of the measures whose components are x, y and z and whose value is the length."""
 
-    counts = False
-
     @staticmethod
     def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
         return ("x", "y", "z")
