@@ -44,7 +44,7 @@ class Measure(Protocol):
         takes: "nodes", "springs" or "any": which subjects it can be taken of; or "body" or
             "jaws" where it means something of whole bodies or of forceps with jaws only.
 
-    A number of things has ``counts = True`` besides, and is a condition: true where it is not 0.
+    A number of things has ``counts = True`` besides: it is a condition, true where it is not 0.
     """
 
     form: str
