@@ -48,8 +48,9 @@ def parts_of(field: Field, place: Indices) -> list[list[Field]]:
     Args:
         place: Index of each node in the arrays of the kernel, shape (node,).
     """
-    items = field.items(place)
-    if items is None or len(items.first) < 2 or len(place) < LEAST_BLOCKS * BLOCK_NODES:
+    is_small = len(place) < LEAST_BLOCKS * BLOCK_NODES
+    items = None if is_small else field.items(place)
+    if items is None or len(items.first) < 2:
         return [[field]]
     low, high = (
         extreme.reduceat(items.places, items.first[:-1]) for extreme in (np.minimum, np.maximum)

@@ -204,7 +204,7 @@ class Nodal(Effect, frozen=True):
 
 
 class Items(NamedTuple):
-    """Nodes on which the items of a field act, such as hinges or cells.
+    """Nodes on which the items of a field act, such as hinges or cells; each on at least one.
 
     Attributes:
         places: Indices of the nodes in the arrays of the kernel, item by item, shape (n,).

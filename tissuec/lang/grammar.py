@@ -9,31 +9,13 @@ from lark import Lark, UnexpectedToken
 from lark.parsers.lalr_analysis import Shift
 from lark.parsers.lalr_parser_state import ParserState
 
-from tissuec.core.resources import cache_folder, grammar
+from tissuec.core.resources import cache_folder
 from tissuec.lang import parse_table
+from tissuec.lang.parse_table import OPTIONS, grammar_text
 from tissuec.lang.tokens import Token
-from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
-
-_FILES = ("common.lark", "rules.lark", "tissue.lark")
-
-#: What Lark is asked for; its own lexer is not used.
-OPTIONS: dict[str, Any] = {
-    "parser": "lalr",
-    "lexer": "basic",
-    "start": ["statement", "heading"],
-    "maybe_placeholders": True,
-}
 
 #: Ends a statement in the grammar.
 END = Token("$END", "", 0, 0)
-
-
-def grammar_text() -> str:
-    """Return the whole grammar, with reserved words put in."""
-    text = "\n".join(grammar(name).read_text(encoding="utf-8") for name in _FILES)
-    for mark, words in (("@TIME@", TIME_WORDS), ("@JOIN@", JOINING_WORDS)):
-        text = text.replace(mark, " | ".join(f'"{word}"' for word in words))
-    return text
 
 
 def load_parser(builder: object) -> Lark:
@@ -43,7 +25,7 @@ def load_parser(builder: object) -> Lark:
         builder: Has a method for each rule, called as soon as the rule is complete.
     """
     text = grammar_text()
-    digest = parse_table.digest(text, OPTIONS)
+    digest = parse_table.digest(text)
     shipped = parse_table.read()
     if shipped["digest"] == digest:
         return parse_table.ShippedParser(shipped, builder)

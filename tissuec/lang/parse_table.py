@@ -1,7 +1,7 @@
-"""The table of the parser, which is shipped so that Lark need not build it from the grammar.
+"""The grammar of statements, and the parse table that Lark builds from it, which is shipped.
 
 ``python -m tissuec.lang.parse_table`` writes it anew. It holds for the version of Lark that has
-built it; with another one, the table is built by the user's own and kept in the cache.
+built it; another one builds its own, which ``lang.grammar`` keeps in the cache.
 """
 
 import pickle
@@ -13,20 +13,37 @@ from typing import Any
 import lark
 from lark import Lark
 
-from tissuec.core.resources import PACKAGE
+from tissuec.core.resources import PACKAGE, grammar
+from tissuec.lang.words import JOINING_WORDS, TIME_WORDS
 
 PATH = PACKAGE / "lang" / "parse_table.z"
+_FILES = ("common.lark", "rules.lark", "tissue.lark")
+
+#: What Lark is asked for; its own lexer is not used.
+OPTIONS: dict[str, Any] = {
+    "parser": "lalr",
+    "lexer": "basic",
+    "start": ["statement", "heading"],
+    "maybe_placeholders": True,
+}
 
 
-def digest(text: str, options: dict[str, Any], version: str = lark.__version__) -> str:
+def grammar_text() -> str:
+    """Return the whole grammar, with reserved words put in."""
+    text = "\n".join(grammar(name).read_text(encoding="utf-8") for name in _FILES)
+    for mark, words in (("@TIME@", TIME_WORDS), ("@JOIN@", JOINING_WORDS)):
+        text = text.replace(mark, " | ".join(f'"{word}"' for word in words))
+    return text
+
+
+def digest(text: str, version: str = lark.__version__) -> str:
     """Return what tells a table from others.
 
     Args:
         text: The grammar.
-        options: Of Lark.
         version: Of Lark.
     """
-    return sha256(f"{text}{options}{version}".encode()).hexdigest()[:16]
+    return sha256(f"{text}{OPTIONS}{version}".encode()).hexdigest()[:16]
 
 
 def read() -> dict[str, Any]:
@@ -47,22 +64,16 @@ class ShippedParser(Lark):
         self._load(table, transformer=builder)  # pyright: ignore[reportUnknownMemberType]  # untyped
 
 
-def write(text: str, options: dict[str, Any]) -> None:
-    """Build the table, and store it.
-
-    Args:
-        text: The grammar.
-        options: Of Lark.
-    """
+def write() -> None:
+    """Build the table, and store it."""
+    text = grammar_text()
     stored = BytesIO()
-    built: Any = Lark(text, **options)
+    built: Any = Lark(text, **OPTIONS)
     built.save(stored)
     table = pickle.loads(stored.getvalue())
-    table |= {"version": lark.__version__, "digest": digest(text, options)}
+    table |= {"version": lark.__version__, "digest": digest(text)}
     PATH.write_bytes(zlib.compress(pickle.dumps(table), 9))
 
 
 if __name__ == "__main__":
-    from tissuec.lang.grammar import OPTIONS, grammar_text
-
-    write(grammar_text(), OPTIONS)
+    write()
