@@ -87,7 +87,7 @@ _OTHERS = re.compile(rf"^(define (?!.*@{LOOP}_\d+\().*\).*) {{$", re.MULTILINE)
 OPTIMISED = ("drive", "force", "springs_in_runs")
 #: Of these, nothing is optimised again: vectors of two numbers, which any processor has, are
 #: all that their scalar loops gain. That takes a third of the time.
-FINISHED = ("springs_viscous_watched_of_laws", "blow", "fold", "press", "touch")
+FINISHED = ("springs_viscous_watched_of_laws", "fold", "press", "touch")
 # As intrinsic functions they set no error number, and can be done eight at a time.
 MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
 _CALLS = re.compile(rf"@({'|'.join(MATHEMATICS)})\(")
