@@ -1,4 +1,4 @@
-"""Arrays that store equal values once."""
+"""Arrays of equal values, and of runs of numbers."""
 
 from typing import Any
 
@@ -15,3 +15,12 @@ def uniform(values: NDArray[Any]) -> NDArray[Any]:
     if values.size < 2 or (values != values.flat[0]).any():
         return values
     return np.broadcast_to(values.flat[0].copy(), values.shape)
+
+
+def counted_up(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return 0, 1, … for each of some runs, one after the other.
+
+    Args:
+        counts: Lengths of the runs, shape (run,).
+    """
+    return np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)

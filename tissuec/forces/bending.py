@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from msgspec.structs import astuple
 
-from tissuec.core.vectors import cross
+from tissuec.core.vectors import cross, dot
 from tissuec.forces import Field, Items, Resisting
 from tissuec.forces.bending_kernel import COLLAPSE, TINY, WHOLE, HingeTable, fold
 from tissuec.kernels.records import BoundaryConditions
@@ -63,7 +63,7 @@ class HingeForce(Hinges, Field, frozen=True):
     def _weight(self, a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
         """Return w, and its derivatives by a² and b² [1/m⁴], shape (…, hinge) each."""
         first, second = self.squares.T
-        u, v = _dot(a, a) / first, _dot(b, b) / second
+        u, v = dot(a, a) / first, dot(b, b) / second
         upper, lower = (WHOLE * each / (each + COLLAPSE) for each in (u, v))
         rise = WHOLE * COLLAPSE
         by_a = lower * rise / ((u + COLLAPSE) ** 2 * first)
@@ -117,7 +117,7 @@ class HingeForce(Hinges, Field, frozen=True):
         """Return ∂²w by e, x_k - x_i and x_l - x_i, shape (hinge, 3, 3, 3, 3)."""
         found = np.zeros((len(e), 3, 3, 3, 3))
         first, second = self.squares.T
-        u, v = _dot(a, a) / first + COLLAPSE, _dot(b, b) / second + COLLAPSE
+        u, v = dot(a, a) / first + COLLAPSE, dot(b, b) / second + COLLAPSE
         slopes = np.zeros((2, len(e), 3, 3))
         for tip, span, by, which in ((1, q, by_a, 0), (2, r, by_b, 1)):
             slopes[which, :, 0], slopes[which, :, tip] = (
@@ -125,7 +125,7 @@ class HingeForce(Hinges, Field, frozen=True):
                 _of_square(span, e),
             )
             by = by[:, None, None]
-            along = _dot(e, span)[:, None, None] * np.eye(3)
+            along = dot(e, span)[:, None, None] * np.eye(3)
             outer = e[:, :, None] * span[:, None, :]
             mixed = 2.0 * by * (2.0 * outer - along - outer.swapaxes(1, 2))
             found[:, 0, :, 0] += 2.0 * by * _across(span)
@@ -208,7 +208,7 @@ def hinges_at(
         walled: The hinge of each of them, shape (wall,).
     """
     e, q, r, a, b = _normals(position[nodes])
-    squares = np.stack([_dot(a, a), _dot(b, b)], axis=1)
+    squares = np.stack([dot(a, a), dot(b, b)], axis=1)
     return Hinges(nodes, stiffness, damping, _angle(e, q, r, a, b), squares, walls, walled)
 
 
@@ -229,17 +229,17 @@ def _normals(corners: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
 
 
 def _angle(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
-    along = _dot(cross(b, a), e) / np.sqrt(_dot(e, e))
-    return np.arctan2(along, _dot(a, b))
+    along = dot(cross(b, a), e) / np.sqrt(dot(e, e))
+    return np.arctan2(along, dot(a, b))
 
 
 def _levers(
     e: Floats, q: Floats, r: Floats, a: Floats, b: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return ∂θ/∂x_k and ∂θ/∂x_l, and where both are along the edge (0 to 1)."""
-    square = _dot(e, e)[..., None]
-    by_k, by_l = (np.sqrt(square) * n / (_dot(n, n)[..., None] + TINY) for n in (a, b))
-    at_k, at_l = (_dot(s, e)[..., None] / square for s in (q, r))
+    square = dot(e, e)[..., None]
+    by_k, by_l = (np.sqrt(square) * n / (dot(n, n)[..., None] + TINY) for n in (a, b))
+    at_k, at_l = (dot(s, e)[..., None] / square for s in (q, r))
     return by_k, by_l, at_k, at_l
 
 
@@ -251,13 +251,13 @@ def _slopes(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
 
 def _of_square(one: Floats, other: Floats) -> Floats:
     """Return the derivative of |one × other|² by the first, shape (…, 3)."""
-    along, square = _dot(one, other)[..., None], _dot(other, other)[..., None]
+    along, square = dot(one, other)[..., None], dot(other, other)[..., None]
     return 2.0 * (square * one - along * other)
 
 
 def _across(c: Floats) -> Floats:
     """Return c² 1 - c cᵀ, shape (…, 3, 3)."""
-    return _dot(c, c)[..., None, None] * np.eye(3) - c[..., :, None] * c[..., None, :]
+    return dot(c, c)[..., None, None] * np.eye(3) - c[..., :, None] * c[..., None, :]
 
 
 def _swelling(e: Floats, q: Floats, r: Floats, by_a: Floats, by_b: Floats) -> Floats:
@@ -282,7 +282,7 @@ def _second(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
         (1, by_k, at_k, a, q, 1.0),
         (2, by_l, at_l, b, r, -1.0),
     ):
-        square = _dot(normal, normal)[:, None, None] + TINY
+        square = dot(normal, normal)[:, None, None] + TINY
         outer = normal[:, :, None] * normal[:, None, :] / square
         turned = sign * length * (np.eye(3) - 2.0 * outer) / square
         own, mixed = turned @ _crossing(e), -turned @ _crossing(span)
@@ -298,7 +298,3 @@ def _second(e: Floats, q: Floats, r: Floats, a: Floats, b: Floats) -> Floats:
 def _crossing(c: Floats) -> Floats:
     """Return the matrices [c] of [c] d = c × d, shape (…, 3, 3)."""
     return cross(c[..., None, :], np.eye(3)).swapaxes(-1, -2)
-
-
-def _dot(one: Floats, other: Floats) -> Floats:
-    return np.einsum("...k,...k->...", one, other)

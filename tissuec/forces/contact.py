@@ -40,12 +40,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
+from tissuec.core.vectors import norm
 from tissuec.forces import Field, Resisting, in_line, stretches
 from tissuec.forces.contact_kernel import COLUMNS, touch
 from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
-from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, dot, places
+from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
 from tissuec.kernels.records import BoundaryConditions, ContactTable
 from tissuec.model.network import Floats, Indices
 
@@ -223,16 +224,12 @@ class Contact(Field, frozen=True):
     def _around(
         self, position: Floats, margin: float, node: Indices, face: Indices
     ) -> tuple[Indices, Indices]:
-        """Return pairs whose node is in a ball about the face."""
-        if not len(node) or not len(face):
-            return _all_pairs(node[:0], face[:0])
+        """Return pairs whose node is in a ball about the face, and in a box around it."""
         x, (a, b, c) = position[self.nodes[node]], position[self.points[face].T]
         middle = (a + b + c) / 3.0
-        size = np.sqrt(
-            np.max([dot(each - middle, each - middle) for each in (a, b, c)], axis=0)
-        )
+        size = np.max([norm(corner - middle) for corner in (a, b, c)], axis=0)
         flat = self.kind[face] == TRIANGLE
-        thick = np.where(flat, self.size[node].max(), 0.0)
+        thick = np.where(flat, self.size[node].max(initial=0.0), 0.0)
         reach = np.maximum(self.radius[face], thick) + margin
         ball, point = in_balls(middle, size + reach, x)
         low = np.minimum(np.minimum(a, b), c) - reach[:, None]

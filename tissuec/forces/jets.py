@@ -35,6 +35,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import counted_up
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
 from tissuec.forces import Field
@@ -425,8 +426,8 @@ def _with_elements(
     """Return all elements of the triangles ``below``, each with that ``above`` it."""
     count = np.bincount(owner, minlength=triangles)
     sizes = count[below]
-    first = (np.cumsum(count) - count)[below] - (np.cumsum(sizes) - sizes)
-    return np.arange(int(sizes.sum())) + np.repeat(first, sizes), np.repeat(above, sizes)
+    first = (np.cumsum(count) - count)[below]
+    return np.repeat(first, sizes) + counted_up(sizes), np.repeat(above, sizes)
 
 
 def _left_of(edge: Floats, seen: Floats) -> Floats:

@@ -32,6 +32,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import counted_up
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
 from tissuec.forces import Field, Items, Resisting
@@ -290,11 +291,9 @@ class Enclosure(Field, frozen=True):
     def only(self, items: Indices) -> "Enclosure":
         """Return some cells, with the walls of all."""
         counts = np.diff(self.first)[items]
-        first = np.append(0, np.cumsum(counts))
-        faces = cast(
-            Indices, np.arange(first[-1]) + (self.first[items] - first[:-1]).repeat(counts)
-        )
-        return replace(self, corners=self.corners[faces], first=first, drawn=self.drawn[items])
+        faces = np.repeat(self.first[items], counts) + counted_up(counts)
+        first, drawn = np.append(0, np.cumsum(counts)), self.drawn[items]
+        return replace(self, corners=self.corners[faces], first=first, drawn=drawn)
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "CellTable":
         """Return all that is within the faces of cells: what grows by more is kept by less."""

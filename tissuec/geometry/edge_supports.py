@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import counted_up
 from tissuec.model.network import Indices
 from tissuec.model.topology import pieces
 
@@ -68,8 +69,7 @@ class EdgeSupports(Struct, frozen=True, eq=False):
         first = np.searchsorted(here, nodes, sorter=order)
         count = np.searchsorted(here, nodes, side="right", sorter=order) - first
         row = np.repeat(np.arange(len(nodes)), count)
-        behind = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-        found = order[first[row] + behind]
+        found = order[first[row] + counted_up(count)]
         return row, found % max(len(low), 1), there[found]
 
     def holding(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:

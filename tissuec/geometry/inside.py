@@ -13,6 +13,7 @@ Strackee, IEEE Trans. Biomed. Eng. 30:125, 1983).
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import counted_up
 from tissuec.geometry.edges import Floats, Indices
 
 _AT_ONCE = 4_000_000  # pairs of a point and a triangle that are looked at together
@@ -131,7 +132,7 @@ def _near(plane: Floats, corners: Floats):
     )
     number = np.where(touches, last - first + 1, 0)
     triangle = np.repeat(np.arange(len(corners)), number)
-    at = first[triangle] + _counted_up(number)
+    at = first[triangle] + counted_up(number)
     down, up = (np.clip((side[:, 1] - low[1]) * scale, 0.0, 0.5) for side in (least, most))
     # A little wider than the box, because the key has been rounded.
     least_key: Floats = at + down[triangle] - 1e-9 * strips
@@ -143,13 +144,8 @@ def _near(plane: Floats, corners: Floats):
         runs = length[part]
         yield (
             np.repeat(triangle[part], runs),
-            order[np.repeat(begin[part], runs) + _counted_up(runs)],
+            order[np.repeat(begin[part], runs) + counted_up(runs)],
         )
-
-
-def _counted_up(number: Indices) -> Indices:
-    """Return 0, 1, … for each run of the given lengths."""
-    return np.arange(int(number.sum())) - np.repeat(np.cumsum(number) - number, number)
 
 
 def _portions(length: Indices):

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.vectors import dot
 from tissuec.geometry.edges import Floats, Indices
 
 CAPSULE, PLANE, TRIANGLE = range(3)
@@ -57,11 +58,6 @@ def places(x: Floats, kind: Indices, corners: Floats, radius: Floats) -> Nearest
             for part, values in zip(parts, found, strict=True):
                 part[some] = values
     return NearestPlace(*parts)
-
-
-def dot(one: Floats, two: Floats) -> Floats:
-    """Return the scalar products of vectors of shape (…, k), in any units, shape (…)."""
-    return np.einsum("...k,...k->...", one, two)
 
 
 def or_one(values: Floats) -> Floats:

@@ -15,6 +15,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import counted_up
+
 LARGEST_CHECK = 1200
 """Unknowns up to which floppy modes are counted: a dense eigenvalue problem below a second."""
 
@@ -263,5 +265,4 @@ def springs_between(
     high = np.searchsorted(keys[order], wanted, side="right")
     count = high - low  # more than one where springs are parallel
     which = np.repeat(np.arange(len(pairs)), count)
-    within = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-    return order[low[which] + within], which
+    return order[low[which] + counted_up(count)], which

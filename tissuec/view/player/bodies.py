@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import counted_up
 from tissuec.model.network import Floats
 
 _LAMP = np.array([-0.45, 0.6, 0.75]) / np.linalg.norm([-0.45, 0.6, 0.75])
@@ -143,8 +144,7 @@ def smooth_mesh(position: Floats, triangles: NDArray[np.integer]) -> TriangleMes
     # Every corner beside every triangle around its node.
     often = count[flat]
     corner = np.repeat(np.arange(len(flat)), often)
-    step = np.arange(len(corner)) - np.repeat(np.cumsum(often) - often, often)
-    other = order[np.repeat(start, often) + step] // 3
+    other = order[np.repeat(start, often) + counted_up(often)] // 3
     own = corner // 3
     alike = (face[own] * face[other]).sum(axis=1) >= _SHARP * size[own] * size[other]
     corner, other = corner[alike], other[alike]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tissuec.core.arrays import counted_up
 from tissuec.model.network import Floats, Indices
 
 _INKED, _MOST_DASHES = 0.6, 24  # part of a dash that is drawn; how many a line has
@@ -31,9 +32,8 @@ def dashed(ends: Floats, dashes: Floats) -> tuple[Indices, Floats]:
     """
     count = np.clip(np.ceil(dashes), 1, _MOST_DASHES).astype(int)
     which = np.repeat(np.arange(len(ends)), count)
-    number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
     size = np.where(dashes > 0.0, 1.0 / count, 1.0)[which]
-    start = number * size
+    start = counted_up(count) * size
     stop = start + np.where(dashes > 0.0, _INKED, 1.0)[which] * size
     way = ends[which, 1] - ends[which, 0]
     places = (ends[which, 0] + part[:, None] * way for part in (start, stop))
