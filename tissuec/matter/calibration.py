@@ -109,16 +109,15 @@ def _factors(
     weight = constant * np.einsum("si,si->s", along, along)
     weight = np.maximum(weight, 1e-6 * weight.mean())
     times, aims = np.ones(len(ends)), None
-    moved, bent = np.zeros_like(force), np.zeros_like(bending)
     for _ in range(ROUNDS):
         matrix = stiffness(rows, times * constant)
-        moved = solution(matrix, force, moved)
+        moved = solution(matrix, force)
         soft = force.T @ moved / volume
         has = np.linalg.inv(0.5 * (soft + soft.T))
         strained = (rows @ moved) @ has
         parts = strained[:, _ONE] * strained[:, _OTHER] * _TIMES
         parts *= (times * constant / volume)[:, None]
-        bent = solution(matrix, bending, bent)
+        bent = solution(matrix, bending)
         work = np.einsum("ub,ub->b", bending, bent)
         excess = stored / work
         if aims is None:  # none of coarse nets, whose bending is left as it is

@@ -1,6 +1,6 @@
 """Small displacements of a net: elongations of springs, and responses to forces."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,25 +42,42 @@ def stiffness(rows: "csr_matrix", constant: Floats) -> "csr_matrix":
     return csr_matrix(rows.T @ diags(constant) @ rows)
 
 
-def solution(matrix: "csr_matrix", force: Floats, start: Floats | None = None) -> Floats:
+def solution(matrix: "csr_matrix", force: Floats) -> Floats:
     """Return displacements under forces in balance, without rigid motions [m].
 
     Args:
         matrix: Stiffness [N/m], shape (unknown, unknown).
         force: Of each case [N], shape (unknown, case).
-        start: A guess of the result [m], shape (unknown, case).
+    """
+    diagonal = matrix.diagonal()
+    diagonal = np.where(diagonal > 0.0, diagonal, 1.0)
+    most = 20 * round(len(force) ** 0.5)
+    start = np.zeros(len(force))
+    found = [
+        conjugate_gradients(matrix, diagonal, one, start, _PRECISE, most) for one in force.T
+    ]
+    return np.stack(found, axis=1)
+
+
+def conjugate_gradients(
+    matrix: Any, diagonal: Floats, right: Floats, start: Floats, precise: float, most: int
+) -> Floats:
+    """Solve equations, in any units, preconditioned by the diagonal of their matrix.
+
+    Args:
+        matrix: Symmetric, sparse or a linear operator, shape (n, n).
+        diagonal: Positive, shape (n,).
+        right: Right-hand side, shape (n,).
+        start: A guess, shape (n,).
+        precise: Residual, relative to the right-hand side.
+        most: Iterations, at most.
     """
     from scipy.sparse.linalg import LinearOperator, cg
 
-    diagonal = matrix.diagonal()
-    diagonal = np.where(diagonal > 0.0, diagonal, 1.0)
+    def divided(y: Floats) -> Floats:
+        return y / diagonal
+
     # SciPy's class makes an instance of another one, of which pyright does not know.
-    inverse = LinearOperator(matrix.shape, matvec=lambda y: y / diagonal)  # pyright: ignore[reportCallIssue]
-    most = 20 * round(len(force) ** 0.5)
-    begun = np.zeros_like(force) if start is None else start
-    cases = zip(force.T, begun.T, strict=True)
-    found = [
-        cg(matrix, pull, x0=guess, rtol=_PRECISE, maxiter=most, M=inverse)[0]
-        for pull, guess in cases
-    ]
-    return np.stack(found, axis=1)
+    inverse = LinearOperator(matrix.shape, matvec=divided)  # pyright: ignore[reportCallIssue]
+    found, _ = cg(matrix, right, x0=start, rtol=precise, maxiter=most, M=inverse)
+    return np.asarray(found)

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.matter.fibres import Fibres
+from tissuec.matter.linear import conjugate_gradients
 from tissuec.matter.solid import Solid
 from tissuec.matter.traction import POISSON
 from tissuec.model.network import Floats
@@ -41,6 +42,7 @@ YOUNG = 2.0 * (1.0 + POISSON)  # of a solid of springs whose shear modulus is 1
 CRYSTAL, IRREGULAR = 1e-3, (0.03, 0.3, 1.0)
 ROUNDS = 20  # of choosing the springs that are left out
 ROUGH, FINE = 1e-4, 1e-9  # residuals of equations, first and at last
+MOST = 5000  # iterations of solving them
 #: The entries of a symmetric tensor of three indices, and how often each stands in it.
 TRIPLES = np.array(list(combinations_with_replacement(range(3), 3)))
 TIMES = np.array([len(set(permutations(triple))) for triple in TRIPLES.tolist()])
@@ -115,6 +117,9 @@ def _not_negative(matrix: "csr_matrix", wanted: Floats, weight: float) -> Floats
 
     (L. F. Portugal, J. J. Júdice, L. N. Vicente, Math. Comp. 63:625, 1994.)
     """
+    from scipy.sparse import diags
+    from scipy.sparse.linalg import aslinearoperator
+
     squares = np.asarray(matrix.multiply(matrix).sum(axis=0), dtype=float).ravel()
     pull = weight**2 * squares
     diagonal = squares + pull
@@ -124,35 +129,14 @@ def _not_negative(matrix: "csr_matrix", wanted: Floats, weight: float) -> Floats
     for precise in ROUGH, FINE:
         for _ in range(ROUNDS):
             x[~used] = 0.0
-            b, p, d, start = (each[used] for each in (right, pull, diagonal, x))
-            x[used] = _solved(matrix[:, used], b, p, d, start, precise)
+            inner, own = aslinearoperator(matrix[:, used]), diags(pull[used])
+            normal = inner.T @ inner + aslinearoperator(own)
+            x[used] = conjugate_gradients(
+                normal, diagonal[used], right[used], x[used], precise, MOST
+            )
             slope = matrix.T @ (matrix @ x) + pull * x - right
             wrong = (used & (x < 0.0)) | (~used & (slope < -FINE * diagonal))
             if not wrong.any():
                 break
             used ^= wrong
     return np.maximum(x, 0.0)
-
-
-def _solved(
-    matrix: "csr_matrix",
-    right: Floats,
-    pull: Floats,
-    diagonal: Floats,
-    start: Floats,
-    precise: float,
-) -> Floats:
-    """Return the x of (AᵀA + P) x = b, from a guess and the diagonal of what is solved."""
-    from scipy.sparse.linalg import LinearOperator, cg
-
-    def product(y: Floats) -> Floats:
-        return np.asarray(matrix.T @ (matrix @ y) + pull * y)
-
-    def divided(y: Floats) -> Floats:
-        return y / diagonal
-
-    shape = (len(right),) * 2
-    operator = LinearOperator(shape, matvec=product)  # pyright: ignore[reportCallIssue]  # see matter.linear
-    inverse = LinearOperator(shape, matvec=divided)  # pyright: ignore[reportCallIssue]
-    found, _ = cg(operator, right, x0=start, rtol=precise, maxiter=5000, M=inverse)
-    return np.asarray(found)
