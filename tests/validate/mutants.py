@@ -74,7 +74,7 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.kernels.boundary_conditions": None,
     "tissuec.forces.bending": ("fold",),
     "tissuec.forces.foundation": ("hold",),
-    "tissuec.forces.volume": ("press", "spans"),
+    "tissuec.forces.volume_kernel": None,
     "tissuec.forces.rest_length_kernel": None,
     "tissuec.forces.branches_kernel": ("flowed", "relax", "flow"),
     "tissuec.forces.jets_kernel": None,
