@@ -8,7 +8,7 @@ import pytest
 import tissuec
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.prediction import state_at_start
-from tissuec.engine import blocks, threads
+from tissuec.engine import blocks
 from tissuec.engine.blocks import BLOCK_NODES, LEAST_BLOCKS, parts_of
 
 HEAD = """language 1
@@ -45,11 +45,6 @@ simulate { duration = 2 ms; step = 20 us; integrator is velocity verlet }
 output { trajectory every 1 ms; energy every 1 ms }
 """
 SCENES = {"cells": CELLS, "hinges": HINGES}
-
-
-@pytest.fixture
-def keen(monkeypatch):
-    monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
 
 
 def field_of(scene):
@@ -94,7 +89,7 @@ def test_parts_add_up_to_the_field(scene):
 
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_every_number_is_the_same_to_the_last_bit(scene, keen, monkeypatch):
+def test_every_number_is_the_same_to_the_last_bit(scene, threads_in_small_nets, monkeypatch):
     runs = [tissuec.run(HEAD + scene, threads=count, companion="off") for count in (1, 2, 5)]
     assert [run.manifest["statistics"]["threads"] for run in runs] == [1, 2, 5]
     one, *others = (run.position[:] for run in runs)

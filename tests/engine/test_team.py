@@ -59,11 +59,6 @@ def heap():
     )
 
 
-@pytest.fixture
-def keen(monkeypatch):
-    monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
-
-
 def shaken(network, name, threads, *, steps=3):
     """Return all numbers of a run from random velocities, and its engine."""
     state = State.start(network, gravity=np.zeros(3), drag=0.0)
@@ -83,7 +78,7 @@ def shaken(network, name, threads, *, steps=3):
 
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("net", ["block", "heap"])
-def test_every_number_is_the_same_to_the_last_bit(net, name, keen, request):
+def test_every_number_is_the_same_to_the_last_bit(net, name, threads_in_small_nets, request):
     network = request.getfixturevalue(net)
     expected, engine = shaken(network, name, 1)
     assert engine.statistics.threads == 1
@@ -94,7 +89,7 @@ def test_every_number_is_the_same_to_the_last_bit(net, name, keen, request):
             assert np.array_equal(one, other)
 
 
-def test_two_runs_at_a_time_have_threads_of_their_own(block, keen):
+def test_two_runs_at_a_time_have_threads_of_their_own(block, threads_in_small_nets):
     expected, _ = shaken(block, "velocity verlet", 1, steps=40)
     with ThreadPoolExecutor(2) as pool:
         runs = [pool.submit(shaken, block, "velocity verlet", 2, steps=40) for _ in range(2)]
@@ -103,7 +98,7 @@ def test_two_runs_at_a_time_have_threads_of_their_own(block, keen):
                 assert np.array_equal(one, other)
 
 
-def test_threads_end_with_the_run(block, keen):
+def test_threads_end_with_the_run(block, threads_in_small_nets):
     before = set(threading.enumerate())
     _, engine = shaken(block, "velocity verlet", 3)
     own = set(threading.enumerate()) - before
@@ -115,7 +110,7 @@ def test_threads_end_with_the_run(block, keen):
         assert not thread.is_alive()
 
 
-def test_a_scene_runs_the_same_on_any_number_of_threads(keen):
+def test_a_scene_runs_the_same_on_any_number_of_threads(threads_in_small_nets):
     """The companion, which runs in the same threads, included."""
     scene = SCENE.replace("duration = 1 s", "duration = 10 ms").replace(
         "gravity = (0, 0, 0)", "gravity = (0, 0, -9.81)"

@@ -85,8 +85,9 @@ _OTHERS = re.compile(rf"^(define (?!.*@{LOOP}_\d+\().*\).*) {{$", re.MULTILINE)
 #: Bundles with functions of these names: of them, only such loops are optimised again where
 #: they are loaded, for vector instructions. That takes half of the time.
 OPTIMISED = ("drive", "force", "springs_in_runs")
-#: Of these, nothing is optimised again: vectors of two numbers, which any processor has, are
-#: all that their scalar loops gain. That takes a third of the time.
+#: Bundles with functions whose names begin with these are not optimised again at all: vectors
+#: of two numbers, which any processor has, are all that their scalar loops gain from. Loading
+#: them takes a third of the time.
 FINISHED = ("springs_viscous_watched_of_laws", "fold", "press", "touch")
 # As intrinsic functions they set no error number, and can be done eight at a time.
 MATHEMATICS = ("ceil", "cos", "exp", "floor", "log", "pow", "sin", "sqrt")
