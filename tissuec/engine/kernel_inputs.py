@@ -4,6 +4,7 @@ Nodes keep their places for a whole run. A spring that dies is first set to zero
 leaves every sum as if it were gone; the arrays are made again when many have died.
 """
 
+from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
@@ -44,6 +45,7 @@ from tissuec.model.profiles import TimeProfile
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
+Pass = tuple[Callable[..., None], Any]  # a kernel of a field, and the table that it reads
 LEAST = 1e-300  # [m]
 #: Of ``Features``, what stepping code asks a net for.
 FLAGS = (
@@ -405,8 +407,8 @@ class KernelInputs:
 
     def fields(self) -> Fields:
         """Return what acts on nodes beside springs, around the positions ``around``."""
-        groups = [g for field in self.state.fields for g in parts_of(field, self.place)]
-        found = [(part.kernel, self._table_of(part)) for group in groups for part in group]
+        groups = [group for field in self.state.fields for group in self._passes(field)]
+        found = [(kernel, RecordTable(table)) for group in groups for kernel, table in group]
         places = [kernel_address(kernel, table) for kernel, table in found]
         tables = [table.address for _, table in found]
         return Fields(
@@ -417,10 +419,21 @@ class KernelInputs:
             kept=tuple(table for _, table in found),
         )
 
-    def _table_of(self, field: Field) -> RecordTable:
-        """Return what the kernel of a field is given."""
+    def _passes(self, field: Field) -> list[list[Pass]]:
+        """Return groups of what threads can compute of a field at a time."""
         acts = acts_of(field.changes, self.start, self.until)
-        return RecordTable(field.table(self.place, acts, self.around))
+
+        def table_of(part: Field) -> Any:
+            return part.table(self.place, acts, self.around)
+
+        groups = parts_of(field, self.place)
+        if groups != [[field]]:
+            return [[(part.kernel, table_of(part)) for part in group] for group in groups]
+        parts = len(self.team.record.found)
+        return [
+            [(field.kernel, table) for table in tables]
+            for tables in field.in_parts(table_of(field), parts)
+        ]
 
     def reels(self) -> RestLengthActuators:
         """Return the springs whose rest lengths change."""

@@ -255,6 +255,18 @@ class Field(Effect, frozen=True):
         """
         raise NotImplementedError
 
+    def in_parts(self, table: Any, parts: int) -> list[list[Any]]:
+        """Return tables that together make the kernel do the same to the last bit.
+
+        They are in groups, one after the other; threads share the tables of a group. This is
+        for a field without items that can be computed in parts nevertheless.
+
+        Args:
+            table: As made by ``table``.
+            parts: That threads need; 1 if there is but one of them.
+        """
+        return [[table]]
+
     @property
     def reach(self) -> float:
         """Return how far nodes may move before the table must be made again [m]."""

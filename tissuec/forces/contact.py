@@ -42,7 +42,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.core.vectors import norm
 from tissuec.forces import Field, Resisting, in_line, stretches
-from tissuec.forces.contact_kernel import COLUMNS, touch
+from tissuec.forces.contact_kernel import COLUMNS, PLACES, WHOLE, touch
 from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 
 FEW = 12  # faces up to which all pairs are looked at
 MOST_TOGETHER = 4096  # pairs that are looked at at once
+WORTHWHILE = 2000  # pairs from which threads share them; fewer take less time than it saves
 
 
 class ContactPairs(NamedTuple):
@@ -436,7 +437,7 @@ class Contact(Field, frozen=True):
         """Return shapes and the nodes near them; it holds until one has moved by ``stride``."""
         pairs = self.near(position, 2.0 * self.stride)
         counts, home = np.bincount(pairs.node, minlength=len(self.nodes)), position[self.memory]
-        listed = np.empty_like(position)
+        most, listed = int(counts.max(initial=0)), np.empty_like(position)
         listed[place] = position
         return ContactTable(
             nodes=place[self.nodes],
@@ -447,7 +448,11 @@ class Contact(Field, frozen=True):
             kind=self.kind,
             points=np.ascontiguousarray(place[self.points]),
             surface=self.surface,
-            met=np.zeros((int(counts.max(initial=0)), COLUMNS)),
+            starts=np.zeros(1, dtype=np.int64),
+            stops=np.zeros(0, dtype=np.int64),
+            part=WHOLE,
+            met=np.zeros((most, COLUMNS)),
+            at=np.zeros((most, PLACES), dtype=np.int64),
             memory=place[self.memory],
             home=home,
             bent=np.zeros_like(home),
@@ -461,6 +466,22 @@ class Contact(Field, frozen=True):
             friction=self.friction,
             rate=self.rate,
         )
+
+    def in_parts(self, table: ContactTable, parts: int) -> list[list[ContactTable]]:
+        """Return tables of nodes that have about as many pairs, and one that adds all up."""
+        pairs = len(table.shape)
+        if parts == 1 or pairs < WORTHWHILE:
+            return [[table]]
+        cuts = np.searchsorted(table.first, np.linspace(0, pairs, parts + 1)[1:-1])
+        starts = np.array([0, *cuts, len(table.nodes)], dtype=np.int64)
+        shared = table._replace(
+            starts=starts,
+            stops=np.zeros(parts, dtype=np.int64),
+            met=np.zeros((pairs, COLUMNS)),
+            at=np.zeros((pairs, PLACES), dtype=np.int64),
+        )
+        tables = [shared._replace(part=part) for part in range(parts + 1)]
+        return [tables[:-1], tables[-1:]]
 
 
 @lru_cache(maxsize=8)

@@ -1,17 +1,17 @@
 """Contact as scalar loops; for the equations see ``tissuec.forces.contact``.
 
-Of each pair that touches, a row of ``met`` keeps what is needed of it more than once.
+Each pair that touches has a row of ``met``. Rows of a node are in succession, those with one
+surface, too. They are filled for each node by itself, in parts of the nodes if threads share
+the loop, and then added to the forces in the order of nodes.
 
 Shared arguments:
     k: Index of the node among those of the contact.
     i: Index of the node's first component in ``x``.
     pair: Index of the pair of node and shape.
-    shape: Index of the shape.
-    first: First pair of the node, which has the row 0 of ``met``.
-    start, stop: Pairs of the node with one surface: from ``start`` up to before ``stop``.
-    last: End of the pairs of the node.
+    row: Index of the row of ``met``.
+    start, stop: Rows of the node with one surface: from ``start`` up to before ``stop``.
+    begin, end: All rows of the node: from ``begin`` up to before ``end``.
     factor: Pressure with damping divided by pressure without it, dimensionless.
-    f0, f1, f2: Components of a force [N].
     c0, c1, c2: Components of a couple [N m].
     t0, t1, t2: Components of a vector, in any unit.
     touches: Record of the contact; its fields give the shapes and units.
@@ -22,21 +22,27 @@ from math import sqrt
 from tissuec.geometry.nearest import CAPSULE, PLANE
 from tissuec.kernels.records import ContactTable, Floats
 
+WHOLE = -1  # ``part`` of a table of all nodes, of which no parts are made
 SHARPNESS = 8  # power of r with which a bristle slips
 LARGEST = 2.0  # r that counts
 LEAST = 1e-3  # part of the pressure at the depth of the layer, where contact begins
 FLAT = 1e-12  # part of its size to the sixth: a triangle that thin takes up no couples
 
 # Columns of ``met``.
-STEADY = 0  # pressure at rest, with the sign of the weight; 0 where nothing touches
+STEADY = 0  # pressure at rest, with the sign of the weight; with friction, then with damping
 NORMAL = 1
 WEIGHT = 4  # of the three points of a shape
 LEVER = 7  # on a plane
 GAP = 10  # distance of the node from the nearest point
 RATE = 11  # velocity along the normal
 SLIDE = 12  # velocity against the nearest point
-SHARE = 15  # of the couple of its surface
-COLUMNS = 16
+BENDS = 15  # of the law that the pressure has passed, times the weight
+SHARE = 16  # of the couple of its surface
+LOST = 17  # power that damping dissipates; in the first row, with that of friction
+FORCE = 18  # on the node, and on the three points of the shape
+COLUMNS = 30
+# Columns of ``at``, behind the places of the coordinates of the node and of the three points.
+PAIR, SURFACE, PLACES = 4, 5, 6
 
 # Depth, normal, weights of the three points of a shape, and lever on a plane.
 Meeting = tuple[float, float, float, float, float, float, float, float, float, float]
@@ -48,29 +54,44 @@ def touch(
 ) -> None:
     """Add the forces of shapes to those on nodes, and the power of damping and friction.
 
-    The rates of bristles are stored in ``touches.bent``.
+    The rates of bristles are stored in ``touches.bent``. A table of a part of the nodes only
+    fills their rows; the table after the last part adds all of them.
     """
+    bends, row, part, parts = 0.0, 0, touches.part, touches.starts.size - 1
+    start, stop = 0, touches.nodes.size
+    if part == parts:
+        for each in range(parts):
+            begin = int(touches.first[touches.starts[each]])
+            bends += add_up(begin, int(touches.stops[each]), f, power, touches)
+        stop = 0
+    elif part != WHOLE:
+        start, stop = int(touches.starts[part]), int(touches.starts[part + 1])
+        row = int(touches.first[start])
+    for k in range(start, stop):
+        end = press_node(k, row, x, v, touches)
+        if part == WHOLE:
+            bends += add_up(0, end, f, power, touches)
+        else:
+            row = end
+    if 0 <= part < parts:
+        touches.stops[part] = row
+    else:
+        count(round(bends), touches)
+
+
+def add_up(begin: int, end: int, f: Floats, power: Floats, touches: ContactTable) -> float:
+    """Add the forces and powers of rows; return the number of bends passed."""
     bends = 0.0
-    for k in range(touches.nodes.size):
-        first, last = int(touches.first[k]), int(touches.first[k + 1])
-        bends += look(k, first, last, x, v, touches)
-        # Pressure with and without damping, its rate, and pressure times sliding velocity.
-        total = rest = growth = u0 = u1 = u2 = 0.0
-        start = first
-        while start < last:
-            stop = end_of_surface(start, last, touches)
-            steady, closing, steeper = press_surface(k, start, stop, touches)
-            if steady > 0.0:
-                factor = max(1.0 + touches.damping * closing / steady, 0.0)
-                power[1] += push_back(k, start, stop, first, factor, f, touches)
-                total, rest, growth = total + factor * steady, rest + steady, growth + steeper
-                if touches.memory.size:
-                    s0, s1, s2 = rub_past(start, stop, first, factor, x, v, touches)
-                    u0, u1, u2 = u0 + s0, u1 + s1, u2 + s2
-            start = stop
-        if touches.memory.size:
-            power[1] += rub(k, total, rest, growth, u0, u1, u2, x, v, f, touches)
-    count(round(bends), touches)
+    for row in range(begin, end):
+        met = touches.met[row]
+        bends += met[BENDS]
+        power[1] += met[LOST]
+        for point in range(4):
+            i, column = touches.at[row, point], FORCE + 3 * point
+            f[i] += met[column]
+            f[i + 1] += met[column + 1]
+            f[i + 2] += met[column + 2]
+    return bends
 
 
 def count(bends: int, touches: ContactTable) -> None:
@@ -80,42 +101,73 @@ def count(bends: int, touches: ContactTable) -> None:
     touches.bends[2] = max(touches.bends[2], bends)
 
 
-def end_of_surface(start: int, last: int, touches: ContactTable) -> int:
-    """Return the index after the pairs that have the same surface as the first of them."""
-    stop, surface = start + 1, touches.surface[touches.shape[start]]
-    while stop < last and touches.surface[touches.shape[stop]] == surface:
+def press_node(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) -> int:
+    """Fill the rows of a node, and set the rate of its bristle; return the end of the rows."""
+    end = look(k, begin, x, v, touches)
+    # Pressure with and without damping, its rate, and pressure times sliding velocity.
+    total = rest = growth = u0 = u1 = u2 = 0.0
+    start = begin
+    while start < end:
+        stop = end_of_surface(start, end, touches)
+        factor, (steady, closing, steeper) = 0.0, press_surface(k, start, stop, touches)
+        if steady > 0.0:
+            factor = max(1.0 + touches.damping * closing / steady, 0.0)
+            total, rest, growth = total + factor * steady, rest + steady, growth + steeper
+        else:
+            for row in range(start, stop):
+                touches.met[row, STEADY] = 0.0
+        push_back(start, stop, factor, touches)
+        if touches.memory.size:
+            s0, s1, s2 = rub_past(start, stop, factor, x, v, touches)
+            u0, u1, u2 = u0 + s0, u1 + s1, u2 + s2
+        start = stop
+    if touches.memory.size:
+        rub(k, begin, end, total, rest, growth, u0, u1, u2, x, v, touches)
+    return end
+
+
+def end_of_surface(start: int, end: int, touches: ContactTable) -> int:
+    """Return the index after the rows that have the same surface as the first of them."""
+    stop, surface = start + 1, touches.at[start, SURFACE]
+    while stop < end and touches.at[stop, SURFACE] == surface:
         stop += 1
     return stop
 
 
-def look(k: int, first: int, last: int, x: Floats, v: Floats, touches: ContactTable) -> float:
-    """Set the rows of ``met`` for the pairs of a node; return the number of bends passed.
+def shape_of(row: int, touches: ContactTable) -> int:
+    """Return the index of the shape of a row."""
+    return int(touches.shape[touches.at[row, PAIR]])
+
+
+def look(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) -> int:
+    """Set rows for the pairs of a node that touch, without forces; return their end.
 
     A bend is a depth at which the law of pressure changes its formula.
     """
-    bends, met, i = 0.0, touches.met, 3 * touches.nodes[k]
-    stiffness = touches.stiffness[k]
-    for pair in range(first, last):
-        shape, row = touches.shape[pair], pair - first
+    row, i, stiffness = begin, 3 * touches.nodes[k], touches.stiffness[k]
+    for pair in range(touches.first[k], touches.first[k + 1]):
         depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, pair, x, touches)
         if depth <= 0.0:
-            met[row, STEADY] = 0.0
             continue
-        bends += touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)
-        met[row, STEADY] = touches.weight[pair] * press_at(depth, stiffness, touches.layer)
-        met[row, NORMAL], met[row, NORMAL + 1], met[row, NORMAL + 2] = n0, n1, n2
-        met[row, WEIGHT], met[row, WEIGHT + 1], met[row, WEIGHT + 2] = wa, wb, wc
-        met[row, LEVER], met[row, LEVER + 1], met[row, LEVER + 2] = l0, l1, l2
-        met[row, GAP] = touches.radius[pair] - depth
+        met, at, shape = touches.met[row], touches.at[row], touches.shape[pair]
         a, b, c = corners(shape, touches)
+        at[0], at[1], at[2], at[3] = i, a, b, c
+        at[PAIR], at[SURFACE] = pair, touches.surface[shape]
+        met[BENDS] = touches.weight[pair] * (1.0 if depth < touches.layer else 2.0)
+        met[STEADY] = touches.weight[pair] * press_at(depth, stiffness, touches.layer)
+        met[NORMAL], met[NORMAL + 1], met[NORMAL + 2] = n0, n1, n2
+        met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2] = wa, wb, wc
+        met[LEVER], met[LEVER + 1], met[LEVER + 2] = l0, l1, l2
+        met[GAP] = touches.radius[pair] - depth
         s0 = v[i] - wa * v[a] - wb * v[b] - wc * v[c]
         s1 = v[i + 1] - wa * v[a + 1] - wb * v[b + 1] - wc * v[c + 1]
         s2 = v[i + 2] - wa * v[a + 2] - wb * v[b + 2] - wc * v[c + 2]
         turning = l0 * (v[b] - v[a]) + l1 * (v[b + 1] - v[a + 1]) + l2 * (v[b + 2] - v[a + 2])
         s0, s1, s2 = s0 + turning * n0, s1 + turning * n1, s2 + turning * n2
-        met[row, RATE] = s0 * n0 + s1 * n1 + s2 * n2
-        met[row, SLIDE], met[row, SLIDE + 1], met[row, SLIDE + 2] = s0, s1, s2
-    return bends
+        met[RATE] = s0 * n0 + s1 * n1 + s2 * n2
+        met[SLIDE], met[SLIDE + 1], met[SLIDE + 2] = s0, s1, s2
+        row += 1
+    return row
 
 
 def press_surface(
@@ -126,94 +178,73 @@ def press_surface(
     Returns:
         Its pressure [N], that times the rate of the depth [W], and its rate [N/s].
     """
-    first, stiffness = int(touches.first[k]), touches.stiffness[k]
+    stiffness = touches.stiffness[k]
     steady = nearest_face = closing = steeper = 0.0
-    for pair in range(start, stop):
-        pressure, rate = touches.met[pair - first, STEADY], touches.met[pair - first, RATE]
-        if pressure != 0.0:
-            depth = touches.radius[pair] - touches.met[pair - first, GAP]
-            steep = stiffness * min(depth / touches.layer, 1.0)
-            steady += pressure
-            nearest_face = max(nearest_face, pressure)
-            closing -= pressure * rate
-            steeper -= touches.weight[pair] * steep * rate
+    for row in range(start, stop):
+        met, pair = touches.met[row], touches.at[row, PAIR]
+        depth = touches.radius[pair] - met[GAP]
+        steep = stiffness * min(depth / touches.layer, 1.0)
+        steady += met[STEADY]
+        nearest_face = max(nearest_face, met[STEADY])
+        closing -= met[STEADY] * met[RATE]
+        steeper -= touches.weight[pair] * steep * met[RATE]
     return max(steady, nearest_face), closing, steeper
 
 
-def push_back(
-    k: int, start: int, stop: int, first: int, factor: float, f: Floats, touches: ContactTable
-) -> float:
-    """Add the pressure of a surface on a node; return the power that damping dissipates [W]."""
-    lost = 0.0
-    for pair in range(start, stop):
-        row = touches.met[pair - first]
-        if row[STEADY] != 0.0:
-            pressure = factor * row[STEADY]
-            lost += (row[STEADY] - pressure) * row[RATE]
-            g0, g1, g2 = (
-                pressure * row[NORMAL],
-                pressure * row[NORMAL + 1],
-                pressure * row[NORMAL + 2],
-            )
-            l0, l1, l2 = (
-                pressure * row[LEVER],
-                pressure * row[LEVER + 1],
-                pressure * row[LEVER + 2],
-            )
-            wa, wb, wc = row[WEIGHT], row[WEIGHT + 1], row[WEIGHT + 2]
-            a, b, c = corners(touches.shape[pair], touches)
-            push(3 * touches.nodes[k], f, g0, g1, g2)
-            push(a, f, -wa * g0 - l0, -wa * g1 - l1, -wa * g2 - l2)
-            push(b, f, -wb * g0 + l0, -wb * g1 + l1, -wb * g2 + l2)
-            push(c, f, -wc * g0, -wc * g1, -wc * g2)
-    return lost
+def push_back(start: int, stop: int, factor: float, touches: ContactTable) -> None:
+    """Set the forces of the pressure of a surface, and the power that damping dissipates."""
+    for row in range(start, stop):
+        met = touches.met[row]
+        pressure = factor * met[STEADY]
+        met[LOST] = (met[STEADY] - pressure) * met[RATE]
+        wa, wb, wc = met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2]
+        for axis in range(3):
+            g, lever = pressure * met[NORMAL + axis], pressure * met[LEVER + axis]
+            met[FORCE + axis] = g
+            met[FORCE + 3 + axis] = -wa * g - lever
+            met[FORCE + 6 + axis] = -wb * g + lever
+            met[FORCE + 9 + axis] = -wc * g
 
 
 def rub_past(
-    start: int,
-    stop: int,
-    first: int,
-    factor: float,
-    x: Floats,
-    v: Floats,
-    touches: ContactTable,
+    start: int, stop: int, factor: float, x: Floats, v: Floats, touches: ContactTable
 ) -> tuple[float, float, float]:
     """Return the sum of pressures times velocities along a surface [W].
 
     Also sets how the faces of the surface share couples, and stores pressures with damping.
     """
-    met, every = touches.met, 0.0
-    q0 = q1 = q2 = 0.0
-    for pair in range(start, stop):
-        row = met[pair - first]
-        row[SHARE] = 0.0
-        if row[STEADY] > 0.0:
-            turns, o0, o1, o2 = spin(touches.shape[pair], x, v, touches)
+    every = q0 = q1 = q2 = 0.0
+    for row in range(start, stop):
+        met = touches.met[row]
+        met[SHARE] = 0.0
+        if met[STEADY] > 0.0:
+            turns, o0, o1, o2 = spin(row, x, v, touches)
             if turns:
-                row[SHARE] = row[STEADY]
-                every += row[STEADY]
-                q0, q1, q2 = q0 + row[STEADY] * o0, q1 + row[STEADY] * o1, q2 + row[STEADY] * o2
+                met[SHARE] = met[STEADY]
+                every += met[STEADY]
+                q0, q1, q2 = q0 + met[STEADY] * o0, q1 + met[STEADY] * o1, q2 + met[STEADY] * o2
     if every > 0.0:
         q0, q1, q2 = q0 / every, q1 / every, q2 / every
     u0 = u1 = u2 = 0.0
-    for pair in range(start, stop):
-        row = met[pair - first]
-        if row[STEADY] != 0.0:
-            if every > 0.0:
-                row[SHARE] /= every
-            row[STEADY] *= factor
-            n0, n1, n2, gap = row[NORMAL], row[NORMAL + 1], row[NORMAL + 2], row[GAP]
-            s0 = row[SLIDE] - gap * (q1 * n2 - q2 * n1)
-            s1 = row[SLIDE + 1] - gap * (q2 * n0 - q0 * n2)
-            s2 = row[SLIDE + 2] - gap * (q0 * n1 - q1 * n0)
-            u0 += row[STEADY] * (s0 - row[RATE] * n0)
-            u1 += row[STEADY] * (s1 - row[RATE] * n1)
-            u2 += row[STEADY] * (s2 - row[RATE] * n2)
+    for row in range(start, stop):
+        met = touches.met[row]
+        if every > 0.0:
+            met[SHARE] /= every
+        met[STEADY] *= factor
+        n0, n1, n2, gap = met[NORMAL], met[NORMAL + 1], met[NORMAL + 2], met[GAP]
+        s0 = met[SLIDE] - gap * (q1 * n2 - q2 * n1)
+        s1 = met[SLIDE + 1] - gap * (q2 * n0 - q0 * n2)
+        s2 = met[SLIDE + 2] - gap * (q0 * n1 - q1 * n0)
+        u0 += met[STEADY] * (s0 - met[RATE] * n0)
+        u1 += met[STEADY] * (s1 - met[RATE] * n1)
+        u2 += met[STEADY] * (s2 - met[RATE] * n2)
     return u0, u1, u2
 
 
 def rub(
     k: int,
+    begin: int,
+    end: int,
     total: float,
     rest: float,
     growth: float,
@@ -222,13 +253,11 @@ def rub(
     u2: float,
     x: Floats,
     v: Floats,
-    f: Floats,
     touches: ContactTable,
-) -> float:
-    """Add the friction on a node and its reaction; return the power that it dissipates [W].
+) -> None:
+    """Add friction to the forces and the power of the rows of a node.
 
     Args:
-        k: Number of the node among those of the contact.
         total: Sum of the pressures on it [N].
         rest: The same without damping [N].
         growth: Rate of that [N/s].
@@ -244,7 +273,7 @@ def rub(
             -rate * rate * z1,
             -rate * rate * z2,
         )
-        return 0.0
+        return
     u0, u1, u2 = u0 / total, u1 / total, u2 / total
     stiffness, half = touches.stiffness[k], 0.5 * touches.layer
     unbend = 0.5 * growth / (rest + LEAST * stiffness * half) * half / (rest / stiffness + half)
@@ -258,17 +287,15 @@ def rub(
     bent[k, 1] = rate * (d1 - slip * z1)
     bent[k, 2] = rate * (d2 - slip * z2)
     bears = touches.friction * total / length if length > slips else total / reach
-    first, last = int(touches.first[k]), int(touches.first[k + 1])
-    start = first
-    while start < last:
-        stop = end_of_surface(start, last, touches)
-        drag_along(k, start, stop, bears / total, z0, z1, z2, x, f, touches)
+    start = begin
+    while start < end:
+        stop = end_of_surface(start, end, touches)
+        drag_along(start, stop, bears / total, z0, z1, z2, x, touches)
         start = stop
-    return float(bears * (z0 * u0 + z1 * u1 + z2 * u2))
+    touches.met[begin, LOST] += bears * (z0 * u0 + z1 * u1 + z2 * u2)
 
 
 def drag_along(
-    k: int,
     start: int,
     stop: int,
     bears: float,
@@ -276,7 +303,6 @@ def drag_along(
     z1: float,
     z2: float,
     x: Floats,
-    f: Floats,
     touches: ContactTable,
 ) -> None:
     """Add the friction of a surface on a node: its force, its reaction and the couple of both.
@@ -285,41 +311,37 @@ def drag_along(
         bears: Force by pressure and length of the bristle [1/m].
         z0, z1, z2: The bristle [m].
     """
-    first, i = int(touches.first[k]), 3 * touches.nodes[k]
     c0 = c1 = c2 = 0.0
-    for pair in range(start, stop):
-        row = touches.met[pair - first]
-        if row[STEADY] != 0.0:
-            n0, n1, n2 = row[NORMAL], row[NORMAL + 1], row[NORMAL + 2]
-            share, along = -bears * row[STEADY], z0 * n0 + z1 * n1 + z2 * n2
-            r0, r1, r2 = (
-                share * (z0 - along * n0),
-                share * (z1 - along * n1),
-                share * (z2 - along * n2),
-            )
-            wa, wb, wc, gap = row[WEIGHT], row[WEIGHT + 1], row[WEIGHT + 2], row[GAP]
-            a, b, c = corners(touches.shape[pair], touches)
-            push(i, f, r0, r1, r2)
-            push(a, f, -wa * r0, -wa * r1, -wa * r2)
-            push(b, f, -wb * r0, -wb * r1, -wb * r2)
-            push(c, f, -wc * r0, -wc * r1, -wc * r2)
-            c0 -= gap * (n1 * r2 - n2 * r1)
-            c1 -= gap * (n2 * r0 - n0 * r2)
-            c2 -= gap * (n0 * r1 - n1 * r0)
-    for pair in range(start, stop):
-        row = touches.met[pair - first]
-        if row[STEADY] != 0.0 and row[SHARE] > 0.0:
-            share = row[SHARE]
-            twist(touches.shape[pair], share * c0, share * c1, share * c2, x, f, touches)
+    for row in range(start, stop):
+        met = touches.met[row]
+        n0, n1, n2 = met[NORMAL], met[NORMAL + 1], met[NORMAL + 2]
+        share, along = -bears * met[STEADY], z0 * n0 + z1 * n1 + z2 * n2
+        r0, r1, r2 = (
+            share * (z0 - along * n0),
+            share * (z1 - along * n1),
+            share * (z2 - along * n2),
+        )
+        wa, wb, wc, gap = met[WEIGHT], met[WEIGHT + 1], met[WEIGHT + 2], met[GAP]
+        push(row, 0, r0, r1, r2, touches)
+        push(row, 1, -wa * r0, -wa * r1, -wa * r2, touches)
+        push(row, 2, -wb * r0, -wb * r1, -wb * r2, touches)
+        push(row, 3, -wc * r0, -wc * r1, -wc * r2, touches)
+        c0 -= gap * (n1 * r2 - n2 * r1)
+        c1 -= gap * (n2 * r0 - n0 * r2)
+        c2 -= gap * (n0 * r1 - n1 * r0)
+    for row in range(start, stop):
+        share = touches.met[row, SHARE]
+        if share > 0.0:
+            twist(row, share * c0, share * c1, share * c2, x, touches)
 
 
-def arms(shape: int, x: Floats, touches: ContactTable) -> tuple[float, ...]:
+def arms(row: int, x: Floats, touches: ContactTable) -> tuple[float, ...]:
     """Return the vectors from the mean of the points of a face to each of them [m].
 
     The third one of a capsule is zero, because a capsule has two points.
     """
-    a, b, c = corners(shape, touches)
-    if touches.kind[shape] == CAPSULE:
+    a, b, c = points(row, touches)
+    if touches.kind[shape_of(row, touches)] == CAPSULE:
         h0, h1, h2 = (
             0.5 * (x[b] - x[a]),
             0.5 * (x[b + 1] - x[a + 1]),
@@ -337,16 +359,17 @@ def arms(shape: int, x: Floats, touches: ContactTable) -> tuple[float, ...]:
 
 
 def turned(
-    shape: int, t0: float, t1: float, t2: float, x: Floats, touches: ContactTable
+    row: int, t0: float, t1: float, t2: float, x: Floats, touches: ContactTable
 ) -> tuple[bool, float, float, float]:
     """Return whether a face can turn, and the inverse of its inertia times a vector.
 
     The inertia is that of unit masses on the corners [m²]. The inertia of a capsule about its
     own axis has no effect and is arbitrary.
     """
-    if touches.kind[shape] == PLANE:
+    kind = touches.kind[shape_of(row, touches)]
+    if kind == PLANE:
         return False, 0.0, 0.0, 0.0
-    a0, a1, a2, b0, b1, b2, c0, c1, c2 = arms(shape, x, touches)
+    a0, a1, a2, b0, b1, b2, c0, c1, c2 = arms(row, x, touches)
     xx, yy, zz = (
         a0 * a0 + b0 * b0 + c0 * c0,
         a1 * a1 + b1 * b1 + c1 * c1,
@@ -358,7 +381,7 @@ def turned(
         a1 * a2 + b1 * b2 + c1 * c2,
     )
     square = xx + yy + zz
-    if touches.kind[shape] == CAPSULE:
+    if kind == CAPSULE:
         if square <= 0.0:
             return False, 0.0, 0.0, 0.0
         # What is about the line adds nothing to a cross product with it.
@@ -378,14 +401,14 @@ def turned(
 
 
 def spin(
-    shape: int, x: Floats, v: Floats, touches: ContactTable
+    row: int, x: Floats, v: Floats, touches: ContactTable
 ) -> tuple[bool, float, float, float]:
     """Return whether a face can turn, and the rotation that fits its points best [1/s].
 
     The fit is by least squares.
     """
-    a0, a1, a2, b0, b1, b2, c0, c1, c2 = arms(shape, x, touches)
-    a, b, c = corners(shape, touches)
+    a0, a1, a2, b0, b1, b2, c0, c1, c2 = arms(row, x, touches)
+    a, b, c = points(row, touches)
     t0 = (
         a1 * v[a + 2]
         - a2 * v[a + 1]
@@ -396,26 +419,34 @@ def spin(
     )
     t1 = a2 * v[a] - a0 * v[a + 2] + b2 * v[b] - b0 * v[b + 2] + c2 * v[c] - c0 * v[c + 2]
     t2 = a0 * v[a + 1] - a1 * v[a] + b0 * v[b + 1] - b1 * v[b] + c0 * v[c + 1] - c1 * v[c]
-    return turned(shape, t0, t1, t2, x, touches)
+    return turned(row, t0, t1, t2, x, touches)
 
 
-def twist(
-    shape: int, c0: float, c1: float, c2: float, x: Floats, f: Floats, touches: ContactTable
-) -> None:
+def twist(row: int, c0: float, c1: float, c2: float, x: Floats, touches: ContactTable) -> None:
     """Add the smallest forces on the points of a face that form a given couple [N]."""
-    _, w0, w1, w2 = turned(shape, c0, c1, c2, x, touches)
-    a0, a1, a2, b0, b1, b2, g0, g1, g2 = arms(shape, x, touches)
-    a, b, c = corners(shape, touches)
-    push(a, f, w1 * a2 - w2 * a1, w2 * a0 - w0 * a2, w0 * a1 - w1 * a0)
-    push(b, f, w1 * b2 - w2 * b1, w2 * b0 - w0 * b2, w0 * b1 - w1 * b0)
-    push(c, f, w1 * g2 - w2 * g1, w2 * g0 - w0 * g2, w0 * g1 - w1 * g0)
+    _, w0, w1, w2 = turned(row, c0, c1, c2, x, touches)
+    a0, a1, a2, b0, b1, b2, g0, g1, g2 = arms(row, x, touches)
+    push(row, 1, w1 * a2 - w2 * a1, w2 * a0 - w0 * a2, w0 * a1 - w1 * a0, touches)
+    push(row, 2, w1 * b2 - w2 * b1, w2 * b0 - w0 * b2, w0 * b1 - w1 * b0, touches)
+    push(row, 3, w1 * g2 - w2 * g1, w2 * g0 - w0 * g2, w0 * g1 - w1 * g0, touches)
 
 
-def push(i: int, f: Floats, f0: float, f1: float, f2: float) -> None:
-    """Add a force to the node whose components begin at ``i``."""
-    f[i] += f0
-    f[i + 1] += f1
-    f[i + 2] += f2
+def push(row: int, point: int, f0: float, f1: float, f2: float, touches: ContactTable) -> None:
+    """Add a force to those of a row.
+
+    Args:
+        point: 0 for its node, 1 to 3 for a point of its shape.
+        f0, f1, f2: Components of the force [N].
+    """
+    met, column = touches.met[row], FORCE + 3 * point
+    met[column] += f0
+    met[column + 1] += f1
+    met[column + 2] += f2
+
+
+def points(row: int, touches: ContactTable) -> tuple[int, int, int]:
+    """Return where the coordinates of the points of the shape of a row begin."""
+    return int(touches.at[row, 1]), int(touches.at[row, 2]), int(touches.at[row, 3])
 
 
 def corners(shape: int, touches: ContactTable) -> tuple[int, int, int]:

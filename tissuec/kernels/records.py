@@ -78,7 +78,11 @@ class ContactTable(NamedTuple):
     kind: Integers  # shape (shape,)
     points: IntegerRows  # nodes that carry each shape, shape (shape, 3)
     surface: Integers  # that each shape belongs to, shape (shape,)
-    met: Rows  # scratch, for the pairs of one node, shape (most pairs of a node, 16)
+    starts: Integers  # nodes of part p are starts[p] … starts[p + 1], shape (part + 1,)
+    stops: Integers  # scratch, where the rows of each part end, shape (part,)
+    part: int  # that is computed, their number to add them up, -1 to do all at once
+    met: Rows  # scratch, for the pairs that touch, shape (pair, 30)
+    at: IntegerRows  # places of their nodes and three points among coordinates, and the pair
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Rows  # where these stay [m], shape (m, 3) or (0, 3)
     bent: Rows  # scratch, their rates [m/s²], shape as ``home``

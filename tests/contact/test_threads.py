@@ -1,0 +1,90 @@
+"""Threads that share contact change nothing but the time that it takes."""
+
+import numpy as np
+import pytest
+
+import tissuec
+from tests.validate.scenes import compiled_scene
+from tissuec.compiler.prediction import state_at_start
+from tissuec.engine import threads
+from tissuec.forces import contact
+from tissuec.forces.contact_kernel import WHOLE
+from tissuec.kernels.calls import kernel_on
+from tissuec.kernels.records import ContactTable
+
+#: With enough nodes for threads. The upper block slides to a side and sinks into the lower one.
+SCENE = """language 1
+tissue flesh { spring constant = 500 N/m; viscosity = 10 mN*s/m; mass = 1 g }
+body lower {
+  mesh is lattice {
+    kind is sodium chloride; cell = 1 cm; box from (0, 0, 0) cm to (12, 12, 12) cm
+  }
+  tissue is flesh
+}
+body upper {
+  mesh is lattice {
+    kind is sodium chloride; cell = 1 cm
+    box from (0.3, 0.4, 12.31) cm to (12.3, 12.4, 24.31) cm
+  }
+  tissue is flesh
+}
+environment {
+  gravity = (0, 0, -9.81) m/s^2; contact is bodies too; contact thickness = 3 mm
+  contact damping = 1 s/m; friction = 0.3
+}
+set ground = nodes of lower where z < 1 mm
+set top = nodes of upper where z > 24.3 cm
+script { at 0 s: { fix ground; push top with (10, 2, -20) N } }
+simulate { duration = 8 ms; step = 0.2 ms; integrator is velocity verlet }
+output { trajectory every 2 ms; energy every 2 ms }
+"""
+
+
+@pytest.fixture(scope="module")
+def touching():
+    """Return contact with its table, and a state with velocities, of about 2000 pairs."""
+    compiled = compiled_scene(SCENE)
+    field, position = state_at_start(compiled).contact, compiled.network.position.copy()
+    position[position[:, 2] > 0.121, 2] -= 1e-3
+    table = field.table(np.arange(len(position)), None, position)
+    assert len(table.shape) > contact.WORTHWHILE and len(table.memory)
+    return field, table, position, np.random.default_rng(2).normal(0.0, 0.1, position.shape)
+
+
+def evaluated(field, groups, position, velocity):
+    """Return the forces, the powers and the rates of bristles of some groups of tables."""
+    forces, power = np.zeros_like(position), np.zeros(2)
+    state = position.reshape(-1), velocity.reshape(-1)
+    for table in (table for group in groups for table in group):
+        kernel_on(field.kernel, table)(0.0, *state, forces.reshape(-1), power)
+    return forces, power, groups[0][0].bent.copy(), groups[0][0].bends.copy()
+
+
+@pytest.mark.parametrize("parts", [2, 8, 5000])
+def test_parts_do_the_same_to_the_last_bit(touching, parts):
+    field, table, position, velocity = touching
+    groups = field.in_parts(table, parts)
+    assert [len(group) for group in groups] == [parts, 1]
+    whole = evaluated(field, [[table]], position, velocity)
+    table.bent[:] = table.bends[:] = 0.0
+    found = evaluated(field, groups, position, velocity)
+    assert np.abs(whole[0]).max() > 0.0 < whole[1][1] and whole[3][0] > 100
+    assert all(np.array_equal(one, other) for one, other in zip(whole, found, strict=True))
+
+
+def test_few_pairs_and_single_threads_have_no_parts(touching):
+    field, table, *_ = touching
+    few = table._replace(shape=table.shape[:10])
+    for one in field.in_parts(table, 1), field.in_parts(few, 8):
+        ((only,),) = one
+        assert isinstance(only, ContactTable) and only.part == WHOLE
+
+
+def test_every_number_is_the_same_to_the_last_bit(monkeypatch):
+    monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
+    runs = [tissuec.run(SCENE, threads=count, companion="off") for count in (1, 2, 3)]
+    assert [run.manifest["statistics"]["threads"] for run in runs] == [1, 2, 3]
+    one, *others = (np.append(run.position[:], run.energies.value) for run in runs)
+    lost = runs[0].energies.value[:, runs[0].energies.columns.index("dissipated")]
+    assert lost[-1] > 0.0
+    assert all(np.array_equal(one, other) for other in others)
