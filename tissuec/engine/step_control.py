@@ -71,6 +71,7 @@ def judge(
     now: Progress,
     off: float,
     off_speed: float,
+    off_hidden: float,
     reach: float,
     pace: float,
     strict: bool,
@@ -85,11 +86,12 @@ def judge(
     limits the steps, an error persists for longer than the step that made it, and motions may
     amplify it in every step that is left. Errors of velocities are mostly those of fast
     motions, which change positions by no more than within the step. Where a spring is near its
-    strength, though, dashpots transmit them, and the time of rupture depends on them.
+    strength, though, dashpots transmit them, and the time of rupture depends on them. What
+    hidden nodes keep as velocities are elongations, whose errors never count by themselves.
 
     Args:
         now: Where the run stands before the step is accepted.
-        off, off_speed: Estimated errors of positions [m] and velocities [m/s].
+        off, off_speed, off_hidden: Estimated errors as ``estimate`` returns them.
         reach, pace: Largest displacement [m] and speed [m/s] until its end.
         strict: Whether errors of velocities count by themselves.
     """
@@ -97,10 +99,12 @@ def judge(
     growth = (reach - now.displacement) / max(reach, task.floor)
     share = lateness(h, now.end, task) * task.share
     allowed = min(task.budget * h + task.growth * growth, share)
-    fair = pace if strict else max(pace, reach / h)
+    lenient = max(pace, reach / h, task.floor / h)
+    fair = max(pace, task.floor / h) if strict else lenient
     position = off / (allowed * max(reach, task.floor) + task.noise)
-    velocity = off_speed / (allowed * max(fair, task.floor / h) + task.noise / h)
-    return greater(position, velocity)
+    velocity = off_speed / (allowed * fair + task.noise / h)
+    hidden = off_hidden / (allowed * lenient + task.noise / h)
+    return greater(position, greater(velocity, hidden))
 
 
 def strayed(x: Floats, since: Floats, net: Net) -> float:

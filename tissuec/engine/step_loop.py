@@ -148,7 +148,7 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
     reach = greater(now.displacement, distance(x, work.origin, work.each, work.team))
     pace = greater(now.speed, length(v, work.moving, work.team))
     ratio = 0.0
-    off, off_speed = estimate(h, current, work)
+    off, off_speed, off_hidden = estimate(h, current, work)
     if task.fixed == 0:
         # What is thrown off flies on as wrongly as it was thrown.
         thrown = net.touched and net.touches.bends[1] < net.touches.bends[2]
@@ -156,14 +156,14 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
             off_speed /= BEND_SHARE
         # Implicit steps may brake what is too fast for them, and lose its energy.
         strict = near or IMPLICIT or thrown
-        ratio = judge(now, off, off_speed, reach, pace, strict, task)
+        ratio = judge(now, off, off_speed, off_hidden, reach, pace, strict, task)
         if not ratio <= 1.0:
             retry(now, h * shrunk(ratio))
             return Trial(REJECTED, near, ratio, off, reach, pace)
     verdict = ACCEPTED
     if IMPLICIT and not isfinite(off):
         verdict = UNSOLVED
-    elif not (reach <= task.bound and isfinite(pace + off)):
+    elif not (reach <= task.bound and isfinite(pace + off + off_hidden)):
         verdict = OUTSIZE
     else:
         near |= finish(now.time, now.end, current, work, net)

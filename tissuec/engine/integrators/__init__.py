@@ -95,8 +95,12 @@ class Integrator(Protocol):
         ...
 
     @staticmethod
-    def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
-        """Return the largest local error of a node's position [m] and velocity [m/s]."""
+    def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
+        """Return the largest local errors in a node's position [m] and velocity [m/s].
+
+        The third one is that of what hidden nodes keep as velocities [m/s], such as bristles of
+        friction.
+        """
         ...
 
     @staticmethod

@@ -101,15 +101,16 @@ def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net
     return near
 
 
-def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
-    """Return the largest local error of a node's position [m] and velocity [m/s]."""
+def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
+    """Return the largest local errors, as ``Integrator.estimate`` does."""
     if work.solver.made[0] == 0.0:
-        return inf, inf  # Newton's method failed
+        return inf, inf, inf  # Newton's method failed
     for_x, for_v = work.tableau.error_x[0], work.tableau.error_v[0]
     rows, none = work.rows[: for_x.size], work.zero
-    of_x, of_v, each = work.trial_x, work.trial_v, work.each
+    of_x, of_v, each, bodies = work.trial_x, work.trial_v, work.each, work.moving.size
     combine(none, h * h, for_x, none, h, for_v, rows, of_x, of_v, work.team)
-    return length(of_x, each, work.team), length(of_v, each, work.team)
+    hidden = length(of_v[3 * bodies :], each[bodies:], work.team)
+    return length(of_x, work.moving, work.team), length(of_v, work.moving, work.team), hidden
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

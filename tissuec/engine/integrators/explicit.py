@@ -59,16 +59,21 @@ def evaluate_end(end: float, current: int, work: Work, net: Net) -> bool:
     return near
 
 
-def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
-    """Return the largest local error of a node's position [m] and velocity [m/s]."""
+def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
+    """Return the largest local errors, as ``Integrator.estimate`` does."""
     of_x, of_v, last = work.tableau.error_x, work.tableau.error_v, needed_rows(work.tableau)
     rows, five, three, none = work.rows[:last], work.trial_x, work.trial_v, work.zero
     fifth, third = of_x[0, :last], of_x[1, :last]
     combine(none, h * h, fifth, none, h * h, third, rows, five, three, work.team)
-    position = blended_error(five, three, work.each, work.team)
+    position = blended_error(five, three, work.moving, work.team)
     fifth, third = of_v[0, :last], of_v[1, :last]
     combine(none, h, fifth, none, h, third, rows, five, three, work.team)
-    return position, blended_error(five, three, work.each, work.team)
+    velocity, bodies = blended_error(five, three, work.moving, work.team), work.moving.size
+    return (
+        position,
+        velocity,
+        blended_error(five[3 * bodies :], three[3 * bodies :], work.each[bodies:], work.team),
+    )
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

@@ -132,14 +132,13 @@ def keep(size: float, x: Floats, v: Floats, a: Floats, work: Work, net: Net) -> 
             work.booked[0, k] = work.power[END, k]
 
 
-def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
+def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     """Return the difference of a frame from the trapezoidal rule, of the worst node [m], [m/s].
 
     That is h²/2 a for a frame of one step. It has no effect on the run.
     """
-    # Hidden nodes stay where they are, whatever their velocities.
     position = beside(h, work.x, work.v, current, work.moving, work)
-    return position, beside(h, work.v, work.a, current, work.each, work)
+    return position, beside(h, work.v, work.a, current, work.moving, work), 0.0
 
 
 def beside(

@@ -121,23 +121,24 @@ def blend(
     scale(1.0, gain, before)
 
 
-def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
-    """Return the largest local error of a node's position [m] and velocity [m/s].
+def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
+    """Return the largest local errors, as ``Integrator.estimate`` does.
 
-    It is 0.8 (y - y') + 0.4 h (f + f'), of third order.
+    They are 0.8 (y - y') + 0.4 h (f + f'), of third order.
     """
     other, error = 1 - current, work.trial_x
     scale(0.8, work.x[current], error)
     accumulate(-0.8, work.x[other], error)
     accumulate(0.4 * h, work.v[current], error)
     accumulate(0.4 * h, work.v[other], error)
-    # Without hidden nodes, which stay where they are whatever their velocities.
     position = length(error, work.moving, work.team)
     scale(0.8, work.v[current], error)
     accumulate(-0.8, work.rows[GAIN_V], error)
     accumulate(0.4 * h, work.a[current], error)
     accumulate(0.4 * h, work.a[other], error)
-    return position, length(error, work.each, work.team)
+    bodies = work.moving.size
+    hidden = length(error[3 * bodies :], work.each[bodies:], work.team)
+    return position, length(error, work.moving, work.team), hidden
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

@@ -126,13 +126,13 @@ def compose(time: float, h: float, x: Floats, v: Floats, work: Work, net: Net) -
     return near
 
 
-def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
-    """Return the largest local error of a node's position [m] and velocity [m/s]."""
+def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
+    """Return the largest local errors, as ``Integrator.estimate`` does."""
     rows, five, three = work.rows[: END + 1], work.trial_x, work.trial_v
     fifth, third = work.tableau.error_v[0, : END + 1], work.tableau.error_v[1, : END + 1]
     combine(work.zero, h, fifth, work.zero, h, third, rows, five, three, work.team)
     speed = blended_error(five, three, work.each, work.team)
-    return h * speed, speed
+    return h * speed, speed, 0.0
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

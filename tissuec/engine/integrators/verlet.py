@@ -36,10 +36,13 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     return near
 
 
-def estimate(h: float, current: int, work: Work) -> tuple[float, float]:
-    """Return the largest local error of a node's position [m], and 0 for velocities."""
-    change = distance(work.a[current], work.a[1 - current], work.each, work.team)
-    return h * h / 6.0 * change, 0.0
+def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
+    """Return the largest local errors, as ``Integrator.estimate`` does; 0 for velocities."""
+    before, after, bodies = work.a[current], work.a[1 - current], work.moving.size
+    change = distance(before, after, work.moving, work.team)
+    before, after = before[3 * bodies :], after[3 * bodies :]
+    hidden = distance(before, after, work.each[bodies:], work.team)
+    return h * h / 6.0 * change, 0.0, h / 6.0 * hidden
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
