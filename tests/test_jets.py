@@ -6,12 +6,14 @@ from msgspec.structs import replace
 from scipy.integrate import quad
 from scipy.special import erf
 
+import tissuec
 from tests.contact.scenes import play
 from tests.engine.running import Bench
 from tests.hand_net import make_net, span
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array
 from tissuec.compiler.prediction import skipped
+from tissuec.engine import threads
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces import acts_of
 from tissuec.forces.jet_surfaces import JetSurface, finest_width
@@ -608,3 +610,28 @@ def test_a_scene_without_a_nozzle_pays_nothing():
     assert layout.fields().address.size == 0
     assert "jets: no nozzle" in list(skipped(compiled))
     assert compiled_scene(rinsed()).plan.contact is None
+
+
+def test_threads_change_nothing(monkeypatch):
+    monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
+    scene = """language 1
+    tissue flesh { spring constant = 500 N/m; viscosity = 10 mN*s/m; mass = 1 g }
+    body block {
+      mesh is lattice {
+        kind is sodium chloride; cell = 1 cm; box from (0, 0, 0) cm to (16, 16, 16) cm
+      }
+      tissue is flesh
+    }
+    tool nozzle {
+      kind is nozzle; diameter = 4 cm; tip = (8.3, 8.4, 30) cm; direction = (0, 0, -1)
+    }
+    environment { gravity = (0, 0, 0) m/s^2; contact is off }
+    script { at 0 s: irrigate with 800 ml/s through nozzle }
+    simulate { duration = 1 ms; step = 0.2 ms; integrator is velocity verlet }
+    output { trajectory every 1 ms; energy every 1 ms }
+    """
+    runs = [tissuec.run(scene, threads=count, companion="off") for count in (1, 2, 3)]
+    assert [run.manifest["statistics"]["threads"] for run in runs] == [1, 2, 3]
+    one, *others = (np.append(run.position[:], run.energies.value) for run in runs)
+    assert runs[0].energies.value[-1].max() > 0.0
+    assert all(np.array_equal(one, other) for other in others)

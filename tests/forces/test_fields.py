@@ -16,8 +16,9 @@ from tests.test_enclosures import ball as breathing
 from tests.test_hinges import shell
 from tests.test_jets import jet_in, net_of, plate
 from tissuec.core.source import Source, Span
-from tissuec.forces import FORCES, Acted, Field, acts_of
+from tissuec.forces import FORCES, Acted, Field, acts_of, contact, jets
 from tissuec.forces.bending import HingeForce
+from tissuec.forces.contact import Contact
 from tissuec.forces.drag import Drag
 from tissuec.forces.jets import Jet
 from tissuec.forces.load import Load, LoadTerm
@@ -163,6 +164,26 @@ def test_numbers_of_nodes_do_not_matter(with_kernel):
     assert found == pytest.approx(expected, abs=1e-12 * scale)
     booked = field.powers(NOW, *motion)
     assert power == pytest.approx(booked, rel=1e-10, abs=1e-12 * scale)
+
+
+@pytest.mark.parametrize("parts", [2, 9])
+def test_parts_do_the_same_to_the_last_bit_in_any_order(with_kernel, parts, monkeypatch):
+    for module in (contact, jets):
+        monkeypatch.setattr(module, "WORTHWHILE", 0)
+    field, (x, v) = with_kernel.field, (with_kernel.position, with_kernel.velocity)
+    table = field.table(np.arange(len(x)), acts_of(field.changes, 0.0, 2.0), x)
+
+    def summed(groups):
+        total, power = np.zeros_like(x), np.zeros(2)
+        for each in (each for group in groups for each in reversed(group)):
+            kernel_on(field.kernel, each)(NOW, x.ravel(), v.ravel(), total.ravel(), power)
+        return total, power
+
+    groups = field.in_parts(table, parts)
+    assert (max(map(len, groups)) == parts) == isinstance(field, Contact | Jet)
+    for one, other in zip(summed([[table]]), summed(groups), strict=True):
+        assert np.abs(one).max() > 0.0
+        assert np.array_equal(one, other)
 
 
 def test_power_is_put_in_stored_or_lost(example):

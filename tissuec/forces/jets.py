@@ -51,6 +51,7 @@ from tissuec.forces.jets_kernel import (
     SLACK,
     STEEP,
     TINY,
+    WHOLE,
     JetTable,
     blow,
 )  # fmt: skip
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
 
 SLIGHT = 1e-6  # of an edge: step of differences
 AT_ONCE = 1_000_000  # pairs of triangles that are looked at together
+WORTHWHILE = 500  # triangles from which threads share them
 TRIANGLE_SECONDS = 3e-7  # that the kernel takes for a triangle, measured [s]
 
 
@@ -370,13 +372,28 @@ class Jet(Field, frozen=True):
             shares_start=starts.astype(np.int64),
             shares_end=(starts + count).astype(np.int64),
             frame=np.zeros(12),
-            faces=np.zeros((triangles, 17)),
+            part=WHOLE,
+            parts=0,
+            faces=np.zeros((triangles, 20)),
             points=np.zeros((count.max(initial=0), 7)),
             met=np.zeros(triangles, dtype=np.int64),
             link=np.zeros(triangles, dtype=np.int64),
             shades=np.zeros(triangles, dtype=np.int64),
             head=np.zeros(GRID * GRID, dtype=np.int64),
+            found=np.zeros(1, dtype=np.int64),
+            cell_size=np.zeros(1),
         )
+
+    def in_parts(self, table: JetTable, parts: int) -> list[list[JetTable]]:
+        """Return a table that finds triangles, those of parts of them, and one that adds up."""
+        if parts == 1 or len(table.corners) < WORTHWHILE:
+            return [[table]]
+
+        def part(number: int) -> JetTable:
+            points, shades = np.zeros_like(table.points), np.zeros_like(table.shades)
+            return table._replace(part=number, parts=parts, points=points, shades=shades)
+
+        return [[part(0)], [part(number) for number in range(1, parts + 1)], [part(parts + 1)]]
 
 
 def _squares(vectors: Floats) -> Floats:

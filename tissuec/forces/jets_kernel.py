@@ -2,8 +2,12 @@
 
 Scratch of a triangle (``faces``): 0 normal along the jet, 3 its product with a corner, 4 cos θ,
 5 area cos² θ of an element, 6 how much of a shade it throws, 7 where its corners are in ξ, in
-turn to the left, 13 their middle, 15 their distance from there, 16 blur of the shade in ξ. Of
-an element (``points``): 0 its place, 3 distance ahead, 4 where it is in ξ, 6 force on it.
+turn to the left, 13 their middle, 15 their distance from there, 16 blur of the shade in ξ, 17
+forces on its corners along the normal. Of an element (``points``): 0 its place, 3 distance
+ahead, 4 where it is in ξ, 6 force on it.
+
+Where threads share the triangles, one of them first finds those within the jet, and at last
+adds the forces in the order of triangles.
 
 Shared arguments:
     k: Row of the triangle in ``faces``.
@@ -14,7 +18,7 @@ Shared arguments:
     thrust: Momentum flux J of the jet [N].
     p0, p1, p2: A point [m].
     point: Row of ``jet.points``, shape (7,); see above for the units.
-    shade: Row of ``jet.faces``, shape (17,); see above for the units.
+    shade: Row of ``jet.faces``, shape (20,); see above for the units.
     jet: Record of the jet; its fields give the shapes and units.
 """
 
@@ -32,6 +36,10 @@ NEAR = 0.5  # bores in front of the opening within which the jet sets in
 FLAT = 1e-6  # of the blur: what is no further than this behind a plane is in it
 SLACK = 2.0  # elements may be further off in ξ than the corners of their triangle
 TINY = 1e-200  # added to a length before dividing
+WHOLE, FINDING = (
+    -1,
+    0,
+)  # ``part`` of a table that does all, and of one that only finds triangles
 GRID = 32  # cells along each side of the field in which triangles are sorted
 
 
@@ -52,27 +60,43 @@ class JetTable(NamedTuple):
     shares_start: Integers  # among them, shape (triangle,)
     shares_end: Integers  # shape (triangle,)
     frame: Floats  # scratch: opening, direction, and two directions across, shape (12,)
-    faces: Rows  # scratch, shape (triangle, 17)
+    part: int  # that is computed, from 1 on; ``parts`` + 1 to add all up
+    parts: int
+    faces: Rows  # scratch, shape (triangle, 20)
     points: Rows  # scratch, shape (element of one triangle, 7)
     met: Integers  # scratch: triangles within the jet, shape (triangle,)
     link: Integers  # scratch: the next one in the same cell, shape (triangle,)
     shades: Integers  # scratch: those before one, shape (triangle,)
     head: Integers  # scratch: the first one in each cell, shape (cell,)
+    found: Integers  # scratch: number of triangles within the jet, shape (1,)
+    cell_size: Floats  # scratch: size of the cells in ξ, shape (1,)
 
 
 def blow(time: float, x: Floats, v: Floats, f: Floats, power: Floats, jet: JetTable) -> None:
     """Add the forces of a jet to those on nodes, and the power that it supplies."""
     flow, _, _, _, _, _ = total(0, time, jet.acts)
-    if flow > 0.0:
-        thrust = jet.density * flow * flow / (0.25 * pi * jet.bore**2)
+    if flow <= 0.0:
+        return
+    thrust = jet.density * flow * flow / (0.25 * pi * jet.bore**2)
+    part, parts = jet.part, jet.parts
+    if part <= FINDING:
         power[0] += recoil(thrust, x, v, f, jet)
-        count = survey(x, jet)
-        side = sort(count, jet)
-        speed = sqrt(2.0 * thrust / (pi * jet.density))
+        jet.found[0] = survey(x, jet)
+        jet.cell_size[0] = sort(jet.found[0], jet)
+    count, first, last = jet.found[0], 0, 0
+    if part == WHOLE:
+        last = count
+    elif FINDING < part <= parts:
+        first, last = (part - 1) * count // parts, part * count // parts
+    speed = sqrt(2.0 * thrust / (pi * jet.density))
+    for k in range(first, last):
+        if jet.faces[k, 5] > 0.0:
+            divide(k, speed, x, v, jet)
+            dim(k, before(k, jet.cell_size[0], x, jet), jet)
+            gather(k, jet)
+    if part == WHOLE or part > parts:
         for k in range(count):
             if jet.faces[k, 5] > 0.0:
-                divide(k, speed, x, v, jet)
-                dim(k, before(k, side, x, jet), jet)
                 power[0] += push(k, v, f, jet)
 
 
@@ -291,17 +315,23 @@ def within(point: Floats, shade: Floats) -> float:
     return cover
 
 
-def push(k: int, v: Floats, f: Floats, jet: JetTable) -> float:
-    """Add the forces on the elements of a triangle; return their power [W]."""
-    face, t = jet.faces[k], jet.met[k]
-    h, i, j = 3 * jet.corners[t, 0], 3 * jet.corners[t, 1], 3 * jet.corners[t, 2]
+def gather(k: int, jet: JetTable) -> None:
+    """Set the forces on the corners of a triangle from those on its elements."""
+    face, start = jet.faces[k], jet.shares_start[jet.met[k]]
     one = two = three = 0.0
-    start = jet.shares_start[t]
-    for p in range(jet.shares_end[t] - start):
+    for p in range(jet.shares_end[jet.met[k]] - start):
         s = start + p
         one += jet.shares[s, 0] * jet.points[p, 6]
         two += jet.shares[s, 1] * jet.points[p, 6]
         three += jet.shares[s, 2] * jet.points[p, 6]
+    face[17], face[18], face[19] = one, two, three
+
+
+def push(k: int, v: Floats, f: Floats, jet: JetTable) -> float:
+    """Add the forces on the corners of a triangle; return their power [W]."""
+    face, t = jet.faces[k], jet.met[k]
+    h, i, j = 3 * jet.corners[t, 0], 3 * jet.corners[t, 1], 3 * jet.corners[t, 2]
+    one, two, three = face[17], face[18], face[19]
     power = 0.0
     for m in range(3):
         f[h + m] += one * face[m]
