@@ -239,6 +239,8 @@ def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
         one, two: In any unit, shape (3 node,), or longer.
         squares: Scratch, shape (node,); its size tells which nodes count.
     """
+    if not squares.size:
+        return 0.0  # most nets have no hidden nodes
     share(team, distance_part, (one, two, squares, team))
     return sqrt(greatest(team.found))
 
@@ -272,6 +274,8 @@ def length(vector: Floats, squares: Floats, team: Team) -> float:
         vector: In any unit, shape (3 node,), or longer.
         squares: Scratch, as for ``distance``.
     """
+    if not squares.size:
+        return 0.0  # most nets have no hidden nodes
     share(team, length_part, (vector, squares, team))
     return sqrt(greatest(team.found))
 
@@ -313,6 +317,8 @@ def blended_error(fifth: Floats, third: Floats, blend: Floats, team: Team) -> fl
         fifth, third: Estimates e5 and e3 in any unit, shape (3 node,).
         blend: Scratch, shape (node,).
     """
+    if not blend.size:
+        return 0.0  # most nets have no hidden nodes
     share(team, blended_part, (fifth, third, blend, team))
     return greatest(team.found)
 
