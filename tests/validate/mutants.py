@@ -90,8 +90,7 @@ HARMLESS = {
     "FLAT": "tells triangles without area from others",
     "LEAST": "keeps a rate finite where contact begins; see docs/numerics.md",
     "rest[k] >= 0.0": "what is true stays true",
-    "look(k, first, last, x, v, touches)": "counts bends of laws, by which "
-    "errors are weighed; no force has them",
+    "met[BENDS]": "counts bends of laws, by which errors are weighed; no force has them",
     **{
         f"pull_pairs: each[{row}]": "a copy serves as well as scratch that nobody else reads"
         for row in range(6)
@@ -115,7 +114,7 @@ HARMLESS = {
     "(face[place] - face[13]) ** 2 + (face[place + 1] - face[14]) ** 2": "finds triangles",
     "max(reach, far)": "finds triangles near one another; more of them change nothing",
     "SLACK * sqrt(reach)": "finds triangles near one another; more of them change nothing",
-    "sort(count, jet)": "finds triangles near one another; more of them change nothing",
+    "sort(jet.found[0], jet)": "finds triangles near one another; more of them change nothing",
     "jet.side[t]": "only its sign counts",
     "count_powers: net.inverse_mass[start:stop]": "only its sign counts",
     "jet.struck[t] and (side == 0 or side * slope < 0.0)": "only whether it is true counts",
