@@ -16,6 +16,7 @@ from tests.browser import browser as browser
 from tests.browser import page as page
 from tests.browser import tab as tab
 from tissuec.core.resources import library
+from tissuec.engine import threads
 from tissuec.engine.execution.signals import SIGNALS
 from tissuec.pipeline import Result, compile_request, simulate
 from tissuec.scene.request import Request
@@ -55,6 +56,12 @@ def pytest_collection() -> Iterator[None]:
         gc.freeze()
         gc.set_threshold(50_000, 20, 20)
         gc.enable()
+
+
+@pytest.fixture
+def threads_in_small_nets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let threads share the loops of nets of any size."""
+    monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
 
 
 @pytest.fixture(scope="session")

@@ -6,14 +6,12 @@ from msgspec.structs import replace
 from scipy.integrate import quad
 from scipy.special import erf
 
-import tissuec
 from tests.contact.scenes import play
 from tests.engine.running import Bench
 from tests.hand_net import make_net, span
 from tests.validate.scenes import compiled_scene, quantity, validated
-from tests.whole_runs import AfterAsking, carried_out, every_array
+from tests.whole_runs import AfterAsking, carried_out, every_array, same_on_threads
 from tissuec.compiler.prediction import skipped
-from tissuec.engine import threads
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces import acts_of
 from tissuec.forces.jet_surfaces import JetSurface, finest_width
@@ -612,8 +610,7 @@ def test_a_scene_without_a_nozzle_pays_nothing():
     assert compiled_scene(rinsed()).plan.contact is None
 
 
-def test_threads_change_nothing(monkeypatch):
-    monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
+def test_threads_change_nothing(threads_in_small_nets):
     scene = """language 1
     tissue flesh { spring constant = 500 N/m; viscosity = 10 mN*s/m; mass = 1 g }
     body block {
@@ -630,8 +627,4 @@ def test_threads_change_nothing(monkeypatch):
     simulate { duration = 1 ms; step = 0.2 ms; integrator is velocity verlet }
     output { trajectory every 1 ms; energy every 1 ms }
     """
-    runs = [tissuec.run(scene, threads=count, companion="off") for count in (1, 2, 3)]
-    assert [run.manifest["statistics"]["threads"] for run in runs] == [1, 2, 3]
-    one, *others = (np.append(run.position[:], run.energies.value) for run in runs)
-    assert runs[0].energies.value[-1].max() > 0.0
-    assert all(np.array_equal(one, other) for other in others)
+    assert same_on_threads(scene, 2, 3).energies.value[-1].max() > 0.0

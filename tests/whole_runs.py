@@ -2,6 +2,7 @@
 
 import numpy as np
 
+import tissuec
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
@@ -31,3 +32,14 @@ def every_array(log, *recordings):
     """Return all rows of one recording, or of several one behind the other."""
     tables = [[*r.frame_arrays(), *r.log_arrays(log), *r.energy_arrays()] for r in recordings]
     return [np.concatenate(columns) for columns in zip(*tables, strict=True)]
+
+
+def same_on_threads(scene, *counts):
+    """Return a run on one thread, after comparing positions and energies of others with it."""
+    one, *others = (tissuec.run(scene, threads=n, companion="off") for n in (1, *counts))
+    used = [run.manifest["statistics"]["threads"] for run in (one, *others)]
+    assert used == [1, *counts]
+    for other in others:
+        assert np.array_equal(one.position[:], other.position[:])
+        assert np.array_equal(one.energies.value, other.energies.value)
+    return one

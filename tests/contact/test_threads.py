@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-import tissuec
 from tests.validate.scenes import compiled_scene
+from tests.whole_runs import same_on_threads
 from tissuec.compiler.prediction import state_at_start
-from tissuec.engine import threads
 from tissuec.forces import contact
-from tissuec.forces.contact_kernel import WHOLE
 from tissuec.kernels.calls import kernel_on
 from tissuec.kernels.records import ContactTable
+from tissuec.kernels.thread_loops import UNDIVIDED
 
 #: With enough nodes for threads. The upper block slides to a side and sinks into the lower one.
 SCENE = """language 1
@@ -77,14 +76,9 @@ def test_few_pairs_and_single_threads_have_no_parts(touching):
     few = table._replace(shape=table.shape[:10])
     for one in field.in_parts(table, 1), field.in_parts(few, 8):
         ((only,),) = one
-        assert isinstance(only, ContactTable) and only.part == WHOLE
+        assert isinstance(only, ContactTable) and only.part == UNDIVIDED
 
 
-def test_every_number_is_the_same_to_the_last_bit(monkeypatch):
-    monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
-    runs = [tissuec.run(SCENE, threads=count, companion="off") for count in (1, 2, 3)]
-    assert [run.manifest["statistics"]["threads"] for run in runs] == [1, 2, 3]
-    one, *others = (np.append(run.position[:], run.energies.value) for run in runs)
-    lost = runs[0].energies.value[:, runs[0].energies.columns.index("dissipated")]
-    assert lost[-1] > 0.0
-    assert all(np.array_equal(one, other) for other in others)
+def test_every_number_is_the_same_to_the_last_bit(threads_in_small_nets):
+    energies = same_on_threads(SCENE, 2, 3).energies
+    assert energies.value[-1, energies.columns.index("dissipated")] > 0.0

@@ -7,6 +7,7 @@ import pytest
 
 import tissuec
 from tests.validate.scenes import compiled_scene
+from tests.whole_runs import same_on_threads
 from tissuec.compiler.prediction import state_at_start
 from tissuec.engine import blocks
 from tissuec.engine.blocks import BLOCK_NODES, LEAST_BLOCKS, parts_of
@@ -90,10 +91,7 @@ def test_parts_add_up_to_the_field(scene):
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_every_number_is_the_same_to_the_last_bit(scene, threads_in_small_nets, monkeypatch):
-    runs = [tissuec.run(HEAD + scene, threads=count, companion="off") for count in (1, 2, 5)]
-    assert [run.manifest["statistics"]["threads"] for run in runs] == [1, 2, 5]
-    one, *others = (run.position[:] for run in runs)
-    assert all(np.array_equal(one, other) for other in others)
+    one = same_on_threads(HEAD + scene, 2, 5).position[:]
     monkeypatch.setattr(blocks, "LEAST_BLOCKS", 10**9)
     whole = tissuec.run(HEAD + scene, companion="off").position[:]
     moved = np.abs(whole - whole[0]).max()

@@ -87,7 +87,7 @@ def judge(
     amplify it in every step that is left. Errors of velocities are mostly those of fast
     motions, which change positions by no more than within the step. Where a spring is near its
     strength, though, dashpots transmit them, and the time of rupture depends on them. What
-    hidden nodes keep as velocities are elongations, whose errors never count by themselves.
+    hidden nodes keep as velocities are elongations, whose errors count as those of positions.
 
     Args:
         now: Where the run stands before the step is accepted.

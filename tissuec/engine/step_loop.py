@@ -63,9 +63,9 @@ IMPLICIT = VelocityVerlet.implicit
 # Of what a step may be wrong by, for velocities where contacts begin or end: their law bends
 # there without a corner.
 BEND_SHARE = 0.1
-# Share of a step (of ``dop853`` at tolerances finer than 1e-5) below which bristles of friction
+# Share of a step (that of ``dop853`` at a tolerance of 1e-5) below which bristles of friction
 # count as velocities where contacts begin or end: there, estimates of high order see too little
-# of the corners of their law.
+# of the corners of their law. Methods that do not estimate errors of velocities are left out.
 FINE = 3.9e-8
 NO_REASON = -1  # to come back to Python
 # Verdicts about a trial, besides the reasons to come back.

@@ -263,7 +263,7 @@ class Field(Effect, frozen=True):
 
         Args:
             table: As made by ``table``.
-            parts: That threads need; 1 if there is but one of them.
+            parts: How many keep the threads busy; 1 where there is a single thread.
         """
         return [[table]]
 

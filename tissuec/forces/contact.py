@@ -42,12 +42,13 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.core.vectors import norm
 from tissuec.forces import Field, Resisting, in_line, stretches
-from tissuec.forces.contact_kernel import COLUMNS, PLACES, WHOLE, touch
+from tissuec.forces.contact_kernel import COLUMNS, PLACES, touch
 from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
 from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
 from tissuec.kernels.records import BoundaryConditions, ContactTable
+from tissuec.kernels.thread_loops import UNDIVIDED
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -450,7 +451,7 @@ class Contact(Field, frozen=True):
             surface=self.surface,
             starts=np.zeros(1, dtype=np.int64),
             stops=np.zeros(0, dtype=np.int64),
-            part=WHOLE,
+            part=UNDIVIDED,
             met=np.zeros((most, COLUMNS)),
             at=np.zeros((most, PLACES), dtype=np.int64),
             memory=place[self.memory],

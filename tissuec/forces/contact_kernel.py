@@ -21,8 +21,8 @@ from math import sqrt
 
 from tissuec.geometry.nearest import CAPSULE, PLANE
 from tissuec.kernels.records import ContactTable, Floats
+from tissuec.kernels.thread_loops import UNDIVIDED
 
-WHOLE = -1  # ``part`` of a table of all nodes, of which no parts are made
 SHARPNESS = 8  # power of r with which a bristle slips
 LARGEST = 2.0  # r that counts
 LEAST = 1e-3  # part of the pressure at the depth of the layer, where contact begins
@@ -64,12 +64,12 @@ def touch(
             begin = int(touches.first[touches.starts[each]])
             bends += add_up(begin, int(touches.stops[each]), f, power, touches)
         stop = 0
-    elif part != WHOLE:
+    elif part != UNDIVIDED:
         start, stop = int(touches.starts[part]), int(touches.starts[part + 1])
         row = int(touches.first[start])
     for k in range(start, stop):
         end = press_node(k, row, x, v, touches)
-        if part == WHOLE:
+        if part == UNDIVIDED:
             bends += add_up(0, end, f, power, touches)
         else:
             row = end

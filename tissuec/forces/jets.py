@@ -51,11 +51,11 @@ from tissuec.forces.jets_kernel import (
     SLACK,
     STEEP,
     TINY,
-    WHOLE,
     JetTable,
     blow,
 )  # fmt: skip
 from tissuec.kernels.records import BoundaryConditions
+from tissuec.kernels.thread_loops import UNDIVIDED
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 
@@ -372,7 +372,7 @@ class Jet(Field, frozen=True):
             shares_start=starts.astype(np.int64),
             shares_end=(starts + count).astype(np.int64),
             frame=np.zeros(12),
-            part=WHOLE,
+            part=UNDIVIDED,
             parts=0,
             faces=np.zeros((triangles, 20)),
             points=np.zeros((count.max(initial=0), 7)),

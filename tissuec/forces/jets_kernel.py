@@ -27,6 +27,7 @@ from typing import NamedTuple
 
 from tissuec.kernels.boundary_conditions import total
 from tissuec.kernels.records import BoundaryConditions, Floats, IntegerRows, Integers, Rows
+from tissuec.kernels.thread_loops import UNDIVIDED
 
 CUT = 4.5  # widths b beside the axis beyond which nothing is left but rounding
 DEEP = 0.5  # of the blur of a shade: how far behind its triangle it is full
@@ -36,10 +37,7 @@ NEAR = 0.5  # bores in front of the opening within which the jet sets in
 FLAT = 1e-6  # of the blur: what is no further than this behind a plane is in it
 SLACK = 2.0  # elements may be further off in ξ than the corners of their triangle
 TINY = 1e-200  # added to a length before dividing
-WHOLE, FINDING = (
-    -1,
-    0,
-)  # ``part`` of a table that does all, and of one that only finds triangles
+FINDING = 0  # ``part`` of a table that only finds triangles
 GRID = 32  # cells along each side of the field in which triangles are sorted
 
 
@@ -84,7 +82,7 @@ def blow(time: float, x: Floats, v: Floats, f: Floats, power: Floats, jet: JetTa
         jet.found[0] = survey(x, jet)
         jet.cell_size[0] = sort(jet.found[0], jet)
     count, first, last = jet.found[0], 0, 0
-    if part == WHOLE:
+    if part == UNDIVIDED:
         last = count
     elif FINDING < part <= parts:
         first, last = (part - 1) * count // parts, part * count // parts
@@ -94,7 +92,7 @@ def blow(time: float, x: Floats, v: Floats, f: Floats, power: Floats, jet: JetTa
             divide(k, speed, x, v, jet)
             dim(k, before(k, jet.cell_size[0], x, jet), jet)
             gather(k, jet)
-    if part == WHOLE or part > parts:
+    if part == UNDIVIDED or part > parts:
         for k in range(count):
             if jet.faces[k, 5] > 0.0:
                 power[0] += push(k, v, f, jet)

@@ -11,6 +11,7 @@ from typing import Any
 from tissuec.kernels.records import Team
 
 PIECE = 512  # nodes that are not divided
+UNDIVIDED = -1  # ``part`` of a table whose kernel does all at once
 
 
 def share(team: Team, function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
