@@ -29,6 +29,12 @@ def affordable(name):
     return 1e-4 if order < 4 else 1e-7 if order <= 4 else 1e-9
 
 
+def order_under(name, damping):
+    """Return the order that a member declares for nets with a viscosity, or without one."""
+    member = INTEGRATORS[name]
+    return getattr(member, "order_with_dashpots", member.order) if damping else member.order
+
+
 def brakes(name, damping):
     """Return a damping, or none for members that are only for scenes without it."""
     return 0.0 if INTEGRATORS[name].conservative else damping

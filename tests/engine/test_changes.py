@@ -10,7 +10,7 @@ from tests.engine.members import those
 from tests.engine.running import Bench, chain, pair
 from tests.engine.test_closed_forms import relaxation
 from tissuec.core.source import Source, Span
-from tissuec.engine.method_trial import MethodTrial
+from tissuec.engine.method_trial import MethodTrial, of_other_order
 from tissuec.engine.state import new_progress
 from tissuec.forces import Imposed
 from tissuec.forces.foundation import Bed
@@ -115,6 +115,63 @@ def test_automatic_tries_implicit_steps_where_fields_act_in_long_runs_only(expli
     bench = stiff(duration=4.0)
     bench.state.forces = (bed(),)
     assert [change.method for change in bench.run().engine.statistics.changes] == ["dop853"]
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "step", "other"),
+    [
+        ("rkn4", "rkn4", 0.9, "dop853"),  # 0.3 radians per evaluation, against 0.35 of order 8
+        ("rkn4", "rkn4", 1.0, None),
+        ("dop853", "rkn4", 2.2, "rkn4"),
+        ("dop853", "rkn4", 2.0, None),
+        ("velocity verlet", "velocity verlet", 0.3, "dop853"),
+        ("velocity verlet", "velocity verlet", 0.4, None),
+        # Those that began for other reasons go on.
+        ("dop853", "dop853", 2.2, None),
+        ("srkn11", "srkn11", 0.1, None),
+        ("esdirk43", "rkn4", 0.1, None),
+        ("rkc2", "rkn4", 0.1, None),
+    ],
+)
+def test_order_8_is_tried_where_its_steps_may_be_longer(name, first, step, other):
+    rates = {"omega": 1.0, "zeta": 0.0}
+    assert of_other_order(name, first, step, lambda: rates) == other
+
+
+@pytest.fixture
+def order_4_first(monkeypatch):
+    """Let runs begin with order 4, and try others at any cost."""
+    monkeypatch.setattr("tissuec.engine.method_choice.LARGE", 0)
+    monkeypatch.setattr("tissuec.engine.method_trial.WORTHWHILE", 0.0)
+    monkeypatch.setattr("tissuec.engine.method_trial.TRIALS", 0.0)
+
+
+def methods(ran):
+    return [change.method for change in ran.engine.statistics.changes]
+
+
+def test_automatic_goes_over_to_order_8_where_accuracy_limits_the_steps(order_4_first):
+    ran = Bench(pair(damping=0.1), 20.0, method="automatic", tolerance=1e-4).run()
+    assert methods(ran)[:2] == ["rkn4", "dop853"]
+    assert "accuracy" in ran.engine.statistics.changes[1].reason
+    exact = 0.1 * (1.0 - relaxation(0.1 / np.sqrt(200.0), np.sqrt(200.0), ran.time))
+    assert np.abs(ran.position[:, 0, 0] - exact).max() < 1e-4 * 0.1
+
+
+def creeping(method, tolerance):
+    """Return a chain whose fast motions die away, while the slow ones go on for long."""
+    net = chain(24, stiffness=100.0, mass=0.01, damping=0.3)
+    bench = Bench(net, 30.0, method=method, tolerance=tolerance, fixed=[0])
+    bench.push([25], [0.2, 0.0, 0.0])
+    return bench
+
+
+def test_automatic_goes_back_where_stability_limits_them_again(order_4_first):
+    ran = creeping("automatic", 1e-3).run()
+    assert methods(ran)[:3] == ["rkn4", "dop853", "rkn4"]
+    exact = creeping("dop853", 1e-9).run()
+    off = np.abs(ran.position - exact.position).max()
+    assert off < 1e-3 * ran.largest_displacement[-1]
 
 
 def test_a_trial_that_costs_more_than_predicted_and_falls_behind_is_ended():

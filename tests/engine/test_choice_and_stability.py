@@ -123,6 +123,25 @@ def test_automatic_chooses_by_tolerance_and_damping_and_says_why(tolerance, damp
     assert len(choice.reason) > 20
 
 
+@pytest.mark.parametrize(
+    ("count", "tolerance", "damping", "name"),
+    [
+        (5000, None, 1.0, "rkn4"),
+        (5000, 1e-4, 1.0, "rkn4"),
+        (5000, 5e-5, 1.0, "dop853"),  # order 8 pays
+        (4998, None, 1.0, "dop853"),  # each step costs more than its forces
+        (5000, None, 30.0, "dop853"),  # damping limits the steps
+        (5000, 2e-2, 1.0, "velocity verlet"),
+    ],
+)
+def test_automatic_takes_order_4_for_large_nets_at_usual_tolerances(
+    count, tolerance, damping, name
+):
+    net = chain(count - 1, stiffness=100.0, mass=0.1, damping=damping)
+    assert net.spring_count == count
+    assert choose(start(net), Method("automatic", tolerance, None, 1.0), never).name == name
+
+
 def test_creeping_net_of_narrow_band_begins_with_implicit_steps():
     creeping, method = start(pair(damping=1e3)), Method("automatic", 1e-4, None, 100.0)
     assert choose(creeping, method, lambda: True).name == "esdirk43"

@@ -7,10 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests.engine.integrators.test_orders import COUNTS, EXACTLY, slope
-from tests.engine.members import affordable, those
+from tests.engine.members import affordable, order_under, those
 from tests.engine.running import Bench
 from tests.hand_net import make_net
-from tissuec.engine.integrators import INTEGRATORS
 from tissuec.laws import LINEAR, REST, D, E, Law, W
 from tissuec.laws.formula import apply
 
@@ -86,7 +85,7 @@ def test_energy_that_such_a_dashpot_takes_is_booked():
 
 @pytest.mark.parametrize("method", BRAKING)
 def test_errors_under_such_a_dashpot_fall_at_the_declared_order(method):
-    order = INTEGRATORS[method].order
+    order = order_under(method, VISCOSITY)
     counts = COUNTS[order]
     found = [swung(method=method, step=DURATION / count, tolerance=EXACTLY) for count in counts]
     errors = [apart(ran)[-1] for ran in found]

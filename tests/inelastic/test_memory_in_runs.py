@@ -160,7 +160,8 @@ def test_rates_of_a_mass_on_a_wall():
 # --- methods ---
 
 ORDERS = {"dop853": (8, (10, 14, 20)), "velocity verlet": (2, (128, 256, 512)),
-          "rkc2": (2, (128, 256, 512)), "propagation": (1, (64, 128, 256))}  # fmt: skip
+          "rkc2": (2, (128, 256, 512)), "rkn4": (3, (48, 96, 192)),
+          "propagation": (1, (64, 128, 256))}  # fmt: skip
 
 
 def stepped(net, method, count):

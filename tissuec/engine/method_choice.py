@@ -1,12 +1,14 @@
 """The automatic choice of an integrator, by measured facts of the scene and a reason in words.
 
-Work against precision, in force evaluations, follows from the orders: velocity Verlet needs
-T ω √(κ / tolerance) of them, DOP853 about 12 T ω (κ' / tolerance)^(1/7) / 2. On the tube, the
-lattice and the hanging chain the two cross near the tolerance ``CROSSING``.
+The higher the order, the finer the tolerance from which a method needs the fewest force
+evaluations, and the shorter the steps that are stable: 2, 1.15 and .5 radians of the fastest
+motion for each evaluation of velocity Verlet, RKN4 and DOP853. On tubes, lattices and chains
+the first two cross near the tolerance ``COARSE``, the last two near ``FINE``.
 """
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
 from msgspec import Struct
 
 from tissuec.engine.integrators import INTEGRATORS
@@ -21,7 +23,10 @@ from tissuec.engine.stability import (
 from tissuec.mechanics.state import State
 from tissuec.script.plan import AUTOMATIC, DEFAULT_TOLERANCE
 
-CROSSING = 2e-2
+COARSE, FINE = 2e-2, 1e-4
+# Damping ratio of the fastest motion up to which steps of RKN4 are stable for longer, and
+# springs from which what a step costs beside its three evaluations hardly counts.
+BRISK, LARGE = 0.5, 5000
 # Radians of the fastest motion from which errors that grow in proportion to time, instead of
 # faster, make up for the shorter steps of the symplectic method.
 LONG = 1e4
@@ -68,7 +73,7 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
         return _by_step(state, method.step)
     tolerance = DEFAULT_TOLERANCE if method.tolerance is None else method.tolerance
     sums = sums_at_nodes(state)
-    if tolerance < CROSSING and not state.loss and _may_sweep(state, sums, method.duration):
+    if tolerance < COARSE and not state.loss and _may_sweep(state, sums, method.duration):
         facts = measured_facts(state)
         swept = facts["omega"] * method.duration
         if swept > LONG:
@@ -79,12 +84,8 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
             return MethodChoice("srkn11", reason, facts)
     if (creeping := _creeping(state, sums, method, is_banded)) is not None:
         return creeping
-    if tolerance < CROSSING:
-        reason = (
-            f"a tolerance of {tolerance:g} is finer than {CROSSING:g}, "
-            "where order 8 needs fewer force evaluations than order 2"
-        )
-        return MethodChoice("dop853", reason, {})
+    if tolerance < COARSE:
+        return _of_higher_order(state, sums, tolerance)
     facts = measured_facts(state) if may_be_overdamped(state, sums, 1.0) else {}
     if facts.get("zeta", 0.0) > 1.0:
         reason = (
@@ -94,6 +95,27 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
         return MethodChoice("dop853", reason, facts)
     reason = f"for a tolerance of {tolerance:g}, order 2 with one force per step is cheapest"
     return MethodChoice("velocity verlet", reason, facts)
+
+
+def _of_higher_order(state: State, sums: SumsAtNodes, tolerance: float) -> MethodChoice:
+    """Return order 4 for large nets whose steps stability may limit, else order 8."""
+    if tolerance < FINE or np.count_nonzero(state.alive) < LARGE:
+        reason = (
+            f"a tolerance of {tolerance:g} is finer than {COARSE:g}, "
+            "where order 8 needs fewer force evaluations than order 2"
+        )
+        return MethodChoice("dop853", reason, {})
+    if sums.most_damped > BRISK:
+        reason = (
+            f"damping (a ratio of about {sums.most_damped:.2g}) limits the steps, "
+            "and those of DOP853 are stable for longest"
+        )
+        return MethodChoice("dop853", reason, {})
+    reason = (
+        f"the net is large and a tolerance of {tolerance:g} no finer than {FINE:g}, "
+        "where order 4 with long stable steps needs the fewest force evaluations"
+    )
+    return MethodChoice("rkn4", reason, {})
 
 
 def _may_sweep(state: State, sums: SumsAtNodes, duration: float) -> bool:

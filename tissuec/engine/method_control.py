@@ -11,6 +11,7 @@ from tissuec.engine.method_trial import (
     candidate_for,
     cost_of,
     evaluation_time,
+    of_other_order,
     trial_cost,
 )
 from tissuec.engine.stability import may_be_overdamped, sums_at_nodes
@@ -131,23 +132,27 @@ class MethodControl:
             state: Of the run.
             pace: Simulated seconds per second of the present method.
         """
-        stepper = self._stepper
+        stepper, name, evaluation = self._stepper, self.choice.name, self._evaluation_time
+        springs, step = len(stepper.inputs.springs.ids), stepper.progress.step
+        stepper.synchronise(state)
+        first = self.changes[0].method
+        found = of_other_order(name, first, step, lambda: self._known_facts(state))
+        if found is not None:
+            return found, trial_cost(found, evaluation, springs, stepper.work.solver)
         if state.inelastic is not None:
             return None  # implicit methods refuse such springs
         ahead = self._method.duration - stepper.progress.time
         if state.fields and not stepper.integrator.implicit and ahead < PATIENT * pace:
             return None
-        stepper.synchronise(state)
         solver, banded = stepper.inputs.solver(), stepper.inputs.is_banded()
-        step, evaluation = stepper.progress.step, self._evaluation_time
         found = candidate_for(
-            self.choice.name, step, pace, lambda: self._known_facts(state), evaluation,
+            name, step, pace, lambda: self._known_facts(state), evaluation,
             banded=banded,
             overdamped=lambda ratio: may_be_overdamped(state, sums_at_nodes(state), ratio),
         )  # fmt: skip
         if found is None:
             return None
-        return found, trial_cost(found, evaluation, len(stepper.inputs.springs.ids), solver)
+        return found, trial_cost(found, evaluation, springs, solver)
 
     def _known_facts(self, state: State) -> dict[str, float]:
         """Return the facts, measured where they are not known yet."""

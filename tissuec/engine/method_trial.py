@@ -1,4 +1,4 @@
-"""Trials of integrators: explicit steps against implicit or stabilised ones, by pace.
+"""Trials of integrators against others that may come further, by pace.
 
 Whether a scene is stiff is not to be seen from its fastest rates: what counts is how much
 larger than these allow the steps could be, and that shows in trying. So where stability limits
@@ -128,7 +128,7 @@ class MethodTrial(Struct):
             window = self.length
         elif not self.rival and (found := self._worth_trying(pace, ahead, candidate)):
             other, price = found
-            change = MethodChoice(other, _why_tried(name), {})
+            change = MethodChoice(other, _why_tried(name, other), {})
             self.rival, self.rival_pace = name, pace
             window, allowance = STEPS * INTEGRATORS[other].evaluations, 0.5 * price
         else:
@@ -189,6 +189,31 @@ def cost_of(effort: np.ndarray, evaluation: float, springs: int, solver: Solver)
     return float(effort[0] * evaluation + effort[1] * factor + effort[2] * solution)
 
 
+def of_other_order(
+    name: str, first: str, step: float, facts: Callable[[], Mapping[str, float]]
+) -> str | None:
+    """Return an explicit method of another order that may come further, else None.
+
+    Order 8 where its steps may be longer, and from it back to the method that was the first,
+    where stability limits them.
+
+    Args:
+        name: Of the present method.
+        first: Of the method that the run began with.
+        step: The present step [s].
+        facts: Returns what ``measured_facts`` does, which takes time.
+    """
+    high, low = INTEGRATORS["dop853"], INTEGRATORS[first]
+    special = low.implicit or low.stabilised or low.conservative
+    if special or first == "dop853" or name not in (first, "dop853"):
+        return None
+    limit = high.stability_limit(facts()["omega"], facts()["zeta"])
+    if name == "dop853":
+        return first if step > BOUND * limit else None
+    is_longer = HELD * limit / high.evaluations > BETTER * step / low.evaluations
+    return "dop853" if is_longer else None
+
+
 def candidate_for(
     name: str,
     step: float,
@@ -243,8 +268,10 @@ def trial_cost(name: str, evaluation: float, springs: int, solver: Solver) -> fl
     return cost_of(effort, evaluation, springs, solver)
 
 
-def _why_tried(name: str) -> str:
+def _why_tried(name: str, other: str) -> str:
     """Return why another method is tried instead of the present one."""
+    if INTEGRATORS[other].order > INTEGRATORS[name].order and other == "dop853":
+        return f"accuracy limits the steps of {name}, and order 8 may allow longer ones"
     if INTEGRATORS[name].implicit:
         return f"explicit steps at the stability limit may advance faster than {name}"
     return f"stability, not accuracy, limits the steps of {name}"

@@ -19,6 +19,7 @@ from tissuec.engine.integrators import (
     dop853_coefficients,
     esdirk43,
     rkc2,
+    rkn4,
     srkn11,
     trbdf2,
 )
@@ -138,6 +139,49 @@ def test_error_estimates_of_srkn11_vanish_up_to_their_orders():
             for tree in nystrom_trees(n):
                 assert abs(weights @ nystrom_sums(tree, a, c)) < 1e-13
         assert max(abs(weights @ nystrom_sums(t, a, c)) for t in nystrom_trees(order)) > 1e-3
+
+
+def worst_of_rkn4(order):
+    """Return the largest defect of the conditions of one order for x'' = a(x)."""
+    table = rkn4.Rkn4.tableau
+    a, c = rkn4.FOR_X[:, :4], table.for_x[:4, 0]
+    of_x, of_v = a[rkn4.RESULT], rkn4.FOR_V[rkn4.RESULT, :4]
+    of_velocity = [
+        abs(of_v @ nystrom_sums(tree, a[:4], c) - 1.0 / nystrom_density(tree))
+        for tree in nystrom_trees(order)
+    ]
+    of_position = [
+        abs(of_x @ nystrom_sums(tree, a[:4], c) - 1.0 / (order * nystrom_density(tree)))
+        for tree in nystrom_trees(order - 1)
+    ]
+    return max([*of_velocity, *of_position])
+
+
+def test_rkn4_fulfils_all_conditions_up_to_order_4_and_no_further():
+    assert max(worst_of_rkn4(order) for order in range(2, 5)) < 1e-15
+    assert worst_of_rkn4(5) > 1e-3
+
+
+def test_velocities_of_rkn4_are_of_order_4_but_for_what_steps_begin_with():
+    a, of_v = rkn4.FOR_V[:4, :4], rkn4.FOR_V[rkn4.RESULT, :4]
+    assert max(max(defects(of_v, a, order)) for order in range(1, 5)) < 1e-15
+    # The next step begins with the acceleration at the end of this one, where the velocity is
+    # predicted: to the second order, as order 3 needs.
+    assert np.array_equal(rkn4.FOR_X[3], rkn4.FOR_X[rkn4.RESULT])
+    c = a.sum(axis=1)
+    assert a[3].sum() == pytest.approx(1.0, abs=1e-15)
+    assert a[3] @ c == pytest.approx(1.0 / 2.0, abs=1e-15)
+    assert abs(a[3] @ c**2 - 1.0 / 3.0) > 0.1
+
+
+def test_error_estimates_of_rkn4_vanish_up_to_their_orders():
+    a, c = rkn4.FOR_X[:4, :4], rkn4.Rkn4.tableau.for_x[:4, 0]
+    # For linear forces, whose a'' is that of positions alone, the larger one is of third order.
+    linear = np.ones(4), c, a.sum(axis=1)
+    assert max(abs(rkn4.THIRD[:4] @ sums) for sums in linear) < 1e-15
+    assert rkn4.THIRD[:4] @ (a @ c) == pytest.approx(0.01 / 24.0)
+    assert max(abs(rkn4.SECOND[:4] @ sums) for sums in (np.ones(4), c)) < 1e-16
+    assert rkn4.SECOND[:4] @ c**2 == pytest.approx(0.018 / 2.0)
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,8 @@ class Integrator(Protocol):
     """Interface of members of ``INTEGRATORS``; their docstrings give equation and source.
 
     Attributes:
-        order: Of the error of positions and velocities against the step.
+        order: Of the error of positions and velocities against the step. A member whose order
+            is less where forces depend on velocities declares that as ``order_with_dashpots``.
         symplectic: Whether the flow without viscosity keeps the symplectic form.
         implicit: Whether a step solves equations.
         conservative: Whether it is only for scenes without viscosity and drag.

@@ -78,9 +78,15 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
-    h, table, power, nothing = end - time, work.tableau, work.power, work.zero[:2]
-    five, three, ledger = work.booked[0], work.booked[1], work.ledger[1 - current]
-    quadrature(work.ledger[current], h, table.for_v[END_ROW - 1], power, ledger)
+    h, weights, ledger = end - time, work.tableau.for_v[END_ROW - 1], work.ledger[1 - current]
+    quadrature(work.ledger[current], h, weights, work.power, ledger)
+    return largest_of_booked(h, work)
+
+
+def largest_of_booked(h: float, work: Work) -> float:
+    """Return the largest local error of the entries of the ledger [J]."""
+    table, power, nothing = work.tableau, work.power, work.zero[:2]
+    five, three = work.booked[0], work.booked[1]
     quadrature(nothing, h, table.error_v[0], power, five)
     quadrature(nothing, h, table.error_v[1], power, three)
     worst = 0.0

@@ -109,6 +109,8 @@ class RungeKutta:
         if not hasattr(cls, "tableau"):
             return
         cls.rows, cls.end_row = len(cls.tableau.for_x) + 1, cls.tableau.result + 1
+        if cls.tableau.carries:
+            cls.end_row -= 1
         if not hasattr(cls, "evaluations"):
             cls.evaluations = cls.tableau.result
         if not hasattr(cls, "dense_x"):
