@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.engine.blocks import Places, are_several, block_size, parts_of
+from tissuec.engine.blocks import Places, are_several, block_size, lower_and_upper, parts_of
 from tissuec.engine.boundary_conditions import knots, lengths, longest_step, pack_acts
 from tissuec.engine.chunks import are_chunks, chunks_of
 from tissuec.engine.integrators import Integrator
@@ -133,8 +133,9 @@ class KernelInputs:
 
     def _ends_of(self, ends: NDArray[np.integer]) -> tuple[Places, Places]:
         """Return the lower and the upper place of nodes that springs join, shape (spring,)."""
-        places = self.place.astype(np.int32)[ends]
-        return places.min(axis=1), places.max(axis=1)
+        if self._keeps_order:
+            return lower_and_upper(ends.astype(np.int32, copy=False))
+        return lower_and_upper(self.place.astype(np.int32).take(ends))
 
     def update(self, state: State) -> None:
         """Update everything that acts in a state, but not positions and velocities."""
@@ -176,7 +177,7 @@ class KernelInputs:
             among = self._sorted
             ids = np.flatnonzero(acting) if among is None else among[acting[among]]
             self._ids = ids.astype(np.int32)
-            self._low, self._high = self._ends_of(state.network.ends[self._ids])
+            self._low, self._high = self._ends_of(state.network.ends.take(self._ids, axis=0))
             self._places = self._chunks = None
             self._dead = 0
         self._acting = acting
@@ -224,10 +225,11 @@ class KernelInputs:
 
     def _select(self, state: State) -> Bools:
         """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
-        ends = state.network.ends
-        acting = state.alive & ~self.held[ends].all(axis=1)
-        # Driven nodes feel them, whoever asks for that or not: steps shall not depend on it.
-        acting |= state.alive & self.moved[ends].any(axis=1)
+        one, other = state.network.ends.T
+        acting = state.alive & ~(self.held[one] & self.held[other])
+        if self.moved.any():
+            # Driven nodes feel them, whoever asks for that: steps shall not depend on it.
+            acting |= state.alive & (self.moved[one] | self.moved[other])
         if state.inelastic is not None:
             acting |= state.alive & state.inelastic.remembers
         # Whoever draws them in does work on them, also where their ends are held.

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.engine.blocks import lower_and_upper
 from tissuec.engine.spring_runs import RunPlaces, places_of
 from tissuec.model.network import Floats, Indices
 
@@ -81,7 +82,7 @@ def _by_columns(
 
 def _places(ends: NDArray[np.integer]) -> RunPlaces:
     """Return places in runs of springs between nodes."""
-    return places_of(*np.sort(ends, axis=1).T)
+    return places_of(*lower_and_upper(ends))
 
 
 def _spread(value: np.ndarray) -> np.ndarray:

@@ -97,7 +97,8 @@ def places_of(low: NDArray[np.integer], high: NDArray[np.integer]) -> RunPlaces:
 def _runs_of_block(low: Places, high: Places) -> tuple[Places, Places, Places, Places]:
     """Return first nodes, lengths and offsets of runs, and the place of each spring in them."""
     offset = high - low
-    order = np.argsort(offset, kind="stable")
+    few = offset.astype(np.uint16) if offset.max(initial=0) < 2**16 else offset
+    order = np.argsort(few, kind="stable")  # by radix, if there are 16 bits only
     offset, ordered = offset[order], low[order]
     step = np.diff(ordered)
     ends = (np.diff(offset) != 0) | (step <= 0) | (step > GAP + 1)
