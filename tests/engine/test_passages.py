@@ -61,8 +61,7 @@ def test_energy_is_kept_where_masses_pass_close_by(method, offset):
     tolerance = 1e-3 if INTEGRATORS[method].order < 4 else 1e-4
     ran = bench(offset, method=method, tolerance=tolerance, ledger=True).run()
     found = energy(ran)
-    # Energies go with the squares of speeds.
-    assert np.abs(found / found[0] - 1.0).max() < 2.0 * tolerance
+    assert np.abs(found / found[0] - 1.0).max() < tolerance
 
 
 def lengths(network, position):

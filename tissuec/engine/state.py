@@ -195,7 +195,9 @@ def new_task(
         viewed=inf,
         fixed=0,
         longest=inf,
-        budget=integrator.safety * tolerance / duration if duration else inf,
+        budget=_safety(network, integrator, duration) * tolerance / duration
+        if duration
+        else inf,
         growth=GROWTH * integrator.safety * tolerance if integrator.implicit else 0.0,
         share=integrator.share * tolerance,
         latitude=integrator.latitude,
@@ -208,6 +210,18 @@ def new_task(
         least=max(_least_energy(network, least * size, duration), TINIEST),
         bound=1e6 * size if size and network.spring_count else inf,
     )
+
+
+def _safety(network: Network, integrator: type[Integrator], duration: float) -> float:
+    """Return the multiple of the tolerance that the sum of all error estimates may reach.
+
+    Errors of fast motions die away where every spring has a dashpot that brakes its ends within
+    the run.
+    """
+    weakest = float(network.damping.min(initial=inf))
+    heaviest = float(network.mass[: network.body_nodes].max(initial=0.0))
+    fades = weakest * duration > heaviest
+    return integrator.safety * (getattr(integrator, "fading", 1.0) if fades else 1.0)
 
 
 def _least_energy(network: Network, floor: float, duration: float) -> float:

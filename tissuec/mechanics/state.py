@@ -221,14 +221,18 @@ class State(Struct, eq=False):
         Args:
             chosen: Indices of shape (n,), or a slice, whose numbers are not copied.
         """
-        ends, alive = self.network.ends[chosen], self.alive[chosen]
-        return SpringSubset(ends, alive, self.behaviour(chosen), self.memory(chosen))
+        ends = self.network.ends
+        # Rows are taken ten times as fast as they are indexed.
+        ends = ends[chosen] if isinstance(chosen, slice) else ends.take(chosen, axis=0)
+        return SpringSubset(
+            ends, self.alive[chosen], self.behaviour(chosen), self.memory(chosen)
+        )
 
     @property
     def acting(self) -> SpringSubset:
         """Return the springs that act on a free node."""
-        held = self.held[self.network.ends].all(axis=1)
-        return self.springs(np.flatnonzero(self.alive & ~held))
+        one, other = self.held[self.network.ends.T]
+        return self.springs(np.flatnonzero(self.alive & ~(one & other)))
 
     def memory(self, chosen: NDArray[np.integer] | slice = ALL) -> Inelastic | None:
         """Return the branches and flow of some springs, None if no spring has any.

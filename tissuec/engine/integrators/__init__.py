@@ -46,7 +46,9 @@ class Integrator(Protocol):
         end_row: The one that belongs to the end of the step; row 1 belongs to its start.
         control_order: Power of the step in the error per unit step.
         safety: Multiple of the tolerance that the sum of all error estimates may reach; above
-            1 where estimates are known to be that much larger than errors.
+            1 where estimates are known to be that much larger than errors. A member that may
+            let more add up where dashpots make errors die away declares how many times as much
+            as ``fading``.
         share: Part of the tolerance that the estimate of one step may reach.
         latitude: How many times as much it may reach in the last step, whose error cannot grow
             any more.

@@ -100,7 +100,8 @@ class Rkn4(RungeKutta):
     order_with_dashpots = 3
     implicit = False
     control_order = 4.0
-    safety = 2.0
+    safety = 0.5
+    fading = 4.0
     share = 0.03
     latitude = 1.0
     amplification = 0.0
