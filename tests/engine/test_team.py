@@ -33,7 +33,13 @@ body block {
 environment { gravity = (0, 0, 0) m/s^2; contact is off }
 simulate { duration = 1 s }
 """
-METHODS = {"velocity verlet": 1e-4, "dop853": 5e-4, "rkc2": 5e-4, "esdirk43": 2e-3}
+METHODS = {
+    "velocity verlet": 1e-4,
+    "rkn4": 1e-4,
+    "dop853": 5e-4,
+    "rkc2": 5e-4,
+    "esdirk43": 2e-3,
+}
 
 
 @pytest.fixture(scope="module")

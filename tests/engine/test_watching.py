@@ -7,7 +7,13 @@ from tests.engine.running import lifted_tube
 from tissuec.engine import watching
 
 NODE = 100  # of the waist, which is lifted by 3 mm
-METHODS = {"velocity verlet": 3e-2, "dop853": 1e-3, "srkn11": 1e-3, "esdirk43": 1e-3}
+METHODS = {
+    "velocity verlet": 3e-2,
+    "rkn4": 1e-3,
+    "dop853": 1e-3,
+    "srkn11": 1e-3,
+    "esdirk43": 1e-3,
+}
 
 
 def height(position):

@@ -77,8 +77,9 @@ def combine_part(
     # Blocks that stay in the cache while all rows are added to them.
     for start in range(3 * first, 3 * last, PIECE):
         stop = min(start + PIECE, 3 * last)
-        add_rows(x, to, weights, rows, start, stop, out_x)
-        add_rows(v, at, further, rows, start, stop, out_v)
+        piece = slice(start, stop)
+        add_rows(x[piece], to, weights, rows, start, stop, out_x[piece])
+        add_rows(v[piece], at, further, rows, start, stop, out_v[piece])
 
 
 def add_rows(
@@ -90,9 +91,8 @@ def add_rows(
     stop: int,
     out: Floats,
 ) -> None:
-    """Set a part of out = base + factor Σ weights_j rows_j."""
+    """Set out = base + factor Σ weights_j rows_j, both being as long as the range of rows."""
     count, last, part = rows.shape[0], rows.shape[0] - 1, slice(start, stop)
-    total, first = out[part], base[part]
     j, begun = following(weights, -1), False
     while j < count or not begun:
         # Four rows at a time, for less traffic; those past the last have no weight.
@@ -108,11 +108,11 @@ def add_rows(
         one, two = rows[min(j, last), part], rows[min(k, last), part]
         three, four = rows[min(m, last), part], rows[min(n, last), part]
         if begun:
-            for i in range(total.size):
-                total[i] += (a * one[i] + b * two[i]) + (c * three[i] + d * four[i])
+            for i in range(out.size):
+                out[i] += (a * one[i] + b * two[i]) + (c * three[i] + d * four[i])
         else:
-            for i in range(total.size):
-                total[i] = first[i] + ((a * one[i] + b * two[i]) + (c * three[i] + d * four[i]))
+            for i in range(out.size):
+                out[i] = base[i] + ((a * one[i] + b * two[i]) + (c * three[i] + d * four[i]))
         j, begun = following(weights, n), True
 
 
@@ -310,32 +310,73 @@ def greatest(values: Floats) -> float:
     return 0.0
 
 
-def blended_error(fifth: Floats, third: Floats, blend: Floats, team: Team) -> float:
-    """Return the largest e5² / √(e5² + 0.01 e3²) over the nodes; NaN if one is NaN.
+def blended_error(
+    factor: float,
+    weights: Floats,
+    further: Floats,
+    rows: Rows,
+    zero: Floats,
+    fifth: Floats,
+    third: Floats,
+    blend: Floats,
+    begin: int,
+    team: Team,
+) -> float:
+    """Return the largest e5² / √(e5² + 0.01 e3²) over nodes; NaN if one is NaN.
+
+    e5 = factor Σ weights_j rows_j and e3 = factor Σ further_j rows_j are not left in memory,
+    because large nets are limited by memory bandwidth.
 
     Args:
-        fifth, third: Estimates e5 and e3 in any unit, shape (3 node,).
-        blend: Scratch, shape (node,).
+        zero: Zeros, shape (3 node,).
+        fifth, third: Scratch, shape (3 node,).
+        blend: Scratch; its size tells how many nodes count.
+        begin: The first of them.
     """
     if not blend.size:
         return 0.0  # most nets have no hidden nodes
-    share(team, blended_part, (fifth, third, blend, team))
+    scratch = zero, fifth, third, blend
+    share(team, blended_part, (factor, weights, further, rows, *scratch, begin, team))
     return greatest(team.found)
 
 
 def blended_part(
-    part: int, parts: int, fifth: Floats, third: Floats, blend: Floats, team: Team
+    part: int,
+    parts: int,
+    factor: float,
+    weights: Floats,
+    further: Floats,
+    rows: Rows,
+    zero: Floats,
+    fifth: Floats,
+    third: Floats,
+    blend: Floats,
+    begin: int,
+    team: Team,
 ) -> None:
     """Find the largest blended error of a part of the nodes."""
     first, last = part_of(part, parts, blend.size)
-    fifth, third = fifth[3 * first : 3 * last], third[3 * first : 3 * last]
-    blend = blend[first:last]
+    most = 0.0
+    for start in range(first, last, PIECE):
+        stop = min(start + PIECE, last)
+        # The same scratch for all pieces stays in the cache.
+        size, own = stop - start, slice(3 * first, 3 * (first + stop - start))
+        five, three, piece = fifth[own], third[own], blend[first : first + size]
+        low, high = 3 * (begin + start), 3 * (begin + stop)
+        add_rows(zero[: 3 * size], factor, weights, rows, low, high, five)
+        add_rows(zero[: 3 * size], factor, further, rows, low, high, three)
+        blend_nodes(five, three, piece)
+        most = greater(most, greatest(piece))
+    team.found[part] = most
+
+
+def blend_nodes(fifth: Floats, third: Floats, blend: Floats) -> None:
+    """Set e5² / √(e5² + 0.01 e3²) of each node."""
     for node in range(blend.size):
         i = 3 * node
         five = fifth[i] ** 2 + fifth[i + 1] ** 2 + fifth[i + 2] ** 2
         three = third[i] ** 2 + third[i + 1] ** 2 + third[i + 2] ** 2
         blend[node] = five / (sqrt(five + 0.01 * three) + TINY)
-    team.found[part] = greatest(blend)
 
 
 def copy_sample(

@@ -76,7 +76,7 @@ _OF_PYTHON = ("Py", "numba_")
 #: each copy takes 10 ms to be translated.
 LOOP = "loop"
 _LOOPS = re.compile(
-    r"\d(?:accelerate|accumulate|add_rows|add_to_upper|any_above|between|blended_part|clear|"
+    r"\d(?:accelerate|accumulate|add_rows|add_to_upper|any_above|between|blend_nodes|clear|"
     r"combine_part|copy_sample|distance_part|drift_part|greatest|kick_part|length_part|"
     r"polynomials|pull_springs|put_together|quadrature|scale|subtract|take_apart)B"
 )

@@ -13,7 +13,7 @@ import numpy as np
 from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
 from tissuec.forces.accelerations import force
 from tissuec.kernels.records import LOOKED, Net, Tableau, Work
-from tissuec.kernels.vectors import blended_error, combine, quadrature, scale
+from tissuec.kernels.vectors import blended_error, quadrature, scale
 
 # Of a member; bound to its own.
 END_ROW = 13
@@ -61,19 +61,20 @@ def evaluate_end(end: float, current: int, work: Work, net: Net) -> bool:
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     """Return the largest local errors, as ``Integrator.estimate`` does."""
-    of_x, of_v, last = work.tableau.error_x, work.tableau.error_v, needed_rows(work.tableau)
-    rows, five, three, none = work.rows[:last], work.trial_x, work.trial_v, work.zero
-    fifth, third = of_x[0, :last], of_x[1, :last]
-    combine(none, h * h, fifth, none, h * h, third, rows, five, three, work.team)
-    position = blended_error(five, three, work.moving, work.team)
-    fifth, third = of_v[0, :last], of_v[1, :last]
-    combine(none, h, fifth, none, h, third, rows, five, three, work.team)
-    velocity, bodies = blended_error(five, three, work.moving, work.team), work.moving.size
-    return (
-        position,
-        velocity,
-        blended_error(five[3 * bodies :], three[3 * bodies :], work.each[bodies:], work.team),
+    table, last, bodies = work.tableau, needed_rows(work.tableau), work.moving.size
+    rows, zero, five, three = work.rows[:last], work.zero, work.trial_x, work.trial_v
+    fifth, third = table.error_x[0, :last], table.error_x[1, :last]
+    position = blended_error(
+        h * h, fifth, third, rows, zero, five, three, work.moving, 0, work.team
     )
+    fifth, third = table.error_v[0, :last], table.error_v[1, :last]
+    velocity = blended_error(
+        h, fifth, third, rows, zero, five, three, work.moving, 0, work.team
+    )
+    hidden = blended_error(
+        h, fifth, third, rows, zero, five, three, work.each[bodies:], bodies, work.team
+    )
+    return position, velocity, hidden
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:

@@ -17,7 +17,7 @@ from tissuec.engine.integrators.constant_steps import propose
 from tissuec.engine.integrators.tableaus import nystrom
 from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import LOOKED, Floats, Net, Tableau, Work
-from tissuec.kernels.vectors import accumulate, between, blended_error, combine, scale
+from tissuec.kernels.vectors import accumulate, between, blended_error, scale
 
 KICKS = 12
 HALF_KICKS = (
@@ -130,8 +130,9 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     """Return the largest local errors, as ``Integrator.estimate`` does."""
     rows, five, three = work.rows[: END + 1], work.trial_x, work.trial_v
     fifth, third = work.tableau.error_v[0, : END + 1], work.tableau.error_v[1, : END + 1]
-    combine(work.zero, h, fifth, work.zero, h, third, rows, five, three, work.team)
-    speed = blended_error(five, three, work.each, work.team)
+    speed = blended_error(
+        h, fifth, third, rows, work.zero, five, three, work.each, 0, work.team
+    )
     return h * speed, speed, 0.0
 
 
