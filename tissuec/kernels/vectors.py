@@ -354,7 +354,12 @@ def blended_part(
     begin: int,
     team: Team,
 ) -> None:
-    """Find the largest blended error of a part of the nodes."""
+    """Find the largest blended error of a part of the nodes.
+
+    Args:
+        zero: Zeros, shape (3 node,).
+        begin: The first of all nodes that count.
+    """
     first, last = part_of(part, parts, blend.size)
     most = 0.0
     for start in range(first, last, PIECE):
