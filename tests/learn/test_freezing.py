@@ -122,6 +122,7 @@ def adjusts_of(compiled):
 IMPLICIT = ("cut", "grip", "values", "move by a table")
 CASES = [
     *((name, "velocity verlet", 1e-3) for name in SCRIPTS),
+    *((name, "rkn4", 2e-3) for name in IMPLICIT),
     *((name, "esdirk43", 2e-2) for name in IMPLICIT),
 ]
 

@@ -20,7 +20,7 @@ from tissuec.learn.derivatives.motion import Motion
 from tissuec.learn.parameters.numbers import VALUES, NumberOrder
 
 METHODS = {
-    "velocity verlet": 1e-3, "trbdf2": 2e-3, "esdirk43": 2e-3, "dop853": 5e-3,
+    "velocity verlet": 1e-3, "rkn4": 2e-3, "trbdf2": 2e-3, "esdirk43": 2e-3, "dop853": 5e-3,
     "classical runge-kutta": 2e-3, "alexander": 2e-3,
 }  # fmt: skip
 DIAGONAL = 1.0 - np.sqrt(0.5)
