@@ -190,7 +190,31 @@ def test_a_trial_that_costs_more_than_predicted_and_falls_behind_is_ended():
     assert at(0.2, 735, 0.205, "esdirk43") is None  # within what was predicted
     found = at(0.2, 760, 0.22, "esdirk43")
     assert found.name == "dop853"
+    assert "times as fast as esdirk43" in found.reason
     assert at(0.3, 761, 0.23, "dop853") is None
+
+
+@pytest.mark.parametrize(
+    ("name", "other", "reason"),
+    [
+        ("rkn4", "dop853", "accuracy limits the steps of rkn4"),
+        ("dop853", "rkn4", "stability, not accuracy, limits the steps of dop853"),
+        ("dop853", "esdirk43", "stability, not accuracy, limits the steps of dop853"),
+        ("esdirk43", "dop853", "explicit steps at the stability limit may advance faster"),
+    ],
+)
+def test_a_trial_says_why_it_is_made(name, other, reason):
+    trial, start = MethodTrial(), new_progress(0.0)
+    trial.begin(start, effort_of(0), name, 0.0)
+    found = None
+    for time in (1.0, 2.0):
+        found = trial.decide(
+            replace(start, time=time), effort_of(int(1000 * time)), time, name, 1e4,
+            lambda pace: (other, 0.02),
+        )  # fmt: skip
+    assert found is not None
+    assert found.name == other
+    assert found.reason.startswith(reason)
 
 
 def test_a_trial_that_costs_more_than_predicted_but_leads_goes_on():

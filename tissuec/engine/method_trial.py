@@ -2,10 +2,11 @@
 
 Whether a scene is stiff is not to be seen from its fastest rates: what counts is how much
 larger than these allow the steps could be, and that shows in trying. So where stability limits
-the steps of an explicit method, the other kind is tried for a while, and the one goes on that
-comes further in its time. That time is predicted from counts, not taken by a clock, so that a
-run gives the same bytes again; the costs were measured. Each look is later than the last by a
-factor, so that trials stay a small part of the whole.
+the steps of an explicit method, the other kind is tried for a while, where accuracy limits
+those of a low order, order 8, and the one goes on that comes further in its time. That time is
+predicted from counts, not taken by a clock, so that a run gives the same bytes again; the costs
+were measured. Each look is later than the last by a factor, so that trials stay a small part of
+the whole.
 """
 
 from collections.abc import Callable, Mapping
@@ -270,8 +271,8 @@ def trial_cost(name: str, evaluation: float, springs: int, solver: Solver) -> fl
 
 def _why_tried(name: str, other: str) -> str:
     """Return why another method is tried instead of the present one."""
-    if INTEGRATORS[other].order > INTEGRATORS[name].order and other == "dop853":
-        return f"accuracy limits the steps of {name}, and order 8 may allow longer ones"
     if INTEGRATORS[name].implicit:
         return f"explicit steps at the stability limit may advance faster than {name}"
+    if other == "dop853":
+        return f"accuracy limits the steps of {name}, and order 8 may allow longer ones"
     return f"stability, not accuracy, limits the steps of {name}"
