@@ -18,6 +18,7 @@ from tissuec.bench.problem import BenchProblem
 from tissuec.bench.start import state_at_start
 from tissuec.bench.trial import Deadline, SolverFailed, SolverRun
 from tissuec.mechanics.state import State
+from tissuec.model.topology import join_nodes_of
 
 INTEGRATORS = ("Euler", "implicitfast", "RK4")
 ORDERS = {"Euler": 1.0, "implicitfast": 1.0, "RK4": 4.0}
@@ -116,8 +117,7 @@ class MujocoSolver(Struct, frozen=True, eq=False):
 
 
 def _acting(state: State) -> np.ndarray:
-    ends = state.network.ends
-    return np.flatnonzero(state.alive & ~state.held[ends].all(axis=1))
+    return np.flatnonzero(state.alive & ~join_nodes_of(state.network.ends, state.held))
 
 
 def _body(node: int, state: State) -> str:

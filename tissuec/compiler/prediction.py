@@ -17,6 +17,7 @@ from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose, measured_facts
 from tissuec.engine.method_trial import evaluation_time
 from tissuec.model.network import Network
+from tissuec.model.topology import join_nodes_of
 from tissuec.results.size import file_size
 from tissuec.script.plan import RELAXATION
 
@@ -125,7 +126,7 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     if not plan.output.logs:
         yield "logs: none in the output"
     held = state_at_start(compiled).held
-    inner = int(held[network.ends].all(axis=1).sum())
+    inner = int(join_nodes_of(network.ends, held).sum())
     if inner:
         yield f"{counted(inner, 'spring')} between held nodes"
     if plan.contact is None:

@@ -17,16 +17,6 @@ LEAST_BLOCKS = 4  # that are worth being shared by threads
 BITS = 64  # blocks that a number can name
 
 
-def lower_and_upper(ends: Places) -> tuple[Places, Places]:
-    """Return the lower and the upper of the nodes of each spring, shape (spring,).
-
-    Args:
-        ends: Shape (spring, 2).
-    """
-    one, other = ends.T
-    return np.minimum(one, other), np.maximum(one, other)
-
-
 def block_size(low: Places, high: Places) -> int:
     """Return the number of nodes of a block such that no spring is longer than a block.
 

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.engine.blocks import Places, are_several, block_size, lower_and_upper, parts_of
+from tissuec.engine.blocks import Places, are_several, block_size, parts_of
 from tissuec.engine.boundary_conditions import knots, lengths, longest_step, pack_acts
 from tissuec.engine.chunks import are_chunks, chunks_of
 from tissuec.engine.integrators import Integrator
@@ -42,6 +42,7 @@ from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.state import State
 from tissuec.model.network import SPRINGS, Floats, Network
 from tissuec.model.profiles import TimeProfile
+from tissuec.model.topology import join_nodes_of, lower_and_upper
 
 Bools = NDArray[np.bool_]
 Laws = NDArray[np.int32]
@@ -225,11 +226,12 @@ class KernelInputs:
 
     def _select(self, state: State) -> Bools:
         """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
-        one, other = state.network.ends.T
-        acting = state.alive & ~(self.held[one] & self.held[other])
+        ends = state.network.ends
+        acting = state.alive & ~join_nodes_of(ends, self.held)
         if self.moved.any():
             # Driven nodes feel them, whoever asks for that: steps shall not depend on it.
-            acting |= state.alive & (self.moved[one] | self.moved[other])
+            one, other = self.moved[ends.T]
+            acting |= state.alive & (one | other)
         if state.inelastic is not None:
             acting |= state.alive & state.inelastic.remembers
         # Whoever draws them in does work on them, also where their ends are held.

@@ -107,13 +107,13 @@ def _of_higher_order(state: State, sums: SumsAtNodes, tolerance: float) -> Metho
         return MethodChoice("dop853", reason, {})
     if sums.most_damped > BRISK:
         reason = (
-            f"damping (a ratio of about {sums.most_damped:.2g}) limits the steps, "
-            "and those of DOP853 are stable for longest"
+            f"damping limits the steps (ratio about {sums.most_damped:.2g}), "
+            "and those of DOP853 may be the longest"
         )
         return MethodChoice("dop853", reason, {})
     reason = (
-        f"the net is large and a tolerance of {tolerance:g} no finer than {FINE:g}, "
-        "where order 4 with long stable steps needs the fewest force evaluations"
+        f"for a large net and a tolerance of {tolerance:g}, "
+        "order 4 with long stable steps needs the fewest force evaluations"
     )
     return MethodChoice("rkn4", reason, {})
 

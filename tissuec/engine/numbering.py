@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.engine.blocks import lower_and_upper
 from tissuec.engine.spring_runs import RunPlaces, places_of
 from tissuec.model.network import Floats, Indices
+from tissuec.model.topology import lower_and_upper
 
 SMALL = 2000  # nodes; below, everything stays in the cache in any order
 FEW = 5000  # nodes whose tiles do, in any order with springs in runs

@@ -97,8 +97,9 @@ def places_of(low: NDArray[np.integer], high: NDArray[np.integer]) -> RunPlaces:
 def _runs_of_block(low: Places, high: Places) -> tuple[Places, Places, Places, Places]:
     """Return first nodes, lengths and offsets of runs, and the place of each spring in them."""
     offset = high - low
-    few = offset.astype(np.uint16) if offset.max(initial=0) < 2**16 else offset
-    order = np.argsort(few, kind="stable")  # by radix, if there are 16 bits only
+    # NumPy sorts numbers of 16 bits by radix, which is four times as fast.
+    short = offset.astype(np.uint16) if offset.max(initial=0) < 2**16 else offset
+    order = np.argsort(short, kind="stable")
     offset, ordered = offset[order], low[order]
     step = np.diff(ordered)
     ends = (np.diff(offset) != 0) | (step <= 0) | (step > GAP + 1)

@@ -195,9 +195,7 @@ def new_task(
         viewed=inf,
         fixed=0,
         longest=inf,
-        budget=_safety(network, integrator, duration) * tolerance / duration
-        if duration
-        else inf,
+        budget=_budget(network, integrator, tolerance, duration),
         growth=GROWTH * integrator.safety * tolerance if integrator.implicit else 0.0,
         share=integrator.share * tolerance,
         latitude=integrator.latitude,
@@ -212,16 +210,22 @@ def new_task(
     )
 
 
-def _safety(network: Network, integrator: type[Integrator], duration: float) -> float:
-    """Return the multiple of the tolerance that the sum of all error estimates may reach.
+def _budget(
+    network: Network, integrator: type[Integrator], tolerance: float, duration: float
+) -> float:
+    """Return how much error estimates may add up to in a time [1/s]; see ``new_task``.
 
     Errors of fast motions die away where every spring has a dashpot that brakes its ends within
     the run.
     """
-    weakest = float(network.damping.min(initial=inf))
-    heaviest = float(network.mass[: network.body_nodes].max(initial=0.0))
-    fades = weakest * duration > heaviest
-    return integrator.safety * (getattr(integrator, "fading", 1.0) if fades else 1.0)
+    if not duration:
+        return inf
+    safety, fading = integrator.safety, getattr(integrator, "fading", 1.0)
+    if fading != 1.0:
+        weakest = float(network.damping.min(initial=inf))
+        heaviest = float(network.mass[: network.body_nodes].max(initial=0.0))
+        safety *= fading if weakest * duration > heaviest else 1.0
+    return safety * tolerance / duration
 
 
 def _least_energy(network: Network, floor: float, duration: float) -> float:

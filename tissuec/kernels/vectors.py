@@ -11,7 +11,8 @@ Shared arguments:
     out, out_x, out_v: Vectors that are set, in any unit, shape (3 node,).
     start, stop: Range of components, ``stop`` excluded.
     squares, blend: Scratch in any unit, shape (node,).
-    fifth, third: Error estimates in any unit, shape (3 node,).
+    fifth, third: Error estimates e5 and e3 in any unit, shape (3 node,).
+    zero: Zeros, shape (3 node,).
     values: In any unit, shape (n,).
 """
 
@@ -328,8 +329,7 @@ def blended_error(
     because large nets are limited by memory bandwidth.
 
     Args:
-        zero: Zeros, shape (3 node,).
-        fifth, third: Scratch, shape (3 node,).
+        fifth, third: Scratch.
         blend: Scratch; its size tells how many nodes count.
         begin: The first of them.
     """
@@ -357,7 +357,6 @@ def blended_part(
     """Find the largest blended error of a part of the nodes.
 
     Args:
-        zero: Zeros, shape (3 node,).
         begin: The first of all nodes that count.
     """
     first, last = part_of(part, parts, blend.size)

@@ -25,6 +25,7 @@ from tissuec.laws.evaluation import Behaviour
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
+from tissuec.model.topology import join_nodes_of
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.contact import Contact
@@ -231,8 +232,8 @@ class State(Struct, eq=False):
     @property
     def acting(self) -> SpringSubset:
         """Return the springs that act on a free node."""
-        one, other = self.held[self.network.ends.T]
-        return self.springs(np.flatnonzero(self.alive & ~(one & other)))
+        idle = join_nodes_of(self.network.ends, self.held)
+        return self.springs(np.flatnonzero(self.alive & ~idle))
 
     def memory(self, chosen: NDArray[np.integer] | slice = ALL) -> Inelastic | None:
         """Return the branches and flow of some springs, None if no spring has any.

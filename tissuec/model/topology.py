@@ -244,9 +244,33 @@ def _rigid_motions(
     return axes.T, rank, basis[:, sizes > SAME_DIRECTION * np.sqrt(len(free))]
 
 
+def lower_and_upper(
+    pairs: NDArray[np.integer],
+) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
+    """Return the lower and the upper node of each pair, shape (pair,).
+
+    Args:
+        pairs: Of nodes, shape (pair, 2).
+    """
+    one, other = pairs.T
+    return np.minimum(one, other), np.maximum(one, other)
+
+
+def join_nodes_of(ends: NDArray[np.int32], chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which springs have both ends among some nodes, shape (spring,).
+
+    Args:
+        ends: Node pair of each spring, shape (spring, 2).
+        chosen: Which nodes, shape (node,).
+    """
+    one, other = chosen[ends.T]
+    return np.asarray(one & other)
+
+
 def _keys(pairs: NDArray[np.integer], size: int) -> NDArray[np.int64]:
     """Return one number for each pair, whichever of its nodes is named first."""
-    return pairs.min(axis=1).astype(np.int64) * size + pairs.max(axis=1)
+    low, high = lower_and_upper(pairs)
+    return low.astype(np.int64) * size + high
 
 
 def springs_between(

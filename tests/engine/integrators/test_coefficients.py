@@ -90,6 +90,22 @@ def nystrom_sums(tree, a, c):
     return value
 
 
+def worst_of_nystrom(of_x, of_v, a, c, order):
+    """Return the largest defect of the conditions of one order for x'' = a(x).
+
+    Positions are of the same order if velocities are: those conditions are of one less.
+    """
+    of_velocity = [
+        abs(of_v @ nystrom_sums(tree, a, c) - 1.0 / nystrom_density(tree))
+        for tree in nystrom_trees(order)
+    ]
+    of_position = [
+        abs(of_x @ nystrom_sums(tree, a, c) - 1.0 / (order * nystrom_density(tree)))
+        for tree in nystrom_trees(order - 1)
+    ]
+    return max([*of_velocity, *of_position])
+
+
 def test_trees_are_as_many_as_tables_say():
     # Hairer, Nørsett & Wanner 1993, tables II.2.3 and II.14.3.
     assert [len(trees(n)) for n in range(1, 8)] == [1, 1, 2, 4, 9, 20, 48]
@@ -103,19 +119,7 @@ def test_srkn11_fulfils_all_conditions_up_to_order_6_and_no_further():
     a = np.tril(c[:, None] - c[None, :], -1) * kicks
 
     def worst(order):
-        of_velocity = [
-            abs(kicks @ nystrom_sums(tree, a, c) - 1.0 / nystrom_density(tree))
-            for tree in nystrom_trees(order)
-        ]
-        # Positions are of the same order if velocities are: those conditions are of one less.
-        of_position = [
-            abs(
-                (kicks * (1.0 - c)) @ nystrom_sums(tree, a, c)
-                - 1.0 / (order * nystrom_density(tree))
-            )
-            for tree in nystrom_trees(order - 1)
-        ]
-        return max([*of_velocity, *of_position])
+        return worst_of_nystrom(kicks * (1.0 - c), kicks, a, c, order)
 
     assert max(worst(order) for order in range(2, 7)) < 1e-13
     assert worst(7) > 1e-6
@@ -141,25 +145,15 @@ def test_error_estimates_of_srkn11_vanish_up_to_their_orders():
         assert max(abs(weights @ nystrom_sums(t, a, c)) for t in nystrom_trees(order)) > 1e-3
 
 
-def worst_of_rkn4(order):
-    """Return the largest defect of the conditions of one order for x'' = a(x)."""
-    table = rkn4.Rkn4.tableau
-    a, c = rkn4.FOR_X[:, :4], table.for_x[:4, 0]
-    of_x, of_v = a[rkn4.RESULT], rkn4.FOR_V[rkn4.RESULT, :4]
-    of_velocity = [
-        abs(of_v @ nystrom_sums(tree, a[:4], c) - 1.0 / nystrom_density(tree))
-        for tree in nystrom_trees(order)
-    ]
-    of_position = [
-        abs(of_x @ nystrom_sums(tree, a[:4], c) - 1.0 / (order * nystrom_density(tree)))
-        for tree in nystrom_trees(order - 1)
-    ]
-    return max([*of_velocity, *of_position])
-
-
 def test_rkn4_fulfils_all_conditions_up_to_order_4_and_no_further():
-    assert max(worst_of_rkn4(order) for order in range(2, 5)) < 1e-15
-    assert worst_of_rkn4(5) > 1e-3
+    a, c = rkn4.FOR_X[:, :4], rkn4.Rkn4.tableau.for_x[:4, 0]
+    of_x, of_v = a[rkn4.RESULT], rkn4.FOR_V[rkn4.RESULT, :4]
+
+    def worst(order):
+        return worst_of_nystrom(of_x, of_v, a[:4], c, order)
+
+    assert max(worst(order) for order in range(2, 5)) < 1e-15
+    assert worst(5) > 1e-3
 
 
 def test_velocities_of_rkn4_are_of_order_4_but_for_what_steps_begin_with():

@@ -17,13 +17,8 @@ the least, their part in the error is small.
 import numpy as np
 
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.integrators.explicit import (
-    estimate,
-    evaluate_stage,
-    largest_of_booked,
-    propose,
-)
-from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage, nystrom
+from tissuec.engine.integrators.explicit import Explicit, evaluate_stage, largest_of_booked
+from tissuec.engine.integrators.tableaus import enter_stage, nystrom
 from tissuec.forces.accelerations import force
 from tissuec.kernels.records import LOOKED, Floats, Net, Tableau, Work
 from tissuec.kernels.vectors import quadrature, scale
@@ -88,7 +83,7 @@ def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 
 @INTEGRATORS.member("rkn4")
-class Rkn4(RungeKutta):
+class Rkn4(Explicit):
     """RKN4: explicit, order 4, 3 evaluations per step, with long stable steps.
 
     A Runge-Kutta-Nyström method whose last stage is the first one of the next step. It stays
@@ -98,7 +93,6 @@ class Rkn4(RungeKutta):
 
     order = 4
     order_with_dashpots = 3
-    implicit = False
     control_order = 4.0
     safety = 0.5
     fading = 4.0
@@ -107,14 +101,11 @@ class Rkn4(RungeKutta):
     amplification = 0.0
     looks = 4
     nearness = 0.9
-    evaluations = 3
     tableau = _tableau()
 
     step = staticmethod(step)
-    estimate = staticmethod(estimate)
     book = staticmethod(book)
     finish = staticmethod(finish)
-    propose = staticmethod(propose)
 
     @classmethod
     def stability_limit(cls, omega: float, zeta: float) -> float:
@@ -137,12 +128,10 @@ def _steps(angles: Floats, zeta: float) -> Floats:
     of_x, of_v = Rkn4.tableau.for_x, Rkn4.tableau.for_v[:, 1:]
     start, speed, a = np.eye(3)
     stages, z = [np.broadcast_to(a, (len(angles), 3))], angles[:, None]
-    for stage in range(1, RESULT):
+    x = v = start
+    for stage in range(1, RESULT + 1):
         known = np.stack(stages)
         x = start + of_x[stage, 0] * speed + np.tensordot(of_x[stage, 1 : stage + 1], known, 1)
         v = speed + np.tensordot(of_v[stage, :stage], known, 1)
         stages.append(-z * z * x - 2.0 * zeta * z * v)
-    known = np.stack(stages)
-    x = start + speed + np.tensordot(of_x[RESULT, 1 : RESULT + 1], known, 1)
-    v = speed + np.tensordot(of_v[RESULT, :RESULT], known, 1)
-    return np.stack([x, v, stages[-1]], axis=1)
+    return np.stack([x, v, stages[RESULT - 1]], axis=1)

@@ -108,11 +108,10 @@ class RungeKutta:
         """Derive what follows from the tableau."""
         if not hasattr(cls, "tableau"):
             return
-        cls.rows, cls.end_row = len(cls.tableau.for_x) + 1, cls.tableau.result + 1
-        if cls.tableau.carries:
-            cls.end_row -= 1
+        cls.rows = len(cls.tableau.for_x) + 1
+        cls.end_row = cls.tableau.result + (0 if cls.tableau.carries else 1)
         if not hasattr(cls, "evaluations"):
-            cls.evaluations = cls.tableau.result
+            cls.evaluations = cls.end_row - 1
         if not hasattr(cls, "dense_x"):
             cls.rows += 2
             cls.dense_x = hermite.dense_x(cls.rows, cls.end_row)

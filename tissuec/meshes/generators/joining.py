@@ -8,6 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.model.topology import lower_and_upper
+
 Pairs: TypeAlias = NDArray[np.int64]
 
 
@@ -23,8 +25,8 @@ def springs(node_count: int, *pairs: Pairs) -> NDArray[np.int32]:
     Returns:
         Node pair of each spring, shape (spring, 2).
     """
-    every = np.concatenate(pairs)
-    keys = np.sort(every.min(axis=1) * node_count + every.max(axis=1))
+    low, high = lower_and_upper(np.concatenate(pairs))
+    keys = np.sort(low * node_count + high)
     keys = keys[np.diff(keys, prepend=-1) > 0]
     return np.stack(np.divmod(keys, node_count), axis=1).astype(np.int32)
 
