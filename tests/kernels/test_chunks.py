@@ -8,6 +8,7 @@ from tissuec.engine import chunks
 from tissuec.engine.integrators import INTEGRATORS, iterative
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces import springs_kernel
+from tissuec.forces.pairs_kernel import ROOM
 from tissuec.mechanics.state import State
 
 NODES, SPRINGS = 2600, 8000
@@ -54,7 +55,7 @@ def acting(rng):
 
 def forces(layout, x, v):
     net, found, power = layout.net(ESDIRK), np.ones(3 * NODES), np.zeros(2)
-    scratch = np.full((7, 6, 256), np.nan)
+    scratch = np.full((7, ROOM), np.nan)
     net = net._replace(team=net.team._replace(each=scratch))
     assert not springs_kernel.springs(x, v, found, power, net)
     return len(net.chunks.node) - 1, found, power[1]

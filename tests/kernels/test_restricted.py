@@ -30,4 +30,5 @@ def test_loops_over_springs_are_shipped_with_what_is_known_of_their_memory(bundl
         if any(said):
             assert all("noalias" in each for found in said for each in found)
         else:  # Where the function is inlined, LLVM turns "noalias" into scopes of their own.
-            assert text.count("!alias.scope") >= len(names)
+            needed = [name for name in names if name != "above" or "watched" in bundle]
+            assert text.count("!alias.scope") >= len(needed)

@@ -92,9 +92,26 @@ HARMLESS = {
     "rest[k] >= 0.0": "what is true stays true",
     "met[BENDS]": "counts bends of laws, by which errors are weighed; no force has them",
     **{
-        f"pull_pairs: each[{row}]": "a copy serves as well as scratch that nobody else reads"
-        for row in range(6)
+        f"pull_pairs: each[{rows}]": "a copy serves as well as scratch that nobody else reads"
+        for rows in (
+            ":4 * BLOCK",
+            *(f"{k} * BLOCK:" for k in (8, 9, 10)),
+            "4 * BLOCK:8 * BLOCK",
+        )
     },
+    **dict.fromkeys(
+        (
+            "x[j + THREE] - x[i + THREE]",
+            "v[j + THREE] - v[i + THREE]",
+            "reach[i + THREE]",
+            "part * reach[k + THREE]",
+            "sums[i + THREE]",
+            "sums[j + THREE]",
+            "f3 + p3",
+            "f3 - p3",
+        ),
+        "a fourth number, which is zero",
+    ),
     "look: 1.0": "counts bends of laws",
     "look: 2.0": "counts bends of laws",
     "look: 3.0": "the middle of a triangle, by which it is found",

@@ -12,8 +12,8 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes as on
 QUICK = {
     "springs": {
         "stiffness[k] * (length - rest[k])",
-        "damping[k] * speed",
-        "pull[s] * reach0[s]",
+        "damping[k] * closing",
+        "part * reach[k]",
     },
     "memory": {"internal.constant[k] * (e - q)"},
 }

@@ -8,6 +8,7 @@ the order of the chunks. So sums depend neither on the number of threads nor on 
 import numpy as np
 
 from tissuec.engine.blocks import Places
+from tissuec.kernels.record_tables import aligned_zeros
 from tissuec.kernels.records import Chunks
 from tissuec.kernels.thread_loops import PIECE
 
@@ -28,26 +29,28 @@ def chunks_of(low: Places, high: Places, nodes: int) -> Chunks:
         low, high: Ends of springs as places of nodes, by ascending lower ones, shape (spring,).
         nodes: How many there are.
     """
-    lower, to = (3 * low).astype(np.uint32), (3 * high).astype(np.uint32)
-    if not are_chunks(nodes):
-        none, both = np.zeros(0, dtype=np.uint32), np.array([0, nodes])
-        return Chunks(both, lower, to, np.zeros(0), np.zeros_like(both), none, none)
-    size = -(-max(NODES, -(-nodes // MOST)) // PIECE) * PIECE
+    lower, upper = (4 * low).astype(np.uint32), (4 * high).astype(np.uint32)
+    size = max(nodes, 1)
+    if are_chunks(nodes):
+        size = -(-max(NODES, -(-nodes // MOST)) // PIECE) * PIECE
     begins = np.append(np.arange(0, nodes, size), nodes)
     chunk = low // size
     away = np.flatnonzero(high // size != chunk)
     keys, inverse = np.unique(
         chunk[away].astype(np.int64) * nodes + high[away], return_inverse=True
     )
-    to[away] = 3 * (nodes + inverse)
+    to = upper.copy() if len(away) else upper
+    to[away] = 4 * (nodes + inverse)
     node = keys % nodes
     of = np.argsort(node, kind="stable")
     return Chunks(
         node=begins,
         low=lower,
+        high=upper,
         to=to,
-        sums=np.zeros(3 * (nodes + len(keys))),
+        states=aligned_zeros(8 * nodes),
+        sums=aligned_zeros(4 * (nodes + len(keys))),
         slot=np.searchsorted(keys, np.arange(len(begins)) * nodes),
         first=np.searchsorted(node[of], np.arange(nodes + 1)).astype(np.uint32),
-        of=(3 * of).astype(np.uint32),
+        of=(4 * of).astype(np.uint32),
     )

@@ -12,8 +12,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from tissuec.forces.pairs_kernel import BLOCK
+from tissuec.forces.pairs_kernel import ROOM
 from tissuec.kernels import loading, records
+from tissuec.kernels.record_tables import aligned_zeros
 from tissuec.kernels.thread_loops import pieces_of
 
 LEAST_SPRINGS = 20_000  # of a thread; with fewer, waiting costs more than sharing gains
@@ -38,7 +39,7 @@ class ThreadTeam:
             threads=threads,
             words=np.zeros(WORDS, dtype=np.int64),
             found=np.zeros(parts),
-            each=np.zeros((parts, 6, BLOCK)),
+            each=aligned_zeros(parts * ROOM).reshape(parts, ROOM),
             work=np.zeros(pieces),
             lost=np.zeros(pieces),
             near=np.zeros(pieces, dtype=np.int64),

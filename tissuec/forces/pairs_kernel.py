@@ -1,18 +1,16 @@
 """Forces of linear springs of nets without rows, a block of springs at a time.
 
-Of each block, differences of positions and velocities are gathered first, from where they are;
-what follows from them is then computed for many springs at once; and forces are added where
-nodes are, one spring after the other. So only memory is accessed here and there, while roots
-and quotients, which take longest, are done by vector instructions.
+Vectors of nodes get a fourth number first, which is zero: vector instructions then take one
+node at a time. Of each block, differences of positions and velocities are gathered, from where
+they are; what follows from them is then computed for many springs at once; and forces are added
+where nodes are, one spring after the other.
 
 Shared arguments:
     start: First spring of the block.
     count: Number of springs of the block.
-    x, v: Positions [m] and velocities [m/s] of all nodes, shape (3 node,).
-    low, other: Three times the lower and the upper node of each spring, shape (spring,).
-    reach0, reach1, reach2: Components of what leads from the lower node to the upper one [m],
-        shape (block,).
-    closing: Their product with the difference of velocities [m²/s], shape (block,).
+    low: Four times the lower node of each spring, shape (spring,).
+    reach: What leads from lower nodes to upper ones [m], shape (4 block,).
+    speed: Differences of their velocities [m/s], shape (4 block,).
     pull: Tensions over lengths [N/m], shape (block,).
 """
 
@@ -22,75 +20,106 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.forces.runs_kernel import any_above, total
-from tissuec.kernels.records import Floats, Net, Rows
+from tissuec.kernels.records import Floats, Net
+from tissuec.kernels.thread_loops import part_of
 from tissuec.kernels.vectors import TINY
 
 VISCOUS = True  # springs have dashpots
 WATCHED = True  # springs may break
 BLOCK = 256  # springs at a time: what is between the loops stays in the nearest cache
-#: See ``runs_kernel``. Of the other loops, LLVM would make gathering instructions, which most
-#: processors do one number after the other.
-UNSHARED = {"pull_many": ("closing", "pull", "above")}
-ONE, TWO = np.uint64(1), np.uint64(2)  # unsigned, so that no index is tested
+ROOM = 11 * BLOCK  # numbers of scratch
+MOST = np.uint64(BLOCK)
+#: See ``runs_kernel``.
+UNSHARED = {"pull_many": ("lost", "pull", "above")}
+ONE, TWO, THREE, FOUR = (np.uint64(k) for k in range(1, 5))  # so that no index is tested
 
 
-def pull_pairs(
-    start: int, stop: int, x: Floats, v: Floats, f: Floats, each: Rows, net: Net
-) -> tuple[float, bool]:
-    """Add the forces of some springs.
+def pad_states(part: int, parts: int, x: Floats, v: Floats, states: Floats) -> None:
+    """Copy positions and velocities of a part of the nodes, with fourth numbers.
+
+    Args:
+        part: Index of this thread's share.
+        parts: Number of shares.
+        x, v: Positions [m] and velocities [m/s] of all nodes, shape (3 node,).
+        states: Changed, see ``Chunks``, shape (8 node,).
+    """
+    nodes = x.size // 3
+    first, last = part_of(part, parts, nodes)
+    pad(x[3 * first : 3 * last], states[4 * first :])
+    if VISCOUS:
+        pad(v[3 * first : 3 * last], states[4 * (nodes + first) :])
+
+
+def pad(vector: Floats, out: Floats) -> None:
+    """Copy a vector of nodes, with fourth numbers.
+
+    Args:
+        vector: In any unit, shape (3 node,).
+        out: Changed, shape (4 node,) or more.
+    """
+    for node in range(vector.size // 3):
+        i, k = THREE * np.uint64(node), FOUR * np.uint64(node)
+        out[k], out[k + ONE], out[k + TWO] = vector[i], vector[i + ONE], vector[i + TWO]
+        out[k + THREE] = 0.0
+
+
+def pull_pairs(start: np.uint64, stop: np.uint64, each: Floats, net: Net) -> tuple[float, bool]:
+    """Add the forces of some springs to the sums of their chunk.
 
     Args:
         start, stop: Range of springs, ``stop`` excluded.
-        f: Forces on nodes, or slots of them, added to [N], shape (3 node,) or more.
-        each: Scratch, shape (6 or more, block).
+        each: Scratch, shape (ROOM,).
 
     Returns:
         The power that they dissipate [W], and whether one is near to breaking.
     """
-    lost, near = 0.0, False
-    reach0, reach1, reach2, closing = each[0], each[1], each[2], each[3]
-    pull, above, low = each[4], each[5], net.chunks.low
-    begin = start
+    chunks, all_lost, near = net.chunks, 0.0, False
+    reach, speed, pull = each[: 4 * BLOCK], each[4 * BLOCK : 8 * BLOCK], each[8 * BLOCK :]
+    lost, above = each[9 * BLOCK :], each[10 * BLOCK :]
+    begin, half = start, chunks.states.size // 2
+    x, v = chunks.states[:half], chunks.states[half:]
     while begin < stop:
-        size = min(BLOCK, stop - begin)
-        first, count = np.uint64(begin), np.uint64(size)
-        gather(first, count, x, v, low, net.other, reach0, reach1, reach2, closing)
+        count = min(MOST, stop - begin)
+        gather(begin, count, chunks.low, chunks.high, x, v, reach, speed)
         pull_many(
-            first, count, net.stiffness, net.damping, net.rest, net.near, net.near_crush,
-            reach0, reach1, reach2, closing, pull, above,
+            begin, count, net.stiffness, net.damping, net.rest, net.near, net.near_crush,
+            reach, speed, pull, lost, above,
         )  # fmt: skip
-        scatter(first, count, low, net.chunks.to, reach0, reach1, reach2, pull, f)
+        scatter(begin, count, chunks.low, chunks.to, reach, pull, chunks.sums)
         if VISCOUS and net.ledger:
-            lost += total(closing[:size])
+            all_lost += total(lost[:count])
         if WATCHED:
-            near |= any_above(above[:size])
-        begin += size
-    return lost, near
+            near |= any_above(above[:count])
+        begin += count
+    return all_lost, near
 
 
 def gather(
     start: np.uint64,
     count: np.uint64,
+    low: NDArray[np.uint32],
+    high: NDArray[np.uint32],
     x: Floats,
     v: Floats,
-    low: NDArray[np.uint32],
-    other: NDArray[np.uint32],
-    reach0: Floats,
-    reach1: Floats,
-    reach2: Floats,
-    closing: Floats,
+    reach: Floats,
+    speed: Floats,
 ) -> None:
-    """Set what leads from the lower node of each spring to the upper one, and its closing."""
+    """Set what leads from the lower node of each spring to the upper one, and its rate.
+
+    Args:
+        high: Four times the upper node of each spring, shape (spring,).
+        x, v: Positions [m] and velocities [m/s] with fourth numbers, shape (4 node,).
+    """
     for s in range(count):
-        i, j = np.uint64(low[start + s]), np.uint64(other[start + s])
-        r0, r1, r2 = x[j] - x[i], x[j + ONE] - x[i + ONE], x[j + TWO] - x[i + TWO]
-        reach0[s], reach1[s], reach2[s] = r0, r1, r2
+        # All is read before anything is set, which lets the compiler use vector instructions.
+        i, j, k = np.uint64(low[start + s]), np.uint64(high[start + s]), FOUR * s
+        r0, r1 = x[j] - x[i], x[j + ONE] - x[i + ONE]
+        r2, r3 = x[j + TWO] - x[i + TWO], x[j + THREE] - x[i + THREE]
         if VISCOUS:
-            closing[s] = (
-                r0 * (v[j] - v[i])
-                + r1 * (v[j + ONE] - v[i + ONE])
-                + r2 * (v[j + TWO] - v[i + TWO])
-            )
+            w0, w1 = v[j] - v[i], v[j + ONE] - v[i + ONE]
+            w2, w3 = v[j + TWO] - v[i + TWO], v[j + THREE] - v[i + THREE]
+            speed[k], speed[k + ONE], speed[k + TWO], speed[k + THREE] = w0, w1, w2, w3
+        reach[k], reach[k + ONE], reach[k + TWO], reach[k + THREE] = r0, r1, r2, r3
 
 
 def pull_many(
@@ -101,11 +130,10 @@ def pull_many(
     rest: Floats,
     near: Floats,
     near_crush: Floats,
-    reach0: Floats,
-    reach1: Floats,
-    reach2: Floats,
-    closing: Floats,
+    reach: Floats,
+    speed: Floats,
     pull: Floats,
+    lost: Floats,
     above: Floats,
 ) -> None:
     """Set what each spring pulls with, loses and exceeds.
@@ -114,19 +142,24 @@ def pull_many(
         stiffness, damping, rest: Of all springs [N/m], [N s/m], [m], shape (spring,).
         near, near_crush: Tension and compression that are near to breaking [N], shape
             (spring,).
-        closing: Changed to the losses [W].
+        lost: Set to the losses [W], shape (block,).
         above: Set to the excess over the limits [N], shape (block,).
     """
     for s in range(count):
-        k = start + s
-        length = sqrt(reach0[s] * reach0[s] + reach1[s] * reach1[s] + reach2[s] * reach2[s])
+        # With the fourth numbers, four springs at a time are a transposed matrix.
+        i, k = FOUR * s, start + s
+        r0, r1, r2, r3 = reach[i], reach[i + ONE], reach[i + TWO], reach[i + THREE]
+        length = sqrt((r0 * r0 + r1 * r1) + (r2 * r2 + r3 * r3))
         inverse = 1.0 / (length + TINY)
         tension = stiffness[k] * (length - rest[k])
         if VISCOUS:
-            speed = closing[s] * inverse
-            braking = damping[k] * speed
+            part = (r0 * speed[i] + r1 * speed[i + ONE]) + (
+                r2 * speed[i + TWO] + r3 * speed[i + THREE]
+            )
+            closing = part * inverse
+            braking = damping[k] * closing
             tension += braking
-            closing[s] = braking * speed
+            lost[s] = braking * closing
         if WATCHED:
             above[s] = max(tension - near[k], -tension - near_crush[k])
         pull[s] = tension * inverse
@@ -137,24 +170,23 @@ def scatter(
     count: np.uint64,
     low: NDArray[np.uint32],
     to: NDArray[np.uint32],
-    reach0: Floats,
-    reach1: Floats,
-    reach2: Floats,
+    reach: Floats,
     pull: Floats,
-    f: Floats,
+    sums: Floats,
 ) -> None:
     """Add the forces of springs at their ends.
 
     Args:
-        to: Three times the upper node of each spring, or its slot, shape (spring,).
-        f: Forces [N], added to, shape (3 node,) or more.
+        to: Four times the upper node of each spring, or its slot, shape (spring,).
+        sums: Forces [N], added to, shape (4 (node + slot),).
     """
     for s in range(count):
-        i, j = np.uint64(low[start + s]), np.uint64(to[start + s])
-        p0, p1, p2 = pull[s] * reach0[s], pull[s] * reach1[s], pull[s] * reach2[s]
-        f[i] += p0
-        f[i + ONE] += p1
-        f[i + TWO] += p2
-        f[j] -= p0
-        f[j + ONE] -= p1
-        f[j + TWO] -= p2
+        i, j, k, part = np.uint64(low[start + s]), np.uint64(to[start + s]), FOUR * s, pull[s]
+        p0, p1 = part * reach[k], part * reach[k + ONE]
+        p2, p3 = part * reach[k + TWO], part * reach[k + THREE]
+        f0, f1, f2, f3 = sums[i], sums[i + ONE], sums[i + TWO], sums[i + THREE]
+        sums[i], sums[i + ONE] = f0 + p0, f1 + p1
+        sums[i + TWO], sums[i + THREE] = f2 + p2, f3 + p3
+        f0, f1, f2, f3 = sums[j], sums[j + ONE], sums[j + TWO], sums[j + THREE]
+        sums[j], sums[j + ONE] = f0 - p0, f1 - p1
+        sums[j + TWO], sums[j + THREE] = f2 - p2, f3 - p3

@@ -19,11 +19,11 @@ from math import inf, sqrt
 import numpy as np
 
 from tissuec.forces.branches_kernel import flow, flowed, relax
-from tissuec.forces.pairs_kernel import pull_pairs
+from tissuec.forces.pairs_kernel import pad_states, pull_pairs
 from tissuec.forces.rest_length_kernel import reel, reel_rate
-from tissuec.kernels.chunks import add_sums, clear_sums
+from tissuec.kernels.chunks import clear_sums, total_sums
 from tissuec.kernels.records import Floats, Net, Rows
-from tissuec.kernels.thread_loops import part_of, share
+from tissuec.kernels.thread_loops import share
 from tissuec.kernels.vectors import TINY
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
@@ -43,13 +43,10 @@ ONE, TWO = np.uint64(1), np.uint64(2)
 def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
     """Set the forces of springs; return whether one is near to breaking."""
     chunks = net.chunks
-    share(net.team, clear_part, (f,))
-    if chunks.node.size == 2:
-        lost, near = pull_nodes(0, net.first.size - 1, x, v, f, net.team.each[0], net)
-        power[1] += lost
-        return near
+    if not OF_LAWS:
+        share(net.team, pad_states, (x, v, chunks.states))
     share(net.team, pull_chunks, (x, v, net))
-    share(net.team, add_sums, (f, chunks))
+    share(net.team, total_sums, (f, chunks))
     near = False
     for chunk in range(chunks.node.size - 1):
         power[1] += net.team.lost[chunk]
@@ -57,57 +54,34 @@ def springs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) -> bool:
     return near
 
 
-def clear_part(part: int, parts: int, vector: Floats) -> None:
-    """Set a part of a vector of all nodes to zero.
+def pull_chunks(part: int, parts: int, x: Floats, v: Floats, net: Net) -> None:
+    """Add up the forces of the springs of some chunks.
 
     Args:
         part: Index of this thread's share.
         parts: Number of shares.
-        vector: Components of all nodes in any unit, shape (3 node,).
     """
-    first, last = part_of(part, parts, vector.size // 3)
-    own = vector[3 * first : 3 * last]
-    for i in range(own.size):
-        own[i] = 0.0
-
-
-def pull_chunks(part: int, parts: int, x: Floats, v: Floats, net: Net) -> None:
-    """Add up the forces of the springs of some chunks."""
     chunks = net.chunks
     for chunk in range(part, chunks.node.size - 1, parts):
         clear_sums(chunk, chunks)
-        first, last = chunks.node[chunk], chunks.node[chunk + 1]
-        lost, near = pull_nodes(first, last, x, v, chunks.sums, net.team.each[part], net)
+        start, stop = chunks.node[chunk], chunks.node[chunk + 1]
+        if OF_LAWS:
+            lost, near = pull_of_laws(start, stop, x, v, net)
+        else:
+            one, other = np.uint64(net.first[start]), np.uint64(net.first[stop])
+            lost, near = pull_pairs(one, other, net.team.each[part], net)
         net.team.lost[chunk], net.team.near[chunk] = lost, near
 
 
-def pull_nodes(
-    start: int, stop: int, x: Floats, v: Floats, f: Floats, each: Rows, net: Net
-) -> tuple[float, bool]:
-    """Add the forces of the springs whose lower nodes are in a range.
-
-    Args:
-        each: Scratch, see ``pull_pairs``.
-
-    Returns:
-        The power that they dissipate [W], and whether one is near to breaking.
-    """
-    if OF_LAWS:
-        return pull_of_laws(start, stop, x, v, f, net)
-    first = net.first
-    return pull_pairs(int(first[start]), int(first[stop]), x, v, f, each, net)
-
-
-def pull_of_laws(
-    start: int, stop: int, x: Floats, v: Floats, f: Floats, net: Net
-) -> tuple[float, bool]:
+def pull_of_laws(start: int, stop: int, x: Floats, v: Floats, net: Net) -> tuple[float, bool]:
     """Add the forces of springs that may have laws, relax, flow or be linear.
 
     Returns:
         The power that they dissipate [W], and whether one is near to breaking.
     """
     first, other, law = net.first, net.other, net.law
-    stiffness, damping, rest, to = net.stiffness, net.damping, net.rest, net.chunks.to
+    stiffness, damping, rest = net.stiffness, net.damping, net.rest
+    sums, to = net.chunks.sums, net.chunks.to
     limit, limit_pressed = net.near, net.near_crush
     near = False
     dissipated = 0.0
@@ -145,12 +119,13 @@ def pull_of_laws(
             f1 += tension * r1
             f2 += tension * r2
             k = np.uint64(to[s])
-            f[k] -= tension * r0
-            f[k + ONE] -= tension * r1
-            f[k + TWO] -= tension * r2
-        f[i] += f0
-        f[i + ONE] += f1
-        f[i + TWO] += f2
+            sums[k] -= tension * r0
+            sums[k + ONE] -= tension * r1
+            sums[k + TWO] -= tension * r2
+        k = np.uint64(4 * node)
+        sums[k] += f0
+        sums[k + ONE] += f1
+        sums[k + TWO] += f2
     return dissipated, near
 
 

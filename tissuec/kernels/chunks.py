@@ -6,40 +6,38 @@ from tissuec.kernels.records import Chunks, Floats
 from tissuec.kernels.thread_loops import part_of
 
 # Unsigned, so that no index has to be tested for being negative.
-ONE, TWO = np.uint64(1), np.uint64(2)
+ONE, TWO, THREE, FOUR = np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(4)
 
 
 def clear_sums(chunk: int, chunks: Chunks) -> None:
     """Set the sums of a chunk to zero: of its nodes, and in its slots."""
     nodes = chunks.node[chunks.node.size - 1]
-    own = chunks.sums[3 * chunks.node[chunk] : 3 * chunks.node[chunk + 1]]
+    own = chunks.sums[4 * chunks.node[chunk] : 4 * chunks.node[chunk + 1]]
     for i in range(own.size):
         own[i] = 0.0
     first, last = nodes + chunks.slot[chunk], nodes + chunks.slot[chunk + 1]
-    others = chunks.sums[3 * first : 3 * last]
+    others = chunks.sums[4 * first : 4 * last]
     for i in range(others.size):
         others[i] = 0.0
 
 
-def add_sums(part: int, parts: int, to: Floats, chunks: Chunks) -> None:
-    """Add the sums of all chunks to a part of a vector of all nodes.
+def total_sums(part: int, parts: int, out: Floats, chunks: Chunks) -> None:
+    """Set a part of a vector of all nodes to the sums of all chunks.
 
     Args:
-        to: Vector of all nodes in the unit of the sums, shape (3 node,).
+        out: Vector of all nodes in the unit of the sums, shape (3 node,).
         chunks: The chunks with their sums.
     """
     nodes = chunks.node[chunks.node.size - 1]
     first, last = part_of(part, parts, nodes)
-    sums, others, of = chunks.sums[3 * first : 3 * last], chunks.sums[3 * nodes :], chunks.of
-    begin, own = chunks.first[first : last + 1], to[3 * first : 3 * last]
+    sums, others, of = chunks.sums[4 * first : 4 * last], chunks.sums[4 * nodes :], chunks.of
+    begin, own = chunks.first[first : last + 1], out[3 * first : 3 * last]
     for node in range(last - first):
-        i = np.uint64(3 * node)
-        s0, s1, s2 = sums[i], sums[i + ONE], sums[i + TWO]
+        i, k = THREE * np.uint64(node), FOUR * np.uint64(node)
+        s0, s1, s2 = sums[k], sums[k + ONE], sums[k + TWO]
         for entry in range(begin[node], begin[node + 1]):
             k = np.uint64(of[entry])
             s0 += others[k]
             s1 += others[k + ONE]
             s2 += others[k + TWO]
-        own[i] += s0
-        own[i + ONE] += s1
-        own[i + TWO] += s2
+        own[i], own[i + ONE], own[i + TWO] = s0, s1, s2

@@ -26,9 +26,12 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import astuple
 
+from tissuec.kernels.records import Floats
+
 Record: TypeAlias = type[Any]  # a class of ``kernels.records``
 R = TypeVar("R")
 _Nothing = c_char * 0  # where it is counts
+LINE = 8  # numbers
 
 
 class RecordField(NamedTuple):
@@ -87,6 +90,13 @@ def place_of(array: Any, field: RecordField) -> int:
     if flags.writeable:  # six times as fast
         return addressof(_Nothing.from_buffer(array))
     return int(array.__array_interface__["data"][0])
+
+
+def aligned_zeros(size: int) -> Floats:
+    """Return zeros that begin where a line of the cache of a processor does, shape (size,)."""
+    room = np.zeros(size + LINE - 1)
+    begin = -room.__array_interface__["data"][0] // room.itemsize % LINE
+    return room[begin : begin + size]
 
 
 def _size(field: RecordField) -> int:

@@ -26,7 +26,7 @@ class Team(NamedTuple):
     threads: int  # the one of the loop over steps included
     words: Integers  # by which they tell each other what to do, shape (32,)
     found: Floats  # largest values in parts of a loop, shape (part,)
-    each: Stack  # scratch for springs, shape (part, 6, block)
+    each: Rows  # scratch for springs, see ``forces.pairs_kernel``, shape (part, ROOM)
     work: Floats  # powers by pieces of nodes [W], shape (piece,)
     lost: Floats  # powers by pieces of nodes or springs [W], shape (piece,)
     near: Integers  # 1 where springs are near to breaking, shape (piece,)
@@ -137,18 +137,17 @@ class Runs(NamedTuple):
 
 
 class Chunks(NamedTuple):
-    """Nodes in chunks, whose springs threads take at a time; see ``engine.chunks``.
-
-    A single chunk needs no sums: what springs do is added where it belongs at once.
-    """
+    """Nodes in chunks, whose springs threads take at a time; see ``engine.chunks``."""
 
     node: Integers  # nodes of chunk c are node[c]:node[c + 1], shape (chunk + 1,)
-    low: NDArray[np.uint32]  # three times the lower nodes of springs, shape (spring,)
+    low: NDArray[np.uint32]  # four times the lower nodes of springs, shape (spring,)
+    high: NDArray[np.uint32]  # four times the upper nodes, shape (spring,)
     to: NDArray[np.uint32]  # where springs add what they do to upper nodes, shape (spring,)
-    sums: Floats  # scratch: of the chunk's own nodes, then of others, shape (3 (node + slot),)
+    states: Floats  # scratch: positions, then velocities, four numbers a node, (8 node,)
+    sums: Floats  # scratch: of the chunk's own nodes, then of others, shape (4 (node + slot),)
     slot: Integers  # slots of chunk c are slot[c]:slot[c + 1], shape (chunk + 1,)
     first: NDArray[np.uint32]  # those of node i are of[first[i]:first[i + 1]], (node + 1,)
-    of: NDArray[np.uint32]  # three times slots by nodes and then by chunks, shape (slot,)
+    of: NDArray[np.uint32]  # four times slots by nodes and then by chunks, shape (slot,)
 
 
 class Fields(NamedTuple):

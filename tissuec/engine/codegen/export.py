@@ -225,7 +225,8 @@ def _restricted(text: str) -> str:
 
     def marked(head: re.Match[str]) -> str:
         names = UNSHARED[head[1]]
-        where = rf"(\w+\*|ptr)(?= %\"?arg\.(?:{'|'.join(names)})\.4\"?[,)])"
+        attributes = r"(?: \w+(?:\(\w+\))?)*"
+        where = rf"(\w+\*|ptr)(?={attributes} %\"?arg\.(?:{'|'.join(names)})\.4\"?[,)])"
         whole, count = re.subn(where, r"\1 noalias", head[0])
         assert count == len(names), f"arguments of {head[1]} are not where they were"
         return whole

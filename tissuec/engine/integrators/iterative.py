@@ -13,7 +13,7 @@ Shared arguments:
 from math import sqrt
 
 from tissuec.forces.springs_kernel import resistance
-from tissuec.kernels.chunks import add_sums, clear_sums
+from tissuec.kernels.chunks import clear_sums, total_sums
 from tissuec.kernels.records import Floats, Net, Solver
 from tissuec.kernels.thread_loops import PIECE, part_of, pieces_of, share
 from tissuec.kernels.vectors import TINY
@@ -138,28 +138,21 @@ def begin(part: int, parts: int, vector: Floats, net: Net, solver: Solver) -> No
 
 
 def turn(part: int, parts: int, ratio: float, net: Net, solver: Solver) -> None:
-    """Set the direction of search in a part of the nodes, and its product with masses and drag.
+    """Set the direction of search in a part of the nodes.
 
     Args:
         ratio: Part of the last direction that is kept.
     """
-    search, image, refined = solver.scratch[1], solver.scratch[2], solver.scratch[3]
+    search, refined = solver.scratch[1], solver.scratch[3]
     first, last = part_of(part, parts, net.inverse_mass.size)
-    for node in range(first, last):
-        inverse, drag = net.inverse_mass[node], solver.made[0] * net.drag[node]
-        for i in range(3 * node, 3 * node + 3):
-            search[i] = refined[i] + ratio * search[i]
-            image[i] = search[i] * (1.0 / inverse + drag) if inverse > 0.0 else 0.0
+    for i in range(3 * first, 3 * last):
+        search[i] = refined[i] + ratio * search[i]
 
 
 def multiply(net: Net, solver: Solver) -> None:
-    """Add to the image what springs make of the direction of search."""
-    chunks, image = net.chunks, solver.scratch[2]
-    if chunks.node.size == 2:
-        multiply_nodes(0, net.first.size - 1, image, net, solver)
-    else:
-        share(net.team, multiply_chunks, (net, solver))
-        share(net.team, add_sums, (image, chunks))
+    """Set the image to what springs make of the direction of search."""
+    share(net.team, multiply_chunks, (net, solver))
+    share(net.team, total_sums, (solver.scratch[2], net.chunks))
 
 
 def multiply_chunks(part: int, parts: int, net: Net, solver: Solver) -> None:
@@ -167,12 +160,13 @@ def multiply_chunks(part: int, parts: int, net: Net, solver: Solver) -> None:
     chunks = net.chunks
     for chunk in range(part, chunks.node.size - 1, parts):
         clear_sums(chunk, chunks)
-        multiply_nodes(chunks.node[chunk], chunks.node[chunk + 1], chunks.sums, net, solver)
+        multiply_nodes(chunks.node[chunk], chunks.node[chunk + 1], net, solver)
 
 
-def multiply_nodes(start: int, stop: int, image: Floats, net: Net, solver: Solver) -> None:
+def multiply_nodes(start: int, stop: int, net: Net, solver: Solver) -> None:
     """Add the products of springs at a range of lower nodes with the direction of search."""
-    bar, search, to = solver.bar, solver.scratch[1], net.chunks.to
+    bar, search = solver.bar, solver.scratch[1]
+    sums, to = net.chunks.sums, net.chunks.to
     for node in range(start, stop):
         i = 3 * node
         f0 = f1 = f2 = 0.0
@@ -190,23 +184,30 @@ def multiply_nodes(start: int, stop: int, image: Floats, net: Net, solver: Solve
             f0 += g0
             f1 += g1
             f2 += g2
-            image[k] += g0
-            image[k + 1] += g1
-            image[k + 2] += g2
-        image[i] -= f0
-        image[i + 1] -= f1
-        image[i + 2] -= f2
+            sums[k] += g0
+            sums[k + 1] += g1
+            sums[k + 2] += g2
+        k = 4 * node
+        sums[k] -= f0
+        sums[k + 1] -= f1
+        sums[k + 2] -= f2
 
 
 def project(part: int, parts: int, net: Net, solver: Solver) -> None:
-    """Clear the image of held nodes, and sum the products of direction and image by pieces."""
+    """Add to the image what masses and drag make of the direction; held nodes have none.
+
+    Products of both are summed by pieces.
+    """
     search, image = solver.scratch[1], solver.scratch[2]
     first, last = part_of(part, parts, net.inverse_mass.size)
     for start in range(first, last, PIECE):
         product = 0.0
         for node in range(start, min(start + PIECE, last)):
+            inverse, drag = net.inverse_mass[node], solver.made[0] * net.drag[node]
             for i in range(3 * node, 3 * node + 3):
-                if net.inverse_mass[node] == 0.0:
+                if inverse > 0.0:
+                    image[i] += search[i] * (1.0 / inverse + drag)
+                else:
                     image[i] = 0.0
                 product += search[i] * image[i]
         net.team.lost[start // PIECE] = product
