@@ -17,11 +17,14 @@ from numpy.typing import NDArray
 
 from tissuec.engine.blocks import BLOCK_NODES, Places, are_several, block_size
 from tissuec.forces.runs_kernel import LANES, SIZE, TILE
+from tissuec.kernels.record_tables import aligned_zeros
 from tissuec.kernels.records import Runs
 from tissuec.model.network import Floats, Indices
 
 GAP = 8  # springs that are missing in a row, at most
 NO_SPRING = -1.0  # length at rest of what is none [m]
+MOST_GROUPS = 32  # of blocks
+LEAST_OF_GROUP = 4  # blocks
 # What a run costs, and each of its springs, beside a spring by itself.
 RUN_COST, SPRING_COST = 3.5, 0.4
 # Springs whose nodes are further apart are cut into runs without common nodes.
@@ -34,7 +37,8 @@ class RunPlaces(Struct, frozen=True, eq=False):
     Attributes:
         first, offset: Nodes i and differences k, shape (run,).
         length, at: As in ``Runs``, shape (run,).
-        block: As in ``Runs``; a single one if some springs are too long for several.
+        block: As in ``Runs``, without blocks that begin no spring.
+        width: Nodes of a block; 0 for a single one, if some springs are too long for several.
         place: Of each spring among those in runs, shape (spring,).
         size: How many those are, with what fills gaps.
     """
@@ -44,6 +48,7 @@ class RunPlaces(Struct, frozen=True, eq=False):
     offset: Indices
     at: Indices
     block: Indices
+    width: int
     place: NDArray[np.integer]
     size: int
 
@@ -67,7 +72,7 @@ def places_of(low: NDArray[np.integer], high: NDArray[np.integer]) -> RunPlaces:
     """
     if not len(low):
         none = np.zeros(0, dtype=np.int64)
-        return RunPlaces(none, none, none, none, np.zeros(1, dtype=np.int64), none, 0)
+        return RunPlaces(none, none, none, none, np.zeros(1, dtype=np.int64), 0, none, 0)
     if (low[1:] < low[:-1]).any():
         order = np.argsort(low, kind="stable")
         found = places_of(low[order], high[order])
@@ -91,7 +96,8 @@ def places_of(low: NDArray[np.integer], high: NDArray[np.integer]) -> RunPlaces:
     )
     at = np.cumsum(length) - length
     counts = [len(firsts) for firsts, _, _ in parts] if apart else [len(first)]
-    return RunPlaces(first, length, offset, at, np.cumsum([0, *counts]), place, filled)
+    block = np.cumsum([0, *counts])
+    return RunPlaces(first, length, offset, at, block, width if apart else 0, place, filled)
 
 
 def _runs_of_block(low: Places, high: Places) -> tuple[Places, Places, Places, Places]:
@@ -179,17 +185,40 @@ def packed(
         filled[places.place] = value
         return filled
 
+    nodes = max(nodes, 1)
+    width = places.width or -(-nodes // TILE) * TILE
+    blocks = -(-nodes // width)
+    none = np.full(blocks + 1 - len(places.block), len(places.first))
+    block = np.concatenate([places.block, none])
+    group = _groups(blocks)
+    begin = np.repeat(group[:-1], np.diff(group)).repeat(np.diff(block))
+    half = width // TILE * SIZE
+    ring = min(blocks, 2) * half + SIZE
+
+    def in_tiles(nodes: Indices) -> Indices:
+        """Return where nodes are in the tiles of two blocks, which take turns."""
+        own, within = divmod(nodes, width)
+        return (own - begin) % 2 * half + within // TILE * SIZE + within % TILE
+
     return Runs(
-        _in_tiles(places.first), _in_tiles(places.first + places.offset), places.length,
-        places.at, places.block,
+        in_tiles(places.first), in_tiles(places.first + places.offset), places.length,
+        places.at, block, group, width,
         in_runs(stiffness), in_runs(damping), lengths, in_runs(near), in_runs(near_crush),
-        alike, np.zeros((-(-nodes // TILE) + parts) * SIZE),
+        alike, aligned_zeros(min(parts, len(group) - 1) * ring), ring,
+        aligned_zeros((len(group) - 2) * 3 * width),
     )  # fmt: skip
 
 
-def _in_tiles(nodes: Indices) -> Indices:
-    """Return where nodes are in tiles."""
-    return nodes // TILE * SIZE + nodes % TILE
+def _groups(blocks: int) -> Indices:
+    """Return the first blocks of groups, and the number of blocks.
+
+    There are as many as threads may share evenly, and each has blocks enough that it does not
+    matter that the tiles of the next block are taken, too.
+    """
+    count = 1
+    while count < MOST_GROUPS and blocks >= 2 * count * LEAST_OF_GROUP:
+        count *= 2
+    return np.arange(count + 1) * blocks // count
 
 
 def _is_constant(value: Floats, acts: NDArray[np.bool_]) -> bool:

@@ -1,23 +1,30 @@
 """Forces of linear springs in runs, many at a time; see ``engine.spring_runs``.
 
 Coordinates are taken apart first, as vector instructions want them, and put together again
-after all springs. They lie in tiles, each with nine rows: components of positions, velocities
-and forces of ``TILE`` nodes. A run has all its lower nodes in one tile, and all upper ones in
-one tile; both stay in the nearest cache while all runs between them are done. Rows are a fixed
-distance apart, so that compiled loops need one address for all of them.
+after all springs of a node. They lie in tiles, each with nine rows: components of positions,
+velocities and forces of ``TILE`` nodes. A run has all its lower nodes in one tile, and all
+upper ones in one tile; both stay in the nearest cache while all runs between them are done.
+Rows are a fixed distance apart, so that compiled loops need one address for all of them.
+
+Springs are done block by block. Upper nodes are in the same block or in the next one, so that
+the tiles of two blocks suffice, which take turns: large nets are limited by memory bandwidth.
+Threads take groups of blocks. What springs of a group do to the first block of the next one is
+its halo, and added at the end.
 
 What is summed up, or only looked for, is stored for each spring before: loops that do both
 would not be vectorised, because sums of numbers depend on their order.
 Gaps in runs, and dead springs, have a negative length at rest.
 
 Shared arguments:
-    tiles: All tiles, then one of scratch for each part of a loop, flat: positions [m],
-        velocities [m/s] and forces [N], shape (tile SIZE,).
+    part: Index of this thread's share.
+    parts: Number of shares.
+    x, v, f: Positions [m], velocities [m/s] and forces [N] of all nodes, shape (3 node,).
+    tiles: Those of two blocks and one of scratch, for each part of a loop, flat: positions [m],
+        velocities [m/s] and forces [N], shape (part, tile SIZE).
     low, high: Places of the first lower and of the first upper node of a run in ``tiles``.
     at: First spring of a run.
     same: Where numbers begin that all springs may share: ``at``, or 0.
     count: Number of springs of a run, or of nodes of a tile.
-    parity: 0 for the even blocks of runs, 1 for the odd ones.
     scratch: Place of the scratch of a part in ``tiles``.
     runs: The springs in runs.
     values: In any unit, shape (n,).
@@ -28,8 +35,8 @@ from math import sqrt
 import numpy as np
 
 from tissuec.kernels.records import Floats, Net, Runs
-from tissuec.kernels.thread_loops import PIECE, part_of, share
-from tissuec.kernels.vectors import TINY
+from tissuec.kernels.thread_loops import PIECE, share
+from tissuec.kernels.vectors import TINY, accumulate
 
 VISCOUS = True  # springs have dashpots
 WATCHED = True  # springs may break
@@ -63,47 +70,101 @@ def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) ->
     This does the same as ``springs_kernel.springs``.
     """
     team, runs = net.team, net.runs
-    share(team, take_parts, (x, v, runs.tiles))
-    # Blocks that are no neighbours have no nodes in common.
-    share(team, pull_blocks, (0, net))
-    share(team, pull_blocks, (1, net))
+    share(team, pull_groups, (x, v, f, net))
+    share(team, add_halos, (f, runs))
     near = False
     for block in range(runs.block.size - 1):
         if VISCOUS and net.ledger:
             power[1] += team.lost[block]
         if WATCHED:
             near |= team.near[block] > 0
-    share(team, put_parts, (runs.tiles, f))
     return near
 
 
-def take_parts(part: int, parts: int, x: Floats, v: Floats, tiles: Floats) -> None:
-    """Copy positions and velocities of a part of the nodes to tiles; set forces to zero."""
-    first, last = part_of(part, parts, x.size // 3)
+def pull_groups(part: int, parts: int, x: Floats, v: Floats, f: Floats, net: Net) -> None:
+    """Set the forces on the nodes of some groups of blocks, but for their halos."""
+    runs = net.runs
+    blocks, ring = runs.block.size - 1, part * runs.ring
+    for group in range(part, runs.group.size - 1, parts):
+        first, last = runs.group[group], runs.group[group + 1]
+        here, then = ring, ring + runs.width // TILE * SIZE
+        take_block(first, here, x, v, runs)
+        for block in range(first, last):
+            if block + 1 < blocks:
+                take_block(block + 1, then, x, v, runs)
+            pull_block(block, ring, net)
+            start, stop = nodes_of(block, f.size // 3, runs)
+            put_block(here, runs.tiles, f[3 * start : 3 * stop])
+            here, then = then, here
+        if last < blocks:
+            start, stop = nodes_of(last, f.size // 3, runs)
+            halo = 3 * group * runs.width
+            put_block(here, runs.tiles, runs.halos[halo : halo + 3 * (stop - start)])
+
+
+def add_halos(part: int, parts: int, f: Floats, runs: Runs) -> None:
+    """Add to forces what springs of one group do to nodes of the next one."""
+    for group in range(part, runs.group.size - 2, parts):
+        start, stop = nodes_of(runs.group[group + 1], f.size // 3, runs)
+        halo = 3 * group * runs.width
+        accumulate(1.0, runs.halos[halo : halo + 3 * (stop - start)], f[3 * start : 3 * stop])
+
+
+def nodes_of(block: int, nodes: int, runs: Runs) -> tuple[int, int]:
+    """Return the first node of a block, and the first one after it.
+
+    Args:
+        nodes: Number of nodes.
+    """
+    return block * runs.width, min((block + 1) * runs.width, nodes)
+
+
+def take_block(block: int, place: int, x: Floats, v: Floats, runs: Runs) -> None:
+    """Copy positions and velocities of a block to tiles; set forces to zero.
+
+    Args:
+        place: Where its first tile begins.
+    """
+    first, last = nodes_of(block, x.size // 3, runs)
     for start in range(first, last, TILE):
-        count, low = np.uint64(min(TILE, last - start)), start // TILE * SIZE
-        take_apart(x[3 * start :], count, tiles[low:])
+        count, tile = np.uint64(min(TILE, last - start)), runs.tiles[place : place + SIZE]
+        take_apart(x[3 * start :], count, tile)
         if VISCOUS:
-            take_apart(v[3 * start :], count, tiles[low + 3 * ROW :])
-        clear(tiles[low + FORCES * ROW : low + SIZE])
+            take_apart(v[3 * start :], count, tile[3 * ROW :])
+        clear(tile[FORCES * ROW :])
+        place += SIZE
 
 
-def pull_blocks(part: int, parts: int, parity: int, net: Net) -> None:
-    """Add the forces of the springs of every other block."""
+def put_block(place: int, tiles: Floats, f: Floats) -> None:
+    """Set the forces on the nodes of a block to those in tiles.
+
+    Args:
+        place: Where its first tile begins.
+    """
+    for start in range(0, f.size // 3, TILE):
+        count = np.uint64(min(TILE, f.size // 3 - start))
+        put_together(tiles[place + FORCES * ROW :], count, f[3 * start :])
+        place += SIZE
+
+
+def pull_block(block: int, ring: int, net: Net) -> None:
+    """Add the forces of the springs of a block.
+
+    Args:
+        ring: Where the tiles of this part begin.
+    """
     team, runs = net.team, net.runs
-    # Forces in scratch are zero between runs.
-    scratch = runs.tiles.size - (part + 1) * SIZE
-    for block in range(2 * part + parity, runs.block.size - 1, 2 * parts):
-        lost, near = 0.0, False
-        for run in range(runs.block[block], runs.block[block + 1]):
-            pull_run(run, scratch, runs)
-            if VISCOUS and net.ledger:
-                lost += total(runs.tiles[scratch : scratch + runs.length[run]])
-            if WATCHED:
-                above = scratch + ROW
-                near |= any_above(runs.tiles[above : above + runs.length[run]])
-        team.lost[block] = lost
-        team.near[block] = near
+    scratch = ring + runs.ring - SIZE  # forces in scratch are zero between runs
+    lost, near = 0.0, False
+    for run in range(runs.block[block], runs.block[block + 1]):
+        pull_run(run, ring, scratch, runs)
+        if VISCOUS and net.ledger:
+            lost += total(runs.tiles[scratch : scratch + runs.length[run]])
+        if WATCHED:
+            above = scratch + ROW
+            near |= any_above(runs.tiles[above : above + runs.length[run]])
+    team.lost[block] = lost
+    team.near[block] = near
 
 
 def take_apart(vector: Floats, count: np.uint64, rows: Floats) -> None:
@@ -117,14 +178,6 @@ def take_apart(vector: Floats, count: np.uint64, rows: Floats) -> None:
         i = THREE * node
         rows[node], rows[node + ROW_1] = vector[i], vector[i + ONE]
         rows[node + ROW_2] = vector[i + TWO]
-
-
-def put_parts(part: int, parts: int, tiles: Floats, f: Floats) -> None:
-    """Set a part of a vector of all nodes to the forces in tiles."""
-    first, last = part_of(part, parts, f.size // 3)
-    for start in range(first, last, TILE):
-        count, low = np.uint64(min(TILE, last - start)), start // TILE * SIZE
-        put_together(tiles[low + FORCES * ROW :], count, f[3 * start :])
 
 
 def put_together(apart: Floats, count: np.uint64, whole: Floats) -> None:
@@ -146,12 +199,12 @@ def clear(values: Floats) -> None:
         values[i] = 0.0
 
 
-def pull_run(run: int, scratch: int, runs: Runs) -> None:
+def pull_run(run: int, ring: int, scratch: int, runs: Runs) -> None:
     """Add the forces of a run [N]; set losses and excess over the limits in scratch."""
-    low, high = np.uint64(runs.low[run]), np.uint64(runs.high[run])
+    low, high = np.uint64(ring + runs.low[run]), np.uint64(ring + runs.high[run])
     at, count, own = np.uint64(runs.at[run]), np.uint64(runs.length[run]), np.uint64(scratch)
     # What is both a lower and an upper node must not be added to twice in one loop.
-    to = high if high - low >= count else own
+    to = high if high < low or high - low >= count else own
     tiles = runs.tiles
     pull_springs(
         low, high, to, at, np.uint64(0) if runs.alike else at, count, tiles, runs.stiffness,

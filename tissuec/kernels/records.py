@@ -122,11 +122,13 @@ class Runs(NamedTuple):
     shape (spring,), or (tile,) where all springs share them; (0,) where none has them.
     """
 
-    low: Integers  # place of node i in the tiles, shape (run,)
-    high: Integers  # place of node i + k in the tiles, shape (run,)
+    low: Integers  # place of node i in the tiles of two blocks, shape (run,)
+    high: Integers  # place of node i + k there, shape (run,)
     length: Integers  # springs, shape (run,)
     at: Integers  # place of the first among the springs, shape (run,)
     block: Integers  # runs of block b are block[b]:block[b + 1], shape (block + 1,)
+    group: Integers  # blocks of group g are group[g]:group[g + 1], shape (group + 1,)
+    width: int  # nodes of a block
     stiffness: Floats  # [N/m]
     damping: Floats  # [N s/m]
     rest: Floats  # [m], shape (spring,)
@@ -134,6 +136,8 @@ class Runs(NamedTuple):
     near_crush: Floats  # the same of pressure
     alike: bool  # springs share stiffness, damping and limits
     tiles: Floats  # scratch: components of vectors, see ``forces.runs_kernel``
+    ring: int  # numbers of ``tiles`` for each part of a loop
+    halos: Floats  # scratch: forces on the block behind each group but the last, flat
 
 
 class Chunks(NamedTuple):

@@ -25,6 +25,9 @@ from tissuec.kernels.thread_loops import PIECE, part_of, share
 
 # Added to a length before dividing, which leaves any that is not squared to zero what it is.
 TINY = 1e-200
+# Components that are combined at a time: what is set stays in the cache while all rows are
+# added to it, and each row is long enough for the processor to read ahead.
+STRETCH = 12 * PIECE
 UNSIGNED = 0x7FFF_FFFF_FFFF_FFFF  # all bits of a number but its sign
 
 
@@ -75,9 +78,8 @@ def combine_part(
 ) -> None:
     """Apply ``combine`` to a part of the nodes."""
     first, last = part_of(part, parts, out_x.size // 3)
-    # Blocks that stay in the cache while all rows are added to them.
-    for start in range(3 * first, 3 * last, PIECE):
-        stop = min(start + PIECE, 3 * last)
+    for start in range(3 * first, 3 * last, STRETCH):
+        stop = min(start + STRETCH, 3 * last)
         piece = slice(start, stop)
         add_rows(x[piece], to, weights, rows, start, stop, out_x[piece])
         add_rows(v[piece], at, further, rows, start, stop, out_v[piece])
@@ -361,9 +363,9 @@ def blended_part(
     """
     first, last = part_of(part, parts, blend.size)
     most = 0.0
-    for start in range(first, last, PIECE):
-        stop = min(start + PIECE, last)
-        # The same scratch for all pieces stays in the cache.
+    for start in range(first, last, STRETCH // 3):
+        stop = min(start + STRETCH // 3, last)
+        # The same scratch for all stretches stays in the cache.
         size, own = stop - start, slice(3 * first, 3 * (first + stop - start))
         five, three, piece = fifth[own], third[own], blend[first : first + size]
         low, high = 3 * (begin + start), 3 * (begin + stop)
