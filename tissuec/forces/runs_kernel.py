@@ -25,6 +25,8 @@ Shared arguments:
     at: First spring of a run.
     same: Where numbers begin that all springs may share: ``at``, or 0.
     count: Number of springs of a run, or of nodes of a tile.
+    block: Index of a block of nodes.
+    ring: Where the tiles of a part begin.
     scratch: Place of the scratch of a part in ``tiles``.
     runs: The springs in runs.
     values: In any unit, shape (n,).
@@ -148,11 +150,7 @@ def put_block(place: int, tiles: Floats, f: Floats) -> None:
 
 
 def pull_block(block: int, ring: int, net: Net) -> None:
-    """Add the forces of the springs of a block.
-
-    Args:
-        ring: Where the tiles of this part begin.
-    """
+    """Add the forces of the springs of a block."""
     team, runs = net.team, net.runs
     scratch = ring + runs.ring - SIZE  # forces in scratch are zero between runs
     lost, near = 0.0, False

@@ -93,7 +93,11 @@ def place_of(array: Any, field: RecordField) -> int:
 
 
 def aligned_zeros(size: int) -> Floats:
-    """Return zeros that begin where a line of the cache of a processor does, shape (size,)."""
+    """Return zeros that begin where a line of the cache of a processor does.
+
+    Returns:
+        Zeros in any unit, shape (size,).
+    """
     room = np.zeros(size + LINE - 1)
     begin = -room.__array_interface__["data"][0] // room.itemsize % LINE
     return room[begin : begin + size]
