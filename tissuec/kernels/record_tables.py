@@ -31,7 +31,7 @@ from tissuec.kernels.records import Floats
 Record: TypeAlias = type[Any]  # a class of ``kernels.records``
 R = TypeVar("R")
 _Nothing = c_char * 0  # where it is counts
-LINE = 8  # numbers
+LINE = 8  # numbers in a line of the cache
 
 
 class RecordField(NamedTuple):

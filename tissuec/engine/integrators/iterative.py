@@ -194,9 +194,9 @@ def multiply_nodes(start: int, stop: int, net: Net, solver: Solver) -> None:
 
 
 def project(part: int, parts: int, net: Net, solver: Solver) -> None:
-    """Add to the image what masses and drag make of the direction; held nodes have none.
+    """Add the products of masses and drag with the direction to the image; clear held nodes.
 
-    Products of both are summed by pieces.
+    The products of direction and image are summed by pieces.
     """
     search, image = solver.scratch[1], solver.scratch[2]
     first, last = part_of(part, parts, net.inverse_mass.size)
