@@ -12,6 +12,7 @@ from tissuec.core.source import Source
 from tissuec.engine.execution.recorder import Recorder, wishes
 from tissuec.engine.execution.run import run
 from tissuec.pipeline import compile_request, simulate
+from tissuec.results import wording
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 from tissuec.scene.request import Request
@@ -304,6 +305,15 @@ def test_errors_are_those_of_the_file_below_what_is_allowed(result, strip):
     moved = np.linalg.norm(strip.position[:] - strip.network.position, axis=2).max(axis=1)
     reach = np.maximum(np.maximum.accumulate(moved), 1e-6 * 0.03)
     assert data(lines["allowed by 1e-05"])[1] == pytest.approx(unit * 1e-5 * reach)
+
+
+def test_a_long_head_stays_on_the_page(result, monkeypatch):
+    changes = "rkn4, dop853 from 237 us on, esdirk43 from 0.6 s on, 1278 steps (compiled)"
+    monkeypatch.setattr(wording, "stepping", lambda manifest: changes)
+    figure = draw("overview", result)
+    head = figure._suptitle
+    assert "1278" in head.get_text()
+    assert head.get_window_extent().x1 <= figure.bbox.x1
 
 
 # --- runs that did not end --------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """A result on one page: some frames, its logs, and the energies."""
 
 from collections.abc import Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from msgspec import Struct
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 MOST_LOGS = 4
 HEAD = 12.0  # [mm]
+_LINE = 96  # letters in a line of it
 
 
 @PLOTS.member("overview")
@@ -49,6 +51,8 @@ class Overview(Struct, frozen=True):
                 "write output { trajectory every 20 ms } into the scene and run it again"
             )
 
+        head = fill(_head(subjects[0]), _LINE)
+
         def draw(sheet: Canvas) -> None:
             heights = [part.height for part in parts]
             figures = sheet.figure.subfigures(
@@ -56,7 +60,7 @@ class Overview(Struct, frozen=True):
             )
             for figure, part in zip(figures[:, 0], parts, strict=True):
                 part.on(sheet.part(figure))
-            sheet.figure.suptitle(_head(subjects[0]), x=0.01, ha="left", fontsize=9)
+            sheet.figure.suptitle(head, x=0.01, ha="left", fontsize=9)
 
         return Picture(WIDTH, HEAD + sum(part.height for part in parts), draw)
 
