@@ -152,7 +152,9 @@ def has_checkpoint(partial: Path) -> bool:
 
 
 def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, object]:
-    """Kill and resume runs of a scene until so many were killed; Wrong if it shows."""
+    """Kill and resume runs of a scene until so many were killed, and one that was gone on with
+    is at its end; Wrong if it shows.
+    """
     from tissuec.engine.execution import run as running
     from tissuec.results import writer
 
@@ -173,12 +175,12 @@ def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, objec
     running.CHECKPOINT_EVERY, writer._LONGEST_WAIT = CHECKPOINT_EVERY, LONGEST_WAIT
     killed: Counter[str] = Counter()
     resumed = finished = bereft = 0
-    while sum(killed.values()) < kills or not finished:
+    while sum(killed.values()) < kills or not (resumed and finished):
         goes_on = has_checkpoint(partial)
         resumed += goes_on
         mode = random_.choice(MODES)
         child = start([*plain, mode, *(["--resume"] if goes_on else [])])
-        if sum(killed.values()) < kills:
+        if sum(killed.values()) < kills or not resumed:
             # Short lives after long ones, so that resumed runs die young as well.
             time.sleep(random_.uniform(0.0, 0.6 * usual))
             number = random_.choice(SIGNALS)

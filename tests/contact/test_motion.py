@@ -99,7 +99,7 @@ def bounced(times, *, stiffness=10e3, layer=0.02e-3, mass=1e-3):
     return heights
 
 
-@pytest.mark.parametrize("tolerance", ["1e-3", "1e-6", "1e-9"])
+@pytest.mark.parametrize("tolerance", ["1e-3", "1e-6", "1e-8", "3e-9", "1e-9", "3e-10"])
 def test_a_bouncing_mass_keeps_every_tolerance(tolerance):
     played = play(dropped(tolerance=tolerance, frames="5 ms", forces="5 ms"))
     height = played.position[:, 0, 2]

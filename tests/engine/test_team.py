@@ -139,8 +139,8 @@ def test_small_nets_keep_no_thread_busy():
 
 
 def test_loops_have_a_part_for_every_thread_that_is_held_up():
-    assert len(ThreadTeam(1, 10).record.found) == 1
-    assert len(ThreadTeam(3, 10).record.found) == 3 * PARTS
+    assert ThreadTeam(1, 10).record.found.shape[1] == 1
+    assert ThreadTeam(3, 10).record.found.shape[1] == 3 * PARTS
 
 
 @pytest.mark.parametrize(

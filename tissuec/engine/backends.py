@@ -67,7 +67,7 @@ def _interpreted_drive(integrator: type[Integrator]) -> Drive:
     def drive(now: Progress, task: Task, work: Any, net: Any, buffer: Any) -> int:
         # Records that are passed on, as tables: they are not made anew for each call.
         work = work._replace(solver=RecordTable(work.solver), team=RecordTable(work.team))
-        return int(bound(now, task, work, net, RecordTable(buffer)))
+        return int(bound(now, task, RecordTable(work), net, RecordTable(buffer)))
 
     return drive
 

@@ -340,6 +340,8 @@ class KernelInputs:
             push=self.push,
             driven=self.driven,
             drag=self.drag,
+            pushed=bool(self.steady.any()),
+            dragged=bool(self.drag.any()),
             **{name: getattr(needed, name) for name in FLAGS},
             acts=self.acts(),
             **self._effects(integrator, needed, near),

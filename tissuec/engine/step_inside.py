@@ -33,9 +33,9 @@ from tissuec.engine.step_refined import (
 from tissuec.forces.accelerations import force, kinetic, place
 from tissuec.forces.springs_kernel import peaks, tension
 from tissuec.kernels.records import GLANCES, LOOKED, Buffer, Floats, Net, Progress, Task, Work
+from tissuec.kernels.stages import combine
 from tissuec.kernels.vectors import (
     accumulate,
-    combine,
     copy_sample,
     polynomials,
     quadrature,
@@ -214,9 +214,7 @@ def place_within(
     polynomials(work.dense_x, part, work.weights[0])
     polynomials(work.dense_v, part, work.weights[1])
     for_x, for_v = work.weights[0], work.weights[1]
-    combine(
-        work.x[current], h * h, for_x, work.v[current], h, for_v, work.rows, x, v, work.team
-    )
+    combine(work.x[current], work.v[current], h, for_x, for_v, current, x, v, work)
     place(when, x, v, net)
 
 

@@ -60,13 +60,6 @@ from tissuec.kernels.vectors import distance, greater, length
 END_ROW = VelocityVerlet.end_row
 SAFETY = VelocityVerlet.safety
 IMPLICIT = VelocityVerlet.implicit
-# Of what a step may be wrong by, for velocities where contacts begin or end: their law bends
-# there without a corner.
-BEND_SHARE = 0.1
-# Share of a step (that of ``dop853`` at a tolerance of 1e-5) below which bristles of friction
-# count as velocities where contacts begin or end: there, estimates of high order see too little
-# of the corners of their law. Methods that do not estimate errors of velocities are left out.
-FINE = 3.9e-8
 NO_REASON = -1  # to come back to Python
 # Verdicts about a trial, besides the reasons to come back.
 ACCEPTED, REJECTED = -1, -2
@@ -154,15 +147,10 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
     ratio = 0.0
     off, off_speed, off_hidden = estimate(h, current, work)
     if task.fixed == 0:
-        # What is thrown off flies on as wrongly as it was thrown.
         thrown = net.touched and net.touches.bends[1] < net.touches.bends[2]
-        if thrown:
-            if task.share < FINE and off_speed > 0.0:
-                off_speed = greater(off_speed, off_hidden)
-            off_speed /= BEND_SHARE
         # Implicit steps may brake what is too fast for them, and lose its energy.
         strict = near or IMPLICIT or thrown
-        ratio = judge(now, off, off_speed, off_hidden, reach, pace, strict, task)
+        ratio = judge(now, off, off_speed, off_hidden, reach, pace, strict, thrown, task)
         if not ratio <= 1.0:
             retry(now, h * shrunk(ratio))
             return Trial(REJECTED, near, ratio, off, reach, pace)

@@ -18,7 +18,8 @@ from math import exp, inf
 
 from tissuec.engine.integrators.verlet import VelocityVerlet, book, finish, prepare, step
 from tissuec.kernels.records import LOOKED, Buffer, Floats, Net, Progress, Task, Work
-from tissuec.kernels.vectors import combine, distance, greater, length, polynomials, scale
+from tissuec.kernels.stages import combine
+from tissuec.kernels.vectors import distance, greater, length, polynomials, scale
 
 END_ROW = VelocityVerlet.end_row
 MOST_HALVINGS = 6  # of a step whose work and dissipation are looked at on equal pieces
@@ -68,7 +69,7 @@ def differences(now: Progress, work: Work) -> tuple[float, float]:
     for part in LOOKS_INSIDE:
         polynomials(work.embedded_x, part, for_x)
         polynomials(work.embedded_v, part, for_v)
-        combine(zero, h * h, for_x, zero, h, for_v, work.rows, x, v, work.team)
+        combine(zero, zero, h, for_x, for_v, now.current, x, v, work)
         off = greater(off, length(x, work.each, work.team))
         off_speed = greater(off_speed, length(v, work.each, work.team))
     return off, off_speed

@@ -38,7 +38,7 @@ class ThreadTeam:
         self.record = records.Team(
             threads=threads,
             words=np.zeros(WORDS, dtype=np.int64),
-            found=np.zeros(parts),
+            found=np.zeros((2, parts)),
             each=aligned_zeros(parts * ROOM).reshape(parts, ROOM),
             work=np.zeros(pieces),
             lost=np.zeros(pieces),
@@ -51,7 +51,7 @@ class ThreadTeam:
         others, words = self.record.threads - 1, self.record.words
         if others and self._pool is None:
             self._pool = ThreadPoolExecutor(others, "tissuec")
-            words[0] = words[ALL_PARTS] = len(self.record.found)
+            words[0] = words[ALL_PARTS] = self.record.found.shape[1]
             words[GIVE_WAY] = _giving_way()
         if self._pool is not None:
             serve = _function("serve", ctypes.c_void_p)

@@ -27,9 +27,10 @@ BUNDLES: dict[str, tuple[str, ...]] = {
     ),
     "raster": ("fill",),
     "spring_geometry": ("add_pulls", "add_resistance", "measure"),
+    "stages": ("blended_errors", "combine"),
     "vectors": (
-        "accumulate", "between", "blended_error", "combine", "copy_sample", "distance", "drift",
-        "is_passed", "kick", "length", "polynomials", "quadrature", "scale", "subtract",
+        "accumulate", "between", "copy_sample", "distance", "drift", "is_passed", "kick",
+        "length", "polynomials", "quadrature", "scale", "subtract",
     ),
 }  # fmt: skip
 BUNDLE_OF = {name: bundle for bundle, names in BUNDLES.items() for name in names}

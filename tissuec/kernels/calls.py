@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.kernels import vectors
+from tissuec.kernels import stages, vectors
 from tissuec.kernels.bundles import BUNDLES, of_field
 from tissuec.kernels.loading import address, is_shipped
 from tissuec.kernels.record_tables import RecordField, RecordTable, place_of, signature
@@ -118,7 +118,11 @@ def _kinds(field: RecordField) -> list[Any]:
 
 
 #: What loops over steps do with vectors, where they run as Python.
-VECTORS = {name: Shipped(getattr(vectors, name), "vectors") for name in BUNDLES["vectors"]}
+VECTORS = {
+    name: Shipped(getattr(module, name), bundle)
+    for bundle, module in (("stages", stages), ("vectors", vectors))
+    for name in BUNDLES[bundle]
+}
 
 
 # --- kernels of fields -----------------------------------------------------------------------

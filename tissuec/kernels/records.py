@@ -25,7 +25,7 @@ class Team(NamedTuple):
 
     threads: int  # the one of the loop over steps included
     words: Integers  # by which they tell each other what to do, shape (32,)
-    found: Floats  # largest values in parts of a loop, shape (part,)
+    found: Rows  # largest values in parts of a loop, two of each, shape (2, part)
     each: Rows  # scratch for springs, see ``forces.pairs_kernel``, shape (part, ROOM)
     work: Floats  # powers by pieces of nodes [W], shape (piece,)
     lost: Floats  # powers by pieces of nodes or springs [W], shape (piece,)
@@ -213,6 +213,8 @@ class Net(NamedTuple):
     push: Floats  # constant loads on free nodes [N], shape (3 node,)
     driven: Integers  # nodes on prescribed paths
     drag: Floats  # ambient damping [N s/m], shape (node,)
+    pushed: bool  # some of ``steady`` is not zero
+    dragged: bool  # some of ``drag`` is not
     watched: bool  # springs may break
     crushed: bool  # and do so under pressure, too
     ledger: bool  # work and dissipation are integrated
@@ -276,7 +278,10 @@ class Work(NamedTuple):
     a: Rows  # accelerations [m/s²], shape (2, 3 node)
     ledger: Rows  # work and dissipated energy so far [J], shape (2, 2)
     origin: Floats  # positions at the start of the run [m], shape (3 node,)
-    rows: Rows  # velocity / step, then the stage accelerations, shape (row, 3 node)
+    # Accelerations of the stages [m/s²], from row 2 on, as ``kernels.stages`` combines them,
+    # and scratch of methods, shape (row, 3 node)
+    rows: Rows
+    end_row: int  # which stands for the acceleration at the end of the step
     power: Rows  # of work and of dissipation at the stages [W], shape (row, 2)
     trial_x: Floats  # shape (3 node,)
     trial_v: Floats  # shape (3 node,)
@@ -303,6 +308,7 @@ class Work(NamedTuple):
     inner: Rows  # scratch of that: x, v and a within the step, shape (3, 3 node)
     sides: Stack  # of corners of laws at two looks, shape (2, 3, spring) or (2, 3, 0)
     doubt: Floats  # what work and dissipation may be wrong by so far [J], shape (1,)
+    errors: Floats  # estimates, of positions [m] and of velocities [m/s], shape (2,)
     goal: Floats  # errors that solving may leave in positions [m], velocities, shape (2,)
     # Largest rate of the motion, or one over the time step that a method goes on with [1/s],
     # where it wants one, shape (1,)

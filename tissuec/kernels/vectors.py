@@ -4,15 +4,10 @@ Vectors have the shape (3 node,) unless another one is given, and may have any u
 the formula consistent.
 
 Shared arguments:
-    to, at, factor: Scalar factors.
-    weights, further: Weights of the rows, shape (row,); rows of zero weight are not read.
-    rows: Vectors, shape (row, 3 node).
-    base, vector, one, two, less: Vectors in any unit, shape (3 node,).
-    out, out_x, out_v: Vectors that are set, in any unit, shape (3 node,).
-    start, stop: Range of components, ``stop`` excluded.
-    squares, blend: Scratch in any unit, shape (node,).
-    fifth, third: Error estimates e5 and e3 in any unit, shape (3 node,).
-    zero: Zeros, shape (3 node,).
+    factor: Scalar factor.
+    vector, one, two: Vectors in any unit, shape (3 node,).
+    out: Vector that is set, in any unit, shape (3 node,).
+    squares: Scratch in any unit, shape (node,).
     values: In any unit, shape (n,).
 """
 
@@ -25,9 +20,6 @@ from tissuec.kernels.thread_loops import PIECE, part_of, share
 
 # Added to a length before dividing, which leaves any that is not squared to zero what it is.
 TINY = 1e-200
-# Components that are combined at a time: what is set stays in the cache while all rows are
-# added to it, and each row is long enough for the processor to read ahead.
-STRETCH = 12 * PIECE
 UNSIGNED = 0x7FFF_FFFF_FFFF_FFFF  # all bits of a number but its sign
 
 
@@ -42,94 +34,6 @@ def is_passed(before: Rows, after: Rows) -> bool:
             if before[row, s] != after[row, s]:
                 return True
     return False
-
-
-def combine(
-    x: Floats,
-    to: float,
-    weights: Floats,
-    v: Floats,
-    at: float,
-    further: Floats,
-    rows: Rows,
-    out_x: Floats,
-    out_v: Floats,
-    team: Team,
-) -> None:
-    """Set out_x = x + to Σ weights_j rows_j and out_v = v + at Σ further_j rows_j.
-
-    Both are set in one loop, because large nets are limited by memory bandwidth.
-    """
-    share(team, combine_part, (x, to, weights, v, at, further, rows, out_x, out_v))
-
-
-def combine_part(
-    part: int,
-    parts: int,
-    x: Floats,
-    to: float,
-    weights: Floats,
-    v: Floats,
-    at: float,
-    further: Floats,
-    rows: Rows,
-    out_x: Floats,
-    out_v: Floats,
-) -> None:
-    """Apply ``combine`` to a part of the nodes."""
-    first, last = part_of(part, parts, out_x.size // 3)
-    for start in range(3 * first, 3 * last, STRETCH):
-        stop = min(start + STRETCH, 3 * last)
-        piece = slice(start, stop)
-        add_rows(x[piece], to, weights, rows, start, stop, out_x[piece])
-        add_rows(v[piece], at, further, rows, start, stop, out_v[piece])
-
-
-def add_rows(
-    base: Floats,
-    factor: float,
-    weights: Floats,
-    rows: Rows,
-    start: int,
-    stop: int,
-    out: Floats,
-) -> None:
-    """Set out = base + factor Σ weights_j rows_j, both being as long as the range of rows."""
-    count, last, part = rows.shape[0], rows.shape[0] - 1, slice(start, stop)
-    j, begun = following(weights, -1), False
-    while j < count or not begun:
-        # Four rows at a time, for less traffic; those past the last have no weight.
-        k = following(weights, j)
-        m = following(weights, k)
-        n = following(weights, m)
-        a = factor * weights[j] if j < count else 0.0
-        b = factor * weights[k] if k < count else 0.0
-        c = factor * weights[m] if m < count else 0.0
-        d = factor * weights[n] if n < count else 0.0
-        # Views that are indexed from 0 let the compiler use vector instructions, and so does
-        # one loop for each of both bases.
-        one, two = rows[min(j, last), part], rows[min(k, last), part]
-        three, four = rows[min(m, last), part], rows[min(n, last), part]
-        if begun:
-            for i in range(out.size):
-                out[i] += (a * one[i] + b * two[i]) + (c * three[i] + d * four[i])
-        else:
-            for i in range(out.size):
-                out[i] = base[i] + ((a * one[i] + b * two[i]) + (c * three[i] + d * four[i]))
-        j, begun = following(weights, n), True
-
-
-def following(weights: Floats, row: int) -> int:
-    """Return the next row with a weight that is not zero, or the number of rows.
-
-    Args:
-        weights: Dimensionless or in any unit, shape (row,).
-        row: Row to begin after.
-    """
-    row += 1
-    while row < weights.size and weights[row] == 0.0:
-        row += 1
-    return row
 
 
 def scale(factor: float, vector: Floats, out: Floats) -> None:
@@ -229,10 +133,10 @@ def subtract(one: Floats, two: Floats, out: Floats) -> None:
         out[i] = one[i] - two[i]
 
 
-def between(one: Floats, two: Floats, factor: float, less: Floats, out: Floats) -> None:
-    """Set out = factor (two - one) - less."""
+def between(one: Floats, two: Floats, factor: float, out: Floats) -> None:
+    """Set out = factor (two - one)."""
     for i in range(out.size):
-        out[i] = factor * (two[i] - one[i]) - less[i]
+        out[i] = factor * (two[i] - one[i])
 
 
 def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
@@ -245,7 +149,7 @@ def distance(one: Floats, two: Floats, squares: Floats, team: Team) -> float:
     if not squares.size:
         return 0.0  # most nets have no hidden nodes
     share(team, distance_part, (one, two, squares, team))
-    return sqrt(greatest(team.found))
+    return sqrt(greatest(team.found[0]))
 
 
 def distance_part(
@@ -267,7 +171,7 @@ def distance_part(
             d0, d1, d2 = own[i] - near[i], own[i + 1] - near[i + 1], own[i + 2] - near[i + 2]
             piece[node] = d0 * d0 + d1 * d1 + d2 * d2
         most = greater(most, greatest(piece))
-    team.found[part] = most
+    team.found[0, part] = most
 
 
 def length(vector: Floats, squares: Floats, team: Team) -> float:
@@ -280,7 +184,7 @@ def length(vector: Floats, squares: Floats, team: Team) -> float:
     if not squares.size:
         return 0.0  # most nets have no hidden nodes
     share(team, length_part, (vector, squares, team))
-    return sqrt(greatest(team.found))
+    return sqrt(greatest(team.found[0]))
 
 
 def length_part(part: int, parts: int, vector: Floats, squares: Floats, team: Team) -> None:
@@ -294,7 +198,7 @@ def length_part(part: int, parts: int, vector: Floats, squares: Floats, team: Te
             i = 3 * node
             piece[node] = own[i] * own[i] + own[i + 1] * own[i + 1] + own[i + 2] * own[i + 2]
         most = greater(most, greatest(piece))
-    team.found[part] = most
+    team.found[0, part] = most
 
 
 def greatest(values: Floats) -> float:
@@ -311,78 +215,6 @@ def greatest(values: Floats) -> float:
         bits[0] = most
         return values[0]
     return 0.0
-
-
-def blended_error(
-    factor: float,
-    weights: Floats,
-    further: Floats,
-    rows: Rows,
-    zero: Floats,
-    fifth: Floats,
-    third: Floats,
-    blend: Floats,
-    begin: int,
-    team: Team,
-) -> float:
-    """Return the largest e5² / √(e5² + 0.01 e3²) over nodes; NaN if one is NaN.
-
-    e5 = factor Σ weights_j rows_j and e3 = factor Σ further_j rows_j are not left in memory,
-    because large nets are limited by memory bandwidth.
-
-    Args:
-        fifth, third: Scratch.
-        blend: Scratch; its size tells how many nodes count.
-        begin: The first of them.
-    """
-    if not blend.size:
-        return 0.0  # most nets have no hidden nodes
-    scratch = zero, fifth, third, blend
-    share(team, blended_part, (factor, weights, further, rows, *scratch, begin, team))
-    return greatest(team.found)
-
-
-def blended_part(
-    part: int,
-    parts: int,
-    factor: float,
-    weights: Floats,
-    further: Floats,
-    rows: Rows,
-    zero: Floats,
-    fifth: Floats,
-    third: Floats,
-    blend: Floats,
-    begin: int,
-    team: Team,
-) -> None:
-    """Find the largest blended error of a part of the nodes.
-
-    Args:
-        begin: The first of all nodes that count.
-    """
-    first, last = part_of(part, parts, blend.size)
-    most = 0.0
-    for start in range(first, last, STRETCH // 3):
-        stop = min(start + STRETCH // 3, last)
-        # The same scratch for all stretches stays in the cache.
-        size, own = stop - start, slice(3 * first, 3 * (first + stop - start))
-        five, three, piece = fifth[own], third[own], blend[first : first + size]
-        low, high = 3 * (begin + start), 3 * (begin + stop)
-        add_rows(zero[: 3 * size], factor, weights, rows, low, high, five)
-        add_rows(zero[: 3 * size], factor, further, rows, low, high, three)
-        blend_nodes(five, three, piece)
-        most = greater(most, greatest(piece))
-    team.found[part] = most
-
-
-def blend_nodes(fifth: Floats, third: Floats, blend: Floats) -> None:
-    """Set e5² / √(e5² + 0.01 e3²) of each node."""
-    for node in range(blend.size):
-        i = 3 * node
-        five = fifth[i] ** 2 + fifth[i + 1] ** 2 + fifth[i + 2] ** 2
-        three = third[i] ** 2 + third[i + 1] ** 2 + third[i + 2] ** 2
-        blend[node] = five / (sqrt(five + 0.01 * three) + TINY)
 
 
 def copy_sample(

@@ -39,7 +39,7 @@ from tissuec.engine.operations import FUNCTIONS, LAWS
 from tissuec.engine.rate import Unknowns, rate
 from tissuec.forces import pairs_kernel, runs_kernel
 from tissuec.forces.runs_kernel import springs_in_runs
-from tissuec.kernels import rasterizing, sensitivity, spring_geometry, stepping, vectors
+from tissuec.kernels import rasterizing, sensitivity, spring_geometry, stages, stepping, vectors
 from tissuec.kernels.bundles import BUNDLES, FLAGS, of_field, of_method
 from tissuec.kernels.loading import CALLED, ENDING, INDEX, LEFT_ALONE, SHIPPED
 from tissuec.kernels.records import Operations
@@ -76,7 +76,7 @@ _OF_PYTHON = ("Py", "numba_")
 #: each copy takes 10 ms to be translated.
 LOOP = "loop"
 _LOOPS = re.compile(
-    r"\d(?:accelerate|accumulate|add_rows|add_to_upper|any_above|between|blend_nodes|clear|"
+    r"\d(?:accelerate|accumulate|add_rows|add_to_upper|any_above|add_drag|between|blended|clear|"
     r"combine_part|copy_sample|distance_part|drift_part|greatest|kick_part|length_part|"
     r"polynomials|pull_springs|put_together|quadrature|scale|subtract|take_apart)B"
 )
@@ -153,6 +153,7 @@ OTHERS = {
     "derivatives": _derivative,
     "raster": _member_of(rasterizing),
     "spring_geometry": _member_of(spring_geometry),
+    "stages": _member_of(stages),
     "vectors": _member_of(vectors),
 }
 

@@ -12,7 +12,8 @@ from tissuec.engine.integrators.banded import assemble, solve
 from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
 from tissuec.forces.accelerations import force
 from tissuec.kernels.records import LOOKED, Floats, Net, Work
-from tissuec.kernels.vectors import accumulate, combine, length, quadrature, scale, subtract
+from tissuec.kernels.stages import combine
+from tissuec.kernels.vectors import accumulate, length, quadrature, scale, subtract
 
 CONTROL_ORDER = 3.0  # of a member; bound to its own
 ITERATIONS = 12
@@ -25,8 +26,6 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the state at ``end``; return whether a spring is near its strength."""
     h, made, stages = end - time, work.solver.made, work.tableau.for_x.shape[0]
     q = h * float(work.tableau.for_v[stages - 1, stages])
-    scale(1.0 / h, work.v[current], work.rows[0])
-    scale(1.0, work.a[current], work.rows[1])
     if made[2] == 1.0 and made[0] == q:
         assemble(q, work.solver.at, work.solver.speed, net, work.solver)
     made[2] = 0.0
@@ -42,7 +41,6 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
         if made[0] == q or fresh:
             break
         fresh = True
-    scale(1.0, work.rows[stages], work.a[1 - current])
     return near
 
 
@@ -60,9 +58,9 @@ def renew(q: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
 def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net: Net) -> bool:
     """Find the acceleration of a stage; ``made[0]`` is 0 if this fails."""
     made, change = work.solver.made, work.trial_x
-    x, v, a = work.x[1 - current], work.v[1 - current], work.rows[stage + 1]
-    q = made[0]
-    scale(1.0, work.rows[stage], a)
+    x, v, q = work.x[1 - current], work.v[1 - current], made[0]
+    a = work.a[1 - current] if stage + 1 == work.end_row else work.rows[stage + 1]
+    scale(1.0, work.a[current] if stage == 1 else work.rows[stage], a)
     then = time + h * work.tableau.for_x[stage, 0]
     enter_stage(then, h, stage, current, x, v, work, net)
     before, renewals, near = 0.0, 0, False
@@ -105,10 +103,9 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     """Return the largest local errors, as ``Integrator.estimate`` does."""
     if work.solver.made[0] == 0.0:
         return inf, inf, inf  # Newton's method failed
-    for_x, for_v = work.tableau.error_x[0], work.tableau.error_v[0]
-    rows, none = work.rows[: for_x.size], work.zero
+    for_x, for_v, none = work.tableau.error_x[0], work.tableau.error_v[0], work.zero
     of_x, of_v, each, bodies = work.trial_x, work.trial_v, work.each, work.moving.size
-    combine(none, h * h, for_x, none, h, for_v, rows, of_x, of_v, work.team)
+    combine(none, none, h, for_x, for_v, current, of_x, of_v, work)
     hidden = length(of_v[3 * bodies :], each[bodies:], work.team)
     return length(of_x, work.moving, work.team), length(of_v, work.moving, work.team), hidden
 

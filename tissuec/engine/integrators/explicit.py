@@ -13,7 +13,8 @@ import numpy as np
 from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
 from tissuec.forces.accelerations import force
 from tissuec.kernels.records import LOOKED, Net, Tableau, Work
-from tissuec.kernels.vectors import blended_error, quadrature, scale
+from tissuec.kernels.stages import blended_errors
+from tissuec.kernels.vectors import quadrature
 
 # Of a member; bound to its own.
 END_ROW = 13
@@ -24,21 +25,19 @@ FINE = 1e-3  # on the way to the limit of stability, |h λ|
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the state at ``end``; return whether a spring is near its strength."""
     h, result = end - time, END_ROW - 1
-    scale(1.0 / h, work.v[current], work.rows[0])
-    scale(1.0, work.a[current], work.rows[1])
     work.effort[0] += result - 1
     near = False
     for stage in range(1, result):
         near |= evaluate_stage(time, h, stage, current, work, net)
     enter_stage(end, h, result, current, work.x[1 - current], work.v[1 - current], work, net)
-    if needed_rows(work.tableau) > END_ROW:
+    if needs_end(work.tableau):
         near |= evaluate_end(end, current, work, net)
     return near
 
 
-def needed_rows(table: Tableau) -> int:
-    """Return how many rows estimates combine: with or without the acceleration at the end."""
-    return END_ROW + 1 if table.error_v[0, END_ROW] != 0.0 else END_ROW
+def needs_end(table: Tableau) -> bool:
+    """Return whether estimates combine the acceleration at the end as well."""
+    return table.error_v[0, END_ROW] != 0.0
 
 
 def evaluate_stage(
@@ -47,34 +46,24 @@ def evaluate_stage(
     """Set the row of one stage from the previous ones."""
     x, v, then = work.trial_x, work.trial_v, time + h * work.tableau.for_x[stage, 0]
     enter_stage(then, h, stage, current, x, v, work, net)
-    return force(then, x, v, work.rows[stage + 1], work.power[stage + 1], net)
+    a = work.a[1 - current] if stage + 1 == END_ROW else work.rows[stage + 1]
+    return force(then, x, v, a, work.power[stage + 1], net)
 
 
 def evaluate_end(end: float, current: int, work: Work, net: Net) -> bool:
     """Set the accelerations at the end of the step."""
     x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
-    near = force(end, x, v, a, work.power[END_ROW], net)
     work.effort[0] += 1
-    scale(1.0, a, work.rows[END_ROW])
-    return near
+    return force(end, x, v, a, work.power[END_ROW], net)
 
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     """Return the largest local errors, as ``Integrator.estimate`` does."""
-    table, last, bodies = work.tableau, needed_rows(work.tableau), work.moving.size
-    rows, zero, five, three = work.rows[:last], work.zero, work.trial_x, work.trial_v
-    fifth, third = table.error_x[0, :last], table.error_x[1, :last]
-    position = blended_error(
-        h * h, fifth, third, rows, zero, five, three, work.moving, 0, work.team
-    )
-    fifth, third = table.error_v[0, :last], table.error_v[1, :last]
-    velocity = blended_error(
-        h, fifth, third, rows, zero, five, three, work.moving, 0, work.team
-    )
-    hidden = blended_error(
-        h, fifth, third, rows, zero, five, three, work.each[bodies:], bodies, work.team
-    )
-    return position, velocity, hidden
+    bodies = work.moving.size
+    blended_errors(h, current, work.each[bodies:], bodies, work)
+    hidden = work.errors[1]
+    blended_errors(h, current, work.moving, 0, work)
+    return work.errors[0], work.errors[1], hidden
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
@@ -100,7 +89,7 @@ def largest_of_booked(h: float, work: Work) -> float:
 
 def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Evaluate the end of an accepted step, unless its error already needed that."""
-    if needed_rows(work.tableau) > END_ROW:
+    if needs_end(work.tableau):
         return False
     return evaluate_end(end, current, work, net)
 

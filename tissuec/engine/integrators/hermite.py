@@ -9,7 +9,7 @@ ends.
 import numpy as np
 
 from tissuec.kernels.records import Floats, Net, Work
-from tissuec.kernels.vectors import between
+from tissuec.kernels.vectors import accumulate, between
 
 
 def dense_x(rows: int, end: int) -> Floats:
@@ -68,8 +68,9 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
     h, other = end - time, 1 - current
     last = work.rows.shape[0] - 1
     mean, rise = work.rows[last - 1], work.rows[last]
-    between(work.v[current], work.v[other], 1.0 / h, work.zero, mean)
-    between(work.x[current], work.x[other], 1.0 / (h * h), work.rows[0], rise)
+    between(work.v[current], work.v[other], 1.0 / h, mean)
+    between(work.x[current], work.x[other], 1.0 / (h * h), rise)
+    accumulate(-1.0 / h, work.v[current], rise)
     if net.ledger:
         for k in range(2):
             work.power[last - 1, k] = (work.ledger[other, k] - work.ledger[current, k]) / h

@@ -30,8 +30,8 @@ from tissuec.kernels.vectors import accumulate, length, scale
 FLOOR, GROWTH, INNER, FORGETS, REPEATS, GOES_ON, OPEN = range(7)
 ROUNDING = 1e-12
 STALLS = 3  # place in ``Work.effort``
-# Rows: velocity over step, accelerations at both ends of the frame, the state that the next
-# step is tried from, and the rows of ``hermite``.
+# Rows behind those of both ends of the frame: the state that the next step is tried from, and
+# the rows of ``hermite``.
 END, X, V, A = 2, 3, 4, 5
 ROWS = 8
 SCRATCH = 6  # which ``hermite`` fills later
@@ -41,7 +41,7 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Carry out a frame; return whether a spring is near its strength."""
     x, v, a, frame = work.x[1 - current], work.v[1 - current], work.a[1 - current], end - time
     rule, start = work.choices, time
-    begin(frame, current, work)
+    begin(current, work)
     floor = rule[FLOOR] * frame * (1.0 + 1e-9)
     first = inf
     if rule[FORGETS] == 0.0:
@@ -67,7 +67,7 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
             if size > floor:
                 pace = 0.5 * size
                 if rule[REPEATS] != 0.0:
-                    begin(frame, current, work)
+                    begin(current, work)
                     time, former, near = start, first, False
                 continue
             work.effort[STALLS] += 1
@@ -75,7 +75,6 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
         near |= close
         time, former, pace = then, now, growth * pace
     work.goal[0] = pace if rule[REPEATS] == 0.0 else rule[GROWTH] * pace
-    scale(1.0, a, work.rows[END])
     return near
 
 
@@ -86,15 +85,9 @@ def compared_force(time: float, v: Floats, a: Floats, work: Work, net: Net) -> f
     return greatest_inner_force(time, v, a, work.rows[SCRATCH], net)
 
 
-def begin(frame: float, current: int, work: Work) -> None:
-    """Fill the rows with the state at the start of a frame.
-
-    Args:
-        frame: Length of the frame [s].
-    """
+def begin(current: int, work: Work) -> None:
+    """Fill the rows with the state at the start of a frame."""
     rows = work.rows
-    scale(1.0 / frame, work.v[current], rows[0])
-    scale(1.0, work.a[current], rows[1])
     scale(1.0, work.x[current], rows[X])
     scale(1.0, work.v[current], rows[V])
     scale(1.0, work.a[current], rows[A])

@@ -17,8 +17,8 @@ from tissuec.kernels.vectors import accumulate, length, scale
 
 DAMPING = 2.0 / 13.0
 MOST_STAGES = 250
-# Rows: velocity over step, accelerations at both ends, the last two stages of x and of v with
-# what the next one gains, and the rows of ``hermite``.
+# Rows behind those of both ends: the last two stages of x and of v with what the next one
+# gains, and the rows of ``hermite``.
 END, LAST_X, LAST_V, BEFORE_X, BEFORE_V, GAIN_X, GAIN_V, MEAN, RISE = range(2, 11)
 ROWS = 11
 
@@ -33,7 +33,6 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     h, rows, ledger = end - time, work.rows, work.booked
     x, v = work.x[1 - current], work.v[1 - current]
     stages = stages_for(h * work.rate[0])
-    scale(1.0, work.a[current], rows[1])
     w0 = 1.0 + DAMPING / (stages * stages)
     root = sqrt(w0 * w0 - 1.0)
     angle = stages * log(w0 + root)
@@ -60,7 +59,7 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
         scale(h * shift, rows[LAST_V], rows[GAIN_X])
         scale(h * shift, rows[GAIN_V], rows[GAIN_V])
         blend(mu, nu, h * shift * less, work.x[current], work.v[current], LAST_X, work)
-        blend(mu, nu, h * shift * less, work.v[current], rows[1], LAST_V, work)
+        blend(mu, nu, h * shift * less, work.v[current], work.a[current], LAST_V, work)
         if net.ledger:
             for k in range(2):
                 gain = work.power[2, k] - less * work.power[1, k]
@@ -75,8 +74,6 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     place(end, x, v, net)
     near |= force(end, x, v, work.a[1 - current], work.power[END], net)
     work.effort[0] += 1
-    scale(1.0, work.a[1 - current], rows[END])
-    scale(1.0 / h, work.v[current], rows[0])
     # For the estimate, to which accelerations of driven nodes are zero: they go back.
     scale(1.0, v, rows[GAIN_V])
     place(time, rows[GAIN_X], rows[GAIN_V], net)
@@ -91,7 +88,7 @@ def begin(h: float, current: int, work: Work) -> None:
     scale(1.0, work.x[current], rows[LAST_X])
     scale(1.0, work.v[current], rows[LAST_V])
     accumulate(h, work.v[current], rows[LAST_X])
-    accumulate(h, rows[1], rows[LAST_V])
+    accumulate(h, work.a[current], rows[LAST_V])
     for k in range(2):
         ledger[0, k] = 0.0
         ledger[1, k] = h * work.power[1, k]

@@ -21,7 +21,7 @@ from tissuec.engine.integrators.explicit import Explicit, evaluate_stage, larges
 from tissuec.engine.integrators.tableaus import enter_stage, nystrom
 from tissuec.forces.accelerations import force
 from tissuec.kernels.records import LOOKED, Floats, Net, Tableau, Work
-from tissuec.kernels.vectors import quadrature, scale
+from tissuec.kernels.vectors import quadrature
 
 RESULT = 4  # stages before it are evaluated; the last of them is at the end, too
 FINE = 1e-2  # on the way to the limit of stability, h ω
@@ -53,15 +53,11 @@ def _tableau() -> Tableau:
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the state at ``end``; return whether a spring is near its strength."""
-    h = end - time
-    scale(1.0 / h, work.v[current], work.rows[0])
-    scale(1.0, work.a[current], work.rows[1])
-    near = False
+    h, near = end - time, False
     for stage in range(1, RESULT):
         near |= evaluate_stage(time, h, stage, current, work, net)
     work.effort[0] += RESULT - 1
     enter_stage(end, h, RESULT, current, work.x[1 - current], work.v[1 - current], work, net)
-    scale(1.0, work.rows[RESULT], work.a[1 - current])
     return near
 
 

@@ -17,7 +17,8 @@ from tissuec.engine.integrators.constant_steps import propose
 from tissuec.engine.integrators.tableaus import nystrom
 from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import LOOKED, Floats, Net, Tableau, Work
-from tissuec.kernels.vectors import accumulate, between, blended_error, scale
+from tissuec.kernels.stages import blended_errors
+from tissuec.kernels.vectors import accumulate, between, scale
 
 KICKS = 12
 HALF_KICKS = (
@@ -101,39 +102,41 @@ def _dense(of_velocity: bool) -> Floats:
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the state at ``end``; return whether a spring is near its strength."""
-    scale(1.0 / (end - time), work.v[current], work.rows[0])
-    scale(1.0, work.a[current], work.rows[1])
-    scale(1.0, work.x[current], work.x[1 - current])
-    scale(1.0, work.v[current], work.v[1 - current])
-    near = compose(time, end - time, work.x[1 - current], work.v[1 - current], work, net)
+    x, v = work.x[1 - current], work.v[1 - current]
     work.effort[0] += KICKS - 1
-    scale(1.0, work.rows[END], work.a[1 - current])
-    return near
+    return compose(time, end - time, current, x, v, work.a[1 - current], work, net)
 
 
-def compose(time: float, h: float, x: Floats, v: Floats, work: Work, net: Net) -> bool:
-    """Advance a state by h, from its acceleration in row 1 to that of the end in row 12."""
+def compose(
+    time: float,
+    h: float,
+    current: int,
+    x: Floats,
+    v: Floats,
+    a: Floats,
+    work: Work,
+    net: Net,
+) -> bool:
+    """Set a state, and its acceleration, to those after h."""
     kicks, nodes = work.tableau.for_v[KICKS], work.tableau.for_x[:, 0]
-    near = False
-    for kick in range(KICKS - 1):
-        accumulate(h * kicks[kick + 1], work.rows[kick + 1], v)
-        accumulate(h * (nodes[kick + 1] - nodes[kick]), v, x)
-        then = time + h * nodes[kick + 1]
+    near, pull = False, work.a[current]
+    scale(1.0, work.x[current], x)
+    scale(1.0, work.v[current], v)
+    for kick in range(1, KICKS):
+        accumulate(h * kicks[kick], pull, v)
+        accumulate(h * (nodes[kick] - nodes[kick - 1]), v, x)
+        then, pull = time + h * nodes[kick], a if kick == KICKS - 1 else work.rows[kick + 1]
         place(then, x, v, net)
-        near |= force(then, x, v, work.rows[kick + 2], work.power[kick + 2], net)
-    accumulate(h * kicks[KICKS], work.rows[KICKS], v)
+        near |= force(then, x, v, pull, work.power[kick + 1], net)
+    accumulate(h * kicks[KICKS], a, v)
     place(time + h, x, v, net)
     return near
 
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
     """Return the largest local errors, as ``Integrator.estimate`` does."""
-    rows, five, three = work.rows[: END + 1], work.trial_x, work.trial_v
-    fifth, third = work.tableau.error_v[0, : END + 1], work.tableau.error_v[1, : END + 1]
-    speed = blended_error(
-        h, fifth, third, rows, work.zero, five, three, work.each, 0, work.team
-    )
-    return h * speed, speed, 0.0
+    blended_errors(h, current, work.each, 0, work)
+    return h * work.errors[1], work.errors[1], 0.0
 
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
@@ -159,17 +162,14 @@ def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None
     """Step to the middle, and fill the rows that the polynomials combine."""
     h, other, rows = end - time, 1 - current, work.rows
     x, v = work.trial_x, work.trial_v
-    scale(1.0, work.x[current], x)
-    scale(1.0, work.v[current], v)
-    compose(time, 0.5 * h, x, v, work, net)
+    compose(time, 0.5 * h, current, x, v, rows[MIDDLE], work, net)
     work.effort[LOOKED] += KICKS - 1
-    scale(1.0, rows[KICKS], rows[MIDDLE])
-    scale(1.0, work.a[other], rows[END])
-    between(work.v[current], work.v[other], 1.0 / h, work.zero, rows[MEAN])
-    between(work.v[current], v, 1.0 / h, work.zero, rows[HALF_MEAN])
-    between(work.x[current], work.x[other], 1.0 / (h * h), rows[0], rows[RISE])
-    scale(0.5, rows[0], rows[HALF_RISE])
-    between(work.x[current], x, 1.0 / (h * h), rows[HALF_RISE], rows[HALF_RISE])
+    between(work.v[current], work.v[other], 1.0 / h, rows[MEAN])
+    between(work.v[current], v, 1.0 / h, rows[HALF_MEAN])
+    between(work.x[current], work.x[other], 1.0 / (h * h), rows[RISE])
+    accumulate(-1.0 / h, work.v[current], rows[RISE])
+    between(work.x[current], x, 1.0 / (h * h), rows[HALF_RISE])
+    accumulate(-0.5 / h, work.v[current], rows[HALF_RISE])
 
 
 @INTEGRATORS.member("srkn11")

@@ -8,7 +8,7 @@ import numpy as np
 from tissuec.engine.integrators import hermite
 from tissuec.forces.accelerations import place
 from tissuec.kernels.records import Floats, Net, Tableau, Work
-from tissuec.kernels.vectors import combine
+from tissuec.kernels.stages import combine
 
 
 def runge_kutta(
@@ -75,9 +75,8 @@ def enter_stage(
     Args:
         then: Time of the stage [s].
     """
-    table, last = work.tableau, stage + 2
-    rows, for_x, for_v = work.rows[:last], table.for_x[stage, :last], table.for_v[stage, :last]
-    combine(work.x[current], h * h, for_x, work.v[current], h, for_v, rows, x, v, work.team)
+    for_x, for_v = work.tableau.for_x[stage], work.tableau.for_v[stage]
+    combine(work.x[current], work.v[current], h, for_x, for_v, current, x, v, work)
     place(then, x, v, net)
 
 

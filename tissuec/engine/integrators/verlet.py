@@ -15,7 +15,7 @@ from tissuec.engine.integrators.constant_steps import propose
 from tissuec.engine.integrators.tableaus import nystrom
 from tissuec.forces.accelerations import force, place
 from tissuec.kernels.records import LOOKED, Net, Work
-from tissuec.kernels.vectors import distance, drift, kick, quadrature, scale
+from tissuec.kernels.vectors import distance, drift, kick, quadrature
 
 RESULT = 2  # stages are both ends, the velocity of the second one predicted
 FOR_X = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.5, 0.0, 0.0]])
@@ -74,10 +74,7 @@ def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 
 
 def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
-    """Fill the rows: velocity over step, accelerations at both ends."""
-    scale(1.0 / (end - time), work.v[current], work.rows[0])
-    scale(1.0, work.a[current], work.rows[1])
-    scale(1.0, work.a[1 - current], work.rows[2])
+    """Leave it at the rows that are known: velocity and accelerations at both ends."""
 
 
 @INTEGRATORS.member("velocity verlet")

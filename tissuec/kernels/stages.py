@@ -1,0 +1,191 @@
+"""Linear combinations of the stages of a step, as loops to be compiled.
+
+A tableau weights rows: v / h and the acceleration at the start of the step, those of further
+stages, and in between that at the end. The first two and the last are where the run keeps them;
+``Work.rows`` has the others, in rows of the same numbers.
+
+Large nets are limited by memory bandwidth, so that each loop does all that can be done with
+what it reads.
+
+Shared arguments:
+    part, parts: Index of this thread's share of the loop, and the number of shares.
+    h: Size of the step [s].
+    current: Half of ``work`` that contains the start of the step, 0 or 1; the end is in the
+        other.
+    weights, for_x, for_v: Weights of rows, dimensionless, shape (row,); those of zero weight
+        are not read.
+    base, base_x, base_v: Vectors that are added to, shape (3 node,).
+    factor: Of all weights.
+    blend: Scratch, shape (node,); its size tells how many nodes count.
+    begin: The first of them.
+    start, stop: Range of components, ``stop`` excluded.
+    work: State and scratch of the run; its fields give the shapes and units.
+"""
+
+from math import sqrt
+
+from tissuec.kernels.records import Floats, Rows, Work
+from tissuec.kernels.thread_loops import PIECE, part_of, share
+from tissuec.kernels.vectors import TINY, greater, greatest
+
+# Components that are combined at a time: what is set stays in the cache while all rows are
+# added to it, and each row is long enough for the processor to read ahead.
+STRETCH = 12 * PIECE
+
+
+def combine(
+    base_x: Floats,
+    base_v: Floats,
+    h: float,
+    for_x: Floats,
+    for_v: Floats,
+    current: int,
+    x: Floats,
+    v: Floats,
+    work: Work,
+) -> None:
+    """Set x = base_x + h² Σ for_x_j row_j and v = base_v + h Σ for_v_j row_j.
+
+    Args:
+        x, v: Vectors that are set, shape (3 node,).
+    """
+    share(work.team, combine_part, (base_x, base_v, h, for_x, for_v, current, x, v, work))
+
+
+def combine_part(
+    part: int,
+    parts: int,
+    base_x: Floats,
+    base_v: Floats,
+    h: float,
+    for_x: Floats,
+    for_v: Floats,
+    current: int,
+    x: Floats,
+    v: Floats,
+    work: Work,
+) -> None:
+    """Apply ``combine`` to a part of the nodes."""
+    first, last = part_of(part, parts, x.size // 3)
+    for start in range(3 * first, 3 * last, STRETCH):
+        stop = min(start + STRETCH, 3 * last)
+        own = slice(start, stop)
+        add_rows(base_x[own], h * h, h, for_x, start, stop, current, x[own], work)
+        add_rows(base_v[own], h, h, for_v, start, stop, current, v[own], work)
+
+
+def add_rows(
+    base: Floats,
+    factor: float,
+    h: float,
+    weights: Floats,
+    start: int,
+    stop: int,
+    current: int,
+    out: Floats,
+    work: Work,
+) -> None:
+    """Set out = base + factor Σ weights_j row_j.
+
+    Args:
+        out: Vector that is set, as long as the range of components.
+    """
+    last, end, part = weights.size - 1, work.end_row, slice(start, stop)
+    # Views that are indexed from 0 let the compiler use vector instructions, and so does one
+    # loop for each of both bases. What has no weight is not read: another vector is.
+    one = work.a[current, part]
+    two = work.v[current, part] if weights[0] != 0.0 else one
+    three = work.a[1 - current, part] if weights[end] != 0.0 else one
+    j = following(weights, 1, end)
+    four = work.rows[j, part] if j <= last else one
+    a, b, c = factor * weights[1], factor / h * weights[0], factor * weights[end]
+    d = factor * weights[j] if j <= last else 0.0
+    for i in range(out.size):
+        out[i] = base[i] + ((a * one[i] + b * two[i]) + (c * three[i] + d * four[i]))
+    j = following(weights, j, end)
+    while j <= last:
+        # Four rows at a time, for less traffic; those past the last have no weight.
+        k = following(weights, j, end)
+        m = following(weights, k, end)
+        n = following(weights, m, end)
+        a = factor * weights[j]
+        b = factor * weights[k] if k <= last else 0.0
+        c = factor * weights[m] if m <= last else 0.0
+        d = factor * weights[n] if n <= last else 0.0
+        one, two = work.rows[j, part], work.rows[min(k, last), part]
+        three, four = work.rows[min(m, last), part], work.rows[min(n, last), part]
+        for i in range(out.size):
+            out[i] += (a * one[i] + b * two[i]) + (c * three[i] + d * four[i])
+        j = following(weights, n, end)
+
+
+def following(weights: Floats, number: int, end: int) -> int:
+    """Return the next row of ``Work.rows`` that has a weight, or the number of rows.
+
+    Args:
+        number: Of the row to begin after.
+        end: That of the acceleration at the end of the step, which is elsewhere.
+    """
+    number += 1
+    while number < weights.size and (weights[number] == 0.0 or number == end):
+        number += 1
+    return number
+
+
+def blended_errors(h: float, current: int, blend: Floats, begin: int, work: Work) -> None:
+    """Find the largest e5² / √(e5² + 0.01 e3²) over nodes, of positions and of velocities.
+
+    e5 and e3 are both estimates of ``work.tableau``. ``work.errors`` becomes the errors
+    [m], [m/s]; NaN if one is NaN.
+    """
+    work.errors[0] = work.errors[1] = 0.0
+    if blend.size:  # most nets have no hidden nodes
+        share(work.team, blended_part, (h, current, blend, begin, work))
+        work.errors[0] = greatest(work.team.found[0])
+        work.errors[1] = greatest(work.team.found[1])
+
+
+def blended_part(
+    part: int, parts: int, h: float, current: int, blend: Floats, begin: int, work: Work
+) -> None:
+    """Find the largest blended errors of a part of the nodes."""
+    first, last = part_of(part, parts, blend.size)
+    in_x = in_v = 0.0
+    for start in range(first, last, STRETCH // 3):
+        size = min(STRETCH // 3, last - start)
+        # The same scratch for all stretches stays in the cache, and so do rows from x to v.
+        nodes, own = slice(first, first + size), slice(3 * first, 3 * (first + size))
+        few, five, three = blend[nodes], work.trial_x[own], work.trial_v[own]
+        low, of_x, of_v = 3 * (begin + start), work.tableau.error_x, work.tableau.error_v
+        in_x = greater(in_x, blended(h * h, h, of_x, low, current, few, five, three, work))
+        in_v = greater(in_v, blended(h, h, of_v, low, current, few, five, three, work))
+    work.team.found[0, part], work.team.found[1, part] = in_x, in_v
+
+
+def blended(
+    factor: float,
+    h: float,
+    weights: Rows,
+    start: int,
+    current: int,
+    blend: Floats,
+    fifth: Floats,
+    third: Floats,
+    work: Work,
+) -> float:
+    """Return the largest blended error of successive nodes; NaN if one is NaN.
+
+    Args:
+        weights: Of both estimates, dimensionless, shape (2, row).
+        start: Component that they begin with.
+        fifth, third: Scratch of as many nodes, shape (3 node,).
+    """
+    stop, zero = start + fifth.size, work.zero[: fifth.size]
+    add_rows(zero, factor, h, weights[0], start, stop, current, fifth, work)
+    add_rows(zero, factor, h, weights[1], start, stop, current, third, work)
+    for node in range(blend.size):
+        i = 3 * node
+        five = fifth[i] ** 2 + fifth[i + 1] ** 2 + fifth[i + 2] ** 2
+        three = third[i] ** 2 + third[i + 1] ** 2 + third[i + 2] ** 2
+        blend[node] = five / (sqrt(five + 0.01 * three) + TINY)
+    return greatest(blend)
