@@ -31,8 +31,8 @@ SOLVING = 0.02
 FIXED = 1e-11  # the same where steps are fixed, relative to the motion so far
 # Of what a step may be wrong by, for one corner: what hundreds of corners do adds up.
 CORNER_SHARE = 1e-3
-# Of what a step may be wrong by, for velocities where contacts begin or end: their law bends
-# there without a corner.
+# Of what a step may be wrong by, for velocities where a law of contact changes its formula:
+# estimates of high order see too little of that.
 BEND_SHARE = 0.1
 # Share of a step (that of ``dop853`` at a tolerance of 1e-5) below which bristles of friction
 # count as velocities where contacts begin or end: there, estimates of high order see too little
@@ -106,7 +106,7 @@ def judge(
         off, off_speed, off_hidden: Estimated errors as ``estimate`` returns them.
         reach, pace: Largest displacement [m] and speed [m/s] until its end.
         strict: Whether errors of velocities count by themselves.
-        thrown: Whether a contact begins or ends in the step.
+        thrown: Whether a law of contact changes its formula in the step.
     """
     h = now.end - now.time
     noise = task.noise / h

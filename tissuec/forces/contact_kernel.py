@@ -36,7 +36,7 @@ LEVER = 7  # on a plane
 GAP = 10  # distance of the node from the nearest point
 RATE = 11  # velocity along the normal
 SLIDE = 12  # velocity against the nearest point
-BENDS = 15  # of the law that the pressure has passed, times the weight
+BENDS = 15  # of the law that are passed, those of the depth times the weight
 SHARE = 16  # of the couple of its surface
 LOST = 17  # power that damping dissipates; in the first row, with that of friction
 FORCE = 18  # on the node, and on the three points of the shape
@@ -95,7 +95,11 @@ def add_up(begin: int, end: int, f: Floats, power: Floats, touches: ContactTable
 
 
 def count(bends: int, touches: ContactTable) -> None:
-    """Add up the bends of the law that all pressures have passed."""
+    """Add up the bends of the law that are passed: where it changes its formula.
+
+    These are two depths, the speed of parting from which on damping would pull, and the length
+    from which on a bristle bears no more.
+    """
     touches.bends[0] = bends
     touches.bends[1] = min(touches.bends[1], bends)
     touches.bends[2] = max(touches.bends[2], bends)
@@ -112,6 +116,7 @@ def press_node(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) 
         factor, (steady, closing, steeper) = 0.0, press_surface(k, start, stop, touches)
         if steady > 0.0:
             factor = max(1.0 + touches.damping * closing / steady, 0.0)
+            touches.met[start, BENDS] += 1.0 if factor > 0.0 else 0.0
             total, rest, growth = total + factor * steady, rest + steady, growth + steeper
         else:
             for row in range(start, stop):
@@ -140,10 +145,7 @@ def shape_of(row: int, touches: ContactTable) -> int:
 
 
 def look(k: int, begin: int, x: Floats, v: Floats, touches: ContactTable) -> int:
-    """Set rows for the pairs of a node that touch, without forces; return their end.
-
-    A bend is a depth at which the law of pressure changes its formula.
-    """
+    """Set rows for the pairs of a node that touch, without forces; return their end."""
     row, i, stiffness = begin, 3 * touches.nodes[k], touches.stiffness[k]
     for pair in range(touches.first[k], touches.first[k + 1]):
         depth, n0, n1, n2, wa, wb, wc, l0, l1, l2 = meet(i, pair, x, touches)
@@ -286,7 +288,10 @@ def rub(
     bent[k, 0] = rate * (d0 - slip * z0)
     bent[k, 1] = rate * (d1 - slip * z1)
     bent[k, 2] = rate * (d2 - slip * z2)
-    bears = touches.friction * total / length if length > slips else total / reach
+    bears = total / reach
+    if length > slips:
+        bears = touches.friction * total / length
+        touches.met[begin, BENDS] += 1.0
     start = begin
     while start < end:
         stop = end_of_surface(start, end, touches)

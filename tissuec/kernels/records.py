@@ -373,7 +373,7 @@ class Progress(Struct):
     # Step before it was made smaller because a spring turns over, minus that if it was to land
     # on a corner of a law, or 0 [s]
     usual: float
-    bends: int  # of the laws of contact that pressures have passed
+    bends: int  # of the laws of contact that are passed
     glanced: int  # states within steps in the buffer
 
 
