@@ -201,11 +201,11 @@ def test_nodes_of_a_small_tube_are_numbered_so_that_runs_have_few_gaps():
 
 def test_springs_to_nodes_of_tools_change_no_order():
     ends, count = tube(rings=16, sides=10), 160
-    order, in_runs = number_nodes(np.zeros((count, 3)), ends)
+    order, runs = number_nodes(np.zeros((count, 3)), ends)
     more = np.append(ends, [[3, count + 7]], axis=0).astype(np.int32)
     found = number_nodes(np.zeros((count, 3)), more)
     assert np.array_equal(found.order, order)
-    assert found.in_runs and in_runs
+    assert found.runs is not None and runs is not None
 
 
 def test_nodes_of_a_large_tube_keep_their_places():

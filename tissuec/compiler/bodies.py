@@ -113,8 +113,8 @@ def check_laws(
         law: Index of the law of each spring, shape (spring,).
         to: Takes diagnostics.
     """
-    for number in np.unique(law[rest <= 0.0]):
-        one = laws[int(number)]
+    found: set[int] = set(law[rest <= 0.0].tolist())
+    for one in (laws[number] for number in sorted(found)):
         used = variables(one.elastic) | variables(one.viscous)
         if "rest" in used:
             to.reject(

@@ -40,7 +40,8 @@ def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
         # Nodes without any spring are a matter of their own.
         has_springs = np.zeros(_size(body), dtype=bool)
         has_springs[ends.ravel()] = True
-        count = len(np.unique(topology.pieces(_size(body), ends)[has_springs]))
+        found = topology.pieces(_size(body), ends)[has_springs]
+        count = np.count_nonzero(np.bincount(found))
         if count > 1:
             yield Diagnostic(
                 "W301",
@@ -57,8 +58,9 @@ def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
         if not len(ends):
             continue
         own = joined[(joined >= body.nodes.start) & (joined < body.nodes.stop)]
-        loose = _size(body) - len(np.union1d(ends, own - body.nodes.start))
-        if loose:
+        bare = np.ones(_size(body), dtype=bool)
+        bare[ends] = bare[own - body.nodes.start] = False
+        if loose := int(np.count_nonzero(bare)):
             yield Diagnostic(
                 "W302",
                 f"{body.name} has {counted(loose, 'node')} without springs",

@@ -34,7 +34,7 @@ def knots(motions: Iterable[PrescribedMotion], profiles: Iterable[TimeProfile]) 
     """
     found = [*profiles, *(term.profile for motion in motions for term in motion.shifts)]
     found += [motion.turn.profile for motion in motions if motion.turn is not None]
-    return np.unique(np.concatenate([*(profile.knots for profile in found), np.zeros(0)]))
+    return np.array(sorted({knot for profile in found for knot in profile.knots.tolist()}))
 
 
 def longest_step(

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.engine.blocks import Places, are_several, block_size, parts_of
@@ -107,7 +108,7 @@ class KernelInputs:
 
     def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
         bodies, shown, all_nodes = network.body_nodes, network.shown_nodes, network.node_count
-        order, in_runs = number_nodes(network.position[:bodies], network.ends)
+        order, runs = number_nodes(network.position[:bodies], network.ends)
         # Nodes of tools stand last, where measures of motion leave them out.
         self.order = np.concatenate(
             [order, np.arange(shown, all_nodes), np.arange(bodies, shown)]
@@ -122,11 +123,14 @@ class KernelInputs:
         self.spring_count = network.spring_count
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
+        # Of all springs, until they are chosen; they hold where tools keep their numbers.
+        keeps_tools = np.array_equal(self.order[bodies:], np.arange(bodies, all_nodes))
+        self._all_places = runs if keeps_tools else None
         self._places: RunPlaces | None = None  # once somebody has asked for them
         self._chunks: Chunks | None = None  # the same
         count = useful(threads, network.spring_count)
         if count > 1 and not (
-            are_several(high, block_size(low, high)) if in_runs else are_chunks(all_nodes)
+            are_several(high, block_size(low, high)) if runs else are_chunks(all_nodes)
         ):
             count = 1
         self.team = ThreadTeam(count, all_nodes)
@@ -173,14 +177,16 @@ class KernelInputs:
         grown = bool(np.any(acting & ~self._acting))
         self._dead += int(np.count_nonzero(self._acting & ~acting))
         # Sums of energies would be grouped otherwise than in a run that is resumed.
-        much = self._dead > (0 if self.ledger else len(acting) // 20)
-        if grown or much or not hasattr(self, "springs"):
+        few = 0 if self.ledger else len(acting) // 20
+        if grown or self._dead > few or not hasattr(self, "springs"):
             among = self._sorted
             ids = np.flatnonzero(acting) if among is None else among[acting[among]]
             self._ids = ids.astype(np.int32)
             self._low, self._high = self._ends_of(state.network.ends.take(self._ids, axis=0))
             self._places = self._chunks = None
-            self._dead = 0
+            if self._all_places is not None and len(acting) - len(ids) <= few:
+                self._places = replace(self._all_places, place=self._all_places.place[ids])
+            self._all_places, self._dead = None, 0
         self._acting = acting
         ids, alive = self._ids, acting[self._ids]
         all_act = bool(alive.all())

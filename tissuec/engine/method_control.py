@@ -12,6 +12,7 @@ from tissuec.engine.method_trial import (
     cost_of,
     evaluation_time,
     of_other_order,
+    pays,
     trial_cost,
 )
 from tissuec.engine.stability import may_be_overdamped, sums_at_nodes
@@ -135,13 +136,17 @@ class MethodControl:
         stepper, name, evaluation = self._stepper, self.choice.name, self._evaluation_time
         springs, step = len(stepper.inputs.springs.ids), stepper.progress.step
         stepper.synchronise(state)
-        first = self.changes[0].method
-        found = of_other_order(name, first, step, lambda: self._known_facts(state))
-        if found is not None:
-            return found, trial_cost(found, evaluation, springs, stepper.work.solver)
+        ahead, first = self._method.duration - stepper.progress.time, self.changes[0].method
+        price = trial_cost(
+            first if name == "dop853" else "dop853", evaluation, springs, stepper.work.solver
+        )
+        # Where no trial pays, the facts need not be known.
+        if pays(price, ahead, pace):
+            found = of_other_order(name, first, step, lambda: self._known_facts(state))
+            if found is not None:
+                return found, price
         if state.inelastic is not None:
             return None  # implicit methods refuse such springs
-        ahead = self._method.duration - stepper.progress.time
         if state.fields and not stepper.integrator.implicit and ahead < PATIENT * pace:
             return None
         solver, banded = stepper.inputs.solver(), stepper.inputs.is_banded()

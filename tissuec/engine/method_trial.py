@@ -145,7 +145,7 @@ class MethodTrial(Struct):
     ) -> tuple[str, float] | None:
         """Return another method and what its trial costs [s], if enough time [s] is ahead."""
         found = candidate(pace) if ahead > WORTHWHILE * pace else None
-        return found if found is not None and ahead > TRIALS * found[1] * pace else None
+        return found if found is not None and pays(found[1], ahead, pace) else None
 
     def _open(
         self, now: Progress, effort: np.ndarray, cost: float, window: int, *, warming: bool
@@ -163,6 +163,17 @@ class MethodTrial(Struct):
         """Return what ``state`` gave; numbers may come back as those of NumPy."""
         fresh = cls()
         return cls(**{name: type(value)(saved[name]) for name, value in asdict(fresh).items()})
+
+
+def pays(price: float, ahead: float, pace: float) -> bool:
+    """Return whether so much is to come that a trial may be worth what it costs.
+
+    Args:
+        price: Predicted time of the trial [s].
+        ahead: What is to be simulated yet [s].
+        pace: Simulated seconds per second of the present method.
+    """
+    return ahead > TRIALS * price * pace
 
 
 def evaluation_time(state: State, springs: int) -> float:

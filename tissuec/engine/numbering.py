@@ -21,11 +21,11 @@ class Numbering(NamedTuple):
 
     Attributes:
         order: The node to put at each place, shape (node,).
-        in_runs: Whether the springs lie in runs that are worthwhile.
+        runs: The springs in runs, if that is worthwhile.
     """
 
     order: Indices
-    in_runs: bool
+    runs: RunPlaces | None
 
 
 def number_nodes(position: Floats, ends: NDArray[np.int32]) -> Numbering:
@@ -44,12 +44,12 @@ def number_nodes(position: Floats, ends: NDArray[np.int32]) -> Numbering:
     if count <= FEW and places.size - len(ends) > GAPS * places.size:
         order, places = _by_columns(count, ends, places)
     if places.is_worthwhile:
-        return Numbering(order, in_runs=True)
+        return Numbering(order, places)
     if count <= SMALL or not (extent := np.ptp(position, axis=0).max()):
-        return Numbering(np.arange(count), in_runs=False)
+        return Numbering(np.arange(count), None)
     cell = ((position - position.min(axis=0)) / extent * (2**BITS - 1)).astype(np.uint64)
     key = sum(_spread(cell[:, axis]) << np.uint64(axis) for axis in range(3))
-    return Numbering(np.argsort(key, kind="stable"), in_runs=False)
+    return Numbering(np.argsort(key, kind="stable"), None)
 
 
 def _by_columns(

@@ -93,30 +93,32 @@ def add_rows(
     last, end, part = weights.size - 1, work.end_row, slice(start, stop)
     # Views that are indexed from 0 let the compiler use vector instructions, and so does one
     # loop for each of both bases. What has no weight is not read: another vector is.
-    one = work.a[current, part]
-    two = work.v[current, part] if weights[0] != 0.0 else one
-    three = work.a[1 - current, part] if weights[end] != 0.0 else one
+    one, a = work.a[current, part], factor * weights[1]
+    two, b = work.v[current, part], factor / h * weights[0]
+    three, c = work.a[1 - current, part], factor * weights[end]
     j = following(weights, 1, end)
-    four = work.rows[j, part] if j <= last else one
-    a, b, c = factor * weights[1], factor / h * weights[0], factor * weights[end]
-    d = factor * weights[j] if j <= last else 0.0
+    if b == 0.0:
+        two, b = (work.rows[j, part], factor * weights[j]) if j <= last else (one, 0.0)
+        j = following(weights, j, end)
+    if c == 0.0:
+        three, c = (work.rows[j, part], factor * weights[j]) if j <= last else (one, 0.0)
+        j = following(weights, j, end)
+    four, d = (work.rows[j, part], factor * weights[j]) if j <= last else (one, 0.0)
     for i in range(out.size):
         out[i] = base[i] + ((a * one[i] + b * two[i]) + (c * three[i] + d * four[i]))
     j = following(weights, j, end)
     while j <= last:
-        # Four rows at a time, for less traffic; those past the last have no weight.
-        k = following(weights, j, end)
-        m = following(weights, k, end)
-        n = following(weights, m, end)
-        a = factor * weights[j]
-        b = factor * weights[k] if k <= last else 0.0
-        c = factor * weights[m] if m <= last else 0.0
-        d = factor * weights[n] if n <= last else 0.0
-        one, two = work.rows[j, part], work.rows[min(k, last), part]
-        three, four = work.rows[min(m, last), part], work.rows[min(n, last), part]
+        # Four rows at a time, for less traffic; what is missing has no weight.
+        one, a = work.rows[j, part], factor * weights[j]
+        j = following(weights, j, end)
+        two, b = (work.rows[j, part], factor * weights[j]) if j <= last else (one, 0.0)
+        j = following(weights, j, end)
+        three, c = (work.rows[j, part], factor * weights[j]) if j <= last else (one, 0.0)
+        j = following(weights, j, end)
+        four, d = (work.rows[j, part], factor * weights[j]) if j <= last else (one, 0.0)
         for i in range(out.size):
             out[i] += (a * one[i] + b * two[i]) + (c * three[i] + d * four[i])
-        j = following(weights, n, end)
+        j = following(weights, j, end)
 
 
 def following(weights: Floats, number: int, end: int) -> int:

@@ -147,7 +147,7 @@ class Companion:
         times, nodes = sample_times(plan), max(network.node_count, 1)
         most = max(2, min(MOST_ROWS, int(MOST_BYTES / (48 * nodes))))
         chosen = np.linspace(0, len(times) - 1, min(most, len(times))).round().astype(int)
-        self.times = times[np.unique(chosen)]
+        self.times = times[sorted(set(chosen.tolist()))]
         self.is_wanted = mode != "off" and bool((self.times > 0.0).any())
         kept = len(self.times) if self.is_wanted else 0
         self._own = np.full((kept, network.node_count, 3), np.nan)

@@ -132,11 +132,14 @@ class Explicit(RungeKutta):
             return float(np.inf)
         result = cls.tableau.result
         weights = cls.tableau.for_v[: result + 1, 1 : result + 1]
-        reach = np.arange(FINE, 2.0 * result, FINE)
-        z = -reach * fastest / abs(fastest)
-        value, term = np.ones_like(z), np.ones(result)
-        for power in range(1, result + 1):
-            value = value + z**power * (weights[-1] @ term)
-            term = weights[:-1] @ term
-        passed = np.flatnonzero(np.abs(value) > 1.0 + 1e-9)
-        return float(reach[passed[0]] / (omega * abs(fastest)))
+        before, after = 0.0, 2.0 * result
+        for spacing in (10.0 * FINE, FINE):
+            reach = np.arange(before + spacing, after + 0.5 * spacing, spacing)
+            z = -reach * fastest / abs(fastest)
+            value, term = np.ones_like(z), np.ones(result)
+            for power in range(1, result + 1):
+                value = value + z**power * (weights[-1] @ term)
+                term = weights[:-1] @ term
+            after = float(reach[np.flatnonzero(np.abs(value) > 1.0 + 1e-9)[0]])
+            before = after - spacing
+        return after / (omega * abs(fastest))

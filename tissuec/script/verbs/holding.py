@@ -104,8 +104,21 @@ def take(state: State, holder: str, nodes: Indices) -> None:
     """
     state.place_held()
     halt(state, nodes, lambda name: True)
-    state.holders[holder] = np.union1d(held_by(state, holder), nodes)
+    add_to_held(state, holder, nodes)
     state.place_held()
+
+
+def add_to_held(state: State, holder: str, nodes: Indices) -> None:
+    """Add nodes to those of a holder, which keep their order.
+
+    Args:
+        state: Changed in place.
+        holder: Name of a tool or set.
+        nodes: Indices, shape (n,).
+    """
+    held = np.zeros(state.network.node_count, dtype=bool)
+    held[held_by(state, holder)] = held[nodes] = True
+    state.holders[holder] = np.flatnonzero(held)
 
 
 def halt(state: State, nodes: Indices, concerns: Callable[[str], bool]) -> None:

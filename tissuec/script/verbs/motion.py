@@ -16,7 +16,7 @@ from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 from tissuec.script.verbs import EventQueue, LoggedEvent, Mover
-from tissuec.script.verbs.holding import halt, held_by, sentence
+from tissuec.script.verbs.holding import add_to_held, halt, held_by, sentence
 
 
 class EndMotion(Struct, frozen=True):
@@ -57,7 +57,7 @@ def set_off(
     """
     nodes = driven_by(state, mover)
     state.place_held()
-    state.holders[mover.name] = np.union1d(held_by(state, mover.name), nodes)
+    add_to_held(state, mover.name, nodes)
     state.hold_ends.pop(mover.name, None)
     halt(state, nodes, lambda name: name != mover.name)
     if turn is not None:
