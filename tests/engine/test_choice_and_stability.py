@@ -124,22 +124,29 @@ def test_automatic_chooses_by_tolerance_and_damping_and_says_why(tolerance, damp
 
 
 @pytest.mark.parametrize(
-    ("count", "tolerance", "damping", "name"),
+    ("count", "tolerance", "damping", "radians", "name"),
     [
-        (5000, None, 1.0, "rkn4"),
-        (5000, 1e-4, 1.0, "rkn4"),
-        (5000, 5e-5, 1.0, "dop853"),  # order 8 pays
-        (4998, None, 1.0, "dop853"),  # each step costs more than its forces
-        (5000, None, 30.0, "dop853"),  # damping limits the steps
-        (5000, 2e-2, 1.0, "velocity verlet"),
+        (5000, None, 1.0, 100.0, "rkn4"),
+        (5000, 1e-5, 1.0, 100.0, "rkn4"),
+        (5000, 5e-6, 1.0, 100.0, "dop853"),  # order 8 pays
+        (5000, 5e-6, 1.0, 2000.0, "rkn4"),  # its steps would not be stable
+        (5000, 5e-7, 1.0, 2000.0, "dop853"),
+        (4998, None, 1.0, 100.0, "dop853"),  # each step costs more than its forces
+        (5000, None, 30.0, 100.0, "dop853"),  # damping limits the steps
+        (5000, 0.1, 1.0, 100.0, "rkn4"),
+        (5000, 0.1, 2.7, 100.0, "velocity verlet"),
+        (4998, 0.1, 1.0, 100.0, "velocity verlet"),
+        (5000, 0.1, 1.0, 2000.0, "velocity verlet"),  # its steps are stable for longest
     ],
 )
 def test_automatic_takes_order_4_for_large_nets_at_usual_tolerances(
-    count, tolerance, damping, name
+    count, tolerance, damping, radians, name
 ):
     net = chain(count - 1, stiffness=100.0, mass=0.1, damping=damping)
     assert net.spring_count == count
-    assert choose(start(net), Method("automatic", tolerance, None, 1.0), never).name == name
+    # By the bound ω² ≤ 2 Σ c / m, two springs of 100 N/m at each node.
+    method = Method("automatic", tolerance, None, radians / np.sqrt(2 * 200.0 / 0.1))
+    assert choose(start(net), method, never).name == name
 
 
 def test_creeping_net_of_narrow_band_begins_with_implicit_steps():

@@ -52,7 +52,10 @@ def sunk(tmp_path_factory):
 def test_a_sheet_sinks_as_one_mass_on_a_damped_spring(sunk):
     expected = np.broadcast_to(fall(sunk.times)[:, None], sunk.position.shape[:2])
     assert sunk.position[..., 2] == pytest.approx(expected, abs=1e-6 * np.ptp(expected))
-    assert np.abs(sunk.position[..., :2] - sunk.position[0, :, :2]).max() < 1e-12
+    # Nothing acts in the plane: steps at the limit of stability let roundings grow until the
+    # control of errors sees them, far below the tolerance.
+    beside = np.abs(sunk.position[..., :2] - sunk.position[0, :, :2]).max()
+    assert beside < 1e-2 * 1e-6 * np.ptp(expected)
 
 
 def test_work_of_the_weight_is_stored_or_lost(sunk):

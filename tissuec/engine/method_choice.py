@@ -3,10 +3,12 @@
 The higher the order, the finer the tolerance from which a method needs the fewest force
 evaluations, and the shorter the steps that are stable: 2, 1.15 and .5 radians of the fastest
 motion for each evaluation of velocity Verlet, RKN4 and DOP853. On tubes, lattices and chains
-the first two cross near the tolerance ``COARSE``, the last two near ``FINE``.
+the first and the last cross near the tolerance ``COARSE``, RKN4 and DOP853 near ``FINE``, or
+``FINER`` where stability limits the steps.
 """
 
 from collections.abc import Callable, Mapping
+from math import inf
 
 import numpy as np
 from msgspec import Struct
@@ -23,13 +25,16 @@ from tissuec.engine.stability import (
 from tissuec.mechanics.state import State
 from tissuec.script.plan import AUTOMATIC, DEFAULT_TOLERANCE
 
-COARSE, FINE = 2e-2, 1e-4
+COARSE, FINE, FINER = 2e-2, 1e-5, 1e-6
 # Damping ratio of the fastest motion up to which steps of RKN4 are stable for longer, and
 # springs from which what a step costs beside its three evaluations hardly counts.
 BRISK, LARGE = 0.5, 5000
 # Radians of the fastest motion from which errors that grow in proportion to time, instead of
 # faster, make up for the shorter steps of the symplectic method.
 LONG = 1e4
+# Radians of the fastest motion below which accuracy limits the steps of large nets even at
+# coarse tolerances; in longer runs, stability does even at fine ones.
+BRIEF = 1e3
 CREEPING = 4.0  # damping ratio from which implicit steps are worth beginning with
 MANY = 1000  # explicit steps at their limit from which they are
 
@@ -84,8 +89,11 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
             return MethodChoice("srkn11", reason, facts)
     if (creeping := _creeping(state, sums, method, is_banded)) is not None:
         return creeping
-    if tolerance < COARSE:
-        return _of_higher_order(state, sums, tolerance)
+    is_large = np.count_nonzero(state.alive) >= LARGE
+    is_brief = sums.fastest * method.duration < BRIEF
+    if tolerance < COARSE or (is_large and is_brief and sums.most_damped <= BRISK):
+        finest = (FINE if is_brief else FINER) if is_large else inf
+        return _of_higher_order(sums, tolerance, finest)
     facts = measured_facts(state) if may_be_overdamped(state, sums, 1.0) else {}
     if facts.get("zeta", 0.0) > 1.0:
         reason = (
@@ -97,9 +105,9 @@ def choose(state: State, method: Method, is_banded: Callable[[], bool]) -> Metho
     return MethodChoice("velocity verlet", reason, facts)
 
 
-def _of_higher_order(state: State, sums: SumsAtNodes, tolerance: float) -> MethodChoice:
-    """Return order 4 for large nets whose steps stability may limit, else order 8."""
-    if tolerance < FINE or np.count_nonzero(state.alive) < LARGE:
+def _of_higher_order(sums: SumsAtNodes, tolerance: float, finest: float) -> MethodChoice:
+    """Return order 4 down to the finest tolerance for it, else order 8."""
+    if tolerance < finest:
         reason = (
             f"a tolerance of {tolerance:g} is finer than {COARSE:g}, "
             "where order 8 needs fewer force evaluations than order 2"
