@@ -12,9 +12,11 @@ import tissuec
 from tests.hand_net import make_net
 from tests.validate.scenes import compiled_scene
 from tissuec.core import processors
-from tissuec.engine import threads
+from tissuec.engine import spring_runs, threads
 from tissuec.engine.engine import Engine
 from tissuec.engine.execution.companion import threads_beside
+from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Method
 from tissuec.engine.threads import PARTS, ThreadTeam, useful
 from tissuec.mechanics.state import State
@@ -83,9 +85,15 @@ def shaken(network, name, threads, *, steps=3):
 
 
 @pytest.mark.parametrize("name", METHODS)
-@pytest.mark.parametrize("net", ["block", "heap"])
-def test_every_number_is_the_same_to_the_last_bit(net, name, threads_in_small_nets, request):
+@pytest.mark.parametrize(
+    ("net", "blocks"), [("block", spring_runs.LEAST_OF_GROUP), ("block", 1), ("heap", 1)]
+)
+def test_every_number_is_the_same_to_the_last_bit(
+    net, blocks, name, threads_in_small_nets, request, monkeypatch
+):
     network = request.getfixturevalue(net)
+    # Of a group: with few, threads share the springs in runs, too.
+    monkeypatch.setattr(spring_runs, "LEAST_OF_GROUP", blocks)
     expected, engine = shaken(network, name, 1)
     assert engine.statistics.threads == 1
     for number in (2, 5):
@@ -93,6 +101,18 @@ def test_every_number_is_the_same_to_the_last_bit(net, name, threads_in_small_ne
         assert engine.statistics.threads == number
         for one, other in zip(found, expected, strict=True):
             assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_springs_in_runs_have_tiles_for_every_part(block, threads, monkeypatch):
+    monkeypatch.setattr(spring_runs, "LEAST_OF_GROUP", 1)
+    inputs = KernelInputs(block, watched=False, ledger=False)
+    inputs.team = ThreadTeam(threads, block.node_count)
+    inputs.update(State.start(block, gravity=np.zeros(3), drag=0.0))
+    runs = inputs.net(INTEGRATORS["dop853"]).runs
+    groups = len(runs.group) - 1
+    assert groups > 1
+    assert len(runs.tiles) == min(inputs.team.parts, groups) * runs.ring
 
 
 def test_two_runs_at_a_time_have_threads_of_their_own(block, threads_in_small_nets):
@@ -139,8 +159,9 @@ def test_small_nets_keep_no_thread_busy():
 
 
 def test_loops_have_a_part_for_every_thread_that_is_held_up():
-    assert ThreadTeam(1, 10).record.found.shape[1] == 1
-    assert ThreadTeam(3, 10).record.found.shape[1] == 3 * PARTS
+    for number, parts in ((1, 1), (3, 3 * PARTS)):
+        team = ThreadTeam(number, 10)
+        assert team.parts == team.record.found.shape[1] == len(team.record.each) == parts
 
 
 @pytest.mark.parametrize(

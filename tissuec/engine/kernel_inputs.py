@@ -387,7 +387,7 @@ class KernelInputs:
         return packed(
             self.places,
             len(self.order),
-            len(self.team.record.found),
+            self.team.parts,
             stiffness=springs.stiffness,
             damping=springs.damping if needed.viscous else None,
             rest=springs.rest,
@@ -441,7 +441,7 @@ class KernelInputs:
         groups = parts_of(field, self.place)
         if groups != [[field]]:
             return [[(part.kernel, table_of(part)) for part in group] for group in groups]
-        parts = len(self.team.record.found)
+        parts = self.team.parts
         return [
             [(field.kernel, table) for table in tables]
             for tables in field.in_parts(table_of(field), parts)

@@ -30,16 +30,17 @@ class ThreadTeam:
         nodes: Of the net.
 
     Attributes:
+        parts: Into how many parts loops are divided.
         record: What kernels are given.
     """
 
     def __init__(self, threads: int, nodes: int):
-        pieces, parts = max(pieces_of(nodes), 1), PARTS * threads if threads > 1 else 1
+        pieces, self.parts = max(pieces_of(nodes), 1), PARTS * threads if threads > 1 else 1
         self.record = records.Team(
             threads=threads,
             words=np.zeros(WORDS, dtype=np.int64),
-            found=np.zeros((2, parts)),
-            each=aligned_zeros(parts * ROOM).reshape(parts, ROOM),
+            found=np.zeros((2, self.parts)),
+            each=aligned_zeros(self.parts * ROOM).reshape(self.parts, ROOM),
             work=np.zeros(pieces),
             lost=np.zeros(pieces),
             near=np.zeros(pieces, dtype=np.int64),
@@ -51,7 +52,7 @@ class ThreadTeam:
         others, words = self.record.threads - 1, self.record.words
         if others and self._pool is None:
             self._pool = ThreadPoolExecutor(others, "tissuec")
-            words[0] = words[ALL_PARTS] = self.record.found.shape[1]
+            words[0] = words[ALL_PARTS] = self.parts
             words[GIVE_WAY] = _giving_way()
         if self._pool is not None:
             serve = _function("serve", ctypes.c_void_p)
