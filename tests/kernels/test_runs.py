@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.engine.running import Bench, block
 from tissuec.engine import spring_runs
 from tissuec.engine.blocks import BLOCK_NODES
 from tissuec.engine.chunks import chunks_of
@@ -14,6 +15,7 @@ from tissuec.forces import accelerations, springs_kernel
 from tissuec.forces import runs_kernel as kernel
 from tissuec.kernels.records import Operations
 
+EPS = np.finfo(float).eps
 SPRING = ("stiffness", "damping", "rest", "near", "near_crush")
 
 
@@ -51,9 +53,9 @@ NETS = dict(nets())
 @pytest.mark.parametrize("name", NETS)
 @pytest.mark.parametrize("ledger", [False, True])
 @pytest.mark.parametrize("parts", [1, 3])
-@pytest.mark.parametrize("alike", [False, True])
+@pytest.mark.parametrize(("alike", "regular"), [(False, False), (True, False), (True, True)])
 def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
-    name, ledger, parts, alike, monkeypatch
+    name, ledger, parts, alike, regular, monkeypatch
 ):
     def share(team, function, arguments):
         for part in reversed(range(parts)):  # which part comes first does not matter
@@ -61,6 +63,7 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
 
     monkeypatch.setattr(kernel, "share", share)
     monkeypatch.setattr(spring_runs, "LEAST_OF_GROUP", 1 if parts > 1 else 1000)
+    monkeypatch.setattr(spring_runs, "MANY", 0)
     pairs, nodes = NETS[name]
     rng = np.random.default_rng(len(pairs))
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
@@ -68,6 +71,8 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
     values = {each: rng.uniform(0.5, 2.0, len(low)) for each in SPRING}
     if alike:
         values["stiffness"][:], values["damping"][:] = 1.5, 0.7
+    if regular:
+        values["rest"][:] = 1.3 * (1.0 + EPS * rng.integers(-1000, 1000, len(low)))
     dead = rng.uniform(size=len(low)) < 0.1
     values["stiffness"][dead] = values["damping"][dead] = 0.0
     net = SimpleNamespace(
@@ -87,6 +92,8 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
             values[each][:] = far
         net.runs = packed(places_of(low, high), nodes, parts, **values)
         assert net.runs.alike is (alike or len(low) < 2)
+        if len(low) > 1:
+            assert (len(net.runs.steps) > 0) is regular is (len(net.runs.rest) == 0)
         found, expected, powers = np.ones(3 * nodes), np.ones(3 * nodes), np.zeros((2, 2))
         near = kernel.springs_in_runs(x, v, found, powers[0], net)
         assert near == springs_kernel.springs(x, v, expected, powers[1], net)
@@ -94,6 +101,56 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
         assert found == pytest.approx(expected, abs=1e-13 * scale)
         if ledger:
             assert powers[0] == pytest.approx(powers[1], rel=1e-12)
+
+
+def lengths_of(places, rest, stiffness=None):
+    """Return the lengths in runs that the kernel reads, by their places."""
+    values = {"rest": rest, "stiffness": np.ones_like(rest) if stiffness is None else stiffness}
+    runs = packed(places, 10_000, 1, **values)
+    if not len(runs.steps):
+        return runs, runs.rest
+    written = np.zeros(places.size)
+    for at, count, base in zip(runs.at, runs.length, runs.base, strict=True):
+        whole, number = np.uint64(at), np.uint64(count)
+        kernel.write_lengths(whole, number, base, runs.steps, written[at : at + count])
+    return runs, written
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1.0 - EPS, 4.0, 0.0])
+def test_lengths_in_steps_are_exact(size, monkeypatch):
+    """Also where they step over a power of two."""
+    places, count = places_of(*NETS["blocks"][0].T), len(NETS["blocks"][0])
+    rng = np.random.default_rng(2)
+    rest = size * (1.0 + EPS * rng.integers(-9000, 9000, count))
+    stiffness = np.where(rng.uniform(size=count) < 0.2, 0.0, 1.0)
+    runs, whole = lengths_of(places, rest, stiffness)
+    assert not len(runs.steps)  # as few as these stay in the cache
+    monkeypatch.setattr(spring_runs, "MANY", 0)
+    runs, written = lengths_of(places, rest, stiffness)
+    assert len(runs.steps) == places.size and not len(runs.rest)
+    assert np.array_equal(written, whole)
+
+
+def test_lengths_that_differ_by_more_than_roundings_are_kept_whole(monkeypatch):
+    monkeypatch.setattr(spring_runs, "MANY", 0)
+    places, count = places_of(*NETS["blocks"][0].T), len(NETS["blocks"][0])
+    rest = np.ones(count)
+    assert len(lengths_of(places, rest)[0].steps)
+    rest[count // 2] += 70_000 * EPS
+    assert not len(lengths_of(places, rest)[0].steps)
+
+
+@pytest.mark.parametrize("method", ["velocity verlet", "dop853"])
+def test_a_run_is_the_same_to_the_last_bit_however_lengths_are_kept(method, monkeypatch):
+    whole, steps = [], []
+    for many, found in ((10**9, whole), (0, steps)):
+        monkeypatch.setattr(spring_runs, "MANY", many)
+        bench = Bench(block(9, spin=(3.0, 2.0, 1.0), damping=1e-3), 0.05, method=method)
+        found.append(bench.run().position)
+        runs = bench.engine.stepper.inputs.net(bench.engine.stepper.integrator).runs
+        found.append(len(runs.steps))
+    assert np.array_equal(whole[0], steps[0])
+    assert steps[1] > 0 and whole[1] == 0
 
 
 def test_lattices_lie_in_runs_and_other_nets_do_not():

@@ -16,13 +16,18 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.engine.blocks import BLOCK_NODES, Places, are_several, block_size
-from tissuec.forces.runs_kernel import LANES, SIZE, TILE
+from tissuec.forces.runs_kernel import LANES, NO_STEP, SIZE, TILE
 from tissuec.kernels.record_tables import aligned_zeros
 from tissuec.kernels.records import Runs
 from tissuec.model.network import Floats, Indices
 
+RUNS_AT_ONCE = 4096
+MOST_STEPS = 2**15 - 1  # up or down, in two bytes
+_NO_STEPS = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int16)
 GAP = 8  # springs that are missing in a row, at most
 NO_SPRING = -1.0  # length at rest of what is none [m]
+# Springs from which their lengths at rest take most of the nearer caches.
+MANY = 100_000
 MOST_GROUPS = 32  # of blocks
 LEAST_OF_GROUP = 4  # blocks
 # What a run costs, and each of its springs, beside a spring by itself.
@@ -171,8 +176,6 @@ def packed(
     acts = stiffness != 0.0
     if damping is not None:
         acts |= damping != 0.0
-    lengths = np.full(places.size, NO_SPRING)
-    lengths[places.place] = np.where(acts, rest, NO_SPRING)
     numbers = (stiffness, damping, near, near_crush)
     alike = all(value is None or _is_constant(value, acts) for value in numbers)
 
@@ -202,11 +205,42 @@ def packed(
 
     return Runs(
         in_tiles(places.first), in_tiles(places.first + places.offset), places.length,
-        places.at, block, group, width,
-        in_runs(stiffness), in_runs(damping), lengths, in_runs(near), in_runs(near_crush),
-        alike, aligned_zeros(min(parts, len(group) - 1) * ring), ring,
+        places.at, block, group, width, in_runs(stiffness), in_runs(damping),
+        *_lengths(places, np.where(acts, rest, NO_SPRING)),
+        in_runs(near), in_runs(near_crush), alike,
+        aligned_zeros(min(parts, len(group) - 1) * ring), ring,
         aligned_zeros((len(group) - 2) * 3 * width),
     )  # fmt: skip
+
+
+def _lengths(places: RunPlaces, rest: Floats) -> tuple[Floats, Indices, NDArray[np.int16]]:
+    """Return lengths at rest as in ``Runs``: ``rest``, ``base`` and ``steps``.
+
+    They are in steps where they are many, and those of a run differ by no more than steps can
+    tell. Floating-point numbers that follow one another have bits that do, as integers.
+
+    Args:
+        places: Places of the springs in runs.
+        rest: Lengths [m], negative of dead springs, shape (spring,).
+    """
+    lengths = np.full(places.size, NO_SPRING)
+    lengths[places.place] = rest
+    if places.size < MANY:
+        return lengths, *_NO_STEPS
+    base, steps = np.zeros(len(places.first), dtype=np.int64), np.empty(places.size, np.int16)
+    for begin in range(0, len(base), RUNS_AT_ONCE):
+        some = slice(begin, begin + RUNS_AT_ONCE)
+        at, length = places.at[some], places.length[some]
+        own = slice(int(at[0]), int(at[-1] + length[-1]))
+        bits, none = lengths[own].view(np.int64), lengths[own] < 0.0
+        at = at - own.start
+        least = np.minimum.reduceat(np.where(none, np.iinfo(np.int64).max, bits), at)
+        most = np.maximum.reduceat(np.where(none, -1, bits), at)
+        if (most - least > 2 * MOST_STEPS).any():
+            return lengths, *_NO_STEPS
+        base[some] = np.where(most < 0, 0, least + MOST_STEPS)
+        steps[own] = np.where(none, NO_STEP, bits - base[some].repeat(length))
+    return np.zeros(0), base, steps
 
 
 def _groups(blocks: int) -> Indices:

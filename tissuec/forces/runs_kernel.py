@@ -11,6 +11,10 @@ the tiles of two blocks suffice, which take turns: large nets are limited by mem
 Threads take groups of blocks. What springs of a group do to the first block of the next one is
 its halo, and added at the end.
 
+Lengths at rest are most of what is read for each spring. In a regular mesh, those of a run
+differ by roundings only: they are kept as steps of two bytes, and written out run by run, in
+the cache.
+
 What is summed up, or only looked for, is stored for each spring before: loops that do both
 would not be vectorised, because sums of numbers depend on their order.
 Gaps in runs, and dead springs, have a negative length at rest.
@@ -35,6 +39,7 @@ Shared arguments:
 from math import sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.kernels.records import Floats, Net, Runs
 from tissuec.kernels.thread_loops import PIECE, share
@@ -47,6 +52,9 @@ TILE = PIECE // 2  # nodes
 # same bits, by which processors tell what is stored from what is read.
 ROW = TILE + 8
 FORCES, ROWS = 6, 9  # the first row of forces, and how many there are in all
+LENGTHS = 2 * ROW  # where those of a run are written out in scratch, behind losses and excesses
+NO_STEP = -(2**15)  # of what is no spring
+NO_LENGTH = np.int64(np.array(-1.0).view(np.int64))  # bits of its length
 SIZE = ROWS * ROW
 #: Runs have a multiple of as many springs: those left over by vector instructions would take as
 #: long as a whole run of this length. Loops say so, which spares the code for what is left.
@@ -203,15 +211,34 @@ def pull_run(run: int, ring: int, scratch: int, runs: Runs) -> None:
     at, count, own = np.uint64(runs.at[run]), np.uint64(runs.length[run]), np.uint64(scratch)
     # What is both a lower and an upper node must not be added to twice in one loop.
     to = high if high < low or high - low >= count else own
-    tiles = runs.tiles
+    tiles, rest, first = runs.tiles, runs.rest, at
+    if runs.steps.size:
+        rest, first = tiles[scratch + LENGTHS :], np.uint64(0)
+        write_lengths(at, count, runs.base[run], runs.steps, rest)
     pull_springs(
-        low, high, to, at, np.uint64(0) if runs.alike else at, count, tiles, runs.stiffness,
-        runs.damping, runs.rest, runs.near, runs.near_crush, tiles, tiles, tiles[scratch:],
+        low, high, to, first, np.uint64(0) if runs.alike else at, count, tiles, runs.stiffness,
+        runs.damping, rest, runs.near, runs.near_crush, tiles, tiles, tiles[scratch:],
         tiles[scratch + ROW :],
     )  # fmt: skip
     if to == own:
         for row in (ROW_6, ROW_7, ROW_8):
             add_to_upper(high + row, own + row, count, tiles, tiles)
+
+
+def write_lengths(
+    at: np.uint64, count: np.uint64, base: int, steps: NDArray[np.int16], rest: Floats
+) -> None:
+    """Set lengths at rest from their steps.
+
+    Args:
+        base: Bits of the length that steps begin at.
+        steps: Of all springs, shape (spring,).
+        rest: Changed, [m], shape (count,) or more.
+    """
+    bits = rest.view(np.int64)
+    for s in range(count // LANE * LANE):
+        step = np.int64(steps[at + s])
+        bits[s] = base + step if step != NO_STEP else NO_LENGTH
 
 
 def pull_springs(
@@ -239,7 +266,7 @@ def pull_springs(
     Args:
         to: Place from which on forces on upper nodes are: ``high``, or ``scratch``.
         stiffness, damping: Of all springs, or of each [N/m], [N s/m], as in ``Runs``.
-        rest: Lengths at rest [m], shape (spring,).
+        rest: Lengths at rest [m], from the place ``at`` on.
         near, near_crush: Tension and compression that are near to breaking [N], as in ``Runs``.
         lower, upper: The tiles, of which forces on lower and on upper nodes change.
         lost: Set to the losses [W], shape (count,) or more.

@@ -131,7 +131,11 @@ class Runs(NamedTuple):
     width: int  # nodes of a block
     stiffness: Floats  # [N/m]
     damping: Floats  # [N s/m]
-    rest: Floats  # [m], shape (spring,)
+    rest: Floats  # [m], shape (spring,), or (0,) where they are told by the next two
+    # Bits of a length, and how many numbers of this precision further that of each spring is;
+    # ``forces.runs_kernel.NO_STEP`` of what is none
+    base: Integers  # shape (run,) or (0,)
+    steps: NDArray[np.int16]  # shape (spring,) or (0,)
     near: Floats  # tension from which a closer look is needed [N]
     near_crush: Floats  # the same of pressure
     alike: bool  # springs share stiffness, damping and limits
