@@ -151,9 +151,24 @@ def has_checkpoint(partial: Path) -> bool:
         return begun.checkpoint() is not None
 
 
+def mark_checkpoints(marked: Path) -> Path:
+    """Let runs make an empty file with each checkpoint; return its path."""
+    from tissuec.results.writer import ResultWriter
+
+    checkpoint = ResultWriter.checkpoint
+
+    def mark(self: ResultWriter, *saved: object) -> None:
+        checkpoint(self, *saved)
+        marked.touch()
+
+    ResultWriter.checkpoint = mark
+    return marked
+
+
 def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, object]:
-    """Kill and resume runs of a scene until so many were killed, and one that was gone on with
-    is at its end; Wrong if it shows.
+    """Kill and resume runs of a scene until so many were killed; Wrong if it shows.
+
+    If no earlier one has, the last killed run leaves a checkpoint.
     """
     from tissuec.engine.execution import run as running
     from tissuec.results import writer
@@ -173,18 +188,24 @@ def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, objec
     same(whole, broken)
     broken.unlink()
     running.CHECKPOINT_EVERY, writer._LONGEST_WAIT = CHECKPOINT_EVERY, LONGEST_WAIT
+    marked = mark_checkpoints(folder / "marked")
     killed: Counter[str] = Counter()
     resumed = finished = bereft = 0
-    while sum(killed.values()) < kills or not (resumed and finished):
+    while sum(killed.values()) < kills or not finished:
         goes_on = has_checkpoint(partial)
         resumed += goes_on
         mode = random_.choice(MODES)
+        marked.unlink(missing_ok=True)
         child = start([*plain, mode, *(["--resume"] if goes_on else [])])
-        if sum(killed.values()) < kills or not resumed:
+        if sum(killed.values()) < kills:
             # Short lives after long ones, so that resumed runs die young as well.
             time.sleep(random_.uniform(0.0, 0.6 * usual))
             number = random_.choice(SIGNALS)
             done, status = os.waitpid(child, os.WNOHANG)
+            is_last = sum(killed.values()) + 1 == kills
+            while is_last and not (resumed or done or marked.exists()):
+                time.sleep(0.001)
+                done, status = os.waitpid(child, os.WNOHANG)
             companion = companion_of(child) if random_.random() < 0.3 else None
             if not done and companion is not None:
                 with suppress(ProcessLookupError):

@@ -54,8 +54,17 @@ def test_a_sheet_sinks_as_one_mass_on_a_damped_spring(sunk):
     assert sunk.position[..., 2] == pytest.approx(expected, abs=1e-6 * np.ptp(expected))
     # Nothing acts in the plane: steps at the limit of stability let roundings grow until the
     # control of errors sees them, far below the tolerance.
-    beside = np.abs(sunk.position[..., :2] - sunk.position[0, :, :2]).max()
-    assert beside < 1e-2 * 1e-6 * np.ptp(expected)
+    assert beside(sunk) < 1e-2 * 1e-6 * np.ptp(expected)
+
+
+def beside(result):
+    """Return how far a node moves in the plane [m]."""
+    return np.abs(result.position[..., :2] - result.position[0, :, :2]).max()
+
+
+def test_a_sheet_that_sinks_stays_in_place():
+    finer = sheet().replace("tolerance = 1e-6", "tolerance = 1e-7")
+    assert beside(tissuec.run(finer, companion="off")) < 1e-12
 
 
 def test_work_of_the_weight_is_stored_or_lost(sunk):

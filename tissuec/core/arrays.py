@@ -1,4 +1,4 @@
-"""Arrays of equal values, and of runs of numbers."""
+"""Arrays of equal values, of runs of numbers, and of numbers that are evenly spread."""
 
 from typing import Any
 
@@ -24,3 +24,16 @@ def counted_up(counts: NDArray[np.int64]) -> NDArray[np.int64]:
         counts: Lengths of the runs, shape (run,).
     """
     return np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def evenly(count: int, most: int) -> NDArray[np.int64]:
+    """Return 0, …, count - 1, or at most so many of these, evenly spread from first to last.
+
+    Args:
+        count: How many numbers there are.
+        most: How many are wanted, 2 or more.
+
+    Returns:
+        Ascending numbers, shape (n,).
+    """
+    return np.linspace(0, count - 1, min(most, count)).round().astype(np.int64)

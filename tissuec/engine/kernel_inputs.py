@@ -123,16 +123,17 @@ class KernelInputs:
         self.spring_count = network.spring_count
         self._acting = np.zeros(network.spring_count, dtype=bool)
         self._dead = 0
-        # Of all springs, until they are chosen; they hold where tools keep their numbers.
+        # Of all springs, for the first choice of those that act; valid if tools stay in place.
         keeps_tools = np.array_equal(self.order[bodies:], np.arange(bodies, all_nodes))
         self._all_places = runs if keeps_tools else None
         self._places: RunPlaces | None = None  # once somebody has asked for them
         self._chunks: Chunks | None = None  # the same
         count = useful(threads, network.spring_count)
-        if count > 1 and not (
-            are_several(high, block_size(low, high)) if runs else are_chunks(all_nodes)
-        ):
-            count = 1
+        if count > 1:
+            several = are_chunks(all_nodes)
+            if runs is not None:
+                several = are_several(high, block_size(low, high))
+            count = count if several else 1
         self.team = ThreadTeam(count, all_nodes)
         self._solver: Solver | None = None
 

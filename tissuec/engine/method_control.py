@@ -140,7 +140,7 @@ class MethodControl:
         price = trial_cost(
             first if name == "dop853" else "dop853", evaluation, springs, stepper.work.solver
         )
-        # Where no trial pays, the facts need not be known.
+        # The facts are measured only if a trial would pay.
         if pays(price, ahead, pace):
             found = of_other_order(name, first, step, lambda: self._known_facts(state))
             if found is not None:

@@ -16,18 +16,16 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.engine.blocks import BLOCK_NODES, Places, are_several, block_size
-from tissuec.forces.runs_kernel import LANES, NO_STEP, SIZE, TILE
+from tissuec.forces.runs_kernel import LANES, NO_SPRING, NO_STEP, SIZE, TILE
 from tissuec.kernels.record_tables import aligned_zeros
 from tissuec.kernels.records import Runs
 from tissuec.model.network import Floats, Indices
 
-RUNS_AT_ONCE = 4096
-MOST_STEPS = 2**15 - 1  # up or down, in two bytes
-_NO_STEPS = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int16)
 GAP = 8  # springs that are missing in a row, at most
-NO_SPRING = -1.0  # length at rest of what is none [m]
 # Springs from which their lengths at rest take most of the nearer caches.
 MANY = 100_000
+MOST_STEPS = 2**15 - 1  # up or down, in two bytes
+RUNS_AT_ONCE = 4096  # whose lengths are looked at together
 MOST_GROUPS = 32  # of blocks
 LEAST_OF_GROUP = 4  # blocks
 # What a run costs, and each of its springs, beside a spring by itself.
@@ -225,8 +223,9 @@ def _lengths(places: RunPlaces, rest: Floats) -> tuple[Floats, Indices, NDArray[
     """
     lengths = np.full(places.size, NO_SPRING)
     lengths[places.place] = rest
+    whole = lengths, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int16)
     if places.size < MANY:
-        return lengths, *_NO_STEPS
+        return whole
     base, steps = np.zeros(len(places.first), dtype=np.int64), np.empty(places.size, np.int16)
     for begin in range(0, len(base), RUNS_AT_ONCE):
         some = slice(begin, begin + RUNS_AT_ONCE)
@@ -237,7 +236,7 @@ def _lengths(places: RunPlaces, rest: Floats) -> tuple[Floats, Indices, NDArray[
         least = np.minimum.reduceat(np.where(none, np.iinfo(np.int64).max, bits), at)
         most = np.maximum.reduceat(np.where(none, -1, bits), at)
         if (most - least > 2 * MOST_STEPS).any():
-            return lengths, *_NO_STEPS
+            return whole
         base[some] = np.where(most < 0, 0, least + MOST_STEPS)
         steps[own] = np.where(none, NO_STEP, bits - base[some].repeat(length))
     return np.zeros(0), base, steps

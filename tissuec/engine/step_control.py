@@ -35,8 +35,7 @@ CORNER_SHARE = 1e-3
 # estimates of high order see too little of that.
 BEND_SHARE = 0.1
 # Share of a step (that of ``dop853`` at a tolerance of 1e-5) below which bristles of friction
-# count as velocities where contacts begin or end: there, estimates of high order see too little
-# of the corners of their law. Methods that do not estimate errors of velocities are left out.
+# count as velocities there, too, for methods that estimate errors of velocities.
 FINE = 3.9e-8
 CORNER_LOOKS = 4  # in a step, for corners of laws that are passed
 
@@ -97,9 +96,10 @@ def judge(
     strength, though, dashpots transmit them, and the time of rupture depends on them. What
     hidden nodes keep as velocities are elongations, whose errors count as those of positions.
 
-    What leaves a contact flies on as wrongly as it was thrown off. Rounding of positions is
-    noise / h in velocities where the step is as long as the forces let it be; steps that are
-    short for the sake of a contact feel that of the longest step.
+    An error of velocity where a contact ends grows into an error of position. Rounding of
+    positions causes errors of up to noise / h in velocities if h is as long as stability
+    permits. Steps that are shorter because of a contact are allowed no more than the longest
+    step so far.
 
     Args:
         now: Where the run stands before the step is accepted.

@@ -57,7 +57,6 @@ from tissuec.kernels.records import (
 )
 from tissuec.kernels.vectors import distance, greater, length
 
-END_ROW = VelocityVerlet.end_row
 SAFETY = VelocityVerlet.safety
 IMPLICIT = VelocityVerlet.implicit
 NO_REASON = -1  # to come back to Python
@@ -84,8 +83,8 @@ def drive(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> in
         if now.sample < buffer.times.size and buffer.times[now.sample] < now.end:
             return FULL
         if net.ledger:
-            work.power[1, 0] = work.power[END_ROW, 0]
-            work.power[1, 1] = work.power[END_ROW, 1]
+            work.power[1, 0] = work.power[work.end_row, 0]
+            work.power[1, 1] = work.power[work.end_row, 1]
         now.time, now.current, now.pending = now.end, 1 - now.current, 0
 
 

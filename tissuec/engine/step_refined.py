@@ -16,12 +16,11 @@ Shared arguments:
 
 from math import exp, inf
 
-from tissuec.engine.integrators.verlet import VelocityVerlet, book, finish, prepare, step
+from tissuec.engine.integrators.verlet import book, finish, prepare, step
 from tissuec.kernels.records import LOOKED, Buffer, Floats, Net, Progress, Task, Work
 from tissuec.kernels.stages import combine
 from tissuec.kernels.vectors import distance, greater, length, polynomials, scale
 
-END_ROW = VelocityVerlet.end_row
 MOST_HALVINGS = 6  # of a step whose work and dissipation are looked at on equal pieces
 LOOKS_INSIDE = (0.25, 0.5, 0.75)  # parts of the step: the difference has zeros elsewhere
 # What is doubted of a sample.
@@ -147,7 +146,7 @@ def march(
             finish(start, end, half, work, net)
             if net.ledger:
                 wrong += book(start, end, half, work, net)
-                scale(1.0, work.power[END_ROW], work.power[1])
+                scale(1.0, work.power[work.end_row], work.power[1])
             half = 1 - half
     scale(1.0, work.x[half], x)
     scale(1.0, work.v[half], v)

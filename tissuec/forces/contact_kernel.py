@@ -95,10 +95,10 @@ def add_up(begin: int, end: int, f: Floats, power: Floats, touches: ContactTable
 
 
 def count(bends: int, touches: ContactTable) -> None:
-    """Add up the bends of the law that are passed: where it changes its formula.
+    """Add up the bends that are passed: points where the law of contact changes its formula.
 
-    These are two depths, the speed of parting from which on damping would pull, and the length
-    from which on a bristle bears no more.
+    These are two depths, the speed of separation at which damping cancels the pressure, and the
+    length from which on the force of a bristle no longer grows.
     """
     touches.bends[0] = bends
     touches.bends[1] = min(touches.bends[1], bends)

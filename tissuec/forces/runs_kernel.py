@@ -53,8 +53,9 @@ TILE = PIECE // 2  # nodes
 ROW = TILE + 8
 FORCES, ROWS = 6, 9  # the first row of forces, and how many there are in all
 LENGTHS = 2 * ROW  # where those of a run are written out in scratch, behind losses and excesses
-NO_STEP = -(2**15)  # of what is no spring
-NO_LENGTH = np.int64(np.array(-1.0).view(np.int64))  # bits of its length
+NO_SPRING = -1.0  # length at rest of what is none [m]
+NO_STEP = -(2**15)  # the step to it
+NO_BITS = np.int64(np.array(NO_SPRING).view(np.int64))
 SIZE = ROWS * ROW
 #: Runs have a multiple of as many springs: those left over by vector instructions would take as
 #: long as a whole run of this length. Loops say so, which spares the code for what is left.
@@ -238,7 +239,7 @@ def write_lengths(
     bits = rest.view(np.int64)
     for s in range(count // LANE * LANE):
         step = np.int64(steps[at + s])
-        bits[s] = base + step if step != NO_STEP else NO_LENGTH
+        bits[s] = base + step if step != NO_STEP else NO_BITS
 
 
 def pull_springs(

@@ -1,11 +1,11 @@
 """Linear combinations of the stages of a step, as loops to be compiled.
 
-A tableau weights rows: v / h and the acceleration at the start of the step, those of further
-stages, and in between that at the end. The first two and the last are where the run keeps them;
-``Work.rows`` has the others, in rows of the same numbers.
+The columns of a tableau are weights of rows. Row 0 is v / h and row 1 the acceleration, both at
+the start of the step; row ``Work.end_row`` is the acceleration at its end. These three are not
+copied but read from ``Work.v`` and ``Work.a``. ``Work.rows`` contains the other rows, under the
+same numbers.
 
-Large nets are limited by memory bandwidth, so that each loop does all that can be done with
-what it reads.
+Memory bandwidth limits large nets. So positions and velocities are computed in one loop.
 
 Shared arguments:
     part, parts: Index of this thread's share of the loop, and the number of shares.
@@ -135,10 +135,9 @@ def following(weights: Floats, number: int, end: int) -> int:
 
 
 def blended_errors(h: float, current: int, blend: Floats, begin: int, work: Work) -> None:
-    """Find the largest e5² / √(e5² + 0.01 e3²) over nodes, of positions and of velocities.
+    """Set ``work.errors`` to the largest e5² / √(e5² + 0.01 e3²) over nodes; NaN if one is NaN.
 
-    e5 and e3 are both estimates of ``work.tableau``. ``work.errors`` becomes the errors
-    [m], [m/s]; NaN if one is NaN.
+    e5 and e3 are the two estimates of ``work.tableau``, of positions and of velocities.
     """
     work.errors[0] = work.errors[1] = 0.0
     if blend.size:  # most nets have no hidden nodes

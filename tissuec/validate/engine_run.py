@@ -7,6 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import evenly
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import Outcome, run
@@ -65,9 +66,7 @@ def thinned(times: Floats, nodes: int) -> Floats:
         nodes: Number of nodes.
     """
     most = int(min(MOST_ROWS, MOST_BYTES / (9 * 8 * max(nodes, 1))))
-    if len(times) <= most:
-        return times
-    return times[np.unique(np.linspace(0, len(times) - 1, max(most, 2)).round().astype(int))]
+    return times[evenly(len(times), max(most, 2))]
 
 
 def observe(

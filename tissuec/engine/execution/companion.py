@@ -25,6 +25,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.arrays import evenly
 from tissuec.core.processors import permitted
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder, sample_times
@@ -146,8 +147,7 @@ class Companion:
         self.network, self.plan, self.mode, self._launch = network, plan, mode, launch
         times, nodes = sample_times(plan), max(network.node_count, 1)
         most = max(2, min(MOST_ROWS, int(MOST_BYTES / (48 * nodes))))
-        chosen = np.linspace(0, len(times) - 1, min(most, len(times))).round().astype(int)
-        self.times = times[sorted(set(chosen.tolist()))]
+        self.times = times[evenly(len(times), most)]
         self.is_wanted = mode != "off" and bool((self.times > 0.0).any())
         kept = len(self.times) if self.is_wanted else 0
         self._own = np.full((kept, network.node_count, 3), np.nan)

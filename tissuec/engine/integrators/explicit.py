@@ -12,32 +12,31 @@ import numpy as np
 
 from tissuec.engine.integrators.tableaus import RungeKutta, enter_stage
 from tissuec.forces.accelerations import force
-from tissuec.kernels.records import LOOKED, Net, Tableau, Work
+from tissuec.kernels.records import LOOKED, Net, Work
 from tissuec.kernels.stages import blended_errors
 from tissuec.kernels.vectors import quadrature
 
 # Of a member; bound to its own.
-END_ROW = 13
 CONTROL_ORDER = 7.0
 FINE = 1e-3  # on the way to the limit of stability, |h λ|
 
 
 def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Set the state at ``end``; return whether a spring is near its strength."""
-    h, result = end - time, END_ROW - 1
+    h, result = end - time, work.tableau.result
     work.effort[0] += result - 1
     near = False
     for stage in range(1, result):
         near |= evaluate_stage(time, h, stage, current, work, net)
     enter_stage(end, h, result, current, work.x[1 - current], work.v[1 - current], work, net)
-    if needs_end(work.tableau):
+    if needs_end(work):
         near |= evaluate_end(end, current, work, net)
     return near
 
 
-def needs_end(table: Tableau) -> bool:
+def needs_end(work: Work) -> bool:
     """Return whether estimates combine the acceleration at the end as well."""
-    return table.error_v[0, END_ROW] != 0.0
+    return work.tableau.error_v[0, work.end_row] != 0.0
 
 
 def evaluate_stage(
@@ -46,7 +45,7 @@ def evaluate_stage(
     """Set the row of one stage from the previous ones."""
     x, v, then = work.trial_x, work.trial_v, time + h * work.tableau.for_x[stage, 0]
     enter_stage(then, h, stage, current, x, v, work, net)
-    a = work.a[1 - current] if stage + 1 == END_ROW else work.rows[stage + 1]
+    a = work.a[1 - current] if stage + 1 == work.end_row else work.rows[stage + 1]
     return force(then, x, v, a, work.power[stage + 1], net)
 
 
@@ -54,7 +53,7 @@ def evaluate_end(end: float, current: int, work: Work, net: Net) -> bool:
     """Set the accelerations at the end of the step."""
     x, v, a = work.x[1 - current], work.v[1 - current], work.a[1 - current]
     work.effort[0] += 1
-    return force(end, x, v, a, work.power[END_ROW], net)
+    return force(end, x, v, a, work.power[work.end_row], net)
 
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
@@ -68,8 +67,8 @@ def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
 
 def book(time: float, end: float, current: int, work: Work, net: Net) -> float:
     """Set the ledger at the step's end; return the largest local error of its entries [J]."""
-    h, weights, ledger = end - time, work.tableau.for_v[END_ROW - 1], work.ledger[1 - current]
-    quadrature(work.ledger[current], h, weights, work.power, ledger)
+    h, table, ledger = end - time, work.tableau, work.ledger[1 - current]
+    quadrature(work.ledger[current], h, table.for_v[table.result], work.power, ledger)
     return largest_of_booked(h, work)
 
 
@@ -89,7 +88,7 @@ def largest_of_booked(h: float, work: Work) -> float:
 
 def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
     """Evaluate the end of an accepted step, unless its error already needed that."""
-    if needs_end(work.tableau):
+    if needs_end(work):
         return False
     return evaluate_end(end, current, work, net)
 
@@ -97,8 +96,8 @@ def finish(time: float, end: float, current: int, work: Work, net: Net) -> bool:
 def prepare(time: float, end: float, current: int, work: Work, net: Net) -> None:
     """Evaluate the stages after the result, for the dense output."""
     stages = work.tableau.for_x.shape[0]
-    work.effort[LOOKED] += stages - END_ROW
-    for stage in range(END_ROW, stages):
+    work.effort[LOOKED] += stages - work.end_row
+    for stage in range(work.end_row, stages):
         evaluate_stage(time, end - time, stage, current, work, net)
 
 
