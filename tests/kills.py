@@ -168,7 +168,7 @@ def mark_checkpoints(marked: Path) -> Path:
 def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, object]:
     """Kill and resume runs of a scene until so many were killed; Wrong if it shows.
 
-    If no earlier one has, the last killed run leaves a checkpoint.
+    If no earlier one has, the last killed run leaves a checkpoint; it is resumed, too.
     """
     from tissuec.engine.execution import run as running
     from tissuec.results import writer
@@ -191,7 +191,7 @@ def torment(scene: Path, folder: Path, kills: int, seed: int) -> dict[str, objec
     marked = mark_checkpoints(folder / "marked")
     killed: Counter[str] = Counter()
     resumed = finished = bereft = 0
-    while sum(killed.values()) < kills or not finished:
+    while sum(killed.values()) < kills or not finished or partial.exists():
         goes_on = has_checkpoint(partial)
         resumed += goes_on
         mode = random_.choice(MODES)
