@@ -54,7 +54,7 @@ def nets() -> list[Net]:
               box from (0, 0, 0) cm to ({n - 1}, {n - 1}, {n - 1}) cm
             }}""",
         )
-        for n in (10, 22, 46)
+        for n in (10, 22, 46, 100)
     ]
     return [Net("tube", tube), *blocks]
 

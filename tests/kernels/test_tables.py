@@ -6,7 +6,7 @@ import pytest
 
 import tissuec.engine.codegen.numba_types  # noqa: F401  # how Numba understands tables
 from tissuec.kernels import records
-from tissuec.kernels.record_tables import RecordTable, layout
+from tissuec.kernels.record_tables import RecordTable, aligned_zeros, layout
 
 NUMBERS = {float: 2.5, int: -3, bool: True}
 
@@ -100,3 +100,12 @@ def test_a_table_may_stand_for_a_record_within_another():
     table = RecordTable(within)
     assert read(table) == read(RecordTable(made))
     assert table.tableau.result == made.tableau.result
+
+
+def test_aligned_zeros_begin_where_a_line_of_the_cache_does():
+    for size in range(40):
+        made = aligned_zeros(2, size)
+        assert made.shape == (2, size)
+        assert not made.any()
+        assert made.ctypes.data % 64 == 0
+        RecordTable(filled(records.Buffer, np.random.default_rng(7))._replace(position=made))

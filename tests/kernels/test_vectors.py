@@ -56,3 +56,17 @@ def test_nodes_beyond_the_scratch_do_not_count(pair, team):
     fewer = np.zeros(NODES - 1)
     assert vectors.length(one, fewer, team) < 10.0
     assert vectors.distance(one, two, fewer, team) < 20.0
+
+
+@pytest.mark.parametrize("of", [lambda f: f, compiled], ids=["Python", "compiled"])
+def test_velocities_are_corrected_and_the_largest_change_found(of, pair, team):
+    before, after = pair
+    after[NODES // 2] = 9.0
+    predicted = np.random.default_rng(6).normal(size=(NODES, 3))
+    expected = predicted + 0.05 * (after - before)
+    largest = np.linalg.norm(after - before, axis=1).max()
+    flat = predicted.ravel()
+    given = before.ravel(), after.ravel(), 0.1, flat, np.zeros(NODES), team
+    assert of(vectors.correct)(*given) == pytest.approx(largest, rel=1e-15)
+    # One multiplication and addition, which compiled code rounds once.
+    np.testing.assert_allclose(flat.reshape(-1, 3), expected, atol=1e-15)

@@ -26,7 +26,7 @@ from tissuec.forces.branches import Inelastic, tightened
 from tissuec.forces.load import Load
 from tissuec.forces.rest_length import reels
 from tissuec.kernels.calls import kernel_address
-from tissuec.kernels.record_tables import RecordTable
+from tissuec.kernels.record_tables import RecordTable, aligned_zeros
 from tissuec.kernels.records import (
     BoundaryConditions,
     Chunks,
@@ -153,7 +153,7 @@ class KernelInputs:
         self.held = state.held | self.moved
         self._update_springs(state)
         inverse = np.where(self.held, 0.0, 1.0 / state.mass)
-        self.inverse_mass = inverse[self.order]
+        self.inverse_mass = self.inwards(inverse)
         push, steady = np.zeros((2, len(inverse), 3))
         drag, self.timed = np.zeros(len(inverse)), list[Load]()
         motion = state.position, state.velocity
@@ -168,7 +168,7 @@ class KernelInputs:
                     load.add_forces(state.time, *motion, push)
         push[self.held] = steady[self.held] = 0.0
         steady += push * inverse[:, None]
-        self.drag = drag[self.order]
+        self.drag = self.inwards(drag)
         self.push, self.steady = self.inwards(push), self.inwards(steady)
         self.driven = self.place[np.flatnonzero(self.moved)]
 
@@ -295,12 +295,15 @@ class KernelInputs:
         return not self.solver().scratch.size
 
     def inwards(self, vector: Floats) -> Floats:
-        """Return nodal vectors in the order of the stepping code, flat, shape (3 node,).
+        """Return numbers or vectors of nodes in the order of the stepping code, flat.
 
         Args:
-            vector: In the order of the network and in any unit, shape (node, 3).
+            vector: In the order of the network and in any unit, shape (node,) or (node, 3).
         """
-        return np.ascontiguousarray(vector[self.order]).ravel()
+        flat = aligned_zeros(vector.size)
+        # Clipped, because where it tests indices, NumPy keeps a second copy.
+        np.take(vector, self.order, axis=0, out=flat.reshape(vector.shape), mode="clip")
+        return flat
 
     def outwards(self, flat: Floats) -> Floats:
         """Return flat vectors in the order of the network, shape (…, node, 3).

@@ -181,8 +181,8 @@ def packed(
         if value is None:
             return np.zeros(0)
         if alike:
-            return np.full(TILE, value[acts.argmax()] if len(value) else 0.0)
-        filled = np.zeros(places.size)
+            return aligned_zeros(TILE) + (value[acts.argmax()] if len(value) else 0.0)
+        filled = aligned_zeros(places.size)
         filled[places.place] = value
         return filled
 
@@ -221,7 +221,8 @@ def _lengths(places: RunPlaces, rest: Floats) -> tuple[Floats, Indices, NDArray[
         places: Places of the springs in runs.
         rest: Lengths [m], negative of dead springs, shape (spring,).
     """
-    lengths = np.full(places.size, NO_SPRING)
+    lengths = aligned_zeros(places.size)
+    lengths.fill(NO_SPRING)
     lengths[places.place] = rest
     whole = lengths, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int16)
     if places.size < MANY:

@@ -12,6 +12,7 @@ from tissuec.engine.integrators import Integrator
 from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.unknowns import no_solver
+from tissuec.kernels.record_tables import aligned_zeros
 from tissuec.kernels.records import GLANCES, Buffer, Progress, Tableau, Task, Team, Work
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
@@ -41,20 +42,20 @@ def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work
     size, rows = 3 * network.node_count, integrator.rows
     tools = network.shown_nodes - network.body_nodes
     return Work(
-        x=np.zeros((2, size)),
-        v=np.zeros((2, size)),
-        a=np.zeros((2, size)),
+        x=aligned_zeros(2, size),
+        v=aligned_zeros(2, size),
+        a=aligned_zeros(2, size),
         ledger=np.zeros((2, 2)),
-        origin=np.zeros(size),
-        rows=np.zeros((rows, size)),
+        origin=aligned_zeros(size),
+        rows=aligned_zeros(rows, size),
         end_row=integrator.end_row,
         power=np.zeros((rows, 2)),
-        trial_x=np.zeros(size),
-        trial_v=np.zeros(size),
+        trial_x=aligned_zeros(size),
+        trial_v=aligned_zeros(size),
         trial_ledger=np.zeros(2),
-        zero=np.zeros(size),
-        each=np.zeros(network.node_count - tools),
-        moving=np.zeros(network.body_nodes),
+        zero=aligned_zeros(size),
+        each=aligned_zeros(network.node_count - tools),
+        moving=aligned_zeros(network.body_nodes),
         tableau=cast(Tableau, deepcopy(integrator.tableau)),  # None where nothing reads it
         choices=PropagationChoices().row(),
         dense_x=integrator.dense_x.copy(),
@@ -67,7 +68,7 @@ def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work
         trend=np.full(2, np.nan),
         effort=np.zeros(5, dtype=np.int64),
         pieces=np.zeros(1, dtype=np.int64),
-        inner=np.zeros((3, size)),
+        inner=aligned_zeros(3, size),
         sides=np.zeros((2, 3, 0)),
         doubt=np.zeros(1),
         errors=np.zeros(2),

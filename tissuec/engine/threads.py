@@ -40,7 +40,7 @@ class ThreadTeam:
             threads=threads,
             words=np.zeros(WORDS, dtype=np.int64),
             found=np.zeros((2, self.parts)),
-            each=aligned_zeros(self.parts * ROOM).reshape(self.parts, ROOM),
+            each=aligned_zeros(self.parts, ROOM),
             work=np.zeros(pieces),
             lost=np.zeros(pieces),
             near=np.zeros(pieces, dtype=np.int64),

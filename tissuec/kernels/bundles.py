@@ -29,7 +29,7 @@ BUNDLES: dict[str, tuple[str, ...]] = {
     "spring_geometry": ("add_pulls", "add_resistance", "measure"),
     "stages": ("blended_errors", "combine"),
     "vectors": (
-        "accumulate", "between", "copy_sample", "distance", "drift", "is_passed", "kick",
+        "accumulate", "between", "copy_sample", "correct", "distance", "drift", "is_passed",
         "length", "polynomials", "quadrature", "scale", "subtract",
     ),
 }  # fmt: skip

@@ -10,6 +10,7 @@ from array import array as plain_array
 from collections.abc import Callable, Sequence
 from ctypes import addressof, c_char
 from functools import cache
+from math import prod
 from typing import (
     Annotated,
     Any,
@@ -92,15 +93,18 @@ def place_of(array: Any, field: RecordField) -> int:
     return int(array.__array_interface__["data"][0])
 
 
-def aligned_zeros(size: int) -> Floats:
+def aligned_zeros(*shape: int) -> Floats:
     """Return zeros that begin where a line of the cache of a processor does.
 
+    What a vector instruction reads or stores across two lines takes twice as long.
+
     Returns:
-        Zeros in any unit, shape (size,).
+        Zeros in any unit, of a shape.
     """
+    size = prod(shape)
     room = np.zeros(size + LINE - 1)
     begin = -room.__array_interface__["data"][0] // room.itemsize % LINE
-    return room[begin : begin + size]
+    return room[begin : begin + size].reshape(shape)
 
 
 def _size(field: RecordField) -> int:

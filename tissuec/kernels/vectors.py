@@ -105,20 +105,54 @@ def drift_part(
         v_end[i] = v[i] + h * a[i]
 
 
-def kick(v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats, team: Team) -> None:
-    """Set v_end = v + h/2 (a + a_end)."""
-    share(team, kick_part, (v, a, a_end, h, v_end))
+def correct(
+    a: Floats, a_end: Floats, h: float, v_end: Floats, squares: Floats, team: Team
+) -> float:
+    """Set v_end = v_end + h/2 (a_end - a), the velocities after those that ``drift`` predicts.
+
+    Args:
+        squares: Scratch, as for ``distance``.
+
+    Returns:
+        The largest |a_end - a| of a node; NaN if one is NaN.
+    """
+    if not squares.size:
+        return 0.0  # most nets have no hidden nodes
+    share(team, correct_part, (a, a_end, h, v_end, squares, team))
+    return sqrt(greatest(team.found[0]))
 
 
-def kick_part(
-    part: int, parts: int, v: Floats, a: Floats, a_end: Floats, h: float, v_end: Floats
+def correct_part(
+    part: int,
+    parts: int,
+    a: Floats,
+    a_end: Floats,
+    h: float,
+    v_end: Floats,
+    squares: Floats,
+    team: Team,
 ) -> None:
-    """Apply ``kick`` to a part of the nodes."""
-    first, last = part_of(part, parts, v.size // 3)
-    own, half = slice(3 * first, 3 * last), 0.5 * h
-    v, a, a_end, v_end = v[own], a[own], a_end[own], v_end[own]
-    for i in range(v.size):
-        v_end[i] = v[i] + half * (a[i] + a_end[i])
+    """Apply ``correct`` to a part of the nodes."""
+    begin, end = part_of(part, parts, squares.size)
+    most, half = 0.0, 0.5 * h
+    for first in range(begin, end, PIECE):
+        last = min(first + PIECE, end)
+        own = slice(3 * first, 3 * last)
+        before, after, v = a[own], a_end[own], v_end[own]
+        piece = squares[begin : begin + last - first]
+        for node in range(piece.size):
+            i = 3 * node
+            d0, d1, d2 = (
+                after[i] - before[i],
+                after[i + 1] - before[i + 1],
+                after[i + 2] - before[i + 2],
+            )
+            v[i] += half * d0
+            v[i + 1] += half * d1
+            v[i + 2] += half * d2
+            piece[node] = d0 * d0 + d1 * d1 + d2 * d2
+        most = greater(most, greatest(piece))
+    team.found[0, part] = most
 
 
 def accumulate(factor: float, vector: Floats, out: Floats) -> None:

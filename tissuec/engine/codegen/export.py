@@ -77,7 +77,7 @@ _OF_PYTHON = ("Py", "numba_")
 LOOP = "loop"
 _LOOPS = re.compile(
     r"\d(?:accelerate|accumulate|add_rows|add_to_upper|any_above|add_drag|between|blended|clear|"
-    r"combine_part|copy_sample|distance_part|drift_part|greatest|kick_part|length_part|"
+    r"combine_part|copy_sample|correct_part|distance_part|drift_part|greatest|length_part|"
     r"polynomials|pull_springs|put_together|quadrature|scale|subtract|take_apart|write_lengths)B"
 )
 _CALLED_LOOPS = re.compile(rf"^(define .*@{LOOP}_\d+\(.*\).*) {{$", re.MULTILINE)
