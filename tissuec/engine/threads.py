@@ -19,7 +19,8 @@ from tissuec.kernels.thread_loops import pieces_of
 
 LEAST_SPRINGS = 20_000  # of a thread; with fewer, waiting costs more than sharing gains
 PARTS = 4  # of a loop for each thread: who is held up by something else leaves parts to others
-WORDS, ALL_PARTS, GIVE_WAY = 32, 3, 24  # as in ``building/team.ll``
+# As in ``codegen/team.ll``.
+LOOPS, ALL_PARTS, OWN_PARTS, GIVE_WAY, TAKEN, APART = 0, 3, 4, 24, 32, 8
 
 
 class ThreadTeam:
@@ -38,7 +39,7 @@ class ThreadTeam:
         pieces, self.parts = max(pieces_of(nodes), 1), PARTS * threads if threads > 1 else 1
         self.record = records.Team(
             threads=threads,
-            words=np.zeros(WORDS, dtype=np.int64),
+            words=aligned_zeros(TAKEN + APART * self.parts).view(np.int64),
             found=np.zeros((2, self.parts)),
             each=aligned_zeros(self.parts, ROOM),
             work=np.zeros(pieces),
@@ -52,11 +53,15 @@ class ThreadTeam:
         others, words = self.record.threads - 1, self.record.words
         if others and self._pool is None:
             self._pool = ThreadPoolExecutor(others, "tissuec")
-            words[0] = words[ALL_PARTS] = self.parts
+            words[ALL_PARTS], words[OWN_PARTS] = self.parts, PARTS
             words[GIVE_WAY] = _giving_way()
         if self._pool is not None:
-            serve = _function("serve", ctypes.c_void_p)
-            self._awake = [self._pool.submit(serve, words.ctypes.data) for _ in range(others)]
+            serve = _function("serve", ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)
+            place, before = words.ctypes.data, int(words[LOOPS])
+            self._awake = [
+                self._pool.submit(serve, place, thread, before)
+                for thread in range(1, others + 1)
+            ]
         return self
 
     def __exit__(self, *failure: object) -> None:

@@ -11,7 +11,7 @@ from tissuec.forces.rest_length_kernel import reel
 from tissuec.forces.springs_kernel import reeled, springs
 from tissuec.kernels.boundary_conditions import pull_free, put_driven
 from tissuec.kernels.records import Fields, Floats, Net
-from tissuec.kernels.thread_loops import PIECE, part_of, pieces_of, share
+from tissuec.kernels.thread_loops import PIECE, items_of, part_of, pieces_of, share
 from tissuec.kernels.vectors import accumulate
 
 
@@ -132,8 +132,8 @@ def add_fields(
         first, last: Fields from ``first`` up to before ``last``, of which this is a part.
         fields: All fields.
     """
-    count = last - first
-    for k in range(first + part * count // parts, first + (part + 1) * count // parts):
+    begin, end = items_of(part, parts, last - first)
+    for k in range(first + begin, first + end):
         fields.power[k, 0] = fields.power[k, 1] = 0.0
         add_field(fields.address[k], fields.table[k], time, x, v, f, fields.power[k])
 

@@ -42,7 +42,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.kernels.records import Floats, Net, Runs
-from tissuec.kernels.thread_loops import PIECE, share
+from tissuec.kernels.thread_loops import PIECE, items_of, share
 from tissuec.kernels.vectors import TINY, accumulate
 
 VISCOUS = True  # springs have dashpots
@@ -95,8 +95,10 @@ def springs_in_runs(x: Floats, v: Floats, f: Floats, power: Floats, net: Net) ->
 def pull_groups(part: int, parts: int, x: Floats, v: Floats, f: Floats, net: Net) -> None:
     """Set the forces on the nodes of some groups of blocks, but for their halos."""
     runs = net.runs
-    blocks, ring = runs.block.size - 1, part * runs.ring
-    for group in range(part, runs.group.size - 1, parts):
+    begin, end = items_of(part, parts, runs.group.size - 1)
+    # There are no more tiles than groups; a part without any does not count.
+    blocks, ring = runs.block.size - 1, min(part, begin) * runs.ring
+    for group in range(begin, end):
         first, last = runs.group[group], runs.group[group + 1]
         here, then = ring, ring + runs.width // TILE * SIZE
         take_block(first, here, x, v, runs)
@@ -115,9 +117,10 @@ def pull_groups(part: int, parts: int, x: Floats, v: Floats, f: Floats, net: Net
 
 def add_halos(part: int, parts: int, f: Floats, runs: Runs) -> None:
     """Add to forces what springs of one group do to nodes of the next one."""
-    for group in range(part, runs.group.size - 2, parts):
-        start, stop = nodes_of(runs.group[group + 1], f.size // 3, runs)
-        halo = 3 * group * runs.width
+    begin, end = items_of(part, parts, runs.group.size - 1)
+    for group in range(max(begin, 1), end):
+        start, stop = nodes_of(runs.group[group], f.size // 3, runs)
+        halo = 3 * (group - 1) * runs.width
         accumulate(1.0, runs.halos[halo : halo + 3 * (stop - start)], f[3 * start : 3 * stop])
 
 

@@ -23,7 +23,7 @@ from tissuec.forces.pairs_kernel import pad_states, pull_pairs
 from tissuec.forces.rest_length_kernel import reel, reel_rate
 from tissuec.kernels.chunks import clear_sums, total_sums
 from tissuec.kernels.records import Floats, Net, Rows
-from tissuec.kernels.thread_loops import share
+from tissuec.kernels.thread_loops import items_of, share
 from tissuec.kernels.vectors import TINY
 from tissuec.laws import LINEAR
 from tissuec.laws.code import functions
@@ -62,7 +62,8 @@ def pull_chunks(part: int, parts: int, x: Floats, v: Floats, net: Net) -> None:
         parts: Number of shares.
     """
     chunks = net.chunks
-    for chunk in range(part, chunks.node.size - 1, parts):
+    begin, end = items_of(part, parts, chunks.node.size - 1)
+    for chunk in range(begin, end):
         clear_sums(chunk, chunks)
         start, stop = chunks.node[chunk], chunks.node[chunk + 1]
         if OF_LAWS:

@@ -36,6 +36,18 @@ def part_of(part: int, parts: int, nodes: int) -> tuple[int, int]:
     return part * pieces // parts * PIECE, min((part + 1) * pieces // parts * PIECE, nodes)
 
 
+def items_of(part: int, parts: int, count: int) -> tuple[int, int]:
+    """Return the first of some items that a part has, and the first one after it.
+
+    Those of a thread are neighbours, as its nodes are by ``part_of``, so that they stay in the
+    caches of its processor from one loop to the next.
+
+    Args:
+        count: Number of items: groups or chunks of nodes, each after the other.
+    """
+    return part * count // parts, (part + 1) * count // parts
+
+
 def pieces_of(nodes: int) -> int:
     """Return into how many pieces nodes are divided."""
     return (nodes + PIECE - 1) // PIECE

@@ -15,7 +15,7 @@ from math import sqrt
 from tissuec.forces.springs_kernel import resistance
 from tissuec.kernels.chunks import clear_sums, total_sums
 from tissuec.kernels.records import Floats, Net, Solver
-from tissuec.kernels.thread_loops import PIECE, part_of, pieces_of, share
+from tissuec.kernels.thread_loops import PIECE, items_of, part_of, pieces_of, share
 from tissuec.kernels.vectors import TINY
 
 PRECISION = 1e-3  # of the residual; Newton's method repeats what is left
@@ -158,7 +158,8 @@ def multiply(net: Net, solver: Solver) -> None:
 def multiply_chunks(part: int, parts: int, net: Net, solver: Solver) -> None:
     """Sum the products of springs of some chunks with the direction of search."""
     chunks = net.chunks
-    for chunk in range(part, chunks.node.size - 1, parts):
+    begin, end = items_of(part, parts, chunks.node.size - 1)
+    for chunk in range(begin, end):
         clear_sums(chunk, chunks)
         multiply_nodes(chunks.node[chunk], chunks.node[chunk + 1], net, solver)
 
