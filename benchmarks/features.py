@@ -63,7 +63,7 @@ FEATURES = (
 @write_option
 def main(*, write: bool) -> None:
     """Measure all features on the tube and a lattice."""
-    tube, _, lattice, _ = nets()
+    tube, _, lattice, *_ = nets()
     publish("features", {"features": costs(tube, lattice)}, write=write)
 
 
