@@ -207,6 +207,35 @@ def test_of_a_solid_body_the_springs_on_the_side_that_is_looked_at_are_drawn(tmp
     assert in_order(segments(axes)) == pytest.approx(in_order(expected))
 
 
+def test_of_a_solid_body_without_springs_in_its_skin_those_behind_the_front_are_drawn(tmp_path):
+    """Corners and centres of cubes: springs join the middle of the front to centres only."""
+    text = """language 1
+tissue gel { spring constant = 500 N/m; viscosity = 50 mN*s/m; mass = 1 g; prestress = 1 % }
+body pad {
+  mesh is lattice {
+    kind is caesium chloride; cell = 10 mm; box from (0, 0, 0) mm to (20, 20, 20) mm
+  }
+  tissue is gel
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+output { trajectory every 1 ms }
+"""
+    path = carry_out(text, tmp_path / "pad.vtkhdf")
+    with Trajectory.open(path) as run:
+        (axes,) = panels(draw("frames", path, times=0.0, view=(-90.0, 0.0)))
+        place = run.position[0]
+        ends = run.ends[run.spring_force(0)[1]]
+    front = place[:, 1] <= place[:, 1].min() + 1e-9
+    around = front[ends].all(axis=1)
+    middle = np.flatnonzero(front & ~np.isin(np.arange(len(place)), ends[around]))
+    assert len(middle) == 1
+    inwards = np.isin(ends, middle).any(axis=1)
+    assert inwards.sum() == 4
+    expected = 1e3 * place[ends[around | inwards]][:, :, [0, 2]]
+    assert in_order(segments(axes)) == pytest.approx(in_order(expected))
+
+
 def test_of_a_sheet_all_springs_are_drawn_from_either_side(result, strip):
     for elevation in (90.0, -90.0):
         (axes,) = panels(draw("frames", result, times=0.0, view=(-90.0, elevation)))

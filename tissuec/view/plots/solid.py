@@ -29,6 +29,9 @@ def seen_springs(
 ) -> Mask:
     """Return which springs are drawn, shape (spring,); of solid bodies those on the front side.
 
+    Nodes in front that at most one of them joins, as most of a lattice of caesium chloride, are
+    drawn with those that lead inwards.
+
     Args:
         ends: Nodes of each spring, shape (spring, 2).
         solid: Which nodes belong to solid bodies, shape (node,).
@@ -41,4 +44,7 @@ def seen_springs(
     in_front = np.zeros(len(position), dtype=bool)
     facing = normal @ view.towards > _ASIDE * np.linalg.norm(normal, axis=1)
     in_front[triangles[facing]] = True
-    return np.asarray((~solid | in_front)[ends].all(axis=1))
+    seen = np.asarray((~solid | in_front)[ends].all(axis=1))
+    joins = np.bincount(ends[seen].ravel(), minlength=len(position))
+    alone = solid & in_front & (joins < 2)
+    return seen | alone[ends].any(axis=1)
