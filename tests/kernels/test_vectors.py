@@ -40,6 +40,18 @@ def test_the_largest_length_and_distance_are_found_wherever_they_are(of, node, p
     assert found == pytest.approx(distance, rel=1e-15)
 
 
+def test_threads_wake_and_sleep_again_and_again(pair):
+    """Also where they have no loop to share, or wake when it has ended already."""
+    vector, scratch = pair[0].ravel(), np.zeros(NODES)
+    largest = vectors.length(vector, scratch, ThreadTeam(1, NODES).record)
+    for number in (2, 5):
+        team = ThreadTeam(number, NODES)
+        for turn in range(2000):
+            with team:
+                for _ in range(turn % 4):
+                    assert compiled(vectors.length)(vector, scratch, team.record) == largest
+
+
 @pytest.mark.parametrize("of", [lambda f: f, compiled], ids=["Python", "compiled"])
 @pytest.mark.parametrize("component", [0, 3 * PIECE + 1, 3 * NODES - 1])
 def test_what_is_not_a_number_is_not_lost_in_a_maximum(of, component, pair, team):

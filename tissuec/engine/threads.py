@@ -20,7 +20,7 @@ from tissuec.kernels.thread_loops import pieces_of
 LEAST_SPRINGS = 20_000  # of a thread; with fewer, waiting costs more than sharing gains
 PARTS = 4  # of a loop for each thread: who is held up by something else leaves parts to others
 # As in ``codegen/team.ll``.
-LOOPS, ALL_PARTS, OWN_PARTS, GIVE_WAY, TAKEN, APART = 0, 3, 4, 24, 32, 8
+LOOP, ALL_PARTS, OWN_PARTS, GIVE_WAY, TAKEN, APART = 0, 3, 4, 24, 32, 8
 
 
 class ThreadTeam:
@@ -57,7 +57,7 @@ class ThreadTeam:
             words[GIVE_WAY] = _giving_way()
         if self._pool is not None:
             serve = _function("serve", ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)
-            place, before = words.ctypes.data, int(words[LOOPS])
+            place, before = words.ctypes.data, int(words[LOOP])
             self._awake = [
                 self._pool.submit(serve, place, thread, before)
                 for thread in range(1, others + 1)

@@ -1,6 +1,6 @@
 ; How threads share a loop; see tissuec/engine/threads.py. Words of a team, all of 64 bits:
-;   0: the number of loops so far
-;   1: what to call, or 0 to end    2: its arguments
+;   0: the number of the present loop: even, and odd where threads are to end instead
+;   1: what to call    2: its arguments
 ;   3: the number of parts    4: how many of them each thread has for its own
 ;  16: parts that are not done yet, or threads that have not ended yet
 ;  24: a function of the system that gives way, or 0
@@ -10,7 +10,10 @@
 define void @share_loop(ptr %words, ptr %job, ptr %arguments) noinline {
   %parts.place = getelementptr i64, ptr %words, i64 3
   %parts = load i64, ptr %parts.place, align 8
-  %loop = call i64 @announce(ptr %words, i64 %parts, ptr %job, ptr %arguments)
+  %before = load atomic i64, ptr %words monotonic, align 8
+  %behind = add i64 %before, 2
+  %loop = and i64 %behind, -2
+  call void @announce(ptr %words, i64 %loop, i64 %parts, ptr %job, ptr %arguments)
   call void @do_parts(ptr %words, i64 0, i64 %loop, ptr %job, ptr %arguments)
   call void @wait(ptr %words)
   ret void
@@ -18,7 +21,10 @@ define void @share_loop(ptr %words, ptr %job, ptr %arguments) noinline {
 
 ; End the other threads; return when they have ended.
 define void @dismiss(ptr %words, i64 %others) {
-  %loop = call i64 @announce(ptr %words, i64 %others, ptr null, ptr null)
+  %before = load atomic i64, ptr %words monotonic, align 8
+  %behind = add i64 %before, 1
+  %loop = or i64 %behind, 1
+  call void @announce(ptr %words, i64 %loop, i64 %others, ptr null, ptr null)
   call void @wait(ptr %words)
   ret void
 }
@@ -36,12 +42,13 @@ look:
   %same = icmp eq i64 %loop, %last
   br i1 %same, label %again, label %begun
 begun:
-  ; Of a later loop, if all parts of this one are done meanwhile; then none is left to take.
-  %job.word = load atomic i64, ptr %job.place monotonic, align 8
-  %arguments.word = load atomic i64, ptr %arguments.place monotonic, align 8
-  %ends = icmp eq i64 %job.word, 0
+  %odd = and i64 %loop, 1
+  %ends = icmp ne i64 %odd, 0
   br i1 %ends, label %end, label %do
 do:
+  ; Those of a later loop, if all parts of this one are done meanwhile; then none is left to take.
+  %job.word = load atomic i64, ptr %job.place monotonic, align 8
+  %arguments.word = load atomic i64, ptr %arguments.place monotonic, align 8
   %job = inttoptr i64 %job.word to ptr
   %arguments = inttoptr i64 %arguments.word to ptr
   call void @do_parts(ptr %words, i64 %thread, i64 %loop, ptr %job, ptr %arguments)
@@ -56,8 +63,9 @@ end:
   ret void
 }
 
-; Begin a loop; return its number.
-define internal i64 @announce(ptr %words, i64 %pending, ptr %job, ptr %arguments) noinline {
+; Begin a loop.
+define internal void @announce(
+    ptr %words, i64 %loop, i64 %pending, ptr %job, ptr %arguments) noinline {
   %job.place = getelementptr i64, ptr %words, i64 1
   %arguments.place = getelementptr i64, ptr %words, i64 2
   %pending.place = getelementptr i64, ptr %words, i64 16
@@ -66,10 +74,8 @@ define internal i64 @announce(ptr %words, i64 %pending, ptr %job, ptr %arguments
   store atomic i64 %job.word, ptr %job.place monotonic, align 8
   store atomic i64 %arguments.word, ptr %arguments.place monotonic, align 8
   store atomic i64 %pending, ptr %pending.place monotonic, align 8
-  %before = load atomic i64, ptr %words monotonic, align 8
-  %loop = add i64 %before, 1
   store atomic i64 %loop, ptr %words release, align 8
-  ret i64 %loop
+  ret void
 }
 
 ; Do the parts that nobody has taken, the thread's own ones first: their nodes are in its caches.
