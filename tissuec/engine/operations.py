@@ -82,11 +82,12 @@ def operations(names: frozenset[str], features: Features) -> Operations:
 
 def _operation(name: str, features: Features) -> int:
     """Return the address of an operation on nets, compiled for what a scene needs."""
-    from tissuec.kernels import compiled_laws
     from tissuec.kernels.bundles import BUNDLE_OF
     from tissuec.kernels.loading import address
 
     if name in LAWS:
+        from tissuec.kernels import compiled_laws
+
         return compiled_laws.address(name, features.laws or (LINEAR,))
     if name == "springs":
         name = _form_of_springs(features)
