@@ -1,18 +1,23 @@
-"""Time of an evaluation of the forces, beside a plain loop in C over the springs.
+"""Time of an evaluation of the forces, beside two loops in C over the springs.
 
-Takes some minutes and needs a C compiler (cc). Engine and loop take turns, and medians of times
-of the processor are shown, because other work on the machine slows down both.
+One does a spring after the other, and one those in runs by vector instructions. Takes some
+minutes and needs a C compiler (cc). Engine and loops take turns, and medians of times of the
+processor are shown, because other work on the machine slows down all.
 """
 
 import ctypes
 import subprocess
 import tempfile
 import time
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import click
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.publishing import publish, write_option
 from benchmarks.stepping import (
@@ -26,8 +31,11 @@ from benchmarks.stepping import (
     nets,
 )
 from tissuec.core.markdown import table
+from tissuec.forces.runs_kernel import LANES, NO_SPRING
+from tissuec.kernels.record_tables import LINE, aligned_zeros
+from tissuec.model.network import Floats
 
-PLAIN = Path(__file__).with_name("plain.c")
+LOOPS = Path(__file__).with_name("loops.c")
 
 
 @click.command(help=__doc__)
@@ -35,65 +43,124 @@ PLAIN = Path(__file__).with_name("plain.c")
 def main(*, write: bool) -> None:
     """Measure all nets."""
     with tempfile.TemporaryDirectory() as folder:
-        plain = compile_plain(Path(folder))
-        rows = [measure(net, plain) for net in (*nets(), irregular_net())]
-    heads = ("net", "nodes", "springs", "C loop", *METHODS)
+        loops = compile_loops(Path(folder))
+        rows = [measure(net, loops) for net in (*nets(), irregular_net())]
+    heads = ("net", "nodes", "springs", "C loop", "C vectors", *METHODS)
     publish("kernels", {"kernels": table(heads, rows)}, write=write)
 
 
-def compile_plain(folder: Path) -> ctypes.CDLL:
-    """Return the loop in C, compiled for this processor."""
-    library = folder / "plain.so"
+def compile_loops(folder: Path) -> ctypes.CDLL:
+    """Return the loops in C, compiled for this processor."""
+    library = folder / "loops.so"
     flags = ["-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC"]
-    subprocess.run(["cc", *flags, "-o", str(library), str(PLAIN), "-lm"], check=True)
+    subprocess.run(["cc", *flags, "-o", str(library), str(LOOPS), "-lm"], check=True)
     return ctypes.CDLL(str(library))
 
 
-def measure(net: Net, plain: ctypes.CDLL) -> list[str]:
+def measure(net: Net, loops: ctypes.CDLL) -> list[str]:
     """Return a row: nanoseconds for each spring and evaluation, everything included."""
     compiled = build(net)
     runs = {method: Stepping(compiled, method) for method in METHODS}
-    loop = Loop(plain, runs[METHODS[0]])
-    times: dict[str, list[float]] = {name: [] for name in ("C loop", *METHODS)}
+    first = runs[METHODS[0]]
+    timed = {"C loop": Loop(loops.one_by_one, *one_by_one(first), first).time}
+    if first.engine.stepper.inputs.places.is_worthwhile:
+        timed["C vectors"] = Loop(loops.in_runs, *in_runs(first), first).time
+    for method, run in runs.items():
+        timed[method] = partial(run.time, time.process_time)
+    times: dict[str, list[float]] = {name: [] for name in timed}
     for _ in range(REPEATS):
-        times["C loop"].append(loop.time())
-        for method, run in runs.items():
-            times[method].append(run.time(time.process_time))
+        for name, take in timed.items():
+            times[name].append(take())
     nodes, springs = compiled.network.node_count, compiled.network.spring_count
-    best = median(times["C loop"])
-    shown = [f"{median(times[m]):.2f} ({median(times[m]) / best:.2f})" for m in METHODS]
-    return [net.name, str(nodes), str(springs), f"{best:.2f}", *shown]
+    found = {name: median(each) for name, each in times.items()}
+    best = found["C loop"]
+    shown = [f"{found[m]:.2f} ({found[m] / best:.2f})" for m in METHODS]
+    vectors = f"{found['C vectors']:.2f}" if "C vectors" in found else "-"
+    return [net.name, str(nodes), str(springs), f"{best:.2f}", vectors, *shown]
 
 
 class Loop:
-    """The loop in C on the springs of an engine, which computes what the engine does."""
+    """A loop in C on the springs of an engine, which computes what the engine does.
 
-    def __init__(self, plain: ctypes.CDLL, run: Stepping):
+    Args:
+        evaluate: The loop, which takes how often, numbers, and arrays.
+        numbers: The numbers.
+        arrays: The arrays; the last one is set to accelerations [m/s²].
+        places: Where those of all nodes are in it, shape (3 node,).
+        run: The engine with its state.
+    """
+
+    def __init__(
+        self,
+        evaluate: Any,
+        numbers: Sequence[int],
+        arrays: Sequence[NDArray[Any]],
+        places: NDArray[np.integer],
+        run: Stepping,
+    ):
+        self.evaluate, self.numbers, self.arrays = evaluate, numbers, arrays
         stepper = run.engine.stepper
-        inputs, work = stepper.inputs, stepper.work
-        springs, nodes = inputs.springs, len(inputs.inverse_mass)
-        self.evaluate, now = plain.evaluate, stepper.progress.current
-        # Copied, because what is the same for all springs takes no room there.
-        numbers = map(np.array, (springs.stiffness, springs.damping, springs.rest))
-        self.arrays = [
-            np.searchsorted(springs.low, np.arange(nodes + 1)).astype(np.int64),
-            (3 * springs.high).astype(np.int32),
-            *numbers, inputs.inverse_mass, work.x[now].copy(), work.v[now].copy(),
-            np.zeros(3 * nodes),
-        ]  # fmt: skip
-        self.springs, self.nodes = len(springs.ids), nodes
+        self.springs = len(stepper.inputs.springs.ids)
         self.time()
         # Those of the engine belong to velocities that are predicted.
-        within = 1e-3 * np.abs(work.a[now]).max()
-        np.testing.assert_allclose(self.arrays[-1], work.a[now], atol=within)
+        expected = stepper.work.a[stepper.progress.current]
+        within = 1e-3 * np.abs(expected).max()
+        np.testing.assert_allclose(arrays[-1][places], expected, atol=within)
 
     def time(self) -> float:
         """Return nanoseconds for each spring and evaluation."""
         times = max(4, int(WORK / self.springs))
+        numbers = [ctypes.c_long(number) for number in (times, *self.numbers)]
         pointers = [ctypes.c_void_p(array.ctypes.data) for array in self.arrays]
         begun = time.process_time()
-        self.evaluate(ctypes.c_long(times), ctypes.c_long(self.nodes), *pointers)
+        self.evaluate(*numbers, *pointers)
         return (time.process_time() - begun) / times / self.springs * 1e9
+
+
+Arguments = tuple[list[int], list[NDArray[Any]], NDArray[np.integer]]
+
+
+def one_by_one(run: Stepping) -> Arguments:
+    """Return what ``Loop`` takes for springs one after the other."""
+    stepper = run.engine.stepper
+    inputs, work, now = stepper.inputs, stepper.work, stepper.progress.current
+    springs, nodes = inputs.springs, len(inputs.inverse_mass)
+    # Copied, because what is the same for all springs takes no room there.
+    numbers = map(np.array, (springs.stiffness, springs.damping, springs.rest))
+    arrays = [
+        np.searchsorted(springs.low, np.arange(nodes + 1)).astype(np.int64),
+        (3 * springs.high).astype(np.int32),
+        *numbers, inputs.inverse_mass, work.x[now].copy(), work.v[now].copy(),
+        np.zeros(3 * nodes),
+    ]  # fmt: skip
+    return [nodes], arrays, np.arange(3 * nodes)
+
+
+def in_runs(run: Stepping) -> Arguments:
+    """Return what ``Loop`` takes for springs in runs."""
+    stepper = run.engine.stepper
+    inputs, work, now = stepper.inputs, stepper.work, stepper.progress.current
+    springs, found, nodes = inputs.springs, inputs.places, len(inputs.inverse_mass)
+    row = (nodes + 2 * LANES) // LINE * LINE + LINE
+
+    def filled(values: Floats, nothing: float) -> Floats:
+        whole = aligned_zeros(found.size) + nothing
+        whole[found.place] = values
+        return whole
+
+    def apart(vector: Floats) -> Floats:
+        rows = aligned_zeros(3, row)
+        rows[:, :nodes] = vector.reshape(-1, 3).T
+        return rows.ravel()
+
+    arrays = [
+        found.first, found.first + found.offset, found.length, found.at,
+        filled(springs.stiffness, 0.0), filled(springs.damping, 0.0),
+        filled(springs.rest, NO_SPRING), inputs.inverse_mass,
+        apart(work.x[now]), apart(work.v[now]), aligned_zeros(3 * row),
+    ]  # fmt: skip
+    places = (np.arange(nodes)[:, None] + row * np.arange(3)).ravel()
+    return [nodes, row, len(found.first)], arrays, places
 
 
 if __name__ == "__main__":

@@ -50,7 +50,7 @@ def test_the_wheel_ships_grammars_library_and_nothing_else(wheel):
 
 def test_the_sdist_ships_what_is_beside_the_package(wheel):
     (unpacked,) = (path for path in wheel.parent.iterdir() if path.is_dir())
-    for name in ("benchmarks/nets/lattice.tis", "benchmarks/plain.c", "docs/numerics.md"):
+    for name in ("benchmarks/nets/lattice.tis", "benchmarks/loops.c", "docs/numerics.md"):
         assert (unpacked / name).is_file()
 
 
