@@ -16,7 +16,7 @@ from tests.browser import browser as browser
 from tests.browser import page as page
 from tests.browser import tab as tab
 from tissuec.core.resources import library
-from tissuec.engine import threads
+from tissuec.engine import spring_runs, threads
 from tissuec.engine.execution.signals import SIGNALS
 from tissuec.pipeline import Result, compile_request, simulate
 from tissuec.scene.request import Request
@@ -62,6 +62,7 @@ def pytest_collection() -> Iterator[None]:
 def threads_in_small_nets(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let threads share the loops of nets of any size."""
     monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
+    monkeypatch.setattr(spring_runs, "LEAST_OF_GROUP", 1)
 
 
 @pytest.fixture(scope="session")

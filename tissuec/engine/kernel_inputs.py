@@ -12,13 +12,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.engine.blocks import Places, are_several, block_size, parts_of
+from tissuec.engine.blocks import Places, block_size, parts_of
 from tissuec.engine.boundary_conditions import knots, lengths, longest_step, pack_acts
 from tissuec.engine.chunks import are_chunks, chunks_of
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.numbering import number_nodes
 from tissuec.engine.operations import Features
-from tissuec.engine.spring_runs import RunPlaces, packed, places_of
+from tissuec.engine.spring_runs import RunPlaces, are_shared, packed, places_of
 from tissuec.engine.threads import ThreadTeam, useful
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
@@ -132,7 +132,7 @@ class KernelInputs:
         if count > 1:
             several = are_chunks(all_nodes)
             if runs is not None:
-                several = are_several(high, block_size(low, high))
+                several = are_shared(high, block_size(low, high))
             count = count if several else 1
         self.team = ThreadTeam(count, all_nodes)
         self._solver: Solver | None = None

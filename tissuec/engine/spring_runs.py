@@ -243,6 +243,17 @@ def _lengths(places: RunPlaces, rest: Floats) -> tuple[Floats, Indices, NDArray[
     return np.zeros(0), base, steps
 
 
+def are_shared(high: Places, size: int) -> bool:
+    """Return whether there are several groups of blocks, which threads can share.
+
+    Args:
+        high: Upper nodes of springs, shape (spring,).
+        size: Number of nodes of a block.
+    """
+    blocks = int(high.max(initial=0)) // size + 1
+    return are_several(high, size) and len(_groups(blocks)) > 2
+
+
 def _groups(blocks: int) -> Indices:
     """Return the first blocks of groups, and the number of blocks.
 
