@@ -144,7 +144,8 @@ def in_runs(run: Stepping) -> Arguments:
     row = (nodes + 2 * LANES) // LINE * LINE + LINE
 
     def filled(values: Floats, nothing: float) -> Floats:
-        whole = aligned_zeros(found.size) + nothing
+        whole = aligned_zeros(found.size)
+        whole.fill(nothing)
         whole[found.place] = values
         return whole
 

@@ -123,7 +123,7 @@ def test_two_runs_at_a_time_have_threads_of_their_own(block, threads_in_small_ne
 
 
 def test_a_net_of_one_group_of_blocks_has_one_thread(block, monkeypatch):
-    """Nobody else would have springs to compute, and the nodes would change caches."""
+    """A second thread would have no springs to compute."""
     monkeypatch.setattr(threads, "LEAST_SPRINGS", 1)
     for blocks, expected in ((spring_runs.LEAST_OF_GROUP, 1), (1, 2)):
         monkeypatch.setattr(spring_runs, "LEAST_OF_GROUP", blocks)

@@ -103,6 +103,17 @@ def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
             assert powers[0] == pytest.approx(powers[1], rel=1e-12)
 
 
+@pytest.mark.parametrize("alike", [False, True])
+def test_what_vector_instructions_read_begins_at_lines_of_the_cache(alike):
+    places, count = places_of(*NETS["blocks"][0].T), len(NETS["blocks"][0])
+    values = {each: np.linspace(1.0, 1.0 if alike else 2.0, count) for each in SPRING}
+    kept = [packed(places, 10_000, 1, **values) for _ in range(5)]  # at different places
+    for runs in kept:
+        assert runs.alike is alike
+        for each in (*SPRING, "tiles"):
+            assert getattr(runs, each).ctypes.data % 64 == 0
+
+
 def lengths_of(places, rest, stiffness=None):
     """Return the lengths in runs that the kernel reads, by their places."""
     values = {"rest": rest, "stiffness": np.ones_like(rest) if stiffness is None else stiffness}

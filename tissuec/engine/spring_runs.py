@@ -180,10 +180,11 @@ def packed(
     def in_runs(value: Floats | None) -> Floats:
         if value is None:
             return np.zeros(0)
-        if alike:
-            return aligned_zeros(TILE) + (value[acts.argmax()] if len(value) else 0.0)
-        filled = aligned_zeros(places.size)
-        filled[places.place] = value
+        filled = aligned_zeros(TILE if alike else places.size)
+        if not alike:
+            filled[places.place] = value
+        elif len(value):
+            filled.fill(value[acts.argmax()])
         return filled
 
     nodes = max(nodes, 1)

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 from tissuec.kernels.boundary_conditions import total
 from tissuec.kernels.records import BoundaryConditions, Floats, IntegerRows, Integers, Rows
-from tissuec.kernels.thread_loops import UNDIVIDED
+from tissuec.kernels.thread_loops import UNDIVIDED, items_of
 
 CUT = 4.5  # widths b beside the axis beyond which nothing is left but rounding
 DEEP = 0.5  # of the blur of a shade: how far behind its triangle it is full
@@ -85,7 +85,7 @@ def blow(time: float, x: Floats, v: Floats, f: Floats, power: Floats, jet: JetTa
     if part == UNDIVIDED:
         last = count
     elif FINDING < part <= parts:
-        first, last = (part - 1) * count // parts, part * count // parts
+        first, last = items_of(part - 1, parts, count)
     speed = sqrt(2.0 * thrust / (pi * jet.density))
     for k in range(first, last):
         if jet.faces[k, 5] > 0.0:

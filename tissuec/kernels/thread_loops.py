@@ -32,18 +32,17 @@ def part_of(part: int, parts: int, nodes: int) -> tuple[int, int]:
     Args:
         nodes: Number of nodes.
     """
-    pieces = pieces_of(nodes)
-    return part * pieces // parts * PIECE, min((part + 1) * pieces // parts * PIECE, nodes)
+    first, last = items_of(part, parts, pieces_of(nodes))
+    return first * PIECE, min(last * PIECE, nodes)
 
 
 def items_of(part: int, parts: int, count: int) -> tuple[int, int]:
-    """Return the first of some items that a part has, and the first one after it.
+    """Return the first item of a part, and the first one after it.
 
-    Those of a thread are neighbours, as its nodes are by ``part_of``, so that they stay in the
-    caches of its processor from one loop to the next.
+    Items of a part are neighbours, so that the same nodes belong to it in all loops.
 
     Args:
-        count: Number of items: groups or chunks of nodes, each after the other.
+        count: Number of items: groups, chunks or pieces of successive nodes, for example.
     """
     return part * count // parts, (part + 1) * count // parts
 

@@ -29,8 +29,8 @@ def seen_springs(
 ) -> Mask:
     """Return which springs are drawn, shape (spring,); of solid bodies those on the front side.
 
-    Nodes in front that at most one of them joins, as most of a lattice of caesium chloride, are
-    drawn with those that lead inwards.
+    A node on the front side with fewer than two springs in the skin, as in a lattice of caesium
+    chloride, is drawn with all its springs.
 
     Args:
         ends: Nodes of each spring, shape (spring, 2).
