@@ -6,8 +6,10 @@ import shutil
 
 import pytest
 
-from tissuec.core.resources import PACKAGE, digest_of
-from tissuec.engine.codegen.export import SOURCES, bundles
+from tissuec.core.resources import PACKAGE
+from tissuec.engine.codegen import sources
+from tissuec.engine.codegen.export import bundles
+from tissuec.engine.codegen.sources import SOURCES, digest_of_sources
 from tissuec.kernels import loading
 from tissuec.kernels.bundles import BUNDLES
 from tissuec.kernels.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
@@ -34,9 +36,26 @@ def twice():
 
 
 def test_what_is_shipped_is_made_of_these_sources():
-    assert loading.index()["sources"] == digest_of(SOURCES), (
+    assert loading.index()["sources"] == digest_of_sources(), (
         "run: python -m tissuec.engine.codegen"
     )
+
+
+def test_comments_and_docstrings_are_no_part_of_the_digest(tmp_path, monkeypatch):
+    monkeypatch.setattr(sources, "PACKAGE", tmp_path)
+    (tmp_path / "kernels").mkdir()
+
+    def digest(text):
+        (tmp_path / "kernels" / "one.py").write_text(text)
+        return digest_of_sources()
+
+    plain = digest("def twice(x):\n    return 2 * x\n")
+    assert (
+        digest('"""One."""\n\ndef twice(x):  # why\n    """Two."""\n    return (2 * x)\n')
+        == plain
+    )
+    assert digest("def twice(x):\n    return 2.0 * x\n") != plain
+    assert digest('def twice(x):\n    x = "no docstring"\n    return 2 * x\n') != plain
 
 
 def test_sources_are_complete():

@@ -1,9 +1,7 @@
 """Where grammars, the shipped library and the user's cache are."""
 
-import hashlib
 import os
 import tempfile
-from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -31,19 +29,6 @@ def grammar(name: str) -> Path:
 def library() -> Path:
     """Return the folder of the shipped vocabularies, tissues and scenes."""
     return root() / "library"
-
-
-def digest_of(patterns: Iterable[str]) -> str:
-    """Return a digest of names and contents of files of this package.
-
-    Args:
-        patterns: Paths within the package, as of ``glob``.
-    """
-    found = hashlib.sha256()
-    for pattern in patterns:
-        for path in sorted(PACKAGE.glob(pattern)):
-            found.update(path.name.encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()
 
 
 @cache

@@ -17,7 +17,6 @@ from numba import njit
 from numba.core.typing.templates import Signature
 
 from tissuec import forces
-from tissuec.core.resources import digest_of
 from tissuec.engine import step_inside, step_loop
 from tissuec.engine.backends import method_names, operations_of
 from tissuec.engine.binding import Binder
@@ -33,6 +32,7 @@ from tissuec.engine.codegen.numba_types import (
     field_caller,
     partial_caller,
 )
+from tissuec.engine.codegen.sources import digest_of_sources
 from tissuec.engine.codegen.thread_loops import CALLED_BY_THREADS, TEAM, share
 from tissuec.engine.integrators import INTEGRATORS, banded, iterative
 from tissuec.engine.operations import FUNCTIONS, LAWS
@@ -44,21 +44,6 @@ from tissuec.kernels.bundles import BUNDLES, FLAGS, of_field, of_method
 from tissuec.kernels.loading import CALLED, ENDING, INDEX, LEFT_ALONE, SHIPPED
 from tissuec.kernels.records import Operations
 
-#: What shipped code is made from.
-SOURCES = (
-    "engine/binding.py",
-    "engine/codegen/*.ll",
-    "engine/codegen/*.py",
-    "engine/integrators/*.py",
-    "engine/operations.py",
-    "engine/rate.py",
-    "engine/step_control.py",
-    "engine/step_inside.py",
-    "engine/step_loop.py",
-    "engine/step_refined.py",
-    "forces/*.py",
-    "kernels/*.py",
-)
 #: Arguments that share no memory with others, by function.
 UNSHARED = runs_kernel.UNSHARED | pairs_kernel.UNSHARED
 OF_KERNELS = ("time", "x", "v", "f", "power")  # first arguments of those of fields
@@ -296,5 +281,5 @@ def export() -> Iterator[tuple[Path, int]]:
         of_method(integrator): sorted(operations_of(integrator))
         for integrator in INTEGRATORS.values()
     }
-    index = {"sources": digest_of(SOURCES), "calls": calls}
+    index = {"sources": digest_of_sources(), "calls": calls}
     INDEX.write_text(json.dumps(index, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,61 @@
+"""What shipped kernels are made from, and a digest of it."""
+
+import ast
+import hashlib
+from collections.abc import Iterator
+
+from tissuec.core.resources import PACKAGE
+
+SOURCES = (
+    "engine/binding.py",
+    "engine/codegen/*.ll",
+    "engine/codegen/*.py",
+    "engine/integrators/*.py",
+    "engine/operations.py",
+    "engine/rate.py",
+    "engine/step_control.py",
+    "engine/step_inside.py",
+    "engine/step_loop.py",
+    "engine/step_refined.py",
+    "forces/*.py",
+    "kernels/*.py",
+)
+_DOCUMENTED = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def digest_of_sources() -> str:
+    """Return a digest that changes with the code of the sources, and not with their comments.
+
+    Layout, comments and docstrings of Python files do not count: no kernel depends on them.
+    """
+    found = hashlib.sha256()
+    for pattern in SOURCES:
+        for path in sorted(PACKAGE.glob(pattern)):
+            text = path.read_text(encoding="utf-8")
+            if path.suffix == ".py":
+                text = " ".join(_words_of(ast.parse(text)))
+            found.update(f"{path.name}\0{text}\0".encode())
+    return found.hexdigest()
+
+
+def _words_of(item: object) -> Iterator[str]:
+    """Yield the syntax below a node, the same in all versions of Python.
+
+    Empty fields are left out, since later versions add some.
+    """
+    match item:
+        case ast.AST():
+            yield f"({type(item).__name__}"
+            for name, value in ast.iter_fields(item):
+                if value is None or value == []:
+                    continue
+                if name == "body" and isinstance(item, _DOCUMENTED):
+                    value = value[ast.get_docstring(item) is not None :]
+                yield name
+                yield from _words_of(value)
+            yield ")"
+        case list():
+            for member in item:
+                yield from _words_of(member)
+        case _:
+            yield repr(item)
