@@ -6,8 +6,8 @@ needs matplotlib (``pip install "tissuec[plot]"``) and takes about a minute. Not
 pictures is drawn by hand: nets, forces and pressures are read from the result files of
 ``sterilisation.tis``, ``bladder.tis``, ``liver.tis``, ``palpation.tis``, ``ligature.tis``,
 ``tubal_ligation.tis`` and ``suture.tis`` in ``library/scenes`` and of ``stroke.tis`` in
-``language.md``, words from ``library/fuzzy/soft_tissue.tis``, laws from their formulas, and
-what springs remember from runs of a single spring.
+the pages of the language, words from ``library/fuzzy/soft_tissue.tis``, laws from their
+formulas, and what springs remember from runs of a single spring.
 """
 
 import tempfile
@@ -90,9 +90,10 @@ def run(scene: Path, target: Path, *, output: str = "") -> Path:
 
 
 def on_page(name: str, folder: Path) -> Path:
-    """Return a file with a scene that the page of the language shows."""
-    page = (FIGURES.parent / "language.md").read_text(encoding="utf-8")
-    text = page.split(f"```tis {name}\n")[1].split("```")[0]
+    """Return a file with a scene that a page of the language shows."""
+    pages = sorted((FIGURES.parent / "language").glob("*.md"))
+    text = "".join(page.read_text(encoding="utf-8") for page in pages)
+    text = text.split(f"```tis {name}\n")[1].split("```")[0]
     (folder / name).write_text(text, encoding="utf-8")
     return folder / name
 

@@ -4,6 +4,7 @@ Pages link to files of the repository as GitHub shows them. On the site, the REA
 changelog are pages, and other files are names without a link.
 """
 
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,8 @@ from mkdocs.structure.files import File, Files
 
 from tissuec import __version__
 
-ROOT = Path(__file__).resolve().parent.parent
+DOCS = Path(__file__).resolve().parent
+ROOT = DOCS.parent
 #: Files beside ``docs/`` that are pages, and their names on the site.
 BESIDE = {"README.md": "readme.md", "CHANGELOG.md": "changes.md"}
 #: The language of a code block and what tests read behind it, such as the name of a file.
@@ -38,18 +40,27 @@ def on_files(files: Files, config: Any) -> Files:
 
 def on_page_markdown(markdown: str, page: Any, **context: Any) -> str:
     """Rewrite links between pages and other files, and code blocks with names of files."""
-    folder = ROOT if page.file.src_uri in BESIDE.values() else ROOT / "docs"
-    linked = _LINK.sub(lambda found: _on_site(found, folder), markdown)
+    at = DOCS / page.file.src_uri
+    folder = ROOT if page.file.src_uri in BESIDE.values() else at.parent
+    linked = _LINK.sub(lambda found: _on_site(found, folder, at.parent), markdown)
     return _FENCE.sub(r"\1", linked)
 
 
-def _on_site(found: re.Match[str], folder: Path) -> str:
-    """Return a link as it is on the site, or its text alone if it leads to no page."""
+def _on_site(found: re.Match[str], folder: Path, below: Path) -> str:
+    """Return a link as it is on the site, or its text alone if it leads to no page.
+
+    Args:
+        found: The link.
+        folder: Where its path begins in the repository.
+        below: Where it begins on the site.
+    """
     target = (folder / found["path"]).resolve()
     if not target.exists():
         return found[0]  # which MkDocs reports
-    if target.is_relative_to(ROOT / "docs"):
-        name = target.relative_to(ROOT / "docs").as_posix()
-    elif (name := BESIDE.get(target.name)) is None or target.parent != ROOT:
+    if target.is_relative_to(DOCS):
+        name = Path(os.path.relpath(target, below)).as_posix()
+    elif target.parent == ROOT and target.name in BESIDE:
+        name = Path(os.path.relpath(DOCS / BESIDE[target.name], below)).as_posix()
+    else:
         return found["text"]
     return f"{found['image']}[{found['text']}]({name}{found['anchor'] or ''})"

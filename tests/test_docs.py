@@ -49,7 +49,7 @@ from tissuec.view.plots import PLOTS
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
-PAGES = sorted([*DOCS.glob("*.md"), ROOT / "README.md"])
+PAGES = sorted([*DOCS.rglob("*.md"), ROOT / "README.md"])
 RUN = [page for page in PAGES if page.name != "errors.md"]  # its pairs have tests of their own
 FENCE = re.compile(
     r"^```(?P<kind>\w+)(?: (?P<name>[^\n]*))?\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
@@ -68,6 +68,11 @@ VARYING = {
 LONG = "long"
 PART = re.compile("|".join(VARYING), re.MULTILINE)
 ROUNDING = 1e-10  # what is less differs between processors
+
+
+def name_of(page: Path) -> str:
+    """Return the name of a page, with its folder if that is not the one of all pages."""
+    return page.stem if page.parent in (DOCS, ROOT) else f"{page.parent.name}-{page.stem}"
 
 
 class Block(Struct, frozen=True):
@@ -180,7 +185,7 @@ def with_scaffold(part: str) -> str:
 @cache
 def scaffold() -> dict[str, str]:
     """Return the statements of the scene of the examples, by patterns of how they begin."""
-    (scene,) = (b for b in blocks(DOCS / "language.md") if b.name == "examples.tis")
+    (scene,) = (b for b in blocks(DOCS / "language" / "index.md") if b.name == "examples.tis")
     _, *statements = re.split(r"^(?=\w)", scene.text.removeprefix("language 1\n"), flags=re.M)
     return {
         re.escape(re.split(r" [={]", text)[0].strip()) + r"(\W|$)": text for text in statements
@@ -268,7 +273,7 @@ def read(tmp_path, monkeypatch, families_stay):
     return read
 
 
-@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", RUN, ids=name_of)
 def test_a_page_is_true(page, read):
     read(page, whole=False)
 
@@ -277,13 +282,13 @@ def test_a_page_is_true(page, read):
 @pytest.mark.parametrize(
     "page",
     [page for page in RUN if any(block.name == LONG for block in blocks(page))],
-    ids=lambda page: page.stem,
+    ids=name_of,
 )
 def test_a_page_is_true_with_its_long_commands(page, read):
     read(page, whole=True)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_links_lead_somewhere(page):
     text = page.read_text(encoding="utf-8")
     for found in LINK.finditer(FENCE.sub("", text)):
@@ -311,6 +316,15 @@ def test_everything_generated_is_shown_somewhere():
 
 
 def test_pages_are_linked_from_the_index():
-    index = (DOCS / "index.md").read_text(encoding="utf-8")
-    missing = [page.name for page in DOCS.glob("*.md") if f"({page.name}" not in index]
-    assert missing == ["index.md"]
+    for folder in (DOCS, DOCS / "language"):
+        index = (folder / "index.md").read_text(encoding="utf-8")
+        missing = [page.name for page in folder.glob("*.md") if f"({page.name}" not in index]
+        assert missing == ["index.md"]
+
+
+def test_pages_of_the_language_are_short():
+    lengths = {
+        page.name: page.read_text(encoding="utf-8").count("\n")
+        for page in (DOCS / "language").glob("*.md")
+    }
+    assert not {name: length for name, length in lengths.items() if length > 400}

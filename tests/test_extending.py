@@ -96,7 +96,8 @@ def test_tables_list_the_examples_once_they_are_regenerated(extended):
     run(extended, "docs.reference")
     tables = ("tests/test_docs.py", "tests/lsp/test_colours.py")
     run_tests(extended, "up_to_date or generated", *tables)
-    language = (extended / "docs" / "language.md").read_text(encoding="utf-8")
+    pages = (extended / "docs" / "language").glob("*.md")
+    language = "".join(page.read_text(encoding="utf-8") for page in pages)
     for member in (
         "is ring`",
         "is spatula`",

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from fnmatch import fnmatch
+from pathlib import Path
 
 import pytest
 
@@ -19,10 +20,11 @@ def test_the_site_builds_without_warnings(repository, tmp_path):
     assert run.returncode == 0, run.stderr
     front = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert re.search(r"tissuec \d+\.\d+\.\d+", front)
-    pages = {page.stem for page in (repository / "docs").glob("*.md")} | {"readme", "changes"}
-    assert {path.name for path in tmp_path.iterdir() if (path / "index.html").exists()} == (
-        pages - {"index"}
-    )
+    docs = repository / "docs"
+    pages = {page.relative_to(docs).with_suffix("") for page in docs.rglob("*.md")}
+    pages |= {Path("readme"), Path("changes")}
+    built = {path.parent.relative_to(tmp_path) for path in tmp_path.rglob("index.html")}
+    assert built == {page.parent if page.name == "index" else page for page in pages}
 
 
 def test_the_page_on_data_names_every_file(repository):

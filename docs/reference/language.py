@@ -51,21 +51,18 @@ def parts() -> dict[str, str]:
         "functions": f"Functions: {_listed(FUNCTIONS)} Constants: {_listed(CONSTANTS)}",
         "operators": operator_table(),
         "quantities": quantity_table(),
-        "spring laws": member_sections("spring law", SPRING_LAWS),
-        "viscosity laws": member_sections("viscosity law", VISCOSITY_LAWS),
+        "spring laws": joined(member_sections("spring law", SPRING_LAWS)),
+        "viscosity laws": joined(member_sections("viscosity law", VISCOSITY_LAWS)),
         "body entries": entry_table(BODY_ENTRIES),
-        "meshes": mesh_sections(),
         "joint entries": entry_table(JOINT_ENTRIES),
         "node columns": column_table(NODE_COLUMNS),
         "spring columns": column_table(SPRING_COLUMNS),
-        "tools": member_sections("kind", TOOLS),
-        "forces": member_sections("kind", FORCES),
+        "forces": joined(member_sections("kind", FORCES, "###")),
         "environment entries": entry_table(entries_of(settings.EnvironmentEntries)),
         "simulate entries": entry_table(settings.simulate_schema()),
         "procedures": procedure_sections(),
-        "verbs": verb_sections(),
         "profiles": _listed(PROFILES),
-        "surfaces": member_sections("kind", SURFACES),
+        "surfaces": joined(member_sections("kind", SURFACES, "###")),
         "measures": measure_table(),
         "integrators": integrator_table(),
         "learn sentences": sentence_sections("learning", learn_entries.SENTENCES),
@@ -75,6 +72,20 @@ def parts() -> dict[str, str]:
         "study settings": entry_table(entries_of(study_entries.StudySettings)),
         "study functions": study_functions(),
     }
+
+
+def members() -> dict[str, dict[str, str]]:
+    """Return the sections of members that have places of their own, by what a member is."""
+    return {
+        "mesh": mesh_sections(),
+        "tool": member_sections("kind", TOOLS),
+        "verb": verb_sections(),
+    }
+
+
+def joined(sections: Mapping[str, str]) -> str:
+    """Return sections one below the other."""
+    return "\n\n".join(sections.values())
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -190,31 +201,32 @@ def _rest(quantity: TissueQuantity) -> str:
     return code("none" if quantity.default == quantity.none else f"{quantity.default:g}")
 
 
-def mesh_sections() -> str:
+def mesh_sections() -> dict[str, str]:
     """Return a section for each mesh."""
-    sections = []
-    for name, mesh in MESHES.items():
-        section = f"#### `mesh is {name}`\n\n{described(mesh)}"
-        if name != EXPLICIT:
-            section += f"\n\n{entry_table(entries_of(mesh))}"
-        sections.append(section)
-    return "\n\n".join(sections)
+    sections = {
+        name: f"## `mesh is {name}`\n\n{described(mesh)}" for name, mesh in MESHES.items()
+    }
+    for name in sections.keys() - {EXPLICIT}:
+        sections[name] += f"\n\n{entry_table(entries_of(MESHES[name]))}"
+    return sections
 
 
-def member_sections(word: str, family: Mapping[str, type]) -> str:
+def member_sections(
+    word: str, family: Mapping[str, type], heading: str = "##"
+) -> dict[str, str]:
     """Return a section for each member of a family, which a scene chooses behind a word."""
-    sections = []
+    sections = {}
     for name, member in family.items():
         entries = entries_of(member)
         table_of = f"\n\n{entry_table(entries)}" if entries else ""
-        sections.append(f"#### `{word} is {name}`\n\n{described(member)}{table_of}")
-    return "\n\n".join(sections)
+        sections[name] = f"{heading} `{word} is {name}`\n\n{described(member)}{table_of}"
+    return sections
 
 
 def procedure_sections() -> str:
     """Return a section for each published procedure with what can be chosen of it."""
     return "\n\n".join(
-        f"#### `integrator is {name}`\n\n{entry_table(entries_of(choices))}"
+        f"## `integrator is {name}`\n\n{entry_table(entries_of(choices))}"
         for name, choices in PROCEDURES.items()
     )
 
@@ -228,16 +240,25 @@ def column_table(columns: Mapping[str, Dimension | None]) -> str:
 def _cells(name: str, dimension: Dimension | None) -> str:
     """Return what the cells of a column hold."""
     if name == LAW:
-        return "the name of a [law](#laws)"
+        return "the name of a [law](laws.md)"
     return "a whole number" if dimension is None else describe(dimension)
 
 
-def verb_sections() -> str:
+def verb_sections() -> dict[str, str]:
     """Return a section for each verb."""
-    return "\n\n".join(
-        f"#### `{name}`\n\n{fenced(chr(10).join(verb.forms))}\n\n{described(verb)}"
+    return {
+        name: f"## `{name}`\n\n{fenced(chr(10).join(verb.forms))}\n\n{described(verb)}"
         for name, verb in VERBS.items()
-    )
+    }
+
+
+def verb_table(pages: Mapping[str, str]) -> str:
+    """Return all verbs with what they do; ``pages`` has the page of each, if not this one."""
+    rows = [
+        (f"[`{name}`]({pages.get(name, '')}#{name})", code(verb.forms[0]), summary(verb))
+        for name, verb in VERBS.items()
+    ]
+    return table(("verb", "for example", "what it does"), rows)
 
 
 def sentence_sections(block: str, sentences: Mapping[str, Sentences]) -> str:
@@ -246,7 +267,7 @@ def sentence_sections(block: str, sentences: Mapping[str, Sentences]) -> str:
     for name, entry in sentences.items():
         needed = " Needed." if entry.is_needed else ""
         forms, about = fenced("\n".join(entry.forms)), paragraphs(entry.about)
-        sections.append(f"#### `{name}` of {block}\n\n{forms}\n\n{about}{needed}")
+        sections.append(f"## `{name}` of {block}\n\n{forms}\n\n{about}{needed}")
     return "\n\n".join(sections)
 
 
