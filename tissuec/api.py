@@ -121,7 +121,7 @@ def start(
     libraries: Sequence[str | os.PathLike[str]] = (),
     **more: "Given",
 ) -> "SteppedRun":
-    """Return a run of a scene at 0 s, which goes on when it is told to.
+    """Return a run of a scene at 0 s, which you advance step by step.
 
     Args:
         scene: As of `run`.

@@ -109,7 +109,7 @@ def reserved_words() -> str:
     rows = [(name, " ".join(map(code, group))) for name, group in groups.items()]
     continuing = " ".join(map(code, words.CONTINUING))
     return table(("for", "words"), rows) + (
-        f"\n\nA line that begins with one of these goes on with the line above: {continuing}."
+        f"\n\nA line that begins with one of these continues the line above: {continuing}."
     )
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @FORCES.member("foundation")
 class Foundation(Struct, frozen=True, eq=False):
-    """Holds a surface where it is drawn, as tissue around a body does.
+    """Holds a surface at its drawn place, as the tissue around a body does.
 
     Attributes:
         stiffness: pressure per displacement, in all directions

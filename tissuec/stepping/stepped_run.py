@@ -39,12 +39,11 @@ class SavedState(Struct, frozen=True, eq=False):
 
 
 class SteppedRun:
-    """A run of a scene that goes on when it is told to.
+    """A run of a scene that is advanced step by step.
 
-    Beside its methods it has one for each verb of the script: ``run.move("forceps A", by=(0,
-    0, 0.005), over="50 ms")`` orders what ``from T to T + 50 ms: move forceps A by (0, 0,
-    0.005) m using constant speed`` says. Words that Python reserves end with an underscore:
-    ``with_``, ``from_``.
+    Each verb of the script is also a method: ``run.move("forceps A", by=(0, 0, 0.005),
+    over="50 ms")`` means ``from T to T + 50 ms: move forceps A by (0, 0, 0.005) m using
+    constant speed``. Words that Python reserves end with an underscore: ``with_``, ``from_``.
 
     Args:
         compiled: The scene.

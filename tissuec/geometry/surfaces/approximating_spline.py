@@ -17,9 +17,9 @@ from tissuec.model.network import Floats
 class ApproximatingSpline(Struct, frozen=True):
     """A bicubic spline whose control points are the nodes of a tube or sheet.
 
-    It stays within the hull of the nodes and so never overshoots; in turn a tube becomes
-    thinner, one of 10 sides by 6 %. It is closed round a tube without a seam. At ends and torn
-    edges it is one-sided, and ends in the curve of the last nodes.
+    It stays within the hull of the nodes and never overshoots. A tube therefore becomes
+    thinner, one of 10 sides by 6 %. The surface of a tube closes without a seam. At ends and
+    torn edges it is one-sided, and ends in the curve of the last nodes.
 
     Attributes:
         subdivisions: How often every edge is halved.

@@ -23,7 +23,7 @@ _NOTHING = 1e-18
 class InterpolatingSpline(Struct, frozen=True):
     """A bicubic spline through all nodes of a tube or sheet, with continuous curvature.
 
-    It is closed round a tube without a seam. At ends and torn edges it is one-sided, and its
+    The surface of a tube closes without a seam. At ends and torn edges it is one-sided, and its
     last two pieces are one cubic ("not a knot").
 
     Attributes:

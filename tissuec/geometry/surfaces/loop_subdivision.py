@@ -32,9 +32,10 @@ if TYPE_CHECKING:
 class LoopSubdivision(Struct, frozen=True):
     """Loop's subdivision surface, with the nodes of any skin of triangles as control points.
 
-    It stays within the hull of the nodes: a ball becomes a little smaller, and a block loses
-    its edges. Points lie on the surface that endless subdivision would lead to. Free and torn
-    edges become smooth curves of their own nodes; a node in which several of them meet stays.
+    It stays within the hull of the nodes: a ball becomes slightly smaller, and a block loses
+    its edges. Points lie on the limit surface of infinite subdivision. Free and torn edges
+    become smooth curves of their own nodes; a node in which several of them meet stays in
+    place.
 
     Attributes:
         subdivisions: How often every edge is halved.

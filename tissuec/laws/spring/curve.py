@@ -15,8 +15,8 @@ from tissuec.laws.points import check_points, through
 class Curve(Struct, frozen=True):
     """A curve through points: cubic pieces that rise and fall only where the points do.
 
-    F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5:300 (1984). Beyond the points it
-    goes on straight. The spring constant has no part in it.
+    F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5:300 (1984). Beyond the points,
+    the curve is a straight line. The spring constant has no effect.
 
     Attributes:
         elongations: At the points, ascending.

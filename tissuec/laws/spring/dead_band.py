@@ -12,10 +12,10 @@ from tissuec.laws.formula import ZERO, Choice, Formula
 
 @SPRING_LAWS.member("dead band")
 class DeadBand(Struct, frozen=True):
-    """No force while e is within the slack to either side, c times what is beyond it.
+    """No force up to the slack in both directions; beyond it, c times the rest of e.
 
     Attributes:
-        slack: Elongation and compression up to which nothing resists.
+        slack: Elongation and compression without resistance.
     """
 
     slack: Annotated[float, Real(units.LENGTH, at_least=0.0)]

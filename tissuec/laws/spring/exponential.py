@@ -19,7 +19,8 @@ class Exponential(Struct, frozen=True):
     of them is a Toda lattice.
 
     Attributes:
-        stiffening: The number k; the stiffness is e times as high where the strain is 1/k.
+        stiffening: The number k; at the strain 1/k, the stiffness is 2.718 times the initial
+            one.
     """
 
     stiffening: Annotated[float, Real(units.NUMBER)]

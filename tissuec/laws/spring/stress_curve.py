@@ -17,9 +17,9 @@ from tissuec.laws.points import check_points, through
 
 @SPRING_LAWS.member("stress curve")
 class StressCurve(Struct, frozen=True):
-    """A curve of the nominal stress by the strain, drawn like that of ``curve``.
+    """A curve of nominal stress against strain, interpolated like ``curve``.
 
-    Young's modulus has no part in it.
+    Young's modulus has no effect on it.
 
     Attributes:
         strains: At the points, ascending.

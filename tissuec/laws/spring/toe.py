@@ -18,10 +18,10 @@ from tissuec.laws.formula import ZERO, Choice, Formula
 class Toe(Struct, frozen=True):
     """No force in compression, c e²/(2 e*) up to e* = strain times L0, then c (e - e*/2).
 
-    The stiffness grows evenly from nothing to c and stays there.
+    The stiffness rises linearly from zero to c and then stays constant.
 
     Attributes:
-        strain: Where the toe ends and all fibres are straight.
+        strain: Strain at which the toe ends and all fibres are straight.
     """
 
     strain: Annotated[float, Real(units.NUMBER, above=0.0)]

@@ -17,8 +17,8 @@ from tissuec.laws.formula import Choice, Formula
 class PowerLaw(Struct, frozen=True):
     """The force d v (|w|/v)ⁿ against the motion: that of d w at the speed v.
 
-    Below an exponent of 1 the dashpot is the stiffer the slower it moves, and at rest without
-    bound: explicit methods need small steps then.
+    If the exponent is below 1: the slower the motion, the larger the ratio of force to speed;
+    near rest, explicit methods need small steps.
 
     Attributes:
         exponent: The number n.

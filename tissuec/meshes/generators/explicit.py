@@ -25,11 +25,11 @@ class TableError(ValueError):
 
 @MESHES.member("explicit")
 class ExplicitMesh(Struct, frozen=True, eq=False):
-    """A net given by tables; nodes and springs keep the order of their rows.
+    """A net given by tables; nodes and springs have the order of their rows.
 
-    It has no entries: ``table nodes of …`` and ``table springs of …`` fill it. Nodes may be
-    without springs, and there may be no springs at all. Two springs may join the same nodes.
-    It has no skin.
+    It has no entries: ``table nodes of …`` and ``table springs of …`` fill it. Nodes may have
+    no springs, and the net may have none at all. Two springs may join the same nodes. The net
+    has no skin.
 
     Attributes:
         position: Node positions [m], shape (node, 3).

@@ -41,24 +41,24 @@ class MeshFileError(ValueError):
 
 @MESHES.member("imported")
 class Imported(Struct, frozen=True, eq=False, dict=True):
-    """A surface or a solid from a file, repaired where it can be.
+    """A surface or a solid from a file, repaired if possible.
 
-    Springs run along the edges of triangles, quadrilaterals and volume cells; a face of four
-    corners gets its shorter diagonal as well, so that it does not shear freely. The skin is the
-    surface; of volume cells it is what only one cell has.
+    Springs run along the edges of triangles, quadrilaterals and volume cells. A face with four
+    corners also gets its shorter diagonal, so that it resists shear. The skin is the surface;
+    for volume cells, all faces that belong to one cell only.
 
-    A closed surface can be filled: with a lattice, whose reach is that of a lattice mesh, or
-    with tetrahedra. The lattice is centred on the body; its nodes come behind those of the
-    file.
+    A closed surface can be filled with a lattice, whose reach is that of a lattice mesh, or
+    with tetrahedra. The lattice is centred on the body; its nodes follow those of the file.
 
     Attributes:
         file: A file beside the scene or in a library, and the unit of its coordinates.
         filling: What fills a closed surface: none, a crystal lattice, or tetrahedra.
         cell: Edge of the cubic cell of the filling.
-        reach: How far springs of a filling lattice reach.
-        stiffness: How springs share what the tissue says: even (each spring gets it), by the
-            area rule (for surfaces), or by the volume rule (for tetrahedra).
-        merging_distance: Nodes that are no further apart become one; without it, a millionth of
+        reach: Reach of the springs of a filling lattice.
+        stiffness: Distribution of the stiffness of the tissue over springs: even (the same for
+            each spring), by the area rule (for surfaces), or by the volume rule (for
+            tetrahedra).
+        merging_distance: Nodes that are no further apart are merged; by default, a millionth of
             the diagonal of the mesh.
     """
 

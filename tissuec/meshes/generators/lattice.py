@@ -63,7 +63,7 @@ _MARGIN = 3  # the longest component of a third neighbour, in fine steps
 
 @MESHES.member("lattice")
 class Lattice(Struct, frozen=True, eq=False):
-    """A block of whole crystal cells with nodes exactly on all six faces and eight corners.
+    """A block of whole crystal cells, with nodes on all six faces and eight corners.
 
     ========================  =====================  =====================  ================
     kind                      nearest neighbours     second neighbours add  third ones add
@@ -78,27 +78,27 @@ class Lattice(Struct, frozen=True, eq=False):
     ========================  =====================  =====================  ================
 
     Braced cubes have ten springs at an inner node: six edges, and four diagonals towards the
-    corners of a tetrahedron. Cells are braced as squares of a chessboard are black, the one at
-    the lowest corner of the box among them. (A. Nürnberger, A. Radetzky, R. Kruse, SPIE Medical
-    Imaging 1998, figure 2 (b): cubes with diagonals and ten springs at an inner node. Which
-    diagonals is not said there; with these the three axes are alike.)
+    corners of a tetrahedron. Cells are braced like the black squares of a chessboard, beginning
+    with the cell at the lowest corner of the box. (A. Nürnberger, A. Radetzky, R. Kruse, SPIE
+    Medical Imaging 1998, figure 2 (b): cubes with diagonals and ten springs at an inner node.
+    The paper does not say which diagonals; this choice treats the three axes equally.)
 
-    With nearest neighbours only, all kinds are floppy: some deformations meet no spring.
-    With second neighbours they are stiff, but for caesium chloride in a bar of one cell by one.
+    With nearest neighbours only, all kinds are floppy: some deformations stretch no spring.
+    With second neighbours they are stiff, except for caesium chloride in a bar of one cell by
+    one.
 
-    The surface cuts bonds. A node that keeps fewer than two of its springs (a corner of a
-    caesium chloride block; an edge or a corner of a diamond block) is joined to its second
-    neighbours as well: it would dangle otherwise, and leaving it out would take the edges off
-    the block that was drawn. Nothing else is added to the springs of the crystal.
+    The surface cuts bonds. A node with fewer than two springs left (a corner of a caesium
+    chloride block; an edge or a corner of a diamond block) is also joined to its second
+    neighbours, so that no node hangs on a single spring.
 
-    Nodes are numbered along z first, then y, then x.
+    Nodes are numbered along z first, then along y, then along x.
 
     Attributes:
         kind: The crystal: sodium chloride (cubic), caesium chloride (body-centred), diamond or
             braced cubes.
         cell: Edge of the cubic cell; each side of the box is a whole number of cells.
         box: Two opposite corners of the block.
-        reach: How far springs reach: nearest neighbours, second neighbours or third neighbours.
+        reach: Reach of the springs: nearest, second or third neighbours.
     """
 
     kind: Annotated[str, OneOf(tuple(CRYSTALS))]

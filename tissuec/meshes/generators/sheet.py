@@ -17,8 +17,8 @@ from tissuec.model.network import Grid
 class Sheet(Struct, frozen=True, eq=False):
     """A parallelogram of ``columns`` times ``rows`` nodes, numbered row by row.
 
-    It starts at ``corner``; the columns follow each other along the first edge and the rows
-    along the second. Its skin faces along (first edge) x (second edge).
+    It starts at ``corner``. Columns follow one another along the first edge, rows along the
+    second. Its skin faces in the direction (first edge) x (second edge).
 
     Attributes:
         corner: The corner at which both edges begin.

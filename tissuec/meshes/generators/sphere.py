@@ -18,9 +18,9 @@ class Sphere(Struct, frozen=True, eq=False):
     """A closed surface of nearly equal triangles around a centre.
 
     n subdivisions give 10·4ⁿ + 2 surface nodes, 30·4ⁿ surface springs and 20·4ⁿ triangles. The
-    net is its own mirror image in each coordinate plane through the centre, and from one
-    subdivision on it has a node straight along each coordinate direction. Spokes run to one
-    more node at the centre, the last one.
+    net is symmetric about each coordinate plane through the centre. From one subdivision on, it
+    has a node in each coordinate direction. Spokes run to an additional node at the centre,
+    which is the last one.
 
     Attributes:
         centre: Centre of the sphere.

@@ -20,17 +20,17 @@ DirectionIfAny = Annotated[Floats | None, Point(units.NUMBER)]
 class Thread(Struct, frozen=True, eq=False):
     """A chain of ``pieces`` springs without a skin: along a line, or in a loop.
 
-    A loop is a polygon around ``centre`` at right angles to ``normal``; its first node lies as
-    that of a tube would, and the others go round by the right-hand rule. The knot of a thread
-    joins its last node and its first one, and is the last piece of a loop. Where contact is not
-    off, a thread touches the nodes of other bodies with its thickness.
+    A loop is a polygon around ``centre`` at right angles to ``normal``. Its first node lies
+    where that of a tube would, and the others follow by the right-hand rule. The knot of a
+    thread joins its last node and its first one, and is the last piece of a loop. Unless
+    contact is off, a thread touches the nodes of other bodies with its thickness.
 
     Attributes:
-        pieces: Number of springs along it.
-        thickness: Diameter with which it touches.
+        pieces: Number of springs along the thread.
+        thickness: Diameter of the thread in contact.
         line: Both ends of an open thread.
-        centre: Of a loop.
-        normal: Direction around which a loop goes.
+        centre: Centre of a loop.
+        normal: Axis of a loop.
         radius: Distance of the nodes of a loop from its centre.
     """
 

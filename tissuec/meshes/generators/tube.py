@@ -17,15 +17,15 @@ from tissuec.model.network import Grid
 class Tube(Struct, frozen=True, eq=False):
     """An open tube of ``rings`` times ``sides`` nodes, numbered ring by ring.
 
-    Springs run round each ring and from each ring to the next. 16 rings of 10 sides have 160
+    Springs run around each ring and from each ring to the next. 16 rings of 10 sides have 160
     nodes and, with ``interior is crossed`` or with ``diagonals is both``, 610 springs. Side 0
-    lies towards the coordinate direction most nearly at right angles to the axis (x before y
-    before z); the sides go round the axis by the right-hand rule.
+    lies towards the coordinate direction that is most nearly at right angles to the axis (x
+    before y before z). The sides are numbered around the axis by the right-hand rule.
 
-    Crossed springs join each node to two nodes of the next ring, half of the sides (rounded
-    down) less one away on either hand: of 10 sides to those beside the opposite node, of 7 to
-    the second ones. They need 6 sides. Spokes cross each ring to the opposite node or, where
-    the number of sides is odd, to the two nodes nearest to opposite; they need 4 sides.
+    Crossed springs join each node to two nodes of the next ring: half of the sides (rounded
+    down) minus one further, in both directions. With 10 sides, these are the neighbours of the
+    opposite node. Crossed springs need 6 sides. Spokes cross each ring to the opposite node or,
+    if the number of sides is odd, to the two nodes nearest to it. Spokes need 4 sides.
 
     Attributes:
         axis: Centres of the first and the last ring.

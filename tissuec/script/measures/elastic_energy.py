@@ -12,7 +12,7 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("elastic energy")
 class ElasticEnergy(ScalarMeasure):
-    """Σ ½ c (L - L0)² over the intact springs of A, and what their branches store."""
+    """Σ ½ c (L - L0)² over the intact springs of A, and the energy of their branches."""
 
     form = "elastic energy(A)"
     dimension = units.ENERGY

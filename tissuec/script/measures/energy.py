@@ -13,7 +13,7 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("energy")
 class Energy(ScalarMeasure):
-    """The kinetic and the elastic energy of A."""
+    """The sum of the kinetic and the elastic energy of A."""
 
     form = "energy(A)"
     dimension = units.ENERGY

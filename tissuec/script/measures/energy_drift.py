@@ -13,12 +13,12 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("energy drift")
 class EnergyDrift(ScalarMeasure):
-    """The energy that came or went for no reason, relative to the largest energy so far.
+    """The error of the energy balance, relative to the largest energy so far.
 
-    |E - (E0 + work - dissipated + switched)| / scale, where E is kinetic, elastic and gravity
-    energy together. The scale is the largest energy so far, but at least what the stiffest
-    spring stores when it is stretched by a millionth of the size of the drawing. The drift is 0
-    if there is neither energy nor a spring.
+    |E - (E0 + work - dissipated + switched)| / scale, where E is the sum of kinetic, elastic
+    and gravitational energy. The scale is the largest energy so far, but at least the energy of
+    the stiffest spring stretched by a millionth of the size of the drawing. The drift is 0 if
+    there is neither energy nor a spring.
     """
 
     form = "energy drift"

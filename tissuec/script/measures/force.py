@@ -14,8 +14,9 @@ from tissuec.script.measures.vector import VectorMeasure
 class SupportForce(VectorMeasure):
     """The support force: minus the sum of all inner forces on the nodes of A.
 
-    Of a tool it is taken over what the tool holds then. It is what the instrument feels, the
-    haptic force; weight and inertia of the nodes themselves are not in it.
+    For a tool, the nodes are those that it holds at that time. It is the force that the
+    instrument feels (the haptic force); it does not include weight and inertia of the nodes
+    themselves.
     """
 
     form = "force(A)"

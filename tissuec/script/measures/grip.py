@@ -13,7 +13,7 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("grip")
 class Grip(ScalarMeasure):
-    """The force with which the jaws of the forceps A press on what lies between them."""
+    """The force with which the jaws of the forceps A press on the tissue between them."""
 
     form = "grip(A)"
     dimension = units.FORCE

@@ -13,10 +13,10 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("pieces")
 class Pieces(ScalarMeasure):
-    """The number of connected pieces of the net that the nodes of A belong to.
+    """The number of connected pieces of the net that contain nodes of A.
 
-    Two nodes are in one piece where intact springs lead from one to the other, inside A or not,
-    but for those of joints, which hold pieces together and leave them pieces.
+    Two nodes are in one piece if a chain of intact springs, inside A or not, connects them.
+    Springs of joints do not count: two sutured pieces are two pieces.
     """
 
     form = "count(pieces of A)"

@@ -16,7 +16,7 @@ from tissuec.script.measures.tension import Tension
 class PlasticElongation:
     """The largest plastic change of the rest length of the springs of A.
 
-    It is negative where pressure made a spring shorter, and stays when a spring is cut.
+    It is negative if compression shortened a spring. Cut springs keep their value.
     """
 
     form = "plastic elongation(A)"

@@ -11,7 +11,7 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("pressure")
 class Pressure(ScalarMeasure):
-    """The pressure that preserves the volume of the body A; 0 without such a pressure."""
+    """The pressure that preserves the volume of the body A; 0 if it has no such pressure."""
 
     form = "pressure(A)"
     dimension = units.PRESSURE

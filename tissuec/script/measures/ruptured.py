@@ -13,9 +13,9 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("ruptured")
 class Ruptured(ScalarMeasure):
-    """The number of springs of A that broke by themselves until then; true where it is not 0.
+    """The number of springs of A that have broken by themselves; true if it is not 0.
 
-    Torn by tension or crushed by pressure; the event log distinguishes both.
+    They are torn by tension or crushed by compression; the event log distinguishes both.
     """
 
     form = "ruptured(A)"

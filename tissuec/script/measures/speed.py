@@ -13,7 +13,7 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("speed")
 class Speed(ScalarMeasure):
-    """The speed of the fastest node of A, 0 without any."""
+    """The speed of the fastest node of A; 0 if A has no nodes."""
 
     form = "speed(A)"
     dimension = units.VELOCITY

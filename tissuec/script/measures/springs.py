@@ -11,7 +11,7 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("springs")
 class Springs(ScalarMeasure):
-    """The number of springs that were neither cut nor ruptured until then."""
+    """The number of springs of A that are neither cut nor ruptured."""
 
     form = "count(springs of A)"
     dimension = units.NUMBER

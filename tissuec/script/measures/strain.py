@@ -14,10 +14,10 @@ from tissuec.script.measures.snapshot import Snapshot
 
 @MEASURES.member("strain")
 class Strain(ScalarMeasure):
-    """The largest |L - L0| / L0 among the intact springs of A, 0 without any.
+    """The largest |L - L0| / L0 of the intact springs of A; 0 without any.
 
-    A spring whose rest length L0 is 0 has no strain and is passed over. Where rest lengths
-    flow, L0 is the present one.
+    Springs with a rest length L0 of 0 have no strain and are skipped. If rest lengths flow, L0
+    is the present one.
     """
 
     form = "strain(A)"

@@ -15,8 +15,8 @@ from tissuec.script.measures.snapshot import Snapshot
 class Tension:
     """The tension c (L - L0) + d w of every spring of A, 0 once it is cut; the largest counts.
 
-    A spring under pressure has a negative tension. Relaxing branches are part of it. Of a
-    thread, its pieces are logged, and the knot of an open one once it is tied.
+    It is negative in compression and includes relaxing branches. For a thread, it is that of
+    its pieces, and of the knot of an open thread once that is tied.
     """
 
     form = "tension(A)"

@@ -16,9 +16,9 @@ from tissuec.script.measures.vector import VectorMeasure
 class Torque(VectorMeasure):
     """The support torque about the mean position of the nodes of A.
 
-    It belongs to `force(A)`, with the same sign. About another point P, such as where the
-    handle is held, it is larger by (position(A) - P) × force(A). In N m, which are the same as
-    J; 0 for an empty grip.
+    It belongs to `force(A)` and has the same sign. About another point P, such as the place
+    where a hand holds the handle, the torque is larger by (position(A) - P) × force(A). Its
+    unit N m equals J. It is 0 if a tool holds nothing.
     """
 
     form = "torque(A)"

@@ -14,7 +14,7 @@ from tissuec.script.measures.snapshot import Snapshot
 class Volume(ScalarMeasure):
     """The present volume inside the closed surface of the body A; 0 if it is open.
 
-    Of a lattice it is the sum over all cells, whether they keep their volume or not.
+    For a lattice, it is the sum of all cells, whether they preserve their volume or not.
     """
 
     form = "volume(A)"

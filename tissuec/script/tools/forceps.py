@@ -9,14 +9,14 @@ from tissuec.script.tools import TOOLS, Shape, capsule
 
 @TOOLS.member("forceps")
 class Forceps(Struct, frozen=True, eq=False):
-    """Two jaws that close and hold what lies between them by friction, as long as it bears.
+    """Two jaws that close and hold tissue between them by friction.
 
-    Without entries they have no shape, and what they hold is said by ``grasp``.
+    Without entries, forceps have no shape; ``grasp`` then names the nodes that they hold.
 
     Attributes:
-        radius: of both jaws, which are rods with round ends
-        upper: the line through the upper jaw, when drawn
-        lower: the line through the lower jaw
+        radius: radius of both jaws, which are rods with round ends
+        upper: line through the upper jaw
+        lower: line through the lower jaw
     """
 
     radius: LengthIfAny = None

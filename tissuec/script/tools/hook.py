@@ -8,13 +8,13 @@ from tissuec.script.tools import TOOLS, Shape, capsule
 
 @TOOLS.member("hook")
 class Hook(Struct, frozen=True, eq=False):
-    """A round shaft that bends at its end and goes on to a tip, which may bend once more.
+    """A round shaft with a bend at its end, which leads to a tip and may bend once more.
 
     Attributes:
-        radius: of shaft, bend and tip
-        shaft: the line through it, from the handle to the bend
-        bend: where the bend leads to
-        tip: where it ends, if it bends back
+        radius: radius of shaft, bend and tip
+        shaft: line from the handle to the bend
+        bend: end of the part behind the bend
+        tip: end of the tip, if the hook bends back
     """
 
     radius: Length

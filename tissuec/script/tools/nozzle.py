@@ -17,17 +17,17 @@ WIDEST = 0.5  # [rad]; beyond, what leaves is a spray and no jet
 
 @TOOLS.member("nozzle")
 class Nozzle(Struct, frozen=True, eq=False):
-    """The round opening of a tube for irrigation; it touches nothing by itself.
+    """The round opening of an irrigation tube; it emits jets and has no contact.
 
     Attributes:
-        diameter: of the opening
-        tip: the middle of the opening
-        direction: which way the fluid leaves
-        density: of the fluid
-        surroundings: what the jet goes through: gas, in which a jet of liquid hardly spreads,
-            or the same liquid, which it draws along
-        spreading: angle at which the radius grows where the speed is half of that on the axis;
-            none in gas, 5.4 deg in liquid
+        diameter: diameter of the opening
+        tip: centre of the opening
+        direction: direction of the jet
+        density: density of the fluid
+        surroundings: what is around the jet: gas, in which a jet of liquid hardly spreads, or
+            the same liquid, which the jet carries along
+        spreading: angle of the cone on which the speed is half of that on the axis; none in
+            gas, 5.4 deg in liquid
     """
 
     diameter: Length

@@ -13,11 +13,11 @@ from tissuec.script.tools import TOOLS, Shape
 
 @TOOLS.member("plane")
 class Plane(Struct, frozen=True, eq=False):
-    """A plane without end that lets nothing pass to behind it.
+    """An infinite plane; nodes stay on the side to which the normal points.
 
     Attributes:
-        point: any point of it
-        normal: the direction in front of it, at right angles to it
+        point: any point of the plane
+        normal: direction at right angles to the plane, towards the side of the nodes
     """
 
     point: Position

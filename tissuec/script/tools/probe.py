@@ -12,9 +12,9 @@ class Probe(Struct, frozen=True, eq=False):
     """A sphere at a point, or a rod with round ends along an axis.
 
     Attributes:
-        radius: of the sphere or rod
-        centre: of a sphere
-        axis: the line through a rod, between the centres of its round ends
+        radius: radius of the sphere or rod
+        centre: centre of a sphere
+        axis: line between the centres of the round ends of a rod
     """
 
     radius: Length

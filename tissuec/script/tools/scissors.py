@@ -7,7 +7,7 @@ from tissuec.script.tools import TOOLS, Shape
 
 @TOOLS.member("scissors")
 class Scissors(Struct, frozen=True, eq=False):
-    """Blades that cut where a ``cut`` says; they have no shape of their own."""
+    """Blades without a shape; the sentence ``cut … with`` says where they cut."""
 
     def shapes(self) -> tuple[Shape, ...]:
         return ()

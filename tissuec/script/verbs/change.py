@@ -145,14 +145,14 @@ class ChangeMotion(Struct, frozen=True):
 
 @VERBS.member("change")
 class Change:
-    """Gives something another value from this time on.
+    """Gives something a new value from this time on.
 
-    ``gravity`` and ``damping`` are those of the surroundings; ``spring constant``,
-    ``viscosity``, ``breaking force``, ``crushing force`` and ``rest length`` belong to every
-    spring of a set or body, and so do the numbers by which springs relax or yield, where they
-    began with some; ``mass`` belongs to every node. ``by`` a factor multiplies what each of
-    them has. ``velocity`` and ``spin`` act on nodes that nobody holds: a velocity is the same
-    for all of them, a spin turns them about their centre of mass, which keeps its velocity.
+    ``gravity`` and ``damping`` are those of the environment. ``spring constant``,
+    ``viscosity``, ``breaking force``, ``crushing force`` and ``rest length`` apply to each
+    spring of a set or body, as do the quantities by which springs relax or yield if the springs
+    started with them. ``mass`` applies to each node. ``by FACTOR`` multiplies the present
+    values. ``velocity`` and ``spin`` apply to free nodes: a velocity is the same for all of
+    them; a spin turns them about their centre of mass, whose velocity does not change.
     """
 
     forms: ClassVar[tuple[str, ...]] = (

@@ -8,10 +8,11 @@ from tissuec.script.verbs.jaws import JawMotion
 
 @VERBS.member("close")
 class Close(JawMotion, frozen=True):
-    """Closes the jaws of forceps by a length, half of it each, across both.
+    """Closes the jaws of forceps by a length; each jaw moves by half of it.
 
-    The forceps must not be moved as a whole at the same time. What lies between the jaws is
-    held by friction only, as long as that bears; the forces on them are those of contact.
+    The forceps must not be moved as a whole at the same time. Tissue between the jaws is held
+    only by friction, and slips when the pull exceeds it. The forces on the jaws are contact
+    forces.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("close TOOL by LENGTH using PROFILE",)

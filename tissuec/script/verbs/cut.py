@@ -19,18 +19,18 @@ from tissuec.script.verbs.motion import schedule
 
 @VERBS.member("cut")
 class Cut(Struct, frozen=True):
-    """Removes for good the intact springs of a body or set that a blade goes through now.
+    """Removes springs permanently: those of a set, or those of a body that a blade crosses now.
 
-    ``along plane`` is a whole plane; ``along stroke`` is the parallelogram that an edge sweeps
-    from its place between two points by a vector; ``along line`` is the part of the plane
-    facing a direction that lies between the ends of a line, endless at right angles to it.
-    A node on the blade counts as in front of it. Without ``along`` all springs of a set of
-    springs are cut. The tool after ``with`` must be scissors and is entered in the event log.
-    A cut that goes through nothing is noted and changes nothing.
+    ``along plane`` is an infinite plane. ``along stroke`` is the parallelogram that the edge
+    between two points sweeps by a vector. ``along line`` is a strip of the plane that faces the
+    given direction: the part between both ends of the line, infinite at right angles to it. A
+    node on the blade counts as in front of it. Without ``along``, all springs of the set are
+    cut. The tool after ``with`` must be scissors and is recorded in the event log. If no spring
+    crosses the blade, nothing changes, and a note says so.
 
-    Over an interval the blades close along a line, or along the edge of a stroke, from its
-    first point to its second: each spring is cut when they come to where it was as the cut
-    began, or at the next such time if it has moved by then, and the rest at the end.
+    Over an interval, the blades close along the line, or along the edge of the stroke, from its
+    first point to its second. Springs are cut in the order of their positions at the beginning
+    of the cut; the remaining ones at its end.
     """
 
     forms: ClassVar[tuple[str, ...]] = (

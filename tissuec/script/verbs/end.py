@@ -18,11 +18,11 @@ KIND = "end the run"
 
 @VERBS.member("end")
 class End(Struct, frozen=True):
-    """Ends the run at this time, after everything else that happens then.
+    """Ends the run at this time, after all other events of this time.
 
-    With ``when``, a run ends as soon as something has happened: ``when count(pieces of vessel)
-    > 1: end the run``. The summary and the event log show the sentence. Expectations over an
-    interval are judged up to this time; expectations about later times are not reached.
+    With ``when``, a run ends as soon as a condition is true: ``when count(pieces of vessel) >
+    1: end the run``. The summary and the event log show this sentence. Expectations over an
+    interval are evaluated up to this time; expectations about later times are not reached.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("end the run",)

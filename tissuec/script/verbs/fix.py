@@ -12,9 +12,9 @@ from tissuec.script.verbs.holding import FIX, Fixed, sentence, take
 
 @VERBS.member("fix")
 class Fix(Struct, frozen=True):
-    """Holds nodes in place from this time on, whatever else is released; ``free`` ends it.
+    """Holds nodes in place from this time on; only ``free`` ends this.
 
-    Nodes that move when they are fixed are stopped where they are.
+    Moving nodes stop where they are.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("fix SET",)

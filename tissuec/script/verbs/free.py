@@ -12,9 +12,9 @@ from tissuec.script.verbs.holding import Freed, let_go, sentence
 
 @VERBS.member("free")
 class Free(Struct, frozen=True):
-    """Ends every hold on nodes: fixed, held, grasped or driven, they move freely from now on.
+    """Ends every hold on nodes, whether they are fixed, held, grasped or moved.
 
-    What was driven along a path flies on with the velocity of that path.
+    Nodes that were moved along a path continue with the velocity of the path.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("free SET",)

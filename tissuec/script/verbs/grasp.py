@@ -13,10 +13,10 @@ from tissuec.script.verbs.motion import joined
 
 @VERBS.member("grasp")
 class Grasp(Struct, frozen=True):
-    """Takes nodes into the rigid grip of a tool, besides those that it holds already.
+    """Takes nodes into the rigid grip of a tool, in addition to those that it already holds.
 
-    The tool must be forceps. Nodes that move are stopped; if the tool is moving what it holds,
-    they move along with it from now on.
+    The tool must be forceps. Moving nodes stop; if the tool is moving, they move with it from
+    now on.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("grasp SET with TOOL",)

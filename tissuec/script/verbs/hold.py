@@ -29,10 +29,9 @@ class EndHold(Struct, frozen=True):
 
 @VERBS.member("hold")
 class Hold(Struct, frozen=True):
-    """Holds nodes at their present places: for the interval, or until ``release`` or ``free``.
+    """Holds nodes where they are, for the interval or until ``release`` or ``free``.
 
-    A motion that drives them ends for them. A later ``hold`` or ``move`` of the same set takes
-    the place of this one.
+    It ends motions of these nodes. A later ``hold`` or ``move`` of the same set replaces it.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("hold SET",)

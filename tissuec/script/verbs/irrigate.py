@@ -52,14 +52,14 @@ class EndJet(Struct, frozen=True):
 
 @VERBS.member("irrigate")
 class Irrigate(Struct, frozen=True):
-    """Lets a jet of fluid out of a nozzle, for the interval or until ``stop irrigating``.
+    """Emits a jet of fluid from a nozzle, for the interval or until ``stop irrigating``.
 
-    The jet pushes the surface that it meets, of a body or of a set of its nodes, or, where none
-    is named, of all bodies; what is not named takes its part of the jet away all the same. The
-    jet goes with its nozzle, which can be moved and turned. The flow is constant or follows the
-    profile after ``using``; where that is negative, nothing flows. A nozzle has one jet: a new
-    order takes the place of the one before. ``force of`` the nozzle is what holds it against
-    the recoil.
+    The jet pushes the surface that it meets: that of the named body or set of nodes, or of all
+    bodies if none is named. Bodies that are not named still block their part of the jet. The
+    jet moves and turns with its nozzle. The flow is constant or follows the profile after
+    ``using``; there is no flow while the profile is negative. A nozzle has one jet: a new order
+    replaces the previous one. ``force of`` the nozzle is the force that holds it against the
+    recoil.
     """
 
     forms: ClassVar[tuple[str, ...]] = (

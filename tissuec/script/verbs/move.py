@@ -22,13 +22,13 @@ SHIFT = "by (0, 0, 1) mm"
 
 @VERBS.member("move")
 class Move(Struct, frozen=True):
-    """Shifts a set, or whatever a tool holds, by a vector times a profile.
+    """Moves a set, or everything that a tool holds, by a vector multiplied by a profile.
 
-    With ``table "path.csv"`` and no ``by``, the displacements themselves are prescribed, in
-    columns for time, x, y and z, from the places at the start. A set is taken hold of and
-    stays held after the motion, exactly where it ends and at rest, until it is released; a
-    tool moves what it holds. Motions of one mover at the same time add up; of two movers that
-    drive the same node, the later order counts. A tool that holds nothing moves nothing.
+    With ``table "path.csv"`` and without ``by``, the table gives the displacements, in columns
+    for time, x, y and z, relative to the positions at the start. After the motion, a set stays
+    held exactly where it ended, at rest, until it is released. A tool moves the nodes that it
+    holds; a tool that holds nothing moves no nodes. Simultaneous motions of a set or tool add
+    up. If the motions of two sets or tools drive the same node, the later order applies.
     """
 
     forms: ClassVar[tuple[str, ...]] = (

@@ -20,16 +20,17 @@ FIRMNESS = {"gentle pressure": 1e3, "firm pressure": 1e4, "hard pressure": 1e5}
 
 @VERBS.member("preserve")
 class Preserve(Struct, frozen=True):
-    """Keeps the volume that the closed surface of a body encloses, by pressure.
+    """Preserves the volume inside the closed surface of a body by pressure.
 
-    A lattice keeps that of each of its cubic cells, by a pressure of its own; so does a body of
-    tetrahedra or with a filling of cells around its nodes, if its Poisson's ratio is above 1/4.
+    In a lattice, each cubic cell preserves its volume by a pressure of its own. In bodies of
+    tetrahedra or with a filling, the cell around each node does, if Poisson's ratio is above
+    1/4.
 
-    The pressure is a bulk modulus times the missing part of the drawn volume. The modulus is
-    written as a pressure, or in words: gentle (1 kPa), firm (10 kPa) or hard pressure (100
-    kPa). A surface with a torn edge leaks: from then on it keeps no pressure, and what energy
-    there was is booked as switched. Of several cells, those leak that lose a spring between two
-    of their nodes; the others hold.
+    The pressure is a bulk modulus multiplied by the missing fraction of the drawn volume. The
+    modulus is written as a pressure, or in words: gentle (1 kPa), firm (10 kPa) or hard
+    pressure (100 kPa). The enclosed fluid has no mass and no weight. A surface with a torn edge
+    leaks. It then has no pressure; its energy is counted as *switched*. In a lattice, only
+    cells that lose a spring leak.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
@@ -61,11 +62,11 @@ class Preserve(Struct, frozen=True):
 
 @VERBS.member("inflate")
 class Inflate(Struct, frozen=True):
-    """Changes the volume that is preserved, within the interval or at once.
+    """Sets the volume that a body preserves, gradually within the interval or at once.
 
-    The pump works against the pressure that there is: with soft walls the volume follows, with
-    hard ones the pressure rises. The body must have its volume preserved.
-    Of a lattice, it is the volume of all cells together that still hold.
+    This is the target volume. The actual volume and the pressure follow from the stiffness of
+    the wall. The body must preserve its volume. For a lattice, it is the volume of all intact
+    cells together.
     """
 
     forms: ClassVar[tuple[str, ...]] = (

@@ -8,7 +8,7 @@ from tissuec.script.verbs.push import Push
 
 @VERBS.member("pull")
 class Pull(Push, frozen=True):
-    """Lets an external force act on nodes, exactly as ``push`` does."""
+    """Applies an external force to nodes, exactly as ``push`` does."""
 
     forms: ClassVar[tuple[str, ...]] = tuple(
         form.replace("push", "pull", 1) for form in Push.forms

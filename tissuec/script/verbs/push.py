@@ -34,13 +34,13 @@ class EndPush(Struct, frozen=True):
 
 @VERBS.member("push")
 class Push(Struct, frozen=True):
-    """Lets an external force act on nodes, for the interval or until ``stop pushing``.
+    """Applies an external force to nodes, for the interval or until ``stop pushing``.
 
-    The force is that on the whole set and is shared equally by its nodes; with ``on each
-    node`` each of them gets all of it. It is written as a vector, or as an amount ``along`` a
-    direction, and is constant or follows the profile after ``using``. Forces on one set add up.
-    ``push`` and ``pull`` are two words for one thing: the direction is the one that is
-    written. A force on a held node is taken up by whoever holds it.
+    The force is that on the whole set, shared equally by its nodes; with ``on each node``, each
+    node gets all of it. It is written as a vector, or as an amount ``along`` a direction. It is
+    constant or follows the profile after ``using``. Forces on one set add up. ``push`` and
+    ``pull`` mean the same: the force has the direction that is written. A force on a held node
+    acts on whatever holds the node.
     """
 
     forms: ClassVar[tuple[str, ...]] = (

@@ -12,11 +12,12 @@ from tissuec.script.verbs.holding import FIX, Released, gripped, let_go, sentenc
 
 @VERBS.member("release")
 class Release(Struct, frozen=True):
-    """Releases nodes: those of SET, from TOOL or from all that hold it, or all that TOOL holds.
+    """Releases the nodes of a set, or all nodes that a tool holds.
 
-    Released nodes keep the velocity that they have: one that rests starts from rest, one that
-    is driven along a path flies on with the velocity of that path. Fixed nodes stay fixed
-    (``free`` ends that), and releasing nodes that are not held has no effect.
+    ``release SET from TOOL`` releases the set from this tool only, ``release SET`` from
+    everything that holds it. Released nodes keep their velocity: a node at rest starts from
+    rest, and a node on a path continues with the velocity of the path. Fixed nodes stay fixed
+    (``free`` releases them). Releasing nodes that are not held has no effect.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("release SET", "release SET from TOOL", "release TOOL")

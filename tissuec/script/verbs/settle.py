@@ -15,14 +15,14 @@ from tissuec.script.verbs.holding import sentence
 class Settle(Struct, frozen=True):
     """Moves nodes, of a set or of everything, to static equilibrium, where all forces balance.
 
-    Forces are those of this moment: springs, weight, pressure, tools and pushes;
-    dashpots and friction do not act. Held and driven nodes stay, and so does whatever is not
-    named. No time passes, and nothing breaks on the way; what is under too much tension then,
-    breaks right after. Relaxing branches have given way for good, and rest lengths stay as they
-    have flowed; what is above its yield force flows on right after. The event log notes where
-    the net buckled, and where it could move without any force. What nothing holds keeps its
-    centre of mass, and its orientation unless loads turn it; under a weight it has no
-    equilibrium, and the run ends.
+    The forces are those of this moment: springs, weight, pressure, tools and pushes. Dashpots
+    and friction do not act. Held and moved nodes keep their positions, as do all nodes outside
+    the named set. No time passes, and nothing breaks before equilibrium is reached; springs
+    that are then under too much tension break immediately afterwards. Relaxing branches carry
+    no force afterwards. Plastic deformation is kept; springs above their yield force continue
+    to flow. A free body keeps its centre of mass, and its orientation unless loads turn it. If
+    gravity acts on a free body, there is no equilibrium and the run ends with an error. The
+    event log notes where the net buckled, and where it can move without any force.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("settle", "settle SET")

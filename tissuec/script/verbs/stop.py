@@ -24,10 +24,11 @@ _STOPS = {
 
 @VERBS.member("stop")
 class Stop(Struct, frozen=True):
-    """Ends every force on a set, or freezes the motion or the turn of a mover where it is.
+    """Ends all forces on a set, or stops the motion or turn of a set or tool where it is.
 
-    What was moved or turned stays held. ``pushing`` and ``pulling`` mean the same. Jets end by
-    what they were ordered for, or all of them.
+    Whatever was moved or turned stays held. ``pushing`` and ``pulling`` mean the same. ``stop
+    irrigating SET`` ends the jets that were ordered for this set or body, ``stop irrigating``
+    all jets.
     """
 
     forms: ClassVar[tuple[str, ...]] = (

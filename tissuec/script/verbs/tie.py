@@ -28,21 +28,21 @@ KNOTS = {"square knot": 0.695, "surgeons knot": 0.668, "granny knot": 0.35}
 
 @VERBS.member("tie")
 class Tie(Struct, frozen=True):
-    """Ties the two ends of a thread with a knot, or a loop where it is closed, or a joint.
+    """Ties the ends of a thread, a loop where it is closed, or the stitches of a joint.
 
-    The knot is a piece of thread between the ends as they stand, without viscosity. It holds
-    up to a force: what is written after ``of``, or a part of the ``breaking force`` of the
-    thread. For a square knot that part is 69.5 %, as published for polypropylene; for a
-    surgeons knot it is 66.8 %, by the published ratio of both knots in other materials; the
-    35 % of a granny knot are an assumption. Above that force it slips: under that constant
-    force the ends part, or the thread is drawn in without them, until neither happens any
-    more, and the knot holds again. A thread whose ``rupture`` is not allowed has no strength,
-    so that the force must be written. Before it is tied, a loop is held together by hand and
-    does not slip.
+    The knot is a piece of thread between the ends at their present positions, without
+    viscosity. It holds up to a limit: the force after ``of``, or a fraction of the ``breaking
+    force`` of the thread. The fraction is 69.5 % for a square knot (published for
+    polypropylene), 66.8 % for a surgeons knot (from the published ratio of both knots in other
+    materials) and 35 % for a granny knot (an assumption). Above the limit the knot slips: the
+    ends part, or the thread is drawn in without them, at this constant force, until the force
+    decreases and the knot holds again. A thread whose ``rupture`` is not allowed has no
+    breaking force, so the force must be written. Before it is tied, a loop is held together by
+    hand and does not slip.
 
-    Each spring of a joint is a stitch with a knot of its own, which comes undone above that
-    force: the spring ruptures. So its breaking force becomes that of the knot, but no greater
-    than the scene has it, whatever it was changed to before.
+    Each spring of a joint is a stitch with its own knot. Above its limit, the knot comes
+    undone: the spring ruptures. The breaking force of each stitch becomes the smaller of the
+    force of the knot and the breaking force that the scene gives the stitch.
     """
 
     forms: ClassVar[tuple[str, ...]] = (

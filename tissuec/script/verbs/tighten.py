@@ -102,13 +102,14 @@ class EndRestLengthChange(Struct, frozen=True):
 
 @VERBS.member("tighten")
 class Tighten:
-    """Draws a thread or joint in until it is as long as is written, in an interval or at once.
+    """Shortens a thread or joint to a rest length, gradually within the interval or at once.
 
-    The length is that without tension. Of a thread it is that of all pieces that are whole and
-    of a tied knot: of a sling, its circumference once it is slack. All pieces become shorter in
-    proportion, as when a sling is drawn through its knot while it slides on what it holds. Of a
-    joint, or of a set of its springs, it is that of each spring. ``using`` a profile says how
-    (otherwise evenly). What is shorter already is left as it is, and noted if nothing else is.
+    The length is that without tension. For a thread, it is the total length of all intact
+    pieces and of a tied knot: for a sling, its circumference when slack. All pieces become
+    shorter in proportion, as when a sling is drawn through its knot while it slides over
+    tissue. For a joint, or a set of its springs, it is the length of each spring. The profile
+    after ``using`` gives the course of the shortening, which otherwise has constant speed.
+    Parts that are already shorter do not change. If nothing changes, a note says so.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
@@ -124,7 +125,7 @@ class Tighten:
 
 @VERBS.member("loosen")
 class Loosen:
-    """Pays a thread or joint out until it is as long as is written: opposite of ``tighten``."""
+    """Lengthens a thread or joint to a rest length: the opposite of ``tighten``."""
 
     forms: ClassVar[tuple[str, ...]] = (
         "loosen THREAD to LENGTH",

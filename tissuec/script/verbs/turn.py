@@ -20,12 +20,13 @@ from tissuec.script.verbs.move import nothing_to_move, refuse_jump
 
 @VERBS.member("turn")
 class Turn(Struct, frozen=True):
-    """Turns a set, or whatever a tool holds, about an axis by an angle times a profile.
+    """Turns a set, or everything that a tool holds, about an axis by an angle times a profile.
 
-    The axis goes through the mean position of what is turned when the turn begins, or through
-    the point after ``through``; the turn is right-handed about the direction after ``around``.
-    Taking hold and what comes after are as with ``move``. A motion of the same mover carries
-    the axis along; a second turn begins where a first one is, and ends it.
+    The axis passes through the mean position of the turned nodes at the beginning of the turn,
+    or through the point after ``through``. The turn is right-handed about the direction after
+    ``around``. Nodes are held during and after the turn as with ``move``. A simultaneous motion
+    of the same set or tool carries the axis with it. A second turn starts at the present angle
+    and ends the first.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
