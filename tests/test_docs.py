@@ -5,7 +5,8 @@ Every fenced block of a page is taken in order, in a folder of the page's own:
 - ``tis NAME`` is a file of that name, ``tis + NAME`` more lines of it, ``tis`` a file without a
   name; all are checked. A ``tis`` block that does not begin with "language" is a part of the
   scene ``examples.tis`` of the language reference, which has what it leaves out.
-- ``wrong NAME`` is a file with mistakes, ``csv NAME`` a table.
+- ``tis runs`` is a scene that is run as well: it ends as planned, and its expectations hold.
+- ``wrong NAME`` is a file with mistakes, ``csv NAME`` a table, ``obj NAME`` a mesh.
 - ``console`` holds commands behind "$ " and what they answer. "…" stands for anything within a
   line, and for any lines where it stands alone. ``VARYING`` parts need to agree about or not at
   all, such as what the clock, or the last digits of the processor, decide. ``console long``
@@ -39,7 +40,7 @@ from tissuec.geometry.surfaces import SURFACES
 from tissuec.laws import SPRING_LAWS
 from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.generators import MESHES
-from tissuec.pipeline import check_request
+from tissuec.pipeline import check_request, compile_request, simulate
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS
@@ -65,7 +66,7 @@ VARYING = {
     r"/\w+\.tis:\d+": None,  # lines of the library move
     r"(?<=  )[\d.]+ m?s(?:, node \d+ of \w+)?$": None,  # where an error is largest
 }
-LONG = "long"
+LONG, RUNS = "long", "runs"
 PART = re.compile("|".join(VARYING), re.MULTILINE)
 ROUNDING = 1e-10  # what is less differs between processors
 
@@ -86,10 +87,14 @@ class Block(Struct, frozen=True):
 
 def blocks(page: Path) -> Iterator[Block]:
     """Yield the fenced blocks of a page."""
-    text = page.read_text(encoding="utf-8")
+    return blocks_of(page.read_text(encoding="utf-8"), page.name)
+
+
+def blocks_of(text: str, name: str) -> Iterator[Block]:
+    """Yield the fenced blocks of a text that is called by a name in messages."""
     for found in FENCE.finditer(text):
         line = text.count("\n", 0, found.start()) + 1
-        yield Block(found["kind"], found["name"] or "", found["text"], f"{page.name}:{line}")
+        yield Block(found["kind"], found["name"] or "", found["text"], f"{name}:{line}")
 
 
 class Reader(Struct):
@@ -100,16 +105,21 @@ class Reader(Struct):
     code: int = 0
 
     def tis(self, block: Block) -> None:
-        name, text = block.name.removeprefix("+ "), block.text
+        runs = block.name == RUNS
+        name, text = "" if runs else block.name.removeprefix("+ "), block.text
         path = Path(name) if name else None
-        if name != block.name:
+        if name != block.name and not runs:
             text = Path(name).read_text(encoding="utf-8") + text
         elif not text.startswith("language"):
             text = with_scaffold(text)
         if path is not None:
             self.wrong(Block("wrong", name, text, block.place))
+        request = Request(Source(name or block.place, text, path))
         try:
-            check_request(Request(Source(name or block.place, text, path)))
+            if runs:
+                assert_runs(request)
+            else:
+                check_request(request)
         except CompileError as error:
             pytest.fail("\n".join([block.place, *map(render, error.diagnostics)]))
 
@@ -118,8 +128,7 @@ class Reader(Struct):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(block.text, encoding="utf-8")
 
-    def csv(self, block: Block) -> None:
-        self.wrong(block)
+    csv = obj = wrong
 
     def console(self, block: Block) -> None:
         commands = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
@@ -160,6 +169,14 @@ class Reader(Struct):
 
     def output(self, block: Block) -> None:
         assert_alike(self.said, block.text, block.place)
+
+
+def assert_runs(request: Request) -> None:
+    """Run a scene, which ends as planned, and whose expectations hold."""
+    compiled, _ = compile_request(request)
+    outcome = simulate(compiled, Path("runs.vtkhdf"), request=request, companion="off").outcome
+    failures = [failure.measured for failure in outcome.failures]
+    assert (outcome.kind, failures) == ("done", []), f"{request.source.name}: {outcome.message}"
 
 
 def tissuec(words: list[str]) -> int:
@@ -313,6 +330,28 @@ def test_generated_tables_are_up_to_date():
 
 def test_everything_generated_is_shown_somewhere():
     assert not unused(DOCS)
+
+
+def test_each_member_with_a_place_is_followed_by_a_scene_that_uses_it():
+    without = []
+    for page in (DOCS / "language").glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for place in re.findall("<!-- end of ((?:mesh|tool|verb) .*) -->", text):
+            rest = text.partition(f"<!-- end of {place} -->")[2]
+            scenes = [block.text for block in blocks_of(rest, place) if block.name == RUNS]
+            kind, _, name = place.partition(" ")
+            word = {"mesh": f"mesh is {name}", "tool": f"kind is {name}", "verb": name}[kind]
+            if not scenes or not re.search(rf"\b{word}\b", scenes[0]):
+                without.append(place)
+    assert not without
+
+
+def test_each_measure_is_used_by_a_scene_that_runs():
+    page = DOCS / "language" / "measures.md"
+    scenes = "".join(block.text for block in blocks(page) if block.name == RUNS)
+    used = [line for line in scenes.splitlines() if line.startswith("expect")]
+    forms = {name: measure.form.partition("A")[0] for name, measure in MEASURES.items()}
+    assert not [name for name, form in forms.items() if form not in "".join(used)]
 
 
 def test_pages_are_linked_from_the_index():
