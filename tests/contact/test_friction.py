@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from tests.contact.scenes import ball, bodies, gap_of_balance, play
+from tissuec.forces.contact_kernel import LARGEST, SHARPNESS, bristle_ahead
 
 GRAVITY, FRICTION, STIFFNESS, LAYER, MASS = 9.81, 0.5, 1e3, 0.1e-3, 1e-3
 LIMIT = np.degrees(np.arctan(FRICTION))
@@ -257,3 +258,45 @@ def test_a_ball_without_friction_slides_and_does_not_turn():
     found, _, turned, _ = rolled(2, 20.0, "0")
     assert found == pytest.approx(GRAVITY * np.sin(np.radians(20.0)), rel=1e-4)
     assert abs(turned) < 1e-3
+
+
+# --- implicit stages ------------------------------------------------------------------------
+
+
+def test_an_implicit_stage_solves_for_its_bristle():
+    """z = b + lag z' with the law of the bristle, at lags up to thousands of its lengths."""
+    random = np.random.default_rng(1)
+    for _ in range(300):
+        slips, lag = 10.0 ** random.uniform(-6, -3), 10.0 ** random.uniform(-7, -1)
+        u = random.normal(size=3) * slips / lag * 10.0 ** random.uniform(-3, 3)
+        b = random.normal(size=3) * slips * random.choice([0.0, 0.3, 1.0])
+        unbend = random.uniform(-0.9, 5.0) / lag * random.choice([0.0, 1.0])
+        z = np.array(bristle_ahead(lag, *b, *u, unbend, slips))
+        d, length = u - unbend * z, np.linalg.norm(z)
+        slip = max(d @ z, 0.0) / length**2 * min(length / slips, LARGEST) ** SHARPNESS
+        size = np.linalg.norm(b + lag * u)
+        assert z == pytest.approx(b + lag * (d - slip * z), abs=1e-9 * size)
+
+
+LANDING = """{ball}
+{floor}
+environment {{
+  gravity = (0, 0, -9.81) m/s^2; contact is tools only; friction = 0.3
+  contact stiffness = 1 kN/m; contact layer = 1 mm
+}}
+simulate {{ integrator is {method}; duration = 60 ms; tolerance = {tolerance} }}
+output {{ trajectory every 1 ms }}
+"""
+
+
+@pytest.mark.parametrize("method", ["esdirk43", "trbdf2", "rkc2", "velocity verlet", "rkn4"])
+def test_a_mass_that_lands_gets_friction_from_every_method(method):
+    def landing(method, tolerance):
+        flying = ball(height="1 mm", velocity="(1, 0, 0) m/s", mass="10 g")
+        return play(
+            LANDING.format(ball=flying, floor=FLOOR, method=method, tolerance=tolerance)
+        ).position[:, 0]
+
+    exact, found = landing("dop853", 1e-8), landing(method, 1e-4)
+    assert exact[-1, 0] < 0.056  # of the 60 mm that it would slide without friction
+    assert np.abs(found - exact).max() < 1e-4 * 0.06

@@ -457,6 +457,7 @@ class Contact(Field, frozen=True):
             memory=place[self.memory],
             home=home,
             bent=np.zeros_like(home),
+            lag=np.zeros(1),
             bends=np.zeros(3, dtype=np.int64),
             listed=listed.ravel(),
             squares=np.zeros(len(position)),

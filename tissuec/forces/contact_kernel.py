@@ -26,6 +26,7 @@ from tissuec.kernels.thread_loops import UNDIVIDED
 SHARPNESS = 8  # power of r with which a bristle slips
 LARGEST = 2.0  # r that counts
 LEAST = 1e-3  # part of the pressure at the depth of the layer, where contact begins
+NEWTON = 100  # iterations for the length of a bristle; bisection alone needs about 50
 FLAT = 1e-12  # part of its size to the sixth: a triangle that thin takes up no couples
 
 # Columns of ``met``.
@@ -54,8 +55,11 @@ def touch(
 ) -> None:
     """Add the forces of shapes to those on nodes, and the power of damping and friction.
 
-    The rates of bristles are stored in ``touches.bent``. A table of a part of the nodes only
-    fills their rows; the table after the last part adds all of them.
+    The rates of bristles are stored in ``touches.bent``. With a ``touches.lag``, velocities
+    give bristles without their own rates in an implicit stage, and those are solved for.
+
+    A table of a part of the nodes only fills their rows; the table after the last part adds all
+    of them.
     """
     bends, row, part, parts = 0.0, 0, touches.part, touches.starts.size - 1
     start, stop = 0, touches.nodes.size
@@ -265,23 +269,23 @@ def rub(
         growth: Rate of that [N/s].
         u0, u1, u2: Sum of pressures times velocities along the surfaces [W].
     """
-    rate, memory, bent = touches.rate, 3 * touches.memory[k], touches.bent
+    rate, memory, bent, lag = touches.rate, 3 * touches.memory[k], touches.bent, touches.lag[0]
     z0, z1, z2 = (
         float(v[memory] / rate), float(v[memory + 1] / rate), float(v[memory + 2] / rate)
     )  # fmt: skip
     if total <= 0.0:
-        bent[k, 0], bent[k, 1], bent[k, 2] = (
-            -rate * rate * z0,
-            -rate * rate * z1,
-            -rate * rate * z2,
-        )
+        falls = -rate * rate / (1.0 + lag * rate)
+        bent[k, 0], bent[k, 1], bent[k, 2] = falls * z0, falls * z1, falls * z2
         return
     u0, u1, u2 = u0 / total, u1 / total, u2 / total
     stiffness, half = touches.stiffness[k], 0.5 * touches.layer
     unbend = 0.5 * growth / (rest + LEAST * stiffness * half) * half / (rest / stiffness + half)
-    d0, d1, d2 = u0 - unbend * z0, u1 - unbend * z1, u2 - unbend * z2
-    length, reach = sqrt(z0 * z0 + z1 * z1 + z2 * z2), total / stiffness + half
+    reach = total / stiffness + half
     slips, slip = touches.friction * reach, 0.0
+    if lag > 0.0:
+        z0, z1, z2 = bristle_ahead(lag, z0, z1, z2, u0, u1, u2, unbend, slips)
+    d0, d1, d2 = u0 - unbend * z0, u1 - unbend * z1, u2 - unbend * z2
+    length = sqrt(z0 * z0 + z1 * z1 + z2 * z2)
     if length > 0.0:
         r = min(length / slips, LARGEST)
         slip = max(d0 * z0 + d1 * z1 + d2 * z2, 0.0) / (length * length) * r**SHARPNESS
@@ -298,6 +302,61 @@ def rub(
         drag_along(start, stop, bears / total, z0, z1, z2, x, touches)
         start = stop
     touches.met[begin, LOST] += bears * (z0 * u0 + z1 * u1 + z2 * u2)
+
+
+def bristle_ahead(
+    lag: float,
+    b0: float,
+    b1: float,
+    b2: float,
+    u0: float,
+    u1: float,
+    u2: float,
+    unbend: float,
+    slips: float,
+) -> tuple[float, float, float]:
+    """Return the bristle z = b + lag z' of an implicit stage [m].
+
+    With the length L and the direction e of z, this is
+
+        e (L (1 + lag g/2) + lag (L/l)^8 max(0, u·e - L g/2)) = b + lag u,
+
+    so e is the direction of the right-hand side, and L is found by Newton's method within
+    bounds that are halved where it leaves them. Without a solution, in a step much longer than
+    the contact, the result is b, and the equations of the stage remain unsolved.
+
+    Args:
+        lag: Step size times coefficient of the implicit method [s].
+        b0, b1, b2: b [m].
+        u0, u1, u2: Sliding velocity u [m/s].
+        unbend: g/2 [1/s].
+        slips: Length l at which it slips [m].
+    """
+    w0, w1, w2, firm = b0 + lag * u0, b1 + lag * u1, b2 + lag * u2, 1.0 + lag * unbend
+    size = sqrt(w0 * w0 + w1 * w1 + w2 * w2)
+    if not (size > 0.0 and firm > 0.0):
+        return b0, b1, b2
+    pace = (u0 * w0 + u1 * w1 + u2 * w2) / size
+    low, high = 0.0, size / firm
+    length = min(high, slips)
+    for _ in range(NEWTON):
+        grip = min(length / slips, LARGEST) ** SHARPNESS
+        slides = max(pace - unbend * length, 0.0)
+        over = firm * length + lag * grip * slides - size
+        low, high = (low, length) if over > 0.0 else (length, high)
+        steep = firm
+        if slides > 0.0:
+            steep -= lag * grip * unbend
+            if length < LARGEST * slips:
+                steep += lag * SHARPNESS * grip / length * slides
+        before = length
+        length = length - over / steep if steep > 0.0 else high
+        if not low < length < high:
+            length = 0.5 * (low + high)
+        if abs(length - before) <= 4e-16 * high:
+            break
+    part = length / size
+    return part * w0, part * w1, part * w2
 
 
 def drag_along(

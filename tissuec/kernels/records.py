@@ -86,6 +86,8 @@ class ContactTable(NamedTuple):
     memory: Integers  # nodes whose velocities are bristles, shape (m,) or (0,)
     home: Rows  # where these stay [m], shape (m, 3) or (0, 3)
     bent: Rows  # scratch, their rates [m/s²], shape as ``home``
+    # Time for which an implicit stage solves for them [s], 0 where they are given, shape (1,)
+    lag: Floats
     bends: Integers  # of the law that are passed: at the last look, least and most in a step
     listed: Floats  # positions at which pairs were listed [m], shape (3 node,)
     squares: Floats  # scratch, shape (node,)

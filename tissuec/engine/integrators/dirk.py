@@ -37,7 +37,10 @@ def step(time: float, end: float, current: int, work: Work, net: Net) -> bool:
         made[1] = 0.0
         for stage in range(1, stages):
             if made[0] == q:
-                near |= solve_stage(time, h, stage, current, work, net)
+                a = work.a[1 - current] if stage + 1 == work.end_row else work.rows[stage + 1]
+                near |= solve_stage(time, h, stage, current, a, work, net)
+                if net.touched:
+                    close_bristles(q, a, work.v[1 - current], net)
         if made[0] == q or fresh:
             break
         fresh = True
@@ -55,12 +58,15 @@ def renew(q: float, x: Floats, v: Floats, work: Work, net: Net) -> None:
         made[0] = 0.0
 
 
-def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net: Net) -> bool:
-    """Find the acceleration of a stage; ``made[0]`` is 0 if this fails."""
+def solve_stage(
+    time: float, h: float, stage: int, current: int, a: Floats, work: Work, net: Net
+) -> bool:
+    """Set ``a`` to the accelerations of a stage; ``made[0]`` is 0 if this fails."""
     made, change = work.solver.made, work.trial_x
     x, v, q = work.x[1 - current], work.v[1 - current], made[0]
-    a = work.a[1 - current] if stage + 1 == work.end_row else work.rows[stage + 1]
     scale(1.0, work.a[current] if stage == 1 else work.rows[stage], a)
+    if net.touched:
+        open_bristles(q, a, net)
     then = time + h * work.tableau.for_x[stage, 0]
     enter_stage(then, h, stage, current, x, v, work, net)
     before, renewals, near = 0.0, 0, False
@@ -97,6 +103,28 @@ def solve_stage(time: float, h: float, stage: int, current: int, work: Work, net
         made[1], before = rate, size
     made[0] = 0.0
     return near
+
+
+def open_bristles(q: float, a: Floats, net: Net) -> None:
+    """Have the forces of a stage solve for bristles, from what these are without its own rate.
+
+    A bristle depends on the motion of its own node and of what that touches. So each is solved
+    for by itself in every evaluation, and Newton's method only needs to find the motion.
+    """
+    net.touches.lag[0] = q
+    for k in range(net.touches.memory.size):
+        i = 3 * net.touches.memory[k]
+        a[i] = a[i + 1] = a[i + 2] = 0.0
+
+
+def close_bristles(q: float, a: Floats, v: Floats, net: Net) -> None:
+    """Add the rates of bristles that a stage was solved with to it."""
+    net.touches.lag[0] = 0.0
+    for k in range(net.touches.memory.size):
+        i = 3 * net.touches.memory[k]
+        for c in range(3):
+            a[i + c] = net.touches.bent[k, c]
+            v[i + c] += q * net.touches.bent[k, c]
 
 
 def estimate(h: float, current: int, work: Work) -> tuple[float, float, float]:
