@@ -3,18 +3,22 @@
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
+from threading import RLock
 from typing import Any, Generic, TypeVar
 
 from tissuec.core import plugins
 
 T = TypeVar("T")
 M = TypeVar("M")
+# One for all families: while one is filled, its modules look up members of others.
+_filling = RLock()
 
 
 class Family(Mapping[str, T], Generic[T]):
     """A mapping from names to members, filled by importing the modules of a package.
 
-    Plug-ins of other packages add members, too; see ``core.plugins``.
+    Plug-ins of other packages add members, too; see ``core.plugins``. The thread that looks up
+    a member first imports them all; others wait until they are there.
 
     Args:
         package: The folder that holds the members, as a package name.
@@ -28,7 +32,7 @@ class Family(Mapping[str, T], Generic[T]):
         self.package = package
         self.kind = kind
         self._members: dict[str, Any] = {}
-        self._complete = False
+        self._begun = self._complete = False
 
     def member(self, name: str) -> Callable[[M], M]:
         """Return a decorator that enters its argument under ``name``."""
@@ -43,15 +47,21 @@ class Family(Mapping[str, T], Generic[T]):
 
     def _complete_members(self) -> dict[str, Any]:
         if not self._complete:
-            self._complete = True  # for modules that look up members while they are imported
-            try:
-                for module in pkgutil.iter_modules(import_module(self.package).__path__):
-                    import_module(f"{self.package}.{module.name}")
-                plugins.load(self.kind)
-            except BaseException:
-                self._complete = False
-                raise
+            with _filling:
+                # Begun already: a module looks up members while it is imported.
+                if not self._complete and not self._begun:
+                    self._fill()
         return self._members
+
+    def _fill(self) -> None:
+        self._begun = True
+        try:
+            for module in pkgutil.iter_modules(import_module(self.package).__path__):
+                import_module(f"{self.package}.{module.name}")
+            plugins.load(self.kind)
+            self._complete = True
+        finally:
+            self._begun = False
 
     def __getitem__(self, name: str) -> T:
         return self._complete_members()[name]
