@@ -2,6 +2,8 @@
 
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -109,11 +111,27 @@ def test_a_place_that_cannot_be_is_an_ordinary_error(scene, arguments):
 
 
 def test_fmt_where_nothing_can_be_written_is_an_ordinary_error(scene):
-    path = scene.rename(scene.with_name(f"{'x' * 250}.tis"))  # no room for ".new" behind it
-    path.write_text(QUICK.replace("param pull", "param   pull"))
-    assert "error: cannot write" in refused("fmt", path.name, cwd=scene.parent)
-    document = json.loads(tissuec("fmt", path.name, "--json", cwd=scene.parent).stdout)
-    assert not document["ok"] and "cannot write" in document["error"]
+    """As in a folder that only others may write to; root may write to all."""
+    scene.write_text(QUICK.replace("param pull", "param   pull"))
+    code = """if True:
+        import os, sys
+        os_open = os.open
+        def refuse(path, flags, *more, **named):
+            if flags & os.O_CREAT:
+                raise PermissionError(13, "Permission denied", os.fspath(path))
+            return os_open(path, flags, *more, **named)
+        os.open = refuse
+        from tissuec.cli import main
+        main()
+    """
+    for option in ([], ["--json"]):
+        done = subprocess.run(
+            [sys.executable, "-c", code, "fmt", *option, scene.name],
+            cwd=scene.parent, capture_output=True, text=True,
+        )  # fmt: skip
+        assert done.returncode == 2
+        said = json.loads(done.stdout)["error"] if option else done.stderr
+        assert f'cannot write "{scene.name}": permission denied' in said
 
 
 # --- names ---

@@ -131,6 +131,7 @@ def start(
     Raises:
         CompileError: The text is wrong; the message is all findings with their places.
         ValueError: ``threads`` is below 1.
+        PlaceError: The result cannot be written there, or another run is writing it.
         SimulationError: What happens at 0 s ends the run.
     """
     from tissuec.pipeline import compile_request

@@ -8,7 +8,7 @@ from scipy import sparse
 
 from tests.learn.test_learning import FIT, START, fit_problem
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.fit.checkpoint import kept
+from tissuec.learn.fit.checkpoint import KeptSearch
 from tissuec.learn.fit.learning import Unlearnable, learn
 from tissuec.learn.fit.session import prepare
 
@@ -91,7 +91,8 @@ def test_a_step_without_a_solution_is_a_motion_without_numbers(tmp_path, monkeyp
 
 def test_a_broken_file_of_a_search_is_none(tmp_path):
     (tmp_path / "state").write_bytes(b"PK\x03\x04 and nothing else")
-    assert kept(tmp_path / "state", "key") is None
+    with KeptSearch(tmp_path / "state", "key") as kept:
+        assert kept.before is None and "damaged" in kept.note
 
 
 def test_data_without_any_change_have_an_error_of_their_own_size(tmp_path):

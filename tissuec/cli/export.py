@@ -12,6 +12,7 @@ from tissuec.cli.arguments import TimeArgument
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json
 from tissuec.cli.exporting_tables import HDF5, export_table
 from tissuec.core.errors import TissueError, counted
+from tissuec.core.files import replacing
 from tissuec.core.hints import alternatives
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ def _tables(
     if output is None:
         write_csv(rows, sys.stdout)
         return {}
-    with open(output, "w", encoding="utf-8", newline="") as stream:
+    with replacing(output) as beside, beside.open("w", encoding="utf-8", newline="") as stream:
         write_csv(rows, stream)
     return {"file": str(output), "tables": names}
 

@@ -8,6 +8,7 @@ import click
 
 from tissuec.cli.common import DONE, Settings, keep_input, print_json
 from tissuec.core.errors import TissueError
+from tissuec.core.files import write_file
 
 HDF5 = "h5"
 TABLES = ("csv", HDF5)
@@ -74,7 +75,7 @@ def _write(table: Any, names: tuple[str, ...], kind: str, output: Path | None) -
         sys.stdout.write(text)
         return
     try:
-        output.write_text(text, "utf-8", newline="")
+        write_file(output, text)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise TissueError(f'cannot write "{output}": {reason}') from error

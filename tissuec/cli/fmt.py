@@ -17,7 +17,7 @@ from tissuec.cli.common import (
     report,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.core.files import replacing
+from tissuec.core.files import write_file
 
 STDIN = "-"
 
@@ -58,7 +58,7 @@ def command(
             if show_diff:
                 printed += _difference(path, old, new)
             elif not only_check:
-                _replace(path, new)
+                write_file(path, new)
             if not show_diff:
                 settings.say(f"{'would format' if only_check else 'formatted'} {path}")
     if settings.json:
@@ -87,10 +87,3 @@ def _formatted(path: Path) -> tuple[str, str]:
     )
     written = source.text if str(path) == STDIN else path.read_bytes().decode("utf-8")
     return written, format_source(source)
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write the new text of a file, whose permissions stay."""
-    with replacing(path) as beside:
-        beside.write_text(text, encoding="utf-8", newline="\n")
-        beside.chmod(path.stat().st_mode)

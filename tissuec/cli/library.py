@@ -9,6 +9,7 @@ from tissuec.cli.completing import shipped_names
 from tissuec.core import resources
 from tissuec.core.columns import aligned
 from tissuec.core.errors import TissueError
+from tissuec.core.files import write_file
 from tissuec.core.hints import did_you_mean
 
 KINDS = {"scenes": "scenes to run", "tissues": "tissues to use", "fuzzy": "vocabularies"}
@@ -59,7 +60,7 @@ def copy(settings: Settings, name: str, destination: Path, force: bool) -> int:
     target = destination / Path(entry["file"]).name if destination.is_dir() else destination
     if target.exists() and not force:
         raise TissueError(f'"{target}" exists; use --force to replace it, or name another file')
-    target.write_bytes(Path(entry["file"]).read_bytes())
+    write_file(target, Path(entry["file"]).read_bytes())
     what = f"{entry['kind']}/{entry['name']}"
     if settings.json:
         print_json({"copied": what, "to": str(target)})

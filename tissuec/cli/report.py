@@ -17,6 +17,7 @@ from tissuec.cli.common import (
     show_page,
 )
 from tissuec.core.errors import TissueError
+from tissuec.core.files import write_file
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
@@ -147,7 +148,7 @@ def _write(
             document = validated(recompiled.compiled, "DOP853", None, settings)
             code = CODES[document["verdict"]]
         content = ReportContent(trajectory, validation=document, recompiled=recompiled)
-        page.write_text(render(content), encoding="utf-8")
+        write_file(page, render(content))
     return content, code
 
 
@@ -157,7 +158,7 @@ def _write_study(path: Path, page: Path) -> tuple[str, list[str]]:
     from tissuec.view.report.study import render_study, verdict
 
     table = read_table(path)
-    page.write_text(render_study(table, path), encoding="utf-8")
+    write_file(page, render_study(table, path))
     return verdict(table), sorted({reason for reason in table.reason if reason})
 
 

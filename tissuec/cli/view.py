@@ -19,7 +19,7 @@ from tissuec.cli.common import (
     show_page,
 )
 from tissuec.core.errors import TissueError, counted
-from tissuec.core.files import replacing
+from tissuec.core.files import replacing, write_file
 from tissuec.core.units import TIME, show
 from tissuec.results.wording import size
 from tissuec.view.player.options import COLOURS, Options
@@ -249,8 +249,7 @@ def _write_page(
     from tissuec.view.player.page import render_film
 
     data = render_film(film, trajectory, options).encode("utf-8")
-    with replacing(page) as beside:
-        beside.write_bytes(data)
+    write_file(page, data)
     settings.say(f"wrote {page}: {counted(len(film.times), 'frame')}, {size(len(data))}")
     if len(data) > _HEAVY:
         settings.say("  --nodes 10000 or --frames 50 reduces the size")
@@ -277,7 +276,8 @@ def _draw(
         first, last = float(film.times[0]), float(film.times[-1])
         time = last if options.time is None else min(max(options.time, first), last)
         picture: Any = painter.draw(float(Timeline(film.times).frame_of(time)))
-        picture.savefig(path, format="png", metadata={"Software": "tissuec"})
+        with replacing(path) as beside:
+            picture.savefig(beside, format="png", metadata={"Software": "tissuec"})
         settings.say(f"wrote {path}: t = {show(time, TIME)}")
         return {"file": str(path), "time": time}
     write = write_gif if kind == "gif" else write_video

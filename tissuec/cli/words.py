@@ -19,6 +19,7 @@ from tissuec.cli.common import (
 )
 from tissuec.cli.completing import shipped_names
 from tissuec.core.columns import aligned
+from tissuec.core.files import write_file
 from tissuec.core.units import Dimension, show
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ def _explore(
     keep_input(target, path)
     page = document(request)
     text = render(page)
-    target.write_text(text, encoding="utf-8", newline="\n")
+    write_file(target, text)
     counts = {name: len(page[name]) for name in ("properties", "quantities")}
     counts["rules"] = sum(len(rules["rules"]) for rules in page["rules"])
     counts["tissues"] = len(page["presets"])

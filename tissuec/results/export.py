@@ -8,6 +8,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from tissuec.core.files import replacing
 from tissuec.core.hints import alternatives
 from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
@@ -109,7 +110,7 @@ def export_surface(series: SurfaceSeries, path: Path) -> None:
         ResultError: The file cannot be written.
     """
     try:
-        with open_file(path, "w", libver=LIBVER) as file:
+        with replacing(path) as beside, open_file(beside, "w", libver=LIBVER) as file:
             series.copy_to(file, "VTKHDF")
     except OSError as error:
         raise cannot_write(path, error) from error

@@ -25,7 +25,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from tissuec.core.files import lock
+from tissuec.core.files import OutputFile
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer, WriteableBuffer
@@ -49,12 +49,12 @@ class JournaledFile(io.RawIOBase):
 
     Raises:
         OSError: The file cannot be opened.
-        BlockingIOError: Another process is writing it.
+        BlockingIOError: Somebody else is writing it.
     """
 
     def __init__(self, path: Path, mode: Literal["create", "update", "read"]):
         super().__init__()
-        self._raw = _open(path, mode)
+        self._raw = io.FileIO(path, "r") if mode == "read" else OutputFile(path, mode)
         self._pages: dict[int, bytearray] = {}
         self._tail = bytearray()
         self._position = 0
@@ -160,6 +160,14 @@ class JournaledFile(io.RawIOBase):
         """Close the file; uncommitted changes are discarded."""
         self._raw.close()
         super().close()
+
+    def close_as(self, path: Path | None) -> None:
+        """Close the file under another name, or remove it; see ``OutputFile``."""
+        assert isinstance(self._raw, OutputFile)
+        try:
+            self._raw.close_as(path)
+        finally:
+            self.close()
 
     def _read_kept(self, start: int, view: memoryview) -> None:
         self._raw.seek(start)
@@ -274,23 +282,3 @@ def _joined(pages: list[bytearray]) -> Iterator[bytes]:
     """Yield pages joined, not so many at once that they take much memory."""
     for first in range(0, len(pages), TOGETHER):
         yield b"".join(pages[first : first + TOGETHER])
-
-
-def _open(path: Path, mode: str) -> io.FileIO:
-    if mode == "read":
-        return io.FileIO(path, "r")
-    # Emptied only after the lock is held: another run may be writing the same file.
-    file = io.FileIO(os.open(path, _flags(mode), 0o666), "r+")
-    try:
-        lock(file)
-        if mode == "create":
-            file.truncate(0)
-    except OSError:
-        file.close()
-        raise
-    return file
-
-
-def _flags(mode: str) -> int:
-    create = os.O_CREAT if mode == "create" else 0
-    return os.O_RDWR | create | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)

@@ -6,12 +6,20 @@ from typing import cast
 
 import h5py
 
+from tissuec.core.files import OutputFile
 from tissuec.core.hints import nearby_file
 from tissuec.results import access
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.hdf5 import linked_file, open_file
 from tissuec.results.journal import JournaledFile, has_journal
-from tissuec.results.places import SUFFIX, final_path, partial_path
+from tissuec.results.places import (
+    SUFFIX,
+    busy,
+    check_place,
+    final_path,
+    make_folder,
+    partial_path,
+)
 
 LAYOUT_VERSION = 2
 VIEW = "tissuec_view"
@@ -74,9 +82,11 @@ def check_replaceable(path: Path) -> None:
     An unfinished result may be one whose first write was cut short, which nothing reads.
 
     Raises:
-        PlaceError: Something else has the name of the result, or that of the unfinished one.
+        PlaceError: Something else has the name of the result, or that of the unfinished one,
+            or another run is writing it.
     """
     partial = partial_path(path)
+    _check_free(partial)
     for place in (partial, final_path(partial)):
         is_ours = _is_empty(place) or _is_result(place)
         if place.exists() and not is_ours and not (place == partial and _is_torn(place)):
@@ -84,6 +94,40 @@ def check_replaceable(path: Path) -> None:
                 f'cannot write "{place}": it exists and is not a result of tissuec; give '
                 "another file, or remove it"
             )
+
+
+def reserved(path: Path) -> OutputFile:
+    """Return the unfinished result of a run that is to be written later.
+
+    Until it is closed, nobody else writes that result.
+
+    Raises:
+        PlaceError: It cannot be written there, or another run is writing it.
+    """
+    make_folder(path.parent)
+    check_place(path)
+    check_replaceable(path)
+    partial = partial_path(path)
+    try:
+        return OutputFile(partial, "append")
+    except BlockingIOError as error:
+        raise PlaceError(busy(partial)) from error
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise PlaceError(f'cannot write "{partial}": {reason}') from error
+
+
+def _check_free(partial: Path) -> None:
+    """Check that nobody is writing an unfinished result; PlaceError."""
+    try:
+        OutputFile(partial, "update").close()
+    except FileNotFoundError:
+        pass
+    except BlockingIOError as error:
+        raise PlaceError(busy(partial)) from error
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise PlaceError(f'cannot write "{partial}": {reason}') from error
 
 
 def _is_empty(path: Path) -> bool:

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import mkdtemp
 
+from tissuec.core.files import final_place
 from tissuec.results.errors import PlaceError
 
 SUFFIX = ".vtkhdf"
@@ -14,12 +15,17 @@ _MARK = ".partial"
 
 
 def partial_path(path: Path) -> Path:
-    """Return where a result is written until it is complete; itself if it says so already."""
+    """Return where a result is written until it is complete; itself if it says so already.
+
+    Where the name is a link, this and the complete result are beside the file it leads to.
+    """
+    path = final_place(path)
     return path if _is_marked(path) else path.with_name(f"{path.stem}{_MARK}{path.suffix}")
 
 
 def final_path(path: Path) -> Path:
     """Return the name of the complete result, from that name or the partial one."""
+    path = final_place(path)
     if not _is_marked(path):
         return path
     if path.suffix == _MARK:
@@ -64,6 +70,15 @@ def check_place(path: Path) -> None:
         raise PlaceError(
             f'cannot write "{path}": no permission to write to the folder "{folder}"'
         )
+
+
+def busy(partial: Path) -> str:
+    """Return that another run is writing an unfinished result, and what to do."""
+    final = final_path(partial)
+    return (
+        f'cannot write "{final}": another run is writing it; wait for its end, or write to '
+        f"another file: -o other{final.suffix}"
+    )
 
 
 def temporary_folder() -> Path:

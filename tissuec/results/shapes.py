@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.files import write_file
 from tissuec.model.network import Indices
 from tissuec.results.errors import ResultError
 from tissuec.results.mesh import Cells
@@ -158,6 +159,6 @@ def _data_array(name: str, data: NDArray[Any], *, tuples: bool) -> str:
 
 def _write(path: Path, data: bytes) -> None:
     try:
-        path.write_bytes(data)
+        write_file(path, data)
     except OSError as error:
         raise cannot_write(path, error) from error

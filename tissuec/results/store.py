@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from tissuec.results import access
 from tissuec.results.checksums import SUMS, DatasetSum, crc_of, sums_as_text
-from tissuec.results.errors import ResultError
+from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.hdf5 import TEXT, add_text, change_attribute, open_file
 from tissuec.results.journal import JournaledFile
+from tissuec.results.places import busy
 from tissuec.results.wording import size
 
 # Newer formats carry a mark of being open, which a killed run leaves behind, and VTK reads
@@ -77,6 +78,7 @@ class Store:
         mode: "create" for an empty file, "update" to go on with one.
 
     Raises:
+        PlaceError: Another run is writing it.
         ResultError: The file cannot be opened for writing.
     """
 
@@ -93,6 +95,8 @@ class Store:
         self._groups: dict[str, h5py.Group] = {}
         try:
             self._disk = JournaledFile(self.path, mode)
+        except BlockingIOError as error:
+            raise PlaceError(busy(self.path)) from error
         except OSError as error:
             raise ResultError(f'cannot write "{self.path}": {error.strerror}') from error
         try:
@@ -309,20 +313,33 @@ class Store:
         self.waiting = 0
         self._open("update")
 
-    def abandon(self) -> None:
-        """Close the file as the last commit left it."""
+    def abandon(self, *, remove: bool = False) -> None:
+        """Close the file as the last commit left it, or remove it."""
         with suppress(OSError, RuntimeError):  # HDF5 may miss what was never written
             self.file.close()
+        if remove:
+            with suppress(OSError):
+                self._disk.close_as(None)
         self._disk.close()
 
-    def close(self) -> None:
-        """Commit everything and close the file; ResultError as for `commit`."""
+    def close(self, name: Path | None = None) -> None:
+        """Commit everything and close the file.
+
+        Args:
+            name: Another name for it.
+
+        Raises:
+            ResultError: As for `commit`.
+            OSError: It cannot be renamed.
+        """
         self.write()
         try:
             with self._clear_errors():
                 self._write_sums()
                 self.file.close()  # in memory: the commit brings it to the disk
             self._commit()
+            if name is not None:
+                self._disk.close_as(name)
         finally:
             self._disk.close()
 

@@ -1,6 +1,5 @@
 """Writing a result file while a scene runs, safe against kills, full disks and bad numbers."""
 
-import os
 import time as clock
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -110,8 +109,7 @@ class ResultWriter:
             write_manifest(store, self._manifest)
             self.flush()
         except BaseException:
-            store.abandon()
-            store.path.unlink(missing_ok=True)
+            store.abandon(remove=True)
             raise
 
     @classmethod
@@ -393,12 +391,17 @@ class ResultWriter:
         self._manifest = {**self._manifest, **(facts or {}), **end}
         self._closed = True
         try:
-            self._end()
+            self._end(final_path(self._store.path) if finished else None)
         except ResultError:
             self._store.abandon()
             if self._failure is None:  # otherwise that the disk is full is known already
                 raise
-        return self._rename() if finished else self._store.path
+        if not finished:
+            return self._store.path
+        final = final_path(self._store.path)
+        paths = {name: table.path for name, table in self._surfaces.items()}
+        self.views = write_views(final, paths)
+        return final
 
     def _flush_or_end(self) -> None:
         """Flush; if that fails, end the file with what it holds, and raise the error."""
@@ -408,24 +411,18 @@ class ResultWriter:
             self.close(f"stopped: {error}", finished=False)
             raise
 
-    def _end(self) -> None:
+    def _end(self, name: Path | None) -> None:
+        """Write what comes last, and close the file; under another name, if there is one."""
         author = str(self._manifest.get("author", "not stated"))
         add_views(self._store.file, author=author, **self._identity)
         write_manifest(self._store, self._manifest)
-        self._store.close()
-
-    def _rename(self) -> Path:
-        partial, final = self._store.path, final_path(self._store.path)
         try:
-            os.replace(partial, final)
+            self._store.close(name)
         except OSError as error:
             raise ResultError(
-                f'cannot rename "{partial}" to "{final}": {error.strerror}; the result is '
-                "complete under the first name"
+                f'cannot rename "{self._store.path}" to "{name}": {error.strerror}; the result '
+                "is complete under the first name"
             ) from error
-        paths = {name: table.path for name, table in self._surfaces.items()}
-        self.views = write_views(final, paths)
-        return final
 
     def stop_clock(self) -> float:
         """End the wall time of the run, and return it with that of a resumed part [s].

@@ -1,5 +1,6 @@
 """A run that is stepped, looked at and acted on from Python."""
 
+import weakref
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -15,6 +16,7 @@ from tissuec.core.errors import SimulationError
 from tissuec.core.processors import permitted
 from tissuec.engine.execution.stepwise import SavedRun, StepwiseRun, rounded
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.results.layout import reserved
 from tissuec.results.recording import Event
 from tissuec.scene.overrides import Given
 from tissuec.scene.request import Request
@@ -48,13 +50,17 @@ class SteppedRun:
     Args:
         compiled: The scene.
         request: What it was compiled from.
-        out: The result file that ``close`` writes; None for none.
+        out: The result file that ``close`` writes, and nobody else until then; None for none.
         threads: Maximum number of threads for a large net; the motion does not depend on it.
         saved: Where it begins; at 0 s by default.
 
     Attributes:
         compiled: The scene.
         out: See above.
+
+    Raises:
+        PlaceError: The file cannot be written there, or another run is writing it.
+        SimulationError: What happens at 0 s ends the run.
     """
 
     def __init__(
@@ -67,6 +73,9 @@ class SteppedRun:
         saved: SavedState | None = None,
     ):
         self.compiled, self.out, self._request = compiled, out, request
+        if out is not None:
+            # Nobody else writes it, until it is written or this run is forgotten.
+            self._release = weakref.finalize(self, reserved(out).release)
         self._threads = threads or permitted()
         self._texts = TextReader(compiled)
         self._sentences = list(saved.sentences if saved else ())
@@ -367,7 +376,6 @@ class SteppedRun:
         if self.out is None:
             return
         from tissuec.pipeline import compile_request, simulate
-        from tissuec.results.places import make_folder
 
         sentences = list(self._sentences)
         if self.time < self.duration and not self.ended:
@@ -375,9 +383,10 @@ class SteppedRun:
         text = recorded(self._request, sentences)
         source = replace(self._request.source, text=text)
         request = replace(self._request, source=source)
-        make_folder(self.out.parent)
-        path, self.out = self.out, None
-        simulate(compile_request(request)[0], path, request=request)
+        compiled, _ = compile_request(request)
+        self._release()
+        simulate(compiled, self.out, request=request)
+        self.out = None
 
     def __enter__(self) -> Self:
         return self

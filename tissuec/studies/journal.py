@@ -4,16 +4,14 @@ A study that is run again takes over the rows whose digests are the same, and do
 A table with rows that it cannot take over stays as it is, unless its end is asked for.
 """
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
-from io import FileIO
 from pathlib import Path
 from typing import Self
 
 from msgspec.structs import replace
 
 from tissuec.core.errors import counted
-from tissuec.core.files import lock, replacing
+from tissuec.core.files import OutputFile, final_place
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.places import check_place
 from tissuec.scene.study_model import called
@@ -21,8 +19,6 @@ from tissuec.studies.rows import DIED, Row, StudyHead
 from tissuec.studies.table import rows_of
 from tissuec.studies.table_files import is_table
 from tissuec.studies.table_text import MARK, as_csv, parse_rows, row_line
-
-REPLACES_OPEN = os.name != "nt"  # whether the system replaces files that are open
 
 
 class Journal:
@@ -40,7 +36,7 @@ class Journal:
 
     Raises:
         PlaceError: The table cannot be written there, is that of another study, or another
-            process is writing it.
+            study is writing it.
     """
 
     def __init__(
@@ -55,9 +51,9 @@ class Journal:
             )
         self.path, self.head = path, head
         self.rows: dict[int, Row] = {}
-        self._file: FileIO | None = None
+        self._file: OutputFile | None = None
         try:
-            self._file = _locked(path)
+            self._file = OutputFile(final_place(path), "append")
             taken = self._taken_over(self._file.readall(), digests, fresh=fresh)
             self.rows = {**(known or {}), **taken}
             self._write()
@@ -87,16 +83,9 @@ class Journal:
 
     def _write(self) -> None:
         """Write what is known so far, in the order of the design."""
+        assert self._file is not None
         rows = (self.rows[run] for run in sorted(self.rows))
-        new = None
-        with replacing(self.path) as beside:
-            beside.write_text(as_csv(self.head, rows), "utf-8", newline="")
-            if REPLACES_OPEN:  # so that there is no moment in which nobody has the file
-                new = _locked(beside)
-            else:
-                self.close()
-        self.close()
-        self._file = new or _locked(self.path)
+        self._file = self._file.replaced(as_csv(self.head, rows).encode())
 
     def add(self, row: Row) -> None:
         """Write the row of a run.
@@ -136,27 +125,6 @@ class Journal:
 
     def __exit__(self, *failure: object) -> None:
         self.close()
-
-
-def _locked(path: Path) -> FileIO:
-    """Return a file for appending, which no other process writes until it is closed.
-
-    Raises:
-        BlockingIOError: Another process is writing it.
-    """
-    while True:
-        file = FileIO(path, "a+")
-        try:
-            lock(file)
-            file.seek(0)
-            if os.path.samestat(os.fstat(file.fileno()), path.stat()):
-                return file
-        except FileNotFoundError:
-            pass  # it was removed meanwhile, as below replaced
-        except BaseException:
-            file.close()
-            raise
-        file.close()
 
 
 def rows_in_hdf5(

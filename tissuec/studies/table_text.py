@@ -17,7 +17,7 @@ from typing import Any
 
 import msgspec
 
-from tissuec.core.files import replacing
+from tissuec.core.files import write_file
 from tissuec.results.errors import ResultError
 from tissuec.scene.study_model import Cell
 from tissuec.studies.rows import MeasureHead, Row, StudyHead, title
@@ -35,8 +35,7 @@ def write_csv(table: StudyTable, path: Path) -> None:
         ResultError: It cannot be written.
     """
     try:
-        with replacing(path) as beside:
-            beside.write_text(as_csv(table.head, rows_of(table)), "utf-8", newline="")
+        write_file(path, as_csv(table.head, rows_of(table)))
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise ResultError(f'cannot write "{path}": {reason}') from error

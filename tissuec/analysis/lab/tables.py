@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from tissuec.analysis.lab.laboratory import Examination
+from tissuec.core.files import replacing
 
 _HEADS = (
     "test",
@@ -42,7 +43,7 @@ def _rows(found: Examination) -> Iterator[tuple[object, ...]]:
 
 
 def _written(path: Path, heads: Sequence[str], rows: Iterable[tuple[object, ...]]) -> Path:
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with replacing(path) as beside, beside.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(heads)
         writer.writerows(rows)

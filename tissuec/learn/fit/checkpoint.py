@@ -2,18 +2,21 @@
 
 import hashlib
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
-from typing import Any
-from zipfile import BadZipFile
+from typing import Any, Self
 
 import numpy as np
 from msgspec.structs import asdict
 
-from tissuec.core.files import replacing
+from tissuec.core.files import OutputFile, final_place
 from tissuec.learn.fit.search import SearchState
 from tissuec.learn.fit.session import LearnSession
+from tissuec.results.errors import PlaceError
 from tissuec.results.manifest import versions
 from tissuec.scene.request import Request
+
+_MARK = b"PK\x03\x04"  # of files that numpy.savez writes
 
 
 def key_of(session: LearnSession, request: Request, texts: Sequence[str]) -> str:
@@ -37,30 +40,68 @@ def key_of(session: LearnSession, request: Request, texts: Sequence[str]) -> str
     return digest.hexdigest()
 
 
-def keep(path: Path, key: str, state: SearchState) -> None:
-    """Write the state of a search; the file is complete at any moment.
+class KeptSearch:
+    """The file with the state of a search, which no other learning writes meanwhile.
 
     Args:
         path: The file.
         key: Digest of ``key_of``.
-        state: The state of the search.
+
+    Attributes:
+        before: Where a search of the same learning stood; None without one.
+        note: Why it is None although there is a state, as a sentence; else empty.
+
+    Raises:
+        PlaceError: Another learning writes the file, it is not a state, or cannot be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as beside, beside.open("wb") as file:
-        np.savez(file, key=key, **asdict(state))
 
-
-def kept(path: Path, key: str) -> SearchState | None:
-    """Return where a search of the same learning stood; None without one."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            if str(file["key"]) != key:
-                return None
-            return SearchState(
-                **{name: _value(file[name]) for name in SearchState.__struct_fields__}
+    def __init__(self, path: Path, key: str):
+        self._key, self.before, self.note = key, None, ""
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = OutputFile(final_place(path), "append")
+        except BlockingIOError as error:
+            raise PlaceError(
+                f'cannot write "{path}": another learning is writing it; wait for its end, or '
+                "give another preset with -o"
+            ) from error
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise PlaceError(f'cannot write "{path}": {reason}') from error
+        content = self._file.readall()
+        if content and not content.startswith(_MARK):
+            self._file.close()
+            raise PlaceError(
+                f'cannot write "{path}": it exists and is not the state of a learning; remove '
+                "it, or give another preset with -o"
             )
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
-        return None
+        if content:
+            self._read(content, path)
+
+    def _read(self, content: bytes, path: Path) -> None:
+        try:
+            with np.load(BytesIO(content), allow_pickle=False) as file:
+                if str(file["key"]) == self._key:
+                    names = SearchState.__struct_fields__
+                    self.before = SearchState(**{name: _value(file[name]) for name in names})
+        except Exception:  # damaged files raise what they like
+            self.note = f'"{path}" is damaged, so learning has begun again'
+
+    def keep(self, state: SearchState) -> None:
+        """Write the state of the search; the file is complete at any moment.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        content = BytesIO()
+        np.savez(content, key=self._key, **asdict(state))
+        self._file = self._file.replaced(content.getvalue())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self._file.release()
 
 
 def _value(array: np.ndarray) -> Any:

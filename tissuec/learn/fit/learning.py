@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -14,7 +14,7 @@ from tissuec.core.errors import TissueError
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.assessment import assess, estimates, relative_error
 from tissuec.learn.fit.bootstrap import Resampled, intervals
-from tissuec.learn.fit.checkpoint import keep, kept, key_of
+from tissuec.learn.fit.checkpoint import KeptSearch, key_of
 from tissuec.learn.fit.evaluations import Evaluator, LostWorkersError
 from tissuec.learn.fit.identifiability import Identifiability
 from tissuec.learn.fit.outcome import Learnt
@@ -82,6 +82,7 @@ def learn(
 
     Raises:
         CompileError: Data is wrong.
+        PlaceError: ``state`` cannot be written, or another learning is writing it.
         Unlearnable: The first prediction has no numbers.
         TissueError: Workers cannot be reached, or die.
     """
@@ -94,7 +95,7 @@ def learn(
         scene = with_texts(scene, texts) if texts else scene
     fitting = _Fitting.of(scene, workers, progress, began)
     with _told():
-        problem, end, search = fitting.fitted(state, fresh=fresh)
+        problem, end, search, note = fitting.fitted(state, fresh=fresh)
         resampled = fitting.resampled(end)
         learnt = assess(fitting.session, problem, search, end, resampled)
     words, shaping = fitting.session.words, fitting.session.shaping
@@ -105,7 +106,7 @@ def learn(
     return replace(
         learnt,
         wall_time=clock.monotonic() - began,
-        notes=(*learnt.notes, *sentences),
+        notes=(*([note] if note else []), *learnt.notes, *sentences),
         words=texts,
     )
 
@@ -127,6 +128,7 @@ class _Found(NamedTuple):
     problem: Problem
     end: SearchState
     search: Search
+    note: str
 
 
 class _Fitting(NamedTuple):
@@ -148,17 +150,22 @@ class _Fitting(NamedTuple):
         return cls(scene, session, evaluator, progress, began)
 
     def fitted(self, state: Path | None, *, fresh: bool) -> _Found:
-        """Fit the parameters of the scene, or go on with that."""
+        """Fit the parameters of the scene, or go on with that.
+
+        Raises:
+            PlaceError: The state cannot be kept there.
+        """
         session, problem = self.session, self.session.problem
         compiled, _, request = self.scene
         judges = session.judged(session.held_out, problem) if session.held_out else None
         texts = [request.source.text, *(s.text for s in compiled.scene.imports)]
         key = key_of(session, request, texts)
+        file = nullcontext() if state is None else KeptSearch(state, key)
         firsts: dict[tuple[int, int], float] = {}
 
         def passed(now: SearchState) -> None:
-            if state is not None:
-                keep(state, key, now)
+            if kept is not None:
+                kept.keep(now)
             if self.progress is not None:
                 first = firsts.setdefault((now.horizon, now.rounds), now.error)
                 held_out = None if judges is None else relative_error(judges, now.theta)
@@ -171,8 +178,10 @@ class _Fitting(NamedTuple):
             passed,
             lambda: sample(problem, session.shaping, bounds, SAMPLED, self.evaluator),
         )
-        before = None if fresh or state is None else kept(state, key)
-        return _Found(problem, search.go(before or search.begin()), search)
+        with file as kept:
+            goes_on = kept is not None and not fresh
+            before, note = (kept.before, kept.note) if goes_on else (None, "")
+            return _Found(problem, search.go(before or search.begin()), search, note)
 
     def resampled(self, end: SearchState) -> Resampled | None:
         """Return the intervals by bootstrap; None if none are wanted, or fits fail."""

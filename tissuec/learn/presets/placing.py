@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from tissuec.core.errors import TissueError
-from tissuec.core.files import replacing
+from tissuec.core.files import write_file
 from tissuec.learn.presets.marks import is_ours
 from tissuec.learn.presets.preset import Preset
 
@@ -36,11 +36,6 @@ def place(preset: Preset, *, force: bool) -> list[Path]:
     if not force:
         refuse_others(files)
     for path, text in files.items():
-        _replace(path, text)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, text)
     return list(reversed(files))
-
-
-def _replace(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as beside:
-        beside.write_text(text, encoding="utf-8", newline="\n")

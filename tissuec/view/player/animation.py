@@ -10,6 +10,7 @@ from tempfile import TemporaryFile
 import numpy as np
 
 from tissuec.core.errors import TissueError
+from tissuec.core.files import replacing
 from tissuec.model.network import Floats
 from tissuec.view.player.pace import pace
 from tissuec.view.player.picture import Painter
@@ -68,9 +69,11 @@ def write_gif(painter: Painter, path: Path, speed: float | None, told: Progress)
         pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
     pause = [round(1000 / rate)] * len(pictures)
     pause[-1] += round(1000 * _REST)
-    pictures[0].save(
-        path, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0
-    )
+    with replacing(path) as beside:
+        pictures[0].save(
+            beside, format="GIF", save_all=True, append_images=pictures[1:], duration=pause,
+            loop=0,
+        )  # fmt: skip
     return len(pictures)
 
 
@@ -96,6 +99,7 @@ def write_video(painter: Painter, path: Path, speed: float | None, told: Progres
 
     Raises:
         TissueError: There is no encoder, or it failed; says why.
+        OSError: The file cannot be written.
     """
     rate = rate_of(painter, VIDEO_RATE, speed, _REST)
     chosen = moments(painter.film.times, rate, speed)
@@ -107,10 +111,11 @@ def write_video(painter: Painter, path: Path, speed: float | None, told: Progres
         need_ffmpeg(), "-y", "-loglevel", "error",
         "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{rate:g}",
         "-i", "-", "-an", "-c:v", "libx264", "-crf", "10", "-pix_fmt", "yuv420p",
-        "-movflags", "+faststart", str(path.absolute()),
+        "-movflags", "+faststart",
     ]  # fmt: skip
     pictures = _pictures(painter, chosen, (width, height), rest, told)
-    with TemporaryFile() as said:
+    with replacing(path) as beside, TemporaryFile() as said:
+        command.append(str(beside.absolute()))
         with Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=said) as encoder:
             assert encoder.stdin is not None
             with suppress(BrokenPipeError):  # it says why below

@@ -15,6 +15,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from tissuec.core.errors import TissueError
+from tissuec.core.files import replacing
 from tissuec.core.palette import GRID, INK, PAPER
 from tissuec.core.printable import printable
 
@@ -226,7 +227,8 @@ def save(figure: "drawing.Figure", path: Path, *, dpi: float = DPI) -> None:
     """
     check_suffix(path)
     try:
-        figure.savefig(path, dpi=dpi)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=dpi)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise TissueError(f'cannot write "{path}": {reason}') from error
