@@ -94,6 +94,7 @@ def replacing(path: Path, *, private: bool = False) -> Generator[Path]:
         private: Whether only this user may read and write the new file, whatever was there.
 
     Raises:
+        PermissionError: The former file is not to be written to.
         OSError: The folder cannot be written to.
     """
     target, former = (path if private else final_place(path)), None
