@@ -1,4 +1,4 @@
-"""Hooks of MkDocs: the version in the title, and pages from files beside ``docs/``.
+"""Hooks of MkDocs: version in the title, coloured scenes, pages from files beside ``docs/``.
 
 Pages link to files of the repository as GitHub shows them. On the site, the README and the
 changelog are pages, and other files are names without a link.
@@ -9,6 +9,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import colours  # MkDocs searches the folder of this file for modules
 from mkdocs.structure.files import File, Files
 
 from tissuec import __version__
@@ -16,16 +17,19 @@ from tissuec import __version__
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 #: Files beside ``docs/`` that are pages, and their names on the site.
-BESIDE = {"README.md": "readme.md", "CHANGELOG.md": "changes.md"}
+BESIDE = {"README.md": "index.md", "CHANGELOG.md": "changes.md"}
 #: The language of a code block and what tests read behind it, such as the name of a file.
-_FENCE = re.compile(r"^( *```\w+) .*$", re.MULTILINE)
+_FENCE = re.compile(r"^( *```)(\w+)( .*)?$", re.MULTILINE)
+#: Scenes with mistakes are scenes, too.
+_LANGUAGES = {"wrong": "tis"}
 _LINK = re.compile(
     r"(?P<image>!?)\[(?P<text>[^\]]*)\]\((?P<path>[\w./-]+)(?P<anchor>#[^)]*)?\)"
 )
 
 
 def on_config(config: Any) -> Any:
-    """Show the version in the title of the site."""
+    """Show the version in the title of the site, and let code blocks be scenes."""
+    colours.register()
     config.site_name = f"{config.site_name} {__version__}"
     return config
 
@@ -43,7 +47,7 @@ def on_page_markdown(markdown: str, page: Any, **context: Any) -> str:
     at = DOCS / page.file.src_uri
     folder = ROOT if page.file.src_uri in BESIDE.values() else at.parent
     linked = _LINK.sub(lambda found: _on_site(found, folder, at.parent), markdown)
-    return _FENCE.sub(r"\1", linked)
+    return _FENCE.sub(lambda found: found[1] + _LANGUAGES.get(found[2], found[2]), linked)
 
 
 def _on_site(found: re.Match[str], folder: Path, below: Path) -> str:

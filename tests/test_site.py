@@ -22,9 +22,11 @@ def test_the_site_builds_without_warnings(repository, tmp_path):
     assert re.search(r"tissuec \d+\.\d+\.\d+", front)
     docs = repository / "docs"
     pages = {page.relative_to(docs).with_suffix("") for page in docs.rglob("*.md")}
-    pages |= {Path("readme"), Path("changes")}
+    pages |= {Path("index"), Path("changes")}
     built = {path.parent.relative_to(tmp_path) for path in tmp_path.rglob("index.html")}
     assert built == {page.parent if page.name == "index" else page for page in pages}
+    text = (tmp_path / "tutorial" / "index.html").read_text(encoding="utf-8")
+    assert '<span class="kd">tissue</span>' in text, "scenes have no colours"
 
 
 def test_the_page_on_data_names_every_file(repository):
