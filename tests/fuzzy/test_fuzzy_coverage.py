@@ -1,5 +1,6 @@
 """Static analysis of rules: silence and contradictions, against trying facts out."""
 
+import math
 import random
 from itertools import pairwise, product
 
@@ -79,13 +80,19 @@ def test_negations_count_as_true_wherever_a_word_is_not_fully_true():
     assert coverage(base(when("low"), Not(when("low"))), "q").hole is None
 
 
-def test_bells_and_powers_are_silent_only_where_nothing_is_left_of_them():
+def test_bells_and_powers_are_silent_where_they_are_negligible():
     words = {"bell": Gaussian(0.5, 0.1), "narrow": Gaussian(0.5, 0.01)}
     assert coverage(base(when("bell", words=words)), "q").hole is None
     hole = coverage(base(when("narrow", words=words)), "q").hole
     assert hole is not None
-    assert hole["p"][0] == 0.0
-    assert 0.2 < hole["p"][1] < 0.3
+    # exp(-z²/2) is a millionth at z = 5.257; a square of a bell is narrower by sqrt(2).
+    reach = math.sqrt(-2 * math.log(1e-6))
+    assert hole["p"][1] - hole["p"][0] == pytest.approx(0.5 - 0.01 * reach, rel=1e-13, abs=0)
+    squared = {"bell": Powered(words["bell"], 2.0)}
+    hole = coverage(base(when("bell", words=squared)), "q").hole
+    assert hole is not None
+    width = 0.5 - 0.1 * reach / math.sqrt(2)
+    assert hole["p"][1] - hole["p"][0] == pytest.approx(width, rel=1e-13, abs=0)
     squared = {"low": Powered(THREE["low"], 2.0)}
     assert coverage(base(when("low", words=squared)), "q").hole == {"p": (0.5, 1.0)}
 

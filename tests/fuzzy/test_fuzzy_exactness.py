@@ -226,9 +226,44 @@ class System:
         parts = tuple(map(self.tree, rest))
         return Not(*parts) if kind == "not" else {"and": And, "or": Or}[kind](parts)
 
+    def counting(self, name, place):
+        """Return where a place counts in gradual rules.
+
+        The middle of an outer word counts as its inner end; its foot, and what lies beyond,
+        stays, unless the other outer word begins there.
+        """
+        low, high = map(Fraction, self.axes[name].bounds)
+        used = {w for c, *_ in self.rules for _, n, w in each_is(c) if n == name}
+        sets = [tuple(Fraction(x) for x, _ in self.sets[name][w]) for w in used]
+        left = max((s for s in sets if s[1] <= low < s[2]), key=lambda s: s[2:], default=None)
+        right = min(
+            (s for s in sets if s[1] < high <= s[2]), key=lambda s: (s[1], s[0]), default=None
+        )
+        left = left and (max(left[1], low), *left[2:])  # what lies outside is cut off
+        right = right and (*right[:2], min(right[2], high))
+        left = left if left and left[1] < min(left[2], high) else None
+        right = right if right and max(right[0], low) < right[1] else None
+        if (left[1] if left else low) >= (right[1] if right else high):
+            return place
+        known = {low: low, high: high}
+        foot = [min(left[2], high) if left else low, max(right[0], low) if right else high]
+        if foot[0] <= foot[1]:
+            known |= {x: x for x in foot}
+        if left:
+            known[(left[0] + left[1]) / 2] = left[1]
+        if right:
+            known[(right[1] + right[2]) / 2] = right[1]
+        if place in known:
+            return known[place]
+        a = max(x for x in known if x < place)
+        b = min(x for x in known if x > place)
+        return known[a] + (known[b] - known[a]) * (place - a) / (b - a)
+
     def exact(self, quantity, places):
         """Return the exact coordinate of a quantity, or None where no rule fires."""
         strongest, every = {}, []
+        if self.operators.result == "gradual mean":
+            places = {name: self.counting(name, place) for name, place in places.items()}
         for condition, conclusions, weight in self.rules:
             degree = Fraction(weight) * self.truth(condition, places)
             if quantity in conclusions and degree > 0:
@@ -248,14 +283,14 @@ class System:
         return exact_centre(terms, low, high, self.operators.implication)
 
     def gradual(self, every, low, high):
-        """Return the mean of middles that move up to half of their way to the nearer end."""
+        """Return the mean of middles that move on their way to the nearer end."""
         total = moment = Fraction(0)
         for pairs, degree, gone in every:
             middle = (Fraction(pairs[1][0]) + Fraction(pairs[2][0])) / 2
             side = (middle > (low + high) / 2) - (middle < (low + high) / 2)
             end = high if side > 0 else low
             total += degree
-            moment += degree * (middle + abs(side) * gone / 2 * (end - middle))
+            moment += degree * (middle + abs(side) * gone * (end - middle))
         return moment / total
 
     def gone(self, condition, places):

@@ -255,11 +255,37 @@ def test_gradual_rules_change_everywhere_along_the_scale_and_count_each():
             value(graded.infer({"hardness": h, "weight": weight})["viscosity"]) for h in sliders
         ]
         assert all(a < b for a, b in pairwise(found))
-    # Both rules on "low" count: 1.5 degrees, each half way from its middle to the end.
+    # Both rules on "low" count: 1.5 degrees, each moved to the end of the scale.
     axis = graded.quantities["viscosity"].axis
-    low, middle = axis.bounds[0], word("viscosity", "low").shape.middle
     least = value(graded.infer({"hardness": 0.0, "weight": 0.0})["viscosity"])
-    assert least == pytest.approx(axis.from_scale((low + middle) / 2), rel=1e-12)
+    assert least == pytest.approx(axis.low, rel=1e-12)
+
+
+@pytest.mark.parametrize("words", [("soft", "hard"), ("soft", "medium", "hard"), "abcd"])
+def test_one_hedge_is_one_step_of_a_gradual_conclusion_on_either_side(words):
+    axis, strength = Axis("p", 0.0, 1.0), Axis("q", 1.0, 1e8, log=True)
+    named = evenly(axis, words).words
+    count = len(words)
+    # Words of the quantity that part its range as their own middles part that of the property.
+    middles = [shape.middle for shape in named.values()]
+    spot = shaped(strength, {
+        w: triangle(10 ** (8 * m) / 2, 10 ** (8 * m), 10 ** (8 * m) * 2)
+        for w, m in zip(words, middles, strict=True)
+    }).words  # fmt: skip
+    rules = RuleBase(
+        {"p": axis},
+        {"q": ConcludedQuantity(strength)},
+        tuple(
+            Rule(Is("p", Word(w, named[w])), (Conclusion("q", Word(w, spot[w])),))
+            for w in words
+        ),
+        Operators(result="gradual mean"),
+    )
+    for place in [k / 60 for k in range(61)] + middles:
+        told = rules.infer({"p": place})["q"]
+        assert math.log10(value(told)) == pytest.approx(8 * place, abs=1e-12)
+        assert sum(firing.degree for firing in told.fired) == pytest.approx(1.0)
+    assert count == len(rules.rules)
 
 
 def test_a_power_hedge_acts_in_conditions_and_is_refused_in_conclusions():
@@ -340,6 +366,28 @@ def test_a_concluded_set_counts_only_within_the_range_of_its_quantity():
     assert value(system.infer({"hardness": 0.0})["share"]) == pytest.approx(1 / 3)
 
 
+def test_where_every_rule_holds_to_a_negligible_degree_none_speaks():
+    far = when("hardness", "soft"), Is("hardness", Word("far", Gaussian(0.0, 0.05)))
+    bell, otherwise = (
+        Rule(far[1], (Conclusion("viscosity", word("viscosity", "high")),)),
+        {"viscosity": word("viscosity", "medium")},
+    )
+    z = math.sqrt(-2 * math.log(1e-6))
+    for at, speaks in ((0.99 * z, True), (1.01 * z, False), (19.9, False)):
+        facts = {"hardness": 0.05 * at}
+        told = base(bell).infer(facts)["viscosity"]
+        assert isinstance(told, Inference if speaks else NoRule)
+        assert told.silent == () if speaks else told.silent[0].degree >= 0.0
+        told = base(bell, otherwise=otherwise).infer(facts)["viscosity"]
+        assert told.source == ("rules" if speaks else "otherwise")
+    # Beside a rule that holds, a negligible one counts by its degree, so nothing jumps.
+    both = base(bell, rule(far[0], viscosity="low")).infer({"hardness": 0.05 * 1.01 * z})
+    assert len(both["viscosity"].fired) == 2
+    # A small weight is no small degree: it only says how much a rule counts beside others.
+    light = base(rule(far[0], viscosity="low", weight=1e-7)).infer({"hardness": 0.1})
+    assert isinstance(light["viscosity"], Inference)
+
+
 def test_degrees_too_faint_to_compute_with_do_not_fire():
     far = Is("hardness", Word("far", Gaussian(0.0, 0.05)))
     product = Operators(conjunction="product")
@@ -347,7 +395,7 @@ def test_degrees_too_faint_to_compute_with_do_not_fire():
     told = rules.infer({"hardness": 0.9})["viscosity"]  # exp(-162) squared, below 1e-100
     assert isinstance(told, NoRule)
     assert told.silent[0].degree == 0.0
-    assert isinstance(rules.infer({"hardness": 0.6})["viscosity"], Inference)
+    assert isinstance(rules.infer({"hardness": 0.1})["viscosity"], Inference)
 
 
 @pytest.mark.parametrize("weight", [0.0, -1.0, 1.5, math.nan])

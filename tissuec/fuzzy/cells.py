@@ -1,4 +1,7 @@
-"""Cells of an axis: parts on which the logic of its sets does not change."""
+"""Cells of an axis: parts on which the logic of its sets does not change.
+
+What is true to a negligible degree counts as false.
+"""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -6,7 +9,7 @@ from itertools import pairwise
 from msgspec import Struct
 
 from tissuec.fuzzy.axis import Axis
-from tissuec.fuzzy.sets import AnyShape
+from tissuec.fuzzy.sets import NEGLIGIBLE, AnyShape
 
 _HALF_TRUE = 0.5
 
@@ -60,7 +63,7 @@ def _pieces(axis: Axis, shapes: Sequence[AnyShape]) -> Iterator[Cell]:
 
 def _states(shapes: Sequence[AnyShape], x: float) -> tuple[float, ...]:
     degrees = [shape.degree(x) for shape in shapes]
-    return tuple(d if d in (0.0, 1.0) else _HALF_TRUE for d in degrees)
+    return tuple(0.0 if d < NEGLIGIBLE else 1.0 if d == 1.0 else _HALF_TRUE for d in degrees)
 
 
 def _joined(pieces: Iterator[Cell]) -> Iterator[Cell]:

@@ -70,7 +70,7 @@ class _Search:
     """Depth-first search, property by property, for facts under which no rule fires."""
 
     def __init__(self, base: RuleBase, rules: Sequence[Rule], limit: int):
-        self.axes = base.properties
+        self.base, self.axes = base, base.properties
         self.left = limit
         self.order = _by_use(rules)
         self.shapes = {name: _shapes(name, rules) for name in self.order}
@@ -110,8 +110,8 @@ class _Search:
         return degree(rule.condition, states, _LOGIC) > 0.0
 
     def _values(self, name: str, cell: Cell) -> tuple[float, float]:
-        from_scale = self.axes[name].from_scale
-        return from_scale(cell.place[0]), from_scale(cell.place[1])
+        start, end = cell.place
+        return self.base.value_at(name, start), self.base.value_at(name, end)
 
 
 def _names(rule: Rule) -> set[str]:

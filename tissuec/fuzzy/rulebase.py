@@ -4,6 +4,7 @@ Inference is that of E. H. Mamdani and S. Assilian (Int. J. Man-Mach. Stud. 7:1,
 fires with the degree of its condition times its weight. A rule speaks only if every property it
 names has a fact, whatever the other facts say; the properties it misses are reported. Rules
 that conclude the same set count once, with the largest degree; in a gradual mean each counts.
+On a quantity of which no rule holds to more than a negligible degree, no rule speaks.
 """
 
 from bisect import bisect_left
@@ -18,11 +19,19 @@ from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.centroid import centre_of_gravity, weighted_mean
 from tissuec.fuzzy.conditions import Is, atoms, degree, negations
 from tissuec.fuzzy.duals import fsum, snapped
-from tissuec.fuzzy.gradual import Saying, gradual_mean, progress
+from tissuec.fuzzy.gradual import (
+    Saying,
+    Stretching,
+    gradual_mean,
+    progress,
+    stretched,
+    stretching,
+    unstretched,
+)
 from tissuec.fuzzy.inference_results import AtomDegree, Firing, Inference, NoRule
 from tissuec.fuzzy.operators import Operators
 from tissuec.fuzzy.rules import ConcludedQuantity, Rule
-from tissuec.fuzzy.sets import FAINTEST, AnyShape, Powered, Shape
+from tissuec.fuzzy.sets import FAINTEST, NEGLIGIBLE, AnyShape, Powered, Shape
 
 
 class _Bearing(Struct, frozen=True):
@@ -34,12 +43,18 @@ class _Bearing(Struct, frozen=True):
 
 
 class _Verdict(Struct, frozen=True):
-    """What one rule says about the facts, for all its conclusions."""
+    """What one rule says about the facts, for all its conclusions.
+
+    Attributes:
+        degree: Of the condition, times the weight of the rule.
+        holds: Whether the degree of the condition by itself is more than negligible.
+    """
 
     degree: float
     atoms: tuple[AtomDegree, ...]
     missing: tuple[str, ...]
     progress: float = 0.0
+    holds: bool = False
 
 
 class RuleBase(Struct, frozen=True, dict=True):
@@ -74,6 +89,16 @@ class RuleBase(Struct, frozen=True, dict=True):
         return _corners(self.properties, self._atoms)
 
     @cached_property
+    def _stretchings(self) -> Mapping[str, Stretching]:
+        """Return how facts are stretched; nothing is outside of gradual rules."""
+        if not self._is_gradual:
+            return dict.fromkeys(self.properties, ())
+        shapes: dict[str, list[AnyShape]] = {name: [] for name in self.properties}
+        for part in (part for parts in self._atoms for part in parts):
+            shapes[part.property].append(part.word.shape)
+        return {name: stretching(shapes[name], axis) for name, axis in self.properties.items()}
+
+    @cached_property
     def _bearings(self) -> Mapping[str, list[_Bearing]]:
         return _bearings(self.quantities, self.rules)
 
@@ -99,6 +124,10 @@ class RuleBase(Struct, frozen=True, dict=True):
         rules = {bearing.rule for bearing in self._bearings[quantity]}
         return self._conclude(quantity, self._verdicts(facts, rules))
 
+    def value_at(self, name: str, place: float) -> float:
+        """Return the value of a property that counts at a coordinate of its sets."""
+        return self.properties[name].from_scale(unstretched(place, self._stretchings[name]))
+
     def _verdicts(
         self, facts: Mapping[str, float], rules: Iterable[int]
     ) -> dict[int, _Verdict]:
@@ -106,7 +135,7 @@ class RuleBase(Struct, frozen=True, dict=True):
         return {number: self._verdict(number, places) for number in rules}
 
     def _place(self, name: str, value: float) -> float:
-        """Return the coordinate of a fact; one that is a corner up to rounding is the corner.
+        """Return where a fact counts; one that is a corner up to rounding is the corner.
 
         Otherwise "medium" given as a fact could wake the words beside it, at a degree of 1e-16.
         """
@@ -114,7 +143,11 @@ class RuleBase(Struct, frozen=True, dict=True):
             raise ValueError(f'"{name}" is not a property of these rules')
         axis = self.properties[name]
         place = axis.to_scale(value)
-        corners = self._corners[name]
+        anchors, corners = self._stretchings[name], self._corners[name]
+        at_word = [counts for x, counts in anchors if abs(x - place) <= axis.rounding]
+        place = stretched(place, anchors)
+        if at_word:
+            return snapped(at_word[0], place)
         i = bisect_left(corners, place)
         for corner in corners[max(i - 1, 0) : i + 1]:
             if abs(corner - place) <= axis.rounding:
@@ -134,9 +167,12 @@ class RuleBase(Struct, frozen=True, dict=True):
         known = [d for d in degrees if d is not None]
         if len(known) < len(degrees):
             return _Verdict(0.0, told, _unique(a.property for a in told if a.degree is None))
-        strength = rule.weight * degree(rule.condition, iter(known), self.operators)
+        truth = degree(rule.condition, iter(known), self.operators)
+        strength = rule.weight * truth
         far = self._progress(number, places) if self._is_gradual else 0.0
-        return _Verdict(strength if strength >= FAINTEST else 0.0, told, (), far)
+        return _Verdict(
+            strength if strength >= FAINTEST else 0.0, told, (), far, truth >= NEGLIGIBLE
+        )
 
     @property
     def _is_gradual(self) -> bool:
@@ -156,12 +192,14 @@ class RuleBase(Struct, frozen=True, dict=True):
         fired: list[Firing] = []
         silent: list[Firing] = []
         sayings: list[Saying] = []
-        for bearing in self._bearings[name]:
+        bearings = self._bearings[name]
+        is_spoken = any(verdicts[bearing.rule].holds for bearing in bearings)
+        for bearing in bearings:
             said = verdicts[bearing.rule]
             firing = Firing(
                 bearing.rule, said.degree, bearing.word, said.atoms, said.missing, said.progress
             )
-            if said.degree > 0.0:
+            if is_spoken and said.degree > 0.0:
                 fired.append(firing)
                 sayings.append((bearing.shape, said.degree, said.progress))
             else:

@@ -16,6 +16,13 @@ from tissuec.fuzzy.piecewise import Piecewise
 FAINTEST = 1e-100
 """Degrees below this count as zero: the far tail of a bell says nothing and would underflow."""
 
+NEGLIGIBLE = 1e-6
+"""Where no rule on a quantity holds to this degree, none speaks.
+
+A mean or centre of gravity hardly depends on how small a single degree is: it would take what
+is as good as false for true. A bell falls below it beyond five standard deviations.
+"""
+
 REACH = math.sqrt(-2 * math.log(FAINTEST))
 """Where a bell falls below the faintest degree, in multiples of its sigma."""
 
@@ -52,8 +59,9 @@ class Gaussian(Struct, frozen=True):
 
     @property
     def corners(self) -> tuple[float, ...]:
-        """Return the coordinates between which the degree is zero, or is between 0 and 1."""
-        return self.support[0], self.mean, self.support[1]
+        """Return the coordinates between which the degree is negligible, or is not."""
+        reach = self.sigma * math.sqrt(-2.0 * math.log(NEGLIGIBLE))
+        return self.mean - reach, self.mean, self.mean + reach
 
     def within(self, low: float, high: float) -> "Gaussian":
         """Return the bell itself, if its peak and width fit the range.
@@ -87,6 +95,8 @@ class Powered(Struct, frozen=True):
     @property
     def corners(self) -> tuple[float, ...]:
         """Return the coordinates between which the degree is 0, is 1, or lies between."""
+        if isinstance(self.base, Gaussian):  # raised to a power it is another bell
+            return Gaussian(self.base.mean, self.base.sigma / self.exponent**0.5).corners
         return self.base.corners
 
 

@@ -12,7 +12,6 @@ from tissuec.core.fields import Real
 from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal
 from tissuec.core.source import Span
 from tissuec.fuzzy.axis import OutOfRange
-from tissuec.fuzzy.gradual import FARTHEST
 from tissuec.fuzzy.inference_results import Firing, Inference, NoRule
 from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
@@ -479,6 +478,8 @@ def why(rules: RulesBlock, answer: NoRule) -> str:
     """Return why rules conclude nothing."""
     if not answer.silent:
         return f"no rule of {rules.name} concludes it"
+    if any(firing.degree > 0.0 for firing in answer.silent):
+        return f"no rule of {rules.name} holds to more than a negligible degree for these words"
     if answer.missing:
         unsaid = ", ".join(answer.missing)
         return f"no rule of {rules.name} fires; the tissue does not say: {unsaid}"
@@ -504,8 +505,8 @@ def _value(answer: Inference | NoRule) -> float | None:
 
 def _moved(firing: Firing) -> str:
     """Return how far a gradual rule moves its word: ``; moved 25 % outward``."""
-    share = FARTHEST * firing.progress
-    return f"; moved {100.0 * share:.0f} % outward" if share > 0.0 else ""
+    share = 100.0 * firing.progress
+    return f"; moved {share:.0f} % outward" if share > 0.0 else ""
 
 
 def _atoms(firing: Firing) -> str:

@@ -25,7 +25,7 @@ def expected(one, rules, case):
     answers, degrees = {}, [0.0] * len(chosen.base.rules)
     for key, answer in chosen.base.infer(case).items():
         is_found = isinstance(answer, Inference)
-        for firing in answer.fired if is_found else ():
+        for firing in (*(answer.fired if is_found else ()), *answer.silent):
             degrees[firing.rule] = firing.degree
         answers[key] = {
             "source": answer.source if is_found else "none",

@@ -100,7 +100,8 @@ class Control {
     }
   }
 
-  draw() {
+  /** Shows the present state; degrees are those that count in the rules of a base. */
+  draw(base) {
     const { property } = this;
     const fact = state.facts.get(property.key);
     const place = found.places.get(property.key);
@@ -116,7 +117,9 @@ class Control {
     const share = fact ? shareOf(property, place) : Number(this.slider.value);
     if (fact) this.slider.value = share;
     this.drawHedges(fact);
-    const degrees = property.words.map(({ shape }) => (fact ? SYSTEM.sets[shape].degree(place) : 0));
+    const degreesAt = (at) => property.words.map(({ shape }) => SYSTEM.sets[shape].degree(at));
+    const none = property.words.map(() => 0);
+    const degrees = fact ? degreesAt(countingPlace(base, property, place)) : none;
     const pressed = fact?.sign === "is" ? this.wording.word : null;
     property.words.forEach((word, i) => {
       this.outlines[i].classList.toggle("lit", degrees[i] > 0);
@@ -128,7 +131,7 @@ class Control {
     const set = fact?.sign === "is" && this.wording.hedge ? SYSTEM.sets[this.wording.shape] : null;
     this.hedged.setAttribute("d", set ? areaOf(pointsOf(set, property), property) : "");
     this.line.setAttribute("d", fact ? `M${share * WIDE},0V${HIGH}` : "");
-    this.dots.setAttribute("d", degrees.map((d) => (d > 0 ? dotAt(share, d) : "")).join(""));
+    this.dots.setAttribute("d", (fact ? degreesAt(place) : none).map((d) => (d > 0 ? dotAt(share, d) : "")).join(""));
     const true_ = property.words.map((word, i) => [word.word, degrees[i]]).filter(([, d]) => d > 0)
       .map(([word, d]) => `${word} ${degreeText(d)}`);
     this.slider.setAttribute("aria-valuetext",

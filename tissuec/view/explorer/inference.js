@@ -37,6 +37,10 @@ class Piecewise {
     const high = xs[first + ys.filter((y) => y === top).length - 1];
     this.core = [low, high];
     this.middle = low + (high - low) / 2;
+    const last = ys.findLastIndex((y) => y > 0);
+    this.support = [
+      xs[Math.max(ys.findIndex((y) => y > 0) - 1, 0)], xs[Math.min(last + 1, xs.length - 1)],
+    ];
   }
 
   degree(x) {
@@ -70,13 +74,15 @@ class Piecewise {
 }
 
 class Gaussian {
-  constructor(mean, sigma, reach) {
+  constructor(mean, sigma, { reach, negligible }) {
     this.mean = mean;
     this.sigma = sigma;
     this.reach = reach;
     this.core = [mean, mean];
     this.middle = mean;
-    this.corners = [mean - reach * sigma, mean, mean + reach * sigma];
+    const told = sigma * Math.sqrt(-2 * Math.log(negligible));
+    this.corners = [mean - told, mean, mean + told];
+    this.support = [mean - reach * sigma, mean + reach * sigma];
   }
 
   degree(x) {
@@ -88,7 +94,7 @@ class Gaussian {
   outline(cut, factor, low, high) {
     const { mean, sigma } = this;
     const flat = sigma * Math.sqrt(-2 * Math.log(cut)); // half width of the flat top
-    const distances = [0, flat, sigma, this.corners[2] - mean].sort((a, b) => a - b);
+    const distances = [0, flat, sigma, this.support[1] - mean].sort((a, b) => a - b);
     const places = [...distances.map((d) => mean - d).reverse(), ...distances.map((d) => mean + d)]
       .map((x) => Math.min(Math.max(x, low), high));
     const arcs = [];
@@ -104,12 +110,15 @@ class Gaussian {
 }
 
 class Powered {
-  constructor(base, exponent) {
+  constructor(base, exponent, limits) {
     this.base = base;
     this.exponent = exponent;
     this.core = base.core;
     this.middle = base.middle;
-    this.corners = base.corners;
+    this.support = base.support;
+    const isBell = base instanceof Gaussian; // raised to a power it is another bell
+    this.corners = (isBell ? new Gaussian(base.mean, base.sigma / exponent ** 0.5, limits) : base)
+      .corners;
   }
 
   degree(x) {
@@ -117,10 +126,10 @@ class Powered {
   }
 }
 
-function setOf(row, earlier, reach) {
+function setOf(row, earlier, limits) {
   if (row.xs) return new Piecewise(row.xs, row.ys);
-  if (row.sigma) return new Gaussian(row.mean, row.sigma, reach);
-  return new Powered(earlier[row.base], row.exponent);
+  if (row.sigma) return new Gaussian(row.mean, row.sigma, limits);
+  return new Powered(earlier[row.base], row.exponent, limits);
 }
 
 // --- arcs -----------------------------------------------------------------------------------
@@ -300,7 +309,42 @@ function progressOf(set, place, [low, high]) {
   return 0;
 }
 
-/** The mean of what each rule concludes; words move up to half of their way to the nearer end. */
+/** How places of a property are stretched, so that the middles of outer words come to where
+ *  these begin to be fully true: [place, where it counts], ascending. */
+function stretchingOf(sets, [low, high]) {
+  const ends = (list, better) => list.reduce((a, b) => (a && !better(b, a) ? a : b), undefined);
+  const first = ends(
+    sets.filter(({ core: [a, b] }) => a <= low && low < b), (a, b) => a.core[1] > b.core[1] || (a.core[1] === b.core[1] && a.support[1] > b.support[1]),
+  );
+  const last = ends(
+    sets.filter(({ core: [a, b] }) => a < high && high <= b), (a, b) => a.core[0] < b.core[0] || (a.core[0] === b.core[0] && a.support[0] < b.support[0]),
+  );
+  let [left, right] = [low, high];
+  const before = [[low, low]];
+  const behind = [[high, high]];
+  if (first && first.core[1] < first.support[1]) {
+    before.push([first.middle, first.core[1]]);
+    [, left] = first.support;
+  }
+  if (last && last.support[0] < last.core[0]) {
+    behind.unshift([last.middle, last.core[0]]);
+    [right] = last.support;
+  }
+  if (before.at(-1)[1] >= behind[0][1]) return [[low, low], [high, high]];
+  return [...before, ...(left <= right ? [[left, left], [right, right]] : []), ...behind];
+}
+
+function stretched(place, anchors) {
+  for (let i = 0; i + 1 < anchors.length; i++) {
+    const [[x0, y0], [x1, y1]] = [anchors[i], anchors[i + 1]];
+    if (x0 <= place && place <= x1 && x0 < x1 && (x0 !== y0 || x1 !== y1)) {
+      return (y0 * (x1 - place) + y1 * (place - x0)) / (x1 - x0);
+    }
+  }
+  return place;
+}
+
+/** The mean of what each rule concludes; words move towards the nearer end. */
 function gradualMean(sayings, low, high) {
   const centre = low + (high - low) / 2;
   let total = 0;
@@ -308,7 +352,7 @@ function gradualMean(sayings, low, high) {
   for (const [{ middle }, degree, progress] of sayings) {
     const isCentral = Math.abs(middle - centre) <= 1e-9 * (high - low);
     const end = middle < centre ? low : high;
-    const place = isCentral ? middle : middle + 0.5 * progress * (end - middle);
+    const place = isCentral ? middle : middle + progress * (end - middle);
     total += degree;
     moment += degree * (place - low);
   }
@@ -337,10 +381,11 @@ function fromScale(scale, place) {
 /** Makes sets of rows, and finds what each block of rules asks about and bears on. */
 function prepare(tables) {
   const sets = [];
-  for (const row of tables.shapes) sets.push(setOf(row, sets, tables.reach));
+  for (const row of tables.shapes) sets.push(setOf(row, sets, tables));
   const byKey = (list) => new Map(list.map((one) => [one.key, one]));
   const system = {
     faintest: tables.faintest,
+    negligible: tables.negligible,
     sets,
     properties: byKey(tables.properties),
     quantities: byKey(tables.quantities),
@@ -356,12 +401,18 @@ function baseOf(rules, system) {
   for (const [, property, shape] of atoms.flat()) {
     system.sets[shape].corners.forEach((x) => corners.get(property).add(x));
   }
+  const isGradual = rules.operators.result === "gradual mean";
+  const used = (key) => atoms.flat().filter((atom) => atom[1] === key)
+    .map((atom) => system.sets[atom[2]]);
+  const stretchings = new Map([...system.properties].map(([key, { bounds }]) => [
+    key, isGradual ? stretchingOf(used(key), bounds) : [],
+  ]));
   const bearings = new Map([...system.quantities.keys()].map((key) => [key, []]));
   rules.rules.forEach((rule, number) => rule.conclusions.forEach((said) => {
     bearings.get(said.quantity).push({ rule: number, word: said.word, shape: said.shape });
   }));
   const ascending = ([key, places]) => [key, [...places].sort((a, b) => a - b)];
-  return { ...rules, atoms, corners: new Map([...corners].map(ascending)), bearings };
+  return { ...rules, atoms, corners: new Map([...corners].map(ascending)), stretchings, bearings };
 }
 
 /** Every test of a condition in written order. */
@@ -377,10 +428,12 @@ function* negationsOf(condition, isNot = false) {
   else for (const one of operands) yield* negationsOf(one, (kind === "not") !== isNot);
 }
 
-/** The coordinate of a fact; one that is a corner up to rounding is the corner. */
-function placeOf(base, scale, value) {
-  const place = toScale(scale, value);
-  if (place === null) throw new RangeError(`${scale.name} = ${value} is outside its range`);
+/** Where a place counts in rules; one that is a corner up to rounding is the corner. */
+function countingPlace(base, scale, at) {
+  const anchors = base.stretchings.get(scale.key);
+  const atWord = anchors.find(([x]) => Math.abs(x - at) <= scale.rounding);
+  if (atWord) return atWord[1];
+  const place = stretched(at, anchors);
   const corners = base.corners.get(scale.key);
   const i = bisect(corners, place);
   for (const corner of corners.slice(Math.max(i - 1, 0), i + 1)) {
@@ -396,6 +449,13 @@ const JOINS = {
   "probabilistic sum": (a, b) => a + (1 - a) * b,
 };
 
+/** The coordinate of a fact. */
+function placeOf(scale, value) {
+  const place = toScale(scale, value);
+  if (place === null) throw new RangeError(`${scale.name} = ${value} is outside its range`);
+  return place;
+}
+
 /** How true a condition is; degrees of its tests are taken from the front of a list. */
 function degreeOf(condition, degrees, operators) {
   const [kind, ...operands] = condition;
@@ -409,23 +469,27 @@ function degreeOf(condition, degrees, operators) {
 /** What one rule says: its degree, those of its tests (null if unsaid), and what is missing. */
 function verdictOf(system, base, number, places) {
   const atoms = base.atoms[number];
-  const degrees = atoms.map(([, property, shape]) => (places.has(property)
-    ? system.sets[shape].degree(places.get(property)) : null));
+  const counting = atoms.map(([, property]) => (places.has(property)
+    ? countingPlace(base, system.properties.get(property), places.get(property)) : null));
+  const degrees = atoms.map(([, , shape], i) => (counting[i] === null
+    ? null : system.sets[shape].degree(counting[i])));
   const missing = atoms.filter((_, i) => degrees[i] === null).map(([, property]) => property);
   if (missing.length) return { degree: 0, degrees, missing: [...new Set(missing)] };
   const rule = base.rules[number];
-  const strength = rule.weight * degreeOf(rule.condition, [...degrees], base.operators);
+  const truth = degreeOf(rule.condition, [...degrees], base.operators);
+  const strength = rule.weight * truth;
   const gone = [...negationsOf(rule.condition)].map((isNot, i) => (isNot ? 0 : progressOf(
-    system.sets[atoms[i][2]], places.get(atoms[i][1]), system.properties.get(atoms[i][1]).bounds,
+    system.sets[atoms[i][2]], counting[i], system.properties.get(atoms[i][1]).bounds,
   )));
   const progress = gone.reduce((a, b) => a + b, 0) / gone.length;
-  return { degree: strength >= system.faintest ? strength : 0, degrees, missing: [], progress };
+  const degree = strength >= system.faintest ? strength : 0;
+  return { degree, degrees, missing: [], progress, holds: truth >= system.negligible };
 }
 
 /** The places of facts: a Map from property to coordinate. Throws where one is out of range. */
 function placesOf(system, base, facts) {
   return new Map([...facts].map(([key, value]) => [
-    key, placeOf(base, system.properties.get(key), value),
+    key, placeOf(system.properties.get(key), value),
   ]));
 }
 
@@ -444,9 +508,10 @@ function answerOf(system, base, key, verdicts) {
   const bearings = base.bearings.get(key);
   const strongest = new Map(); // by number of the set, so that equal sets count once
   const sayings = [];
+  const isSpoken = bearings.some(({ rule }) => verdicts[rule].holds);
   for (const { rule, shape } of bearings) {
     const { degree, progress } = verdicts[rule];
-    if (degree > 0) {
+    if (isSpoken && degree > 0) {
       strongest.set(shape, Math.max(degree, strongest.get(shape) ?? 0));
       sayings.push([system.sets[shape], degree, progress]);
     }
@@ -474,6 +539,9 @@ function answerOf(system, base, key, verdicts) {
 function reasonOf(base, key, verdicts) {
   const bearings = base.bearings.get(key);
   if (!bearings.length) return `no rule of ${base.name} concludes it`;
+  if (bearings.some(({ rule }) => verdicts[rule].degree > 0)) {
+    return `no rule of ${base.name} holds to more than a negligible degree for these words`;
+  }
   const missing = [...new Set(bearings.flatMap(({ rule }) => verdicts[rule].missing))];
   if (missing.length) {
     return `no rule of ${base.name} fires; the tissue does not say: ${missing.join(", ")}`;

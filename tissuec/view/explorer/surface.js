@@ -8,7 +8,7 @@ const SLICE = 12; // milliseconds of work before the page may breathe
 function* surfaceOf(base, facts, [x, y], quantity) {
   const fixed = placesOf(SYSTEM, base, facts);
   const rules = [...new Set(base.bearings.get(quantity.key).map((bearing) => bearing.rule))];
-  const place = (scale, k) => placeOf(base, scale, fromScale(scale,
+  const place = (scale, k) => placeOf(scale, fromScale(scale,
     scale.bounds[0] + (scale.bounds[1] - scale.bounds[0]) * ((k + 0.5) / CELLS)));
   const verdicts = [];
   for (let row = 0; row < CELLS; row++) {

@@ -17,7 +17,7 @@ from tissuec.fuzzy import conditions as c
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
 from tissuec.fuzzy.rules import ConcludedQuantity
-from tissuec.fuzzy.sets import FAINTEST, REACH, AnyShape, Gaussian, Powered, Word
+from tissuec.fuzzy.sets import FAINTEST, NEGLIGIBLE, REACH, AnyShape, Gaussian, Powered, Word
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.lang.words import RESERVED, written_name
@@ -41,6 +41,7 @@ def tables(words: ResolvedProgram) -> dict[str, Any]:
     writer = _VocabularyWriter(words, shapes)
     return {
         "faintest": FAINTEST,
+        "negligible": NEGLIGIBLE,
         "reach": REACH,
         "hedges": [_name(name, name) for name in vocabulary.hedges],
         "properties": [writer.property(*named) for named in vocabulary.properties.items()],
