@@ -2,6 +2,7 @@
 
 import random
 from functools import cache
+from itertools import pairwise, permutations
 
 import pytest
 
@@ -34,7 +35,7 @@ def concluded(facts):
 @pytest.mark.parametrize("name", LEADS)
 def test_sliders_change_conclusions_strictly_monotonically(name):
     source = random.Random(name)
-    for _ in range(250):
+    for _ in range(300):
         facts = {key: source.random() for key in LEADS}
         less, more = sorted((source.random(), source.random()))
         one, other = (concluded(facts | {name: at}) for at in (less, more))
@@ -63,21 +64,80 @@ def test_every_hedge_of_every_word_changes_a_conclusion_in_its_direction(name):
                 assert (sign if upward else -sign) * (other[quantity] - plain[quantity]) > 0.0
 
 
-def test_stronger_hedges_move_further():
+#: Words of hardness from the softest to the hardest.
+HEDGES = ["extremely", "very", "markedly", "", "rather", "slightly", "hardly"]
+LADDER = [f"{h} soft".strip() for h in HEDGES] + ["medium"]
+LADDER += [f"{h} hard".strip() for h in reversed(HEDGES)]
+NEUTRAL = {"hardness": "medium", "elasticity": "medium", "weight": "medium",
+           "shiftability": "medium", "consistency": "smooth"}  # fmt: skip
+
+
+def place(name, phrase):
+    """Return the number for which a phrase stands on the scale of a property."""
     words = vocabulary()
-    order = ["extremely", "very", "markedly", None, "rather", "slightly", "hardly"]
-    scale = words.properties["hardness"].scale
-    found = []
-    for hedge in order:
-        chosen = [words.hedges[hedge]] if hedge else []
-        at = scale.axis.value_of(hedged(chosen, scale.words["soft"], scale.axis))
-        found.append(concluded(dict.fromkeys(LEADS, 0.4) | {"hardness": at})["young's modulus"])
-    assert found == sorted(set(found))
+    *front, word = phrase.split()
+    scale = words.properties[name].scale
+    shape = hedged([words.hedges[one] for one in front], scale.words[word], scale.axis)
+    return scale.axis.value_of(shape)
+
+
+def modulus(**phrases):
+    facts = {name: place(name, phrase) for name, phrase in (NEUTRAL | phrases).items()}
+    return concluded(facts)["young's modulus"]
+
+
+@pytest.mark.parametrize(
+    ("context", "least", "most"),
+    [
+        ({}, 2.58, 2.60),
+        ({"elasticity": "small", "shiftability": "low", "consistency": "chapped"}, 2.5, 2.7),
+        ({"elasticity": "big", "shiftability": "high"}, 2.4, 2.8),
+    ],
+)
+def test_each_hedge_of_hardness_is_the_same_step_of_the_modulus(context, least, most):
+    found = [modulus(hardness=word, **context) for word in LADDER]
+    steps = [b / a for a, b in pairwise(found)]
+    # In the neutral context only hardness changes: even up to the rounding of 4.95 and 24.75.
+    assert least < min(steps) and max(steps) < most
+    # From softer than brain (1 kPa) to stiffer than tendon along its fibres (0.1 GPa).
+    assert found[0] < 1e3 and found[-1] > 1e8
+
+
+def test_the_fuzzy_words_of_springs_are_those_published():
+    scale = vocabulary().properties["hardness"].scale
+    assert list(scale.words) == ["soft", "medium", "hard"]
+    assert scale.words["soft"].xs == (0.0, 1 / 6, 0.5, 1.0)
 
 
 def presets():
     files = sorted((library() / "matter").glob("*.tis"))
     return {k: t for f in files for k, t in read_words(Request.file(f))[0].tissues.items()}
+
+
+#: How far the words of a preset may be from the number that it writes: a hedge is 2.6, so that
+#: the nearest one is within its root, 1.6.
+WITHIN = 1.5
+
+
+def moduli():
+    """Return the written modulus and that of the words, for presets that have both."""
+    return {
+        name: (tissue.given["young's modulus"].value, tissue.concluded["young's modulus"])
+        for name, tissue in presets().items()
+        if tissue.given["young's modulus"].how == "written"
+    }
+
+
+def test_the_own_words_of_a_preset_give_its_measured_modulus():
+    assert len(moduli()) >= 15
+    for name, (written, by_words) in moduli().items():
+        assert 1 / WITHIN < by_words / written < WITHIN, name
+
+
+def test_words_keep_the_order_of_measured_moduli():
+    for (one, (written, by_words)), (other, (least, low)) in permutations(moduli().items(), 2):
+        if written > 1.2 * least:
+            assert by_words > low, (one, other)
 
 
 def test_presets_of_different_words_have_different_numbers():
