@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any, Literal
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.data import as_data
 from tissuec.core.units import LENGTH, show
@@ -21,6 +22,7 @@ class Reason(Struct, frozen=True):
     """One line of an explanation.
 
     Attributes:
+        word: Of the conclusion; beside a written number, what the words of the tissue give.
         degree: Of the rule; None where a number was written.
         place: ``file:line``.
         facts: What the rule was told, such as "hardness soft 1.00".
@@ -34,17 +36,28 @@ class Reason(Struct, frozen=True):
     @property
     def said(self) -> str:
         """Return the word with its degree: "slightly low (slightly + low) 0.62"."""
-        return "" if self.degree is None else f"{self.word} {self.degree:.2f}"
+        if self.degree is None:
+            return self.word
+        # Two decimals, but never 0.00 for what counts.
+        return f"{self.word} {self.degree:{'.2f' if self.degree >= 0.005 else '.0e'}}"
 
 
 class Explained(Struct, frozen=True):
-    """A quantity of a tissue, its value and its reasons, strongest first."""
+    """A quantity of a tissue, its value and its reasons, strongest first.
+
+    Attributes:
+        from_words: What the words of the tissue would give in place of a written number; None
+            for other values, and where rules conclude nothing.
+        ratio: Of the number to that.
+    """
 
     quantity: str
     value: float  # SI
     shown: str  # "8.79 N/m", "1 mg/node"
     how: str  # "written", "rules", "otherwise"
     reasons: tuple[Reason, ...]
+    from_words: float | None = None
+    ratio: float | None = None
 
 
 class ProvenanceRow(Struct, frozen=True):
@@ -159,13 +172,22 @@ def used_tissues(words: ResolvedProgram) -> list[Tissue]:
 
 def explain_tissue(tissue: Tissue) -> tuple[Explained, ...]:
     """Return every quantity of a tissue with the lines that gave it."""
-    return tuple(_explained(given) for given in tissue.given.values())
+    return tuple(
+        _explained(given, tissue.concluded.get(key)) for key, given in tissue.given.items()
+    )
 
 
-def _explained(given: AssignedQuantity) -> Explained:
-    quantity = given.quantity
+def _explained(given: AssignedQuantity, concluded: float | None) -> Explained:
+    quantity, reasons = given.quantity, tuple(_reasons(given))
+    ratio = None
+    if given.how != "written" or given.value == quantity.none:
+        concluded = None
+    if concluded:
+        ratio = given.value / concluded
+        said = f"words: {show(concluded, quantity.dimension)}, ratio {ratio:.2f}"
+        reasons = tuple(replace(one, word=said) for one in reasons)
     return Explained(
-        quantity.name, given.value, shown_value(given), given.how, tuple(_reasons(given))
+        quantity.name, given.value, shown_value(given), given.how, reasons, concluded, ratio
     )
 
 

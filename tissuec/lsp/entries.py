@@ -33,6 +33,7 @@ from tissuec.scene import learn_entries, meanings, settings, study_entries
 from tissuec.scene.block_sentences import Sentences
 from tissuec.scene.bodies import AXIAL, BENDING, BODY_ENTRIES, CIRCUMFERENTIAL, ELASTIC
 from tissuec.scene.entries import default_in_words, form_of, kind_in_words
+from tissuec.scene.idle_words import CONCLUDED
 from tissuec.scene.joints import JOINT_ENTRIES
 from tissuec.scene.laws import FORMS, LAW_KINDS
 from tissuec.scene.learn_entries import METHODS, learn_schema
@@ -162,7 +163,10 @@ def _of_material(kind: str) -> Terms:
             quantity.name, ENTRY,
             f"{describe(quantity.dimension)}, of {' or '.join(quantity.spreads)}",
             f"{quantity.name} = …", " = ", quantity.dimension,
-            None if quantity.none is None else plain(CHOICE, ["none"], "No limit."),
+            (
+                plain(CHOICE, [CONCLUDED], "What rules conclude, not the number of the parent.")
+                | ({} if quantity.none is None else plain(CHOICE, ["none"], "No limit."))
+            ),
         )
         for name, quantity in QUANTITIES.items()
     }  # fmt: skip

@@ -136,9 +136,9 @@ def _given(view: View, tissue: Tissue, quantity: str) -> str:
         f"{explained.quantity} of {tissue.name}: {code(explained.shown)} ({explained.how})"
     ]
     for reason, span in zip(explained.reasons, spans, strict=True):
-        degree = "" if reason.degree is None else f"{reason.word} {reason.degree:.2f}: "
+        said = f"{reason.said}: " if reason.said else ""
         facts = f" ({reason.facts})" if reason.facts else ""
-        lines.append(f"- {degree}{code(span.one_line)}{facts}, {_place(view, span)}")
+        lines.append(f"- {said}{code(span.one_line)}{facts}, {_place(view, span)}")
     return "\n".join(lines)
 
 

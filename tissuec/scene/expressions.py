@@ -304,6 +304,10 @@ class Scope:
             message, hint = "is too large to compute with", "check the units and the exponents"
         self.findings.reject("TIS504", f'"{span.text}" {message}', span, hint=hint)
 
+    def is_set(self, item: s.Item) -> bool:
+        """Return whether an item depends on a number that is set from outside."""
+        return False
+
     # --- conditions ---------------------------------------------------------------------------
 
     def decide(self, node: s.Expression) -> Truth:

@@ -123,6 +123,7 @@ class Tissue(Struct, frozen=True):
 
     Attributes:
         missing: Quantities that nothing gives, with the reason, for TIS206 where one is needed.
+        concluded: What rules conclude, also where a number is written, by quantity.
         known: Evidence, quantity by quantity.
     """
 
@@ -132,6 +133,7 @@ class Tissue(Struct, frozen=True):
     facts: tuple[PropertyFact, ...]
     given: Mapping[str, AssignedQuantity]
     missing: Mapping[str, str]
+    concluded: Mapping[str, float]
     laws: WrittenLaws
     known: tuple[KnownQuantity, ...]
     span: Span

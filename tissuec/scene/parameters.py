@@ -59,6 +59,20 @@ class Constants(Scope):
     def has(self, name: s.Name) -> bool:
         return name.key in self.declared or name.key in CONSTANTS
 
+    def is_set(self, item: s.Item) -> bool:
+        if not self.overrides or not isinstance(item, s.Assign):
+            return False
+        todo = list(names_in([item.value]))
+        seen: set[str] = set()
+        while todo:
+            key = todo.pop().key
+            if key in self.overrides:
+                return True
+            if key in self.declared and key not in seen:
+                seen.add(key)
+                todo.extend(self._needs(key))
+        return False
+
     def names(self) -> Sequence[str]:
         return [item.name.text for item in self.declared.values()]
 

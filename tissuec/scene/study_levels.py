@@ -132,17 +132,20 @@ class _TrialScene:
 
     def errors(self, factor: Factor, value: Cell) -> list[Diagnostic]:
         """Return what is wrong with a value, by itself and beside those of other factors."""
-        found = self._errors((factor.override(value),))
-        if found and len(self.first) > 1:
+        return self._found(factor, value).errors
+
+    def _found(self, factor: Factor, value: Cell) -> Findings:
+        found = self._findings((factor.override(value),))
+        if found.errors and len(self.first) > 1:
             others = (text for name, text in self.first.items() if name != factor.name)
-            if not self._errors((*others, factor.override(value))):
-                return []
+            beside = self._findings((*others, factor.override(value)))
+            return found if beside.errors else beside
         return found
 
-    def _errors(self, texts: Sequence[str]) -> list[Diagnostic]:
+    def _findings(self, texts: Sequence[str]) -> Findings:
         found = Findings()
         resolve(self.program, found, (*self.overrides, *texts))
-        return found.errors
+        return found
 
     def bad(self, factor: Factor, ordered: Sequence[float]) -> Iterator[float]:
         """Yield values from the first one on that are wrong, until one is right."""
@@ -160,12 +163,21 @@ class _TrialScene:
         *,
         runs: Sequence[int] = (),
     ) -> None:
-        """Report the first thing that is wrong with a value where the study has it."""
+        """Report the first thing that is wrong with a value where the study has it.
+
+        Without an error, that is a warning about the value itself, such as one without effect.
+        """
         named = ", ".join(str(run) for run in runs[:MOST_NAMED])
         more = f" and {len(runs) - MOST_NAMED} more" if len(runs) > MOST_NAMED else ""
         suffix = f" (run{'s' if len(runs) > 1 else ''} {named}{more})" if runs else ""
-        for error in self.errors(factor, value)[:1]:
-            is_own = error.span is not None and error.span.source.name == SET
-            about = "" if is_own else f"with {factor.override(value)}: "
-            message = f"{about}{error.message}{suffix}"
-            findings.add(error.code, message, place, hint=str(error.hint), notes=error.notes)
+        found = self._found(factor, value)
+        doubts = [one for one in found.warnings if _is_set(one)]
+        for one in [*found.errors, *doubts][:1]:
+            about = "" if _is_set(one) else f"with {factor.override(value)}: "
+            message = f"{about}{one.message}{suffix}"
+            findings.add(one.code, message, place, hint=str(one.hint), notes=one.notes)
+
+
+def _is_set(found: Diagnostic) -> bool:
+    """Return whether a finding is about the text of a value."""
+    return found.span is not None and found.span.source.name == SET

@@ -1,7 +1,6 @@
 """Tissues: words and numbers of a preset, its parent's first, turned into quantities."""
 
-from collections.abc import Mapping
-from typing import NoReturn, TypeAlias
+from typing import NoReturn
 
 import numpy as np
 from msgspec import Struct, field
@@ -18,6 +17,7 @@ from tissuec.lang import syntax as s
 from tissuec.laws import MODULUS, REST, E, stress_in
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
+from tissuec.scene.entry_overrides import SET
 from tissuec.scene.evidence import (
     KNOWN,
     is_evidence,
@@ -26,6 +26,7 @@ from tissuec.scene.evidence import (
     warn_of_contradictions,
 )
 from tissuec.scene.expressions import Scope
+from tissuec.scene.idle_words import CONCLUDED, Answers, Words
 from tissuec.scene.laws import BY_ENTRY, read_law
 from tissuec.scene.model import (
     AssignedQuantity,
@@ -38,7 +39,7 @@ from tissuec.scene.model import (
 )
 from tissuec.scene.quantities import LISTED, QUANTITIES, YOUNGS_MODULUS, rivals
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
-from tissuec.scene.words import NamedScale, read_word, reading
+from tissuec.scene.words import NamedScale, read_word
 from tissuec.scene.written_numbers import read_given
 
 MOST_PARENTS = 50
@@ -46,9 +47,6 @@ _NAMED = s.Sentence | s.Assign | s.Block | s.Function
 
 #: Entries by words that other programs have for them.
 _MEANT = {"stiffness": "spring constant", "damping": "viscosity"}
-
-#: What rules say about each quantity.
-Answers: TypeAlias = Mapping[str, Inference | NoRule]
 
 
 class _Written(Struct):
@@ -107,12 +105,12 @@ class TissueReader:
         facts = tuple(self._fact(item, written.rules) for item in written.facts.values())
         given = dict(written.numbers)
         missing: dict[str, str] = {}
+        concluded: dict[str, float] = {}
         if written.rules is not None:
             answers = written.rules.base.infer({fact.property: fact.number for fact in facts})
+            concluded = {key: a.value for key, a in answers.items() if isinstance(a, Inference)}
             self._conclude(written.rules, answers, given, missing)
-            self._warn_of_hedges_without_effect(written, facts, answers)
-            if written.inherited is not None:
-                self._warn_of_words_without_effect(written, written.inherited, answers)
+            self._check_words(declared, written, facts, answers)
         self._scale_stress(written.laws, given)
         assert isinstance(declared.item, s.Block)
         known = tuple(one for several in written.known.values() for one in several)
@@ -125,10 +123,39 @@ class TissueReader:
             facts,
             given,
             missing,
+            concluded,
             written.laws,
             known,
             declared.item.head,
         )
+
+    def _check_words(
+        self,
+        declared: Declared,
+        written: _Written,
+        facts: tuple[PropertyFact, ...],
+        answers: Answers,
+    ) -> None:
+        """Report words that have no effect."""
+        assert written.rules is not None and isinstance(declared.item, s.Block)
+        inherited = written.inherited or _Written()
+        own = {key for key, at in written.facts.items() if at is not inherited.facts.get(key)}
+        phrases = {
+            key: at.phrase.span
+            for key, at in written.facts.items()
+            if isinstance(at, s.Sentence) and at.phrase is not None
+        }
+        words = Words(written.rules, self.vocabulary, facts, phrases, answers, self.findings)
+        words.warn_of_idle_hedges(own)
+        if inherited.numbers:
+            before = [self._fact(item, inherited.rules) for item in inherited.facts.values()]
+            words.warn_of_outdone_ones(own, before, written.numbers, inherited.numbers)
+        changed = {
+            key
+            for key in own
+            if (item := written.facts[key]).span.source.name == SET or self.scope.is_set(item)
+        }
+        words.refuse_outdone_ones(changed, declared.name.text, written.numbers)
 
     def _scale_stress(self, laws: WrittenLaws, given: dict[str, AssignedQuantity]) -> None:
         """Add the Young's modulus of a stress: its slope at rest, where none is said."""
@@ -293,7 +320,10 @@ class TissueReader:
 
     def _number(self, item: s.Sentence | s.Assign, key: str, written: _Written) -> None:
         quantity = QUANTITIES[key]
-        if is_none(item) and quantity.none is not None:
+        if is_word(item, CONCLUDED):
+            self._leave_to_rules(item, key, written)
+            return
+        if is_word(item, "none") and quantity.none is not None:
             spread = quantity.spreads[0]
             written.numbers[key] = AssignedQuantity(
                 quantity, quantity.none, spread, None, "written", item.span
@@ -312,6 +342,20 @@ class TissueReader:
                 hint=Hint(f"{hint} and use rules", *map(Edit, forms)),
             )
         written.numbers[key] = read_given(key, item, self.scope)
+
+    def _leave_to_rules(self, item: s.Sentence | s.Assign, key: str, written: _Written) -> None:
+        """Leave out an inherited number, so that words count."""
+        rules = written.rules
+        if rules is None or key not in rules.concluded:
+            message = (
+                f"no rule of {rules.name} concludes {key}"
+                if rules is not None
+                else f"{key} cannot be concluded: the tissue is not described in words"
+            )
+            kind = Real(QUANTITIES[key].dimension)
+            hint = f"write {schema.Entry(key, key, kind, None, '').example}"
+            self.findings.reject("TIS312", message, item.span, hint=hint)
+        written.numbers.pop(key, None)
 
     # --- facts --------------------------------------------------------------------------------
 
@@ -415,64 +459,6 @@ class TissueReader:
             shown,
         )
 
-    def _warn_of_hedges_without_effect(
-        self, written: _Written, facts: tuple[PropertyFact, ...], answers: Answers
-    ) -> None:
-        """W205: the rules say the same of a word with a hedge as of the word alone."""
-        assert written.rules is not None
-        numbers = {fact.property: fact.number for fact in facts}
-        inherited = written.inherited.facts if written.inherited else {}
-        for fact in facts:
-            item = written.facts[fact.property]
-            words = self.vocabulary.properties[fact.property].scale
-            hedges = self.vocabulary.hedges
-            read = reading(s.key_of(fact.written), words.words, hedges)
-            if item is inherited.get(fact.property) or read is None or not read[0]:
-                continue
-            plain = words.axis.value_of(words.words[read[1]])
-            same = written.rules.base.infer(numbers | {fact.property: plain})
-            asked = [key for key, one in answers.items() if fact.property in _properties(one)]
-            if (
-                plain != fact.number
-                and asked
-                and all(_value(answers[key]) == _value(same[key]) for key in asked)
-            ):
-                assert isinstance(item, s.Sentence) and item.phrase is not None
-                self.findings.add(
-                    "W205",
-                    f'"{fact.written}" gives the same numbers as "{read[1]}": the rules do not '
-                    "distinguish them",
-                    item.phrase.span,
-                    hint=Hint(f'write "{read[1]}", or write numbers', Edit(read[1])),
-                )
-
-    def _warn_of_words_without_effect(
-        self, written: _Written, inherited: _Written, answers: Answers
-    ) -> None:
-        """W206: the rules say something else than of the parent, whose number still holds."""
-        assert written.rules is not None
-        own = [
-            key for key, item in written.facts.items() if inherited.facts.get(key) is not item
-        ]
-        before = [self._fact(item, inherited.rules) for item in inherited.facts.values()]
-        earlier = written.rules.base.infer({fact.property: fact.number for fact in before})
-        for key, given in written.numbers.items():
-            answer = answers.get(key)
-            if given is not inherited.numbers.get(key) or answer is None:
-                continue
-            asked = [p for p in own if p in _properties(answer)]
-            if asked and _value(answer) != _value(earlier[key]):
-                name = given.quantity.name
-                are = "is" if len(asked) == 1 else "are"
-                self.findings.add(
-                    "W206",
-                    f"{', '.join(asked)} {are} written here, but the {name} "
-                    f"is inherited as a number from {given.span.place}",
-                    written.facts[asked[0]].span,
-                    hint=f"write {name} = … here too, or base it on a tissue "
-                    f"that leaves its {name} to the rules",
-                )
-
 
 def why(rules: RulesBlock, answer: NoRule) -> str:
     """Return why rules conclude nothing."""
@@ -486,21 +472,11 @@ def why(rules: RulesBlock, answer: NoRule) -> str:
     return f"no rule of {rules.name} fires for these words"
 
 
-def is_none(item: s.Sentence | s.Assign) -> bool:
-    """Return whether an entry says that there is none of it: ``breaking force is none``."""
+def is_word(item: s.Sentence | s.Assign, word: str) -> bool:
+    """Return whether an entry consists of a certain word: ``breaking force is none``."""
     if not isinstance(item, s.Sentence) or item.phrase is None or item.clauses:
         return False
-    return item.phrase.kind == "word" and item.phrase.words[0].key == "none"
-
-
-def _properties(answer: Inference | NoRule) -> set[str]:
-    """Return the properties that rules on a quantity ask about."""
-    fired = answer.fired if isinstance(answer, Inference) else ()
-    return {atom.property for firing in (*fired, *answer.silent) for atom in firing.atoms}
-
-
-def _value(answer: Inference | NoRule) -> float | None:
-    return answer.value if isinstance(answer, Inference) else None
+    return item.phrase.kind == "word" and item.phrase.words[0].key == word
 
 
 def _moved(firing: Firing) -> str:

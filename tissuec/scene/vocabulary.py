@@ -37,6 +37,11 @@ class RulesBlock(Struct, frozen=True):
     spans: tuple[Span, ...]
     span: Span
 
+    @property
+    def concluded(self) -> set[str]:
+        """Return the quantities that rules conclude."""
+        return {part.quantity for rule in self.base.rules for part in rule.conclusions}
+
 
 class Vocabulary(Struct, frozen=True):
     """All words of a program; every mapping goes by lower-case names."""

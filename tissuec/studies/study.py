@@ -128,6 +128,7 @@ def prepare(
     points = points_of(study)
     check_rows(study, points, alone(program), request.overrides, findings)
     findings.raise_errors()
+    warnings = tuple(dict.fromkeys((*warnings, *findings.warnings)))
     head = _head(study, compiled, len(points))
     job = Job(
         alone(program, expects=study.settings.keep == RESULTS),
