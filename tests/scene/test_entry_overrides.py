@@ -49,14 +49,15 @@ def word(scene, name, entry):
 class TestFound:
     def test_a_word_of_a_tissue_is_replaced(self):
         assert word(compiled(), "liver", "hardness") == "soft"
-        found = compiled(**{"hardness of liver": "slightly hard"})
+        free = {"spring constant of liver": "concluded"}
+        found = compiled(**{"hardness of liver": "slightly hard", **free})
         assert word(found, "liver", "hardness") == "slightly hard"
         assert word(found, "fat", "hardness") == "hard"  # which has a word of its own
 
     def test_what_only_the_parent_writes_is_added(self):
-        found = compiled(**{"hardness of fat": "medium"})
-        assert word(found, "fat", "hardness") == "medium"
-        assert word(found, "cirrhotic liver", "hardness") == "hard"
+        found = compiled(**{"elasticity of fat": "medium"})
+        assert word(found, "fat", "elasticity") == "medium"
+        assert word(found, "cirrhotic liver", "elasticity") == "small"
         assert tissue(compiled(**{"viscosity of fat": "1 N*s/m"})).given["viscosity"].value == 1
 
     def test_an_underscore_stands_for_a_blank(self):
@@ -158,11 +159,11 @@ def test_an_entry_in_two_blocks_inside_is_ambiguous():
 def test_two_texts_can_be_set_at_once_and_learning_reads_them_again():
     from tissuec.learn.vocabulary.reread import reread
 
-    scene = compiled(**{"hardness of liver": "medium", "hardness of fat": "soft"}).scene
+    scene = compiled(**{"weight of liver": "high", "elasticity of fat": "medium"}).scene
     again = reread(scene, {})
-    assert word_of(again, "liver") == "medium"
-    assert word_of(again, "fat") == "soft"
+    assert word_of(again, "liver", "weight") == "high"
+    assert word_of(again, "fat", "elasticity") == "medium"
 
 
-def word_of(scene, name):
-    return next(f.written for f in scene.tissues[name].facts if f.property == "hardness")
+def word_of(scene, name, entry):
+    return next(f.written for f in scene.tissues[name].facts if f.property == entry)

@@ -91,8 +91,8 @@ def test_forms_of_distributions_are_drawn_by_their_seed(call, tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "name", "values"),
     [
-        ("hardness of spring = [soft, slightly hard]", "hardness of spring",
-         ("soft", "slightly hard")),
+        ("weight of spring = [low, slightly high]", "weight of spring",
+         ("low", "slightly high")),
         ("tissue of bar = [spring, stiff spring]", "tissue of bar", ("spring", "stiff spring")),
         ("integrator = [dop853, velocity verlet]", "integrator", ("dop853", "velocity verlet")),
         ("tolerance = [1e-3, 1e-4]", "tolerance", (1e-3, 1e-4)),

@@ -54,9 +54,9 @@ def test_values_are_written_so_that_the_command_line_takes_them():
     assert [lift.override(value) for value in (2.5, 1e-7, 3.0)] == [
         "lift = 2.5 mm", "lift = 1e-07 mm", "lift = 3 mm",
     ]  # fmt: skip
-    hardness = factor("vary hardness of spring = [soft, slightly hard]")
-    assert hardness.override("slightly hard") == "hardness of spring is slightly hard"
-    assert hardness.own == "soft" and factor("vary lift = [1 mm]").own == 2.0
+    weight = factor("vary weight of spring = [low, slightly high]")
+    assert weight.override("slightly high") == "weight of spring is slightly high"
+    assert weight.own == "medium" and factor("vary lift = [1 mm]").own == 2.0
 
 
 @pytest.mark.parametrize(
@@ -79,9 +79,7 @@ def test_ranges_without_steps_and_distributions_are_for_random_designs(text, exp
 
 
 def test_an_entry_of_a_region_can_be_named_in_quotes():
-    assert (
-        factor('vary "hardness of tissue spring" = [soft]').name == "hardness of tissue spring"
-    )
+    assert factor('vary "weight of tissue spring" = [low]').name == "weight of tissue spring"
 
 
 def test_options_replace_the_sentences_of_the_block():

@@ -156,7 +156,7 @@ def scene_options(function: F) -> F:
             metavar="NAME=VALUE",
             shell_complete=params,
             help='Set a param to another value, such as "cut time=0.9 s", or an entry of a '
-            'block, such as "hardness of liver is soft" or "tolerance=1e-6".',
+            'block, such as "hardness of fallopian tube is soft" or "tolerance=1e-6".',
         ),
         library_option(),
         click.option("--strict", is_flag=True, help="Treat warnings as errors."),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from tissuec.cli.common import DONE, Command, Settings, print_json
+from tissuec.cli.common import DONE, Command, Settings, echo, print_json
 from tissuec.core import units
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.fields import LocatedFile
@@ -64,11 +64,26 @@ def command(settings: Settings, file: Path, unit: str) -> int:
     except MeshFileError as error:
         raise TissueError(str(error) + (f"; {error.hint}" if error.hint else "")) from error
     scene = _scene(shape, file.name, unit)
+    _warn_of_size(shape)
     if settings.json:
         print_json({**_facts(shape), "file": str(file), "unit": unit, "scene": scene})
     else:
         click.echo(scene, nl=False)
     return DONE
+
+
+def _warn_of_size(shape: "RepairedMesh") -> None:
+    """Say on stderr that a mesh is hardly that of an organ: perhaps the unit is another."""
+    from tissuec.scene.usual_ranges import USUAL
+
+    size, usual = float(np.ptp(shape.position, axis=0).max()), USUAL["size"]
+    if not usual.holds(size):
+        shown = units.show(size, units.LENGTH)
+        echo(
+            f"warning: the mesh is {shown} large, outside of the usual range: {usual.shown}; "
+            "is --unit right?",
+            err=True,
+        )
 
 
 def _factor(unit: str) -> float:

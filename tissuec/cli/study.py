@@ -42,7 +42,8 @@ _DESIGNS = ("grid", "list", "one at a time", "latin hypercube", "sobol", "sobol 
     multiple=True,
     metavar="TEXT",
     help='A factor and its values, such as "lift = 2 mm to 10 mm in 9 steps", "lift = '
-    '[2 mm, 5 mm]", "lift = normal(5 mm, 1 mm)" or "hardness of liver = [soft, hard]".',
+    '[2 mm, 5 mm]", "lift = normal(5 mm, 1 mm)" or "hardness of fallopian tube = '
+    '[soft, hard]".',
 )
 @click.option(
     "--rows",

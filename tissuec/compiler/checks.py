@@ -18,6 +18,7 @@ from tissuec.compiler.net_checks import (
     zero_lengths,
 )
 from tissuec.compiler.thread_checks import passing_threads
+from tissuec.compiler.unusual_sizes import unusual_sizes
 from tissuec.compiler.usage_checks import (
     buried_openings,
     cuts_in_vain,
@@ -61,5 +62,6 @@ CHECKS: tuple[Check, ...] = (
     buried_openings,
     cuts_in_vain,
     passing_threads,
+    unusual_sizes,
 )
 THOROUGH: tuple[Check, ...] = (late_breaking, floppy, unstable)

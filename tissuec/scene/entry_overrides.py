@@ -1,6 +1,6 @@
 """``--set``: other values for params, and for entries of blocks, before anything is read.
 
-``hardness of liver is slightly hard`` replaces an entry of the block that is called so, or adds
+``hardness of gland is slightly hard`` replaces an entry of the block that is called so, or adds
 it; ``cells of lobe = 20`` finds one of the mesh inside a body, and ``tissue of scar of lobe is
 fat`` one of its region. Entries of ``simulate`` and ``environment`` need no such name.
 """
@@ -109,7 +109,7 @@ def read_override(text: str, findings: Findings, name: str = SET) -> Override:
     """Return one text of ``--set``, or reject it.
 
     Args:
-        text: Such as "lift = 2 mm" or "hardness of liver is soft".
+        text: Such as "lift = 2 mm" or "hardness of fallopian tube is soft".
         findings: Takes diagnostics.
         name: What messages call the text.
     """
@@ -123,7 +123,7 @@ def read_override(text: str, findings: Findings, name: str = SET) -> Override:
         findings.stop()
     if not isinstance(item, Entry) or _is_more(item):
         message = f'cannot read {name} "{text}"'
-        hint = 'for example: --set "name = 0.9 s", or --set "hardness of liver is soft"'
+        hint = 'for example: --set "lift = 2 mm", or --set "hardness of gland is soft"'
         findings.reject("TIS505", message, None, hint=hint)
     return Override(item, owners)
 

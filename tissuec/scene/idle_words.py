@@ -135,11 +135,12 @@ class Words(Struct, frozen=True):
             shown = ", ".join(_shown(given) for given in outdone)
             self.findings.add(
                 "TIS208",
-                f"{fact.property} of {tissue} cannot change its {names}, "
-                f"written as {'numbers' if len(outdone) > 1 else 'a number'} ({shown})",
+                f"{fact.property} of {tissue} has no effect on its {names}, which "
+                f"{'are written as numbers' if outdone[1:] else 'is written as a number'} "
+                f"({shown})",
                 fact.span,
-                hint=f'set "{first} of {tissue} is {CONCLUDED}", too, so that words count (in a '
-                f"study: vary {first} of {tissue} = [{CONCLUDED}]), or set the number itself",
+                hint=f'set "{first} of {tissue} is {CONCLUDED}", too, so that words count '
+                f"(in a study: vary {first} of {tissue} = [{CONCLUDED}]), or set the number",
                 notes=tuple(Note("the number", given.span) for given in outdone),
             )
 

@@ -21,7 +21,7 @@ WORDS = re.compile(r"\s*[^\W\d][\w\s\"'-]*")
 
 
 def overrides(given: Mapping[str, Given], known: Sequence[Parameter]) -> tuple[str, ...]:
-    """Return texts such as "cut time = 0.9 s", or "hardness of liver is soft".
+    """Return texts such as "cut time = 0.9 s", or "hardness of fallopian tube is soft".
 
     Args:
         given: Values by name; an underscore may stand for a blank.

@@ -62,7 +62,7 @@ class Constants(Scope):
     def is_set(self, item: s.Item) -> bool:
         if not self.overrides or not isinstance(item, s.Assign):
             return False
-        todo = list(names_in([item.value]))
+        todo = list(names_in(item.value))
         seen: set[str] = set()
         while todo:
             key = todo.pop().key

@@ -305,7 +305,7 @@ class FactorReader:
         lines = [line for line in csv.reader(io.StringIO(text, newline="")) if any(line)]
         if len(lines) < 2:
             message = f'"{name.quoted}" has no rows'
-            hint = "the first line names the factors: lift [mm],hardness of liver"
+            hint = "the first line names the factors: lift [mm],hardness of fallopian tube"
             self.findings.reject("TIS604", message, item.span, hint=hint)
         head, *body = lines
         for number, line in enumerate(body, 2):

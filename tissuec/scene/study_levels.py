@@ -54,8 +54,9 @@ def check_levels(
     """
     scene = _TrialScene(study, program, overrides)
     for factor in study.factors:
+        said: set[str] = set()  # of a factor that cannot vary, once is enough
         for value, place in _tried(factor):
-            scene.report(factor, value, place, findings)
+            scene.report(factor, value, place, findings, said=said)
 
 
 def check_rows(
@@ -162,6 +163,7 @@ class _TrialScene:
         findings: Findings,
         *,
         runs: Sequence[int] = (),
+        said: set[str] | None = None,
     ) -> None:
         """Report the first thing that is wrong with a value where the study has it.
 
@@ -175,6 +177,10 @@ class _TrialScene:
         for one in [*found.errors, *doubts][:1]:
             about = "" if _is_set(one) else f"with {factor.override(value)}: "
             message = f"{about}{one.message}{suffix}"
+            if said is not None:
+                if message in said:
+                    continue
+                said.add(message)
             findings.add(one.code, message, place, hint=str(one.hint), notes=one.notes)
 
 

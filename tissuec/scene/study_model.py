@@ -49,7 +49,7 @@ class Factor(Struct, frozen=True):
     """What varies.
 
     Attributes:
-        name: As it is called in the table, such as "hardness of liver".
+        name: As it is called in the table, such as "hardness of fallopian tube".
         verb: "=" or "is", between it and its value.
         unit: Of numbers, as in the table.
         spread: Its values; None where a file of rows has them.

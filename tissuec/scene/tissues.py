@@ -1,5 +1,6 @@
 """Tissues: words and numbers of a preset, its parent's first, turned into quantities."""
 
+from collections.abc import Mapping
 from typing import NoReturn
 
 import numpy as np
@@ -38,6 +39,7 @@ from tissuec.scene.model import (
     WrittenLaws,
 )
 from tissuec.scene.quantities import LISTED, QUANTITIES, YOUNGS_MODULUS, rivals
+from tissuec.scene.usual_ranges import unusual
 from tissuec.scene.vocabulary import RulesBlock, Vocabulary
 from tissuec.scene.words import NamedScale, read_word
 from tissuec.scene.written_numbers import read_given
@@ -115,6 +117,7 @@ class TissueReader:
         assert isinstance(declared.item, s.Block)
         known = tuple(one for several in written.known.values() for one in several)
         warn_of_contradictions(known, given, declared.item.head, self.findings)
+        self._warn_of_unusual_numbers(declared.name.text, written, given)
         vocabulary = written.rules.name if written.rules else ""
         return Tissue(
             declared.name.text,
@@ -147,15 +150,29 @@ class TissueReader:
         }
         words = Words(written.rules, self.vocabulary, facts, phrases, answers, self.findings)
         words.warn_of_idle_hedges(own)
-        if inherited.numbers:
-            before = [self._fact(item, inherited.rules) for item in inherited.facts.values()]
-            words.warn_of_outdone_ones(own, before, written.numbers, inherited.numbers)
         changed = {
             key
             for key in own
             if (item := written.facts[key]).span.source.name == SET or self.scope.is_set(item)
         }
         words.refuse_outdone_ones(changed, declared.name.text, written.numbers)
+        if inherited.numbers:
+            before = [self._fact(item, inherited.rules) for item in inherited.facts.values()]
+            words.warn_of_outdone_ones(
+                own - changed, before, written.numbers, inherited.numbers
+            )
+
+    def _warn_of_unusual_numbers(
+        self, name: str, written: _Written, given: Mapping[str, AssignedQuantity]
+    ) -> None:
+        """W504: a number, written or concluded, that no living tissue has."""
+        inherited = written.inherited.numbers if written.inherited else {}
+        for key, one in given.items():
+            if one is inherited.get(key):
+                continue  # reported of the parent
+            found = unusual(key, one.value, f"the {one.quantity.name} of {name} is", one.span)
+            if found is not None:
+                self.findings.extend([found])
 
     def _scale_stress(self, laws: WrittenLaws, given: dict[str, AssignedQuantity]) -> None:
         """Add the Young's modulus of a stress: its slope at rest, where none is said."""
@@ -348,12 +365,12 @@ class TissueReader:
         rules = written.rules
         if rules is None or key not in rules.concluded:
             message = (
-                f"no rule of {rules.name} concludes {key}"
+                f"no rule of {rules.name} concludes {QUANTITIES[key].name}"
                 if rules is not None
-                else f"{key} cannot be concluded: the tissue is not described in words"
+                else "nothing is concluded without words: described in … is missing"
             )
-            kind = Real(QUANTITIES[key].dimension)
-            hint = f"write {schema.Entry(key, key, kind, None, '').example}"
+            name, kind = QUANTITIES[key].name, Real(QUANTITIES[key].dimension)
+            hint = f"write {schema.Entry(name, key, kind, None, '').example}"
             self.findings.reject("TIS312", message, item.span, hint=hint)
         written.numbers.pop(key, None)
 

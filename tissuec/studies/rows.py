@@ -16,7 +16,7 @@ class FactorHead(Struct, frozen=True):
     """What stands above the values of a factor.
 
     Attributes:
-        name: Such as "lift" or "hardness of liver".
+        name: Such as "lift" or "hardness of fallopian tube".
         unit: Of numbers, such as "mm"; "" for numbers without a unit and for words.
         is_text: Whether values are words.
         values: Its values as they were written, such as "normal(5 mm, 1 mm)".
