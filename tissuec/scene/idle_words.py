@@ -25,7 +25,7 @@ CONCLUDED = "concluded"
 Answers: TypeAlias = Mapping[str, Inference | NoRule]
 
 
-class Words(Struct, frozen=True):
+class TissueWords(Struct, frozen=True):
     """The words of one tissue, and what rules conclude from them.
 
     Attributes:

@@ -27,7 +27,7 @@ from tissuec.scene.evidence import (
     warn_of_contradictions,
 )
 from tissuec.scene.expressions import Scope
-from tissuec.scene.idle_words import CONCLUDED, Answers, Words
+from tissuec.scene.idle_words import CONCLUDED, Answers, TissueWords
 from tissuec.scene.laws import BY_ENTRY, read_law
 from tissuec.scene.model import (
     AssignedQuantity,
@@ -148,7 +148,9 @@ class TissueReader:
             for key, at in written.facts.items()
             if isinstance(at, s.Sentence) and at.phrase is not None
         }
-        words = Words(written.rules, self.vocabulary, facts, phrases, answers, self.findings)
+        words = TissueWords(
+            written.rules, self.vocabulary, facts, phrases, answers, self.findings
+        )
         words.warn_of_idle_hedges(own)
         changed = {
             key
