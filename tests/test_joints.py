@@ -250,7 +250,7 @@ def test_what_is_short_enough_is_left_as_it_is():
     _, _, outcome = ran(wound(script, "0.025 s"))
     state = outcome.state
     assert state.rest[seam_of(state)] == pytest.approx([3e-3, 3.5e-3, 3.5e-3, 3.5e-3])
-    assert kinds(outcome) == ["fix", "fix", "reel", "reel", "note"]
+    assert kinds(outcome) == ["fix", "fix", "tighten", "tighten", "note"]
     _, _, outcome = ran(wound(script, "0.04 s"))
     assert outcome.state.rest[seam_of(state)] == pytest.approx([5e-3, 3.5e-3, 3.5e-3, 3.5e-3])
 

@@ -216,7 +216,7 @@ def _show(
         film = read_film(trajectory, wish.options)
         document: dict[str, Any] = {
             "result": str(result),
-            "frames": len(film.times),
+            "frames": film.frame_count,
             "nodes": film.node_count,
             "springs": len(film.lines.ends),
         }
@@ -250,7 +250,7 @@ def _write_page(
 
     data = render_film(film, trajectory, options).encode("utf-8")
     write_file(page, data)
-    settings.say(f"wrote {page}: {counted(len(film.times), 'frame')}, {size(len(data))}")
+    settings.say(f"wrote {page}: {counted(film.frame_count, 'frame')}, {size(len(data))}")
     if len(data) > _HEAVY:
         settings.say("  --nodes 10000 or --frames 50 reduces the size")
     return {"file": str(page), "bytes": len(data)}

@@ -1,11 +1,13 @@
 """The contents of a recording: the request of the output block, and the rows it needs."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
-from tissuec.model.network import Indices, Network
+from tissuec.model.network import Floats, Indices, Network
 
 ENERGIES = ("kinetic", "elastic", "gravity", "work", "dissipated", "switched")
 MOST_JUMPING = 1024
@@ -99,6 +101,26 @@ class Event(Struct, frozen=True):
     springs: tuple[int, ...]
     cause: str
     place: str
+
+
+class EventSide(NamedTuple):
+    """The whole net just before or just after an event.
+
+    Attributes:
+        time: Of the event [s].
+        position: [m], shape (node, 3).
+        velocity: [m/s], shape (node, 3).
+        force: Sum of the spring forces on each node [N], shape (node, 3).
+        tension: Of each spring [N], shape (spring,); those of dead ones are ignored.
+        alive: Which springs exist, shape (spring,).
+    """
+
+    time: float
+    position: Floats
+    velocity: Floats
+    force: Floats
+    tension: Floats
+    alive: NDArray[np.bool_]
 
 
 class ExpectationResult(Struct, frozen=True):

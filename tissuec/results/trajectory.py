@@ -28,6 +28,7 @@ from tissuec.results.parts import read_cells
 from tissuec.results.places import temporary_folder
 from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, ExpectationResult, NamedGroup
+from tissuec.results.sides import Sides
 from tissuec.results.surface_series import Surfaces
 from tissuec.results.tables import COMPANION_PATH, ENERGY_PATH, ERROR_PATH, read_events
 from tissuec.results.tools import TOOL_FRAMES, HoldInterval, read_holds
@@ -124,6 +125,11 @@ class Trajectory:
         nodes = sum(2 * len(tool.shapes) for tool in self.network.tools)
         rows = access.dataset(self._file, TOOL_FRAMES)
         return Frames(rows, self._frame_count, nodes)
+
+    @cached_property
+    def sides(self) -> Sides:
+        """The net just before and just after events, at most 64 of them."""
+        return Sides(self._file, self.network, len(self.nodes), len(self.springs))
 
     @cached_property
     def holds(self) -> tuple[HoldInterval, ...]:

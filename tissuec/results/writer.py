@@ -38,7 +38,8 @@ from tissuec.results.origins import write_origins
 from tissuec.results.paraview import check_views, write_views
 from tissuec.results.places import check_place, final_path, partial_path
 from tissuec.results.polydata import PolyDataFrames
-from tissuec.results.recording import Event, NamedGroup, Recording
+from tissuec.results.recording import Event, EventSide, NamedGroup, Recording
+from tissuec.results.sides import SIDES, SideTable
 from tissuec.results.store import Store
 from tissuec.results.surface_table import SurfaceTable
 from tissuec.results.tables import (
@@ -147,6 +148,8 @@ class ResultWriter:
         if COMPANION_PATH in store.file:
             store.remove(COMPANION_PATH)
         remove_views(store.file)
+        if SIDES in store.file and f"{SIDES}/time" not in checkpoint.rows:
+            store.remove(SIDES)
         source = Source(store.path.name, access.text(store.content, SCENE))
         network, recording = read_network(store.content, source), read_recording(store.content)
         mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
@@ -177,6 +180,7 @@ class ResultWriter:
         self._polydata = PolyDataFrames(store, network, mesh, single=recording.single)
         tools = ToolTable(store, network, self._polydata.kind)
         self._frames = FrameRecorder(network, mesh, self._polydata, tools)
+        self._sides = SideTable(store, network, mesh, self._polydata.kind)
         self._holds = HoldTable(store, network)
         self._logs: dict[str, LogTable] = log_tables(store, recording.logs)
         self._jumps: dict[str, JumpTable] = jump_tables(store, recording.logs)
@@ -244,6 +248,25 @@ class ResultWriter:
         """
         self._check_open()
         self._frames.append(time, position, velocity, force, tension)
+        self._flush_if_due()
+
+    def awaits_sides(self, time: float, apart: float) -> bool:
+        """Return whether the net is to be written on both sides of an event.
+
+        Args:
+            time: Of the event [s].
+            apart: Least distance from the last event that was written [s].
+        """
+        return self._sides.awaits(time, apart)
+
+    def sides(self, before: EventSide, after: EventSide) -> None:
+        """Add the net just before and just after an event.
+
+        Raises:
+            ValueError: A number is not finite.
+        """
+        self._check_open()
+        self._sides.append(before, after)
         self._flush_if_due()
 
     def surface(self, body: str, time: ArrayLike, position: ArrayLike) -> None:

@@ -12,6 +12,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.manifest import manifest_of, outcome_facts
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.model.network import Floats, Indices
+from tissuec.results.recording import EventSide
 from tissuec.script.plan import Plan
 
 if TYPE_CHECKING:
@@ -60,6 +61,12 @@ class Observer(MemoryRecording):
         self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
     ) -> None:
         self._rest.frames(time, position, velocity, force, tension)
+
+    def awaits_sides(self, time: float, apart: float) -> bool:
+        return self._rest.awaits_sides(time, apart)
+
+    def sides(self, before: EventSide, after: EventSide) -> None:
+        self._rest.sides(before, after)
 
     def surface(self, body: str, time: Floats, position: Floats) -> None:
         self._rest.surface(body, time, position)

@@ -7,6 +7,7 @@ from tests.hand_net import make_net
 from tests.hand_plan import carry_out, event, expect, log, make_plan, subject, value, when
 from tissuec.engine.execution.recorder import Recorder, wishes
 from tissuec.engine.execution.run import run
+from tissuec.results.sides import MOST_EVENTS
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 
@@ -53,7 +54,10 @@ def rows_of(path):
         springs = [
             part for frame in range(len(file.times)) for part in file.spring_force(frame)
         ]
-        return [file.times, *vectors, *logs, *springs], file.events
+        beside, count = file.sides, len(file.sides)
+        sides = [beside.times, beside.position[:], beside.velocity[:], beside.force[:]]
+        sides += [of(n) for n in range(count) for of in (beside.tension, beside.alive)]
+        return [file.times, *vectors, *logs, *springs, *sides], file.events
 
 
 def test_a_file_holds_what_a_recording_in_memory_holds(scene, tmp_path):
@@ -115,3 +119,45 @@ def test_a_file_resumed_after_an_interruption_is_that_of_an_undisturbed_run(
     assert events == resumed_events
     for one, other in zip(rows, resumed, strict=True):
         assert np.array_equal(one, other)
+
+
+def test_a_file_holds_the_net_on_both_sides_of_each_event(scene, tmp_path):
+    network, plan = scene
+    with Trajectory(write(tmp_path / "run.vtkhdf", network, plan)) as file:
+        sides = file.sides
+        happened = sorted({event.time for event in file.events if event.time > 0.0})
+        assert sides.times[::2].tolist() == sides.times[1::2].tolist() == happened
+        # Nodes do not jump; those that are moved from now on are set to their path.
+        assert sides.position[::2] == pytest.approx(sides.position[1::2], abs=1e-12)
+        cut = 2 * happened.index(0.5)
+        assert np.flatnonzero(sides.alive(cut) & ~sides.alive(cut + 1)).tolist() == [2, 9]
+        assert sides.tension(cut)[[2, 9]].all() and not sides.tension(cut + 1)[[2, 9]].any()
+        for side in (cut, cut + 1):  # what pulls at the nodes is what the springs bear
+            way = np.diff(sides.position[side][network.ends], axis=1)[:, 0]
+            pull = way * (sides.tension(side) / np.linalg.norm(way, axis=1))[:, None]
+            total = np.zeros_like(sides.force[side])
+            np.add.at(total, network.ends[:, 0], pull)
+            np.add.at(total, network.ends[:, 1], -pull)
+            assert sides.force[side] == pytest.approx(total, abs=1e-12 * np.abs(pull).max())
+
+
+def test_a_file_holds_no_more_than_the_first_sides(scene, tmp_path):
+    network, plan = scene
+    many = [
+        event(0.01 + 0.005 * n, f"{verb} a", {"a": [0]})
+        for n, verb in enumerate(50 * ("fix", "free"))
+    ]
+    plan = make_plan(network, 1.0, many, every=0.1)
+    with Trajectory(write(tmp_path / "run.vtkhdf", network, plan)) as file:
+        assert len(file.sides) == 2 * MOST_EVENTS and len(file.times) == 11
+
+
+def test_a_run_without_events_or_frames_writes_no_sides(scene, tmp_path):
+    network, _ = scene
+    events = [event(0.5, "cut springs", {"springs": [2, 9]})]
+    for stem, plan in (
+        ("still", make_plan(network, 1.0, every=0.1)),
+        ("logs", make_plan(network, 1.0, events, logs=[log("energy drift", every=0.1)])),
+    ):
+        with Trajectory(write(tmp_path / f"{stem}.vtkhdf", network, plan)) as file:
+            assert len(file.sides) == 0 and "tissuec/sides" not in file._file

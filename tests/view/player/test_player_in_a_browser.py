@@ -12,6 +12,7 @@ from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
 from tissuec.scene.request import Request
 from tissuec.view.player.camera import fitted, framing
+from tissuec.view.player.lifetimes import Timeline
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import fragment, render
 from tissuec.view.player.picture import Painter
@@ -31,10 +32,10 @@ def seek(page, time):
     page.evaluate("tissuec.draw()")
 
 
-def pixels(page):
-    """Return what the canvas shows, shape (height, width, 3)."""
+def pixels(page, element="#view"):
+    """Return what an element shows, shape (height, width, 3)."""
     Image = pytest.importorskip("PIL.Image")
-    shot = page.locator("#view").screenshot()
+    shot = page.locator(element).screenshot()
     return np.asarray(Image.open(BytesIO(shot)).convert("RGB")).astype(int)
 
 
@@ -62,13 +63,13 @@ def test_the_cut_is_seen(opened, text):
     page = opened(text)
     seek(page, 0.0)
     before, first = state(page), pixels(page)
-    assert (before["springs"], before["fading"], before["triangles"]) == (610, 0, 300)
+    assert (before["springs"], before["triangles"]) == (610, 300)
     seek(page, CUT + 0.01)
     cut = state(page)
-    assert (cut["springs"], cut["fading"], cut["triangles"]) == (580, 30, 280)
+    assert (cut["springs"], cut["triangles"]) == (580, 280)
     seek(page, 1.2)
     after, last = state(page), pixels(page)
-    assert (after["springs"], after["fading"]) == (580, 0)
+    assert after["springs"] == 580
     # The tube is elsewhere, and in two pieces: somewhere between the ends nothing is drawn.
     assert (np.abs(last - first).sum(axis=2) > 60).mean() > 0.02
     drawn = [(np.ptp(shot, axis=2) > 12).any(axis=0) for shot in (first, last)]
@@ -218,8 +219,8 @@ def test_light_and_dark(opened, text):
 def test_those_who_want_no_motion_get_less(opened, text):
     page = opened(text)
     page.emulate_media(reduced_motion="reduce")
-    seek(page, CUT + 0.01)
-    assert state(page)["fading"] == 0 and not state(page)["playing"]
+    style = page.evaluate("getComputedStyle(document.querySelector('#caption')).transition")
+    assert style in ("none", "none 0s ease 0s", "all 0s ease 0s") and not state(page)["playing"]
 
 
 def test_fingers(browser, text, tmp_path):
@@ -282,7 +283,7 @@ def test_camera_and_picture_are_those_of_python(opened, text, sterilisation):
     seek(page, 0.6)
     shot = pixels(page)
     drawn = Painter(film, Options(), (shot.shape[1], shot.shape[0]), "")
-    drawn = drawn._net(15.0, fades=True).astype(int)
+    drawn = drawn._net(float(Timeline(film.times).frame_of(0.6))).astype(int)
     # Both draw the same silhouette, but for edges; what lies over the canvas is at the left.
     inked = [(np.ptp(one, axis=2) > 12)[:, 120:] for one in (shot, drawn)]
     differing = (inked[0] != inked[1]).sum() / inked[1].sum()
@@ -357,15 +358,49 @@ def test_a_fragment_plays_in_another_page(page, shown, tmp_path):
     assert inside.evaluate("tissuec.state()")["springs"] == len(grid(4, 4).ends)
 
 
-def test_a_browser_that_cannot_draw_says_so(page, text, tmp_path):
-    blind = "<script>HTMLCanvasElement.prototype.getContext = () => null</script>"
+def test_a_browser_without_webgl_shows_the_net_and_all_curves(page, text, tmp_path):
+    blind = """<script>
+      const own = HTMLCanvasElement.prototype.getContext;
+      HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+        return kind === "2d" ? own.call(this, kind, ...rest) : null;
+      };
+    </script>"""
     assert text.count("<head>") == 1
     (tmp_path / "page.html").write_text(
         text.replace("<head>", f"<head>{blind}"), encoding="utf-8"
     )
     page.goto((tmp_path / "page.html").as_uri())
-    assert not page.evaluate("tissuec.ready")
-    assert "has no WebGL 2" in page.locator("#notice").inner_text()
-    assert "--png" in page.locator("#notice").inner_text()
-    assert not page.locator("#transport").is_visible()
-    assert not page.locator("#side").is_visible()
+    assert page.evaluate("tissuec.ready")
+    assert "has no WebGL 2" in page.locator("#plain").inner_text()
+    assert page.locator("#curves figure").count() == 3
+    drawn = {}
+    for time in (0.65, 1.2):
+        seek(page, time)
+        drawn[time] = (np.ptp(pixels(page), axis=2) > 12).any(axis=0)
+        assert state(page)["springs"] == (610 if time < CUT else 580)
+    # Between the stumps nothing is drawn.
+    gaps = {time: np.diff(np.flatnonzero(columns)).max() for time, columns in drawn.items()}
+    assert gaps[1.2] > 5 * gaps[0.65]
+
+
+def test_a_page_on_paper_shows_the_net(opened, text, tmp_path):
+    page = opened(text)
+    seek(page, 1.2)
+    shown = pixels(page)
+    page.emulate_media(media="print")
+    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    page.wait_for_function("document.querySelector('#paper').complete")
+    assert not page.locator("#view").is_visible() and not page.locator("#buttons").is_visible()
+    printed = pixels(page, "#paper")
+    inked = [(np.ptp(one, axis=2) > 12).mean() for one in (shown, printed)]
+    assert inked[1] > 0.3 * inked[0] > 0.0
+
+
+def test_every_scale_has_two_numbers(opened, text):
+    page = opened(text)
+    for low, high in ((1.0, 9.0), (-0.1, 9.9), (665.4, 666.4), (0.0, 1e-9), (-3.0, -2.9)):
+        near = 1e-9 * abs(high)
+        for count in (1, 2, 5):
+            found = page.evaluate("([a, b, n]) => tissuec.ticks(a, b, n)", [low, high, count])
+            assert len(found) >= 2
+            assert low - near <= found[0] and found[-1] <= high + near

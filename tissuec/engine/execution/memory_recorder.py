@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
-from tissuec.results.recording import Event
+from tissuec.results.recording import Event, EventSide
 
 
 class RecordedRows(Struct, frozen=True, eq=False):
@@ -45,6 +45,13 @@ class MemoryRecording:
     ) -> None:
         alive = np.broadcast_to(self._alive, (len(time), len(self._alive)))
         self._add("frames", time, position, velocity, force, tension, alive)
+
+    def awaits_sides(self, time: float, apart: float) -> bool:
+        """Return that both sides of an event at ``time`` [s] are not wanted."""
+        return False
+
+    def sides(self, before: EventSide, after: EventSide) -> None:
+        """Ignore the net on both sides of an event: only files record it."""
 
     def surface(self, body: str, time: Floats, position: Floats) -> None:
         """Ignore smooth surfaces: only files record them.

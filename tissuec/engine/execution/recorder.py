@@ -24,13 +24,21 @@ from tissuec.engine.state import FLOOR, most_stored
 from tissuec.geometry.surfaces import entries_of
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.results.recording import MOST_JUMPING, LogChannel, Recording, SurfaceChannel
+from tissuec.results.recording import (
+    MOST_JUMPING,
+    EventSide,
+    LogChannel,
+    Recording,
+    SurfaceChannel,
+)
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan, times_every
 from tissuec.script.verbs import LoggedEvent
 
 ROUNDING = 1e-12
 """Part of the size of a row: a smaller change comes from another order of summation."""
+APART = 0.001
+"""Part of the distance of frames: events closer than that are shown as one."""
 
 
 #: Gives the samples that are due at a rate [s], or None.
@@ -66,6 +74,19 @@ class Writer(Protocol):
         self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
     ) -> None:
         """Add frames."""
+        ...
+
+    def awaits_sides(self, time: float, apart: float) -> bool:
+        """Return whether the net is to be written on both sides of an event at a time.
+
+        Args:
+            time: Of the event [s].
+            apart: Least distance from the last event that was written [s].
+        """
+        ...
+
+    def sides(self, before: EventSide, after: EventSide) -> None:
+        """Add the net just before and just after an event."""
         ...
 
     def surface(self, body: str, time: Floats, position: Floats) -> None:
@@ -150,6 +171,8 @@ class Recorder:
         self._observed = tuple(_observed(plan, writer))
         self._left: Sequence[Floats] = ()  # what was observed when events were about to come
         self._before: Sequence[Floats] = ()  # the same, once they have come
+        self._side: EventSide | None = None  # of the net, before events
+        self._changed: EventSide | None = None  # the same, once they have come
         duration = plan.simulation.duration
         near = SAME * duration
         streams = {rate: times_every(rate, duration) for rate in _rates(plan)}
@@ -175,6 +198,7 @@ class Recorder:
             self._holders = dict(state.holders)
             self.writer.holds(state.time, self._holders)
         self._before, self._left = self._left, ()
+        self._changed, self._side = self._side, None
 
     def leave(self, snapshot: Snapshot) -> None:
         """Judge expectations that end now, before the events of this time change anything."""
@@ -182,6 +206,7 @@ class Recorder:
         snapshot = self.scaled(snapshot)
         self._judge.leave(snapshot, self.memory)
         self._left = [observed.row(snapshot) for observed in self._observed]
+        self._side = self._side_of(snapshot) if self._awaits_sides(snapshot) else None
 
     def end(self, snapshot: Snapshot) -> None:
         """Judge the expectations under way at the end of a run that was ended early."""
@@ -190,7 +215,7 @@ class Recorder:
     @property
     def awaits_jumps(self) -> bool:
         """Return whether it is not recorded yet what the last events changed."""
-        return len(self._before) > 0
+        return len(self._before) > 0 or self._changed is not None
 
     def record_jumps(self, snapshot: Snapshot) -> None:
         """Record how the last events changed logged quantities.
@@ -205,7 +230,28 @@ class Recorder:
             after = observed.row(snapshot)
             if len(before) <= MOST_JUMPING and not _is_same_row(before, after):
                 observed.jump(float(snapshot.time), before, after)
-        self._before = ()
+        if self._changed is not None:
+            self.writer.sides(self._changed, self._side_of(snapshot))
+        self._before, self._changed = (), None
+
+    def _awaits_sides(self, snapshot: Snapshot) -> bool:
+        output, time = self.plan.output, float(snapshot.time)
+        return (
+            len(output.frames) > 0
+            and time > 0.0
+            and self.writer.awaits_sides(time, APART * output.every)
+        )
+
+    def _side_of(self, snapshot: Snapshot) -> EventSide:
+        """Return what is written of the net beside an event."""
+        return EventSide(
+            float(snapshot.time),
+            snapshot.position.copy(),
+            snapshot.velocity.copy(),
+            snapshot.node_force,
+            snapshot.tension,
+            snapshot.state.alive.copy(),
+        )
 
     def happened(self, time: float, logged_event: LoggedEvent) -> None:
         """Add an event to the log of events."""
@@ -221,6 +267,7 @@ class Recorder:
         """Go back to what was known at some time; the memory of then is set already."""
         self._judge.set_due(state.due)
         self._before, self._left = state.before, ()
+        self._changed = self._side = None
 
     @property
     def unreached(self) -> tuple[int, ...]:

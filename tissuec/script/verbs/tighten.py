@@ -71,13 +71,13 @@ class ChangeRestLength(Struct, frozen=True):
         if self.profile.kind == "constant":
             state.rest = state.rest.copy()
             state.rest[springs] += change
-            return (LoggedEvent("reel", (), text, self.span),)
+            return (LoggedEvent("tighten", (), text, self.span),)
         (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
         reeling = ChangingRestLengths(springs, rest, change, profile, self.span)
         state.reelings = {**state.reelings, name: reeling}
         if np.isfinite(stop):
             queue.add(stop, EndRestLengthChange(name, self.span, stop))
-        return (LoggedEvent("reel", (), text, self.span),)
+        return (LoggedEvent("tighten", (), text, self.span),)
 
 
 class EndRestLengthChange(Struct, frozen=True):

@@ -13,7 +13,7 @@ SIGNS = {
     "bolt": ("rupture", "crush"),
     "square": ("fix", "hold", "grasp", "seize", "pinch", "close", "preserve"),
     "hollow": ("free", "release", "open", "leak"),
-    "arrow": ("move", "turn", "push", "stroke", "reel", "inflate", "irrigate", "settle"),
+    "arrow": ("move", "turn", "push", "stroke", "tighten", "inflate", "irrigate", "settle"),
     "diamond": ("tie", "slip"),
     "bar": ("end", "end the run", "stop"),
     "dot": ("trigger", "note", "change"),

@@ -90,11 +90,15 @@ class PlayerData(Struct, frozen=True, eq=False):
         times: Of the frames [s], shape (frame,).
         position: Of all points [m], shape (frame, point, 3): nodes, and behind them those of
             tools.
+        velocity: Of all points [m/s], shape (frame, point, 3).
+        curved: Between which frames a cubic describes the motion, shape (frame - 1,).
+        is_side: Which frames stand beside an event, shape (frame,).
         force: Sum of the spring forces on each node [N], shape (frame, node, 3).
         lines: Springs.
         skin: Triangles of the net.
         dots: Nodes that nothing touches, for a while, shape (dot,), and their lives.
         held: The same for nodes that are held.
+        own: Which nodes belong to bodies, and not to tools, shape (node,).
         fixed: Whether these are held by nobody that moves, shape (held,).
         solids: Shapes of tools.
         surfaces: Smooth surfaces, a list of pieces for each body.
@@ -104,16 +108,30 @@ class PlayerData(Struct, frozen=True, eq=False):
 
     times: Floats
     position: NDArray[Any]
+    velocity: NDArray[np.float32]
+    curved: NDArray[np.bool_]
+    is_side: NDArray[np.bool_]
     force: NDArray[Any]
     lines: Lines
     skin: SkinPiece
     dots: Lifetimes
     held: Lifetimes
+    own: NDArray[np.bool_]
     fixed: NDArray[np.bool_]
     solids: tuple[ToolSolid, ...]
     surfaces: dict[str, list[SurfacePiece]]
     laws: tuple[str, ...]
     recorded: tuple[int, int]
+
+    @property
+    def frame_count(self) -> int:
+        """Return how many frames there are, without the sides of events."""
+        return int(np.count_nonzero(~self.is_side))
+
+    @property
+    def is_curved(self) -> NDArray[np.bool_]:
+        """Return at which frames velocities are needed, shape (frame,)."""
+        return np.append(self.curved, False) | np.append(False, self.curved)
 
     @property
     def node_count(self) -> int:

@@ -29,19 +29,37 @@ class InterpolatedFrame(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, film: PlayerData, at: float) -> "InterpolatedFrame":
-        """Return what a film shows at a number of frames; it goes straight between two."""
+        """Return what a film shows at a number of frames."""
         first = int(at)
         second, part = min(first + 1, len(film.times) - 1), at - first
 
         def between(numbers: NDArray[Any]) -> Floats:
             return (1.0 - part) * numbers[first] + part * numbers[second]
 
-        position = between(film.position)
+        position = position_at(film, at)
         ends, rest = film.lines.ends, film.lines.rest
         length = np.linalg.norm(position[ends[:, 1]] - position[ends[:, 0]], axis=1)
         stretch = length / np.where(rest > 0.0, rest, np.inf) - 1.0
         strain = np.where(rest > 0.0, stretch, 0.0)
         return cls(at, position, between(film.force), between(film.lines.tension), strain)
+
+
+def position_at(film: PlayerData, at: float) -> Floats:
+    """Return the positions of all points at a number of frames [m], shape (point, 3).
+
+    Between two frames they follow the cubic through the positions and velocities of both, or
+    a straight line where the motion is too fast for that.
+    """
+    first = int(at)
+    second, part = min(first + 1, len(film.times) - 1), at - first
+    straight = (1.0 - part) * film.position[first] + part * film.position[second]
+    if first == second or not film.curved[first]:
+        return straight
+    step = float(film.times[second] - film.times[first])
+    way = film.position[second] - film.position[first]
+    begin, end = step * film.velocity[first : second + 1].astype(float)
+    left = 1.0 - part
+    return straight + part * left * (left * (begin - way) + part * (way - end))
 
 
 def surface_at(pieces: list[SurfacePiece], at: float) -> tuple[SurfacePiece, Floats]:

@@ -2,6 +2,7 @@
 
 import html
 import json
+import re
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -29,8 +30,10 @@ WEB = Path(__file__).resolve().parent / "web"
 #: Parts of the script, in order.
 SCRIPTS = (
     "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js", "stage.js",
-    "marks.js", "curves.js", "panel.js", "hands.js", "player.js",
+    "flat.js", "marks.js", "curves.js", "panel.js", "hands.js", "player.js",
 )  # fmt: skip
+#: What only readers of the source need: indents and comments.
+_LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n", re.MULTILINE)
 SHADERS = ("shared", "lines", "skin", "solids", "arrows", "plane")
 _TENSIONS, _FORCES = 127, 2000  # steps of the scale, either way
 _LEVELS = 65534  # of a curve; one more number stands for none
@@ -56,7 +59,7 @@ def render_film(film: PlayerData, trajectory: Trajectory, options: Options = DEF
         style=Template(_web("player.css")).substitute(_colours()),
         film=as_script(described | {"arrays": pack.specs}),
         arrays=pack.packed(),
-        script="\n".join(map(_web, SCRIPTS)),
+        script=_LAYOUT.sub("", "\n".join(map(_web, SCRIPTS))),
     )
 
 
@@ -92,11 +95,15 @@ def describe(
 ) -> dict[str, Any]:
     """Put arrays into ``pack``, and return everything else that the page needs."""
     scale = box_scale(film.position)
+    # A step of velocities is a step of positions from one frame to the next.
+    rate = scale.step / (float(np.diff(film.times).max(initial=0.0)) or 1.0)
     most = {
         "tension": film.most_tension, "strain": film.most_strain, "force": film.most_force,
     }  # fmt: skip
     _pack_shapes(film, pack)
     pack.add("position", scale.steps(film.position).transpose(0, 2, 1))
+    velocity = film.velocity * film.is_curved[:, None, None] / rate
+    pack.add("velocity", np.rint(velocity).astype(np.int64).transpose(0, 2, 1))
     pack.add("tension", even(film.lines.tension, most["tension"], _TENSIONS))
     # Arrows of outliers are longer; beyond four times the scale they would leave the picture.
     pack.add("force", even(film.force, 4.0 * most["force"], _FORCES).transpose(0, 2, 1))
@@ -109,6 +116,8 @@ def describe(
         "thinned": facts.thinning(film),
         "finished": trajectory.finished,
         "times": film.times.tolist(),
+        "sides": np.flatnonzero(film.is_side).tolist(),
+        "rate": rate,
         "nodes": film.node_count,
         "origin": scale.origin,
         "step": scale.step,
@@ -144,6 +153,7 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         ("dots", film.dots.of[None]),
         ("held", film.held.of[None]),
         ("fixed", film.fixed[None].astype(int)),
+        ("curved", film.curved[None].astype(int)),
     ):
         pack.add(name, numbers)
     lives = {

@@ -48,7 +48,6 @@ _PALER = 0.4  # skin under springs, whose colours say something
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
 SHORTEST = 3.0  # thicknesses of an arrow that is drawn; shorter ones are specks
 LONGEST = 4.0  # times the scale of forces: arrows of outliers end there, as on the page
-FADE = 4.0  # frames in which a spring that broke fades out
 _LETTER = 8.0  # [px]: width of a letter of the legend, at most on average
 _PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
 
@@ -110,18 +109,14 @@ class Painter:
         self._dash = mean / 3.5
         self.marker = min(0.009 * self.framing.size, 0.16 * mean)
 
-    def draw(self, at: float, *, fades: bool = False) -> "Figure":
-        """Draw a moment, in frames, in the place of the former one.
-
-        Args:
-            fades: Whether springs that broke a short while ago fade out, as in a film.
-        """
+    def draw(self, at: float) -> "Figure":
+        """Draw a moment, in frames, in the place of the former one."""
         self.figure.clear()
         figure: Any = self.figure
         sheet = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         sheet.axis("off")
         width, height = self.size
-        sheet.imshow(self._net(at, fades=fades), extent=(0, width, 0, height), aspect="auto")
+        sheet.imshow(self._net(at), extent=(0, width, 0, height), aspect="auto")
         sheet.set(xlim=(0, width), ylim=(0, height))
         frames = np.arange(len(self.film.times))
         self._annotate(sheet, float(np.interp(at, frames, self.film.times)))
@@ -129,11 +124,11 @@ class Painter:
 
     def pixels(self, at: float) -> NDArray[np.uint8]:
         """Return a moment of a film as pixels, shape (height, width, 3)."""
-        self.draw(at, fades=True)
+        self.draw(at)
         self._canvas.draw()
         return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
 
-    def _net(self, at: float, *, fades: bool = False) -> NDArray[np.uint8]:
+    def _net(self, at: float) -> NDArray[np.uint8]:
         """Return the picture without what is written on it."""
         from tissuec.view.player.raster import Raster
 
@@ -143,8 +138,7 @@ class Painter:
         for soup in self._solid(moment):
             self._rasterise(raster, soup, hides=True)
         planes = (solid for solid in self.film.solids if solid.kind == "plane")
-        faint = [self._fading(moment)] if fades else []
-        for soup in (*faint, *(self._plane(moment, one) for one in planes)):
+        for soup in (self._plane(moment, one) for one in planes):
             self._rasterise(raster, soup, hides=False)
         return raster.pixels()
 
@@ -187,7 +181,7 @@ class Painter:
         if self.forces:
             yield self._body(self._arrows(moment), rgb(palette.SERIES[2]), 0.1)
         if self.shows_springs:
-            yield self._springs(moment, is_there(film.lines.life, at), 1.0, 1.0)
+            yield self._springs(moment, is_there(film.lines.life, at))
 
     def _body(self, mesh: TriangleMesh, base: Floats, shine: float) -> ProjectedTriangles:
         """Return triangles in the light."""
@@ -275,34 +269,16 @@ class Painter:
         seen = np.linalg.norm(arrow, axis=1) > SHORTEST * thick
         return arrows(moment.position[: self.film.node_count][seen], arrow[seen], thick)
 
-    def _fading(self, moment: InterpolatedFrame) -> ProjectedTriangles:
-        """Return springs that broke a short while ago, without a colour that says something."""
-        life = self.film.lines.life
-        age = moment.at - life[:, 1]
-        return self._springs(
-            moment, (age >= 0.0) & (age < FADE), 0.6, 0.65 * (1.0 - age / FADE), is_whole=False
-        )
-
-    def _springs(
-        self,
-        moment: InterpolatedFrame,
-        there: Mask,
-        slim: float,
-        opacity: float | Floats,
-        *,
-        is_whole: bool = True,
-    ) -> ProjectedTriangles:
+    def _springs(self, moment: InterpolatedFrame, there: Mask) -> ProjectedTriangles:
         """Return springs as strips that face the eye; those that are pressed are dashed."""
         lines = self.film.lines
         chosen = np.flatnonzero(there & (lines.radius == 0.0) & self.shows_springs)
         value, colour = self._coloured(moment, chosen)
-        if not is_whole:
-            value, colour = 0.0 * value, np.tile(rgb(palette.STEEL), (len(chosen), 1))
         ends = self._into(moment.position[lines.ends[chosen]])
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         pressed = (value < -_PRESSED) & (self.colour != "law")
         fine = min(1.0, 18.0 / np.sqrt(max(1, len(lines.ends))))
-        width = slim * 1.25 * (0.55 + fine) * min(max(self.size[0] / _USUAL, 0.6), 4.0)
+        width = 1.25 * (0.55 + fine) * min(max(self.size[0] / _USUAL, 0.6), 4.0)
         wide = width * (1.0 if self.colour == "law" else 0.75 + 0.75 * np.abs(value))
         which, strips = dashed(ends, np.where(pressed, length / self._dash, 0.0))
         # Towards the eye, lest they sink into the skin.
@@ -320,9 +296,8 @@ class Painter:
                       strips[:, 1] - half[:, 1], strips[:, 1] + half[:, 1])  # fmt: skip
         corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)])
         tint = np.repeat(np.tile(colour[which], (2, 1))[:, None], 3, axis=1)
-        alpha = np.broadcast_to(opacity, lines.tension.shape[1:])[chosen][which]
         return ProjectedTriangles(
-            corners, self._hazy(tint, corners, 0.62), np.tile(alpha, 2).astype(float)
+            corners, self._hazy(tint, corners, 0.62), np.ones(len(corners))
         )
 
     def _coloured(self, moment: InterpolatedFrame, shown: Indices) -> tuple[Floats, Floats]:

@@ -1,7 +1,7 @@
 """From a result file to its drawable contents, frame by frame."""
 
 from collections.abc import Iterator
-from typing import Any
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from tissuec.view.player.lifetimes import (
     lives,
     sharpened_triangles,
 )
+from tissuec.view.player.moments import Moments, curved, slopes
 from tissuec.view.player.options import Options
 from tissuec.view.player.thinning import (
     SpringLines,
@@ -40,26 +41,32 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     """
     if not len(trajectory.times):
         raise no_frames(trajectory)
-    chosen = choose_frames(trajectory.times, options)
-    timeline = Timeline(trajectory.times[chosen])
-    count, few = len(trajectory.nodes), options.nodes
+    moments = Moments.of(trajectory, choose_frames(trajectory.times, options))
+    timeline = Timeline(moments.times)
+    network, count, few = trajectory.network, len(trajectory.nodes), options.nodes
     thin = whole(count) if few is None or few >= count else thinned(trajectory, few)
-    springs, triangles, faces, dots = _topologies(trajectory, timeline, chosen)
+    springs, triangles, faces, dots = _topologies(moments, timeline)
     strand = strands(thin, trajectory.ends)
-    position, force = _vectors(trajectory, chosen, thin)
+    position, velocity = _motion(moments, thin)
     fixed, held = _held(trajectory, timeline, thin)
     return PlayerData(
         times=timeline.times,
         position=position,
-        force=force,
-        lines=_lines(trajectory, thin, strand, springs, _tensions(trajectory, chosen, strand)),
+        velocity=velocity,
+        curved=curved(
+            moments.times, position[:, : len(thin.kept)], velocity[:, : len(thin.kept)]
+        ),
+        is_side=moments.sides >= 0,
+        force=moments.vectors("force", thin.kept, np.float32),
+        lines=_lines(trajectory, thin, strand, springs, _tensions(moments, strand)),
         skin=_skin(trajectory, thin, triangles, faces),
         dots=thin.nodes(dots),
         held=held,
+        own=trajectory.nodes[thin.kept] < (network.body_nodes or network.node_count),
         fixed=fixed,
         solids=_solids(trajectory, len(thin.kept)),
         surfaces={
-            name: _pieces(series, timeline, options)
+            name: _pieces(series, moments, timeline, options)
             for name, series in trajectory.surfaces.items()
             if len(series)
         },
@@ -86,16 +93,14 @@ def choose_frames(times: Floats, options: Options) -> Indices:
 
 
 def _topologies(
-    trajectory: Trajectory, timeline: Timeline, chosen: Indices
+    moments: Moments, timeline: Timeline
 ) -> tuple[Lifetimes, NDArray[np.integer], Floats, Lifetimes]:
     """Return the lives of springs, triangles and theirs, and the lives of lonely nodes."""
+    trajectory = moments.trajectory
     nodes, count = len(trajectory.nodes), len(trajectory.springs)
     register = Register(nodes, 3)
     masks: list[tuple[float, Mask, Indices, Mask]] = []
-    for frame, part in enumerate(trajectory.parts[chosen]):
-        if frame and part == trajectory.parts[chosen[frame - 1]]:
-            continue
-        cells = trajectory.cells(int(chosen[frame]))
+    for frame, cells in moments.topologies():
         alive = _mask(np.searchsorted(trajectory.springs, cells.springs), count)
         faces = register.numbers(cells.triangles)
         masks.append((frame, alive, faces, _mask(cells.vertices[:, 0], nodes)))
@@ -117,32 +122,21 @@ def _mask(numbers: Indices, count: int) -> Mask:
     return there
 
 
-def _vectors(
-    trajectory: Trajectory, chosen: Indices, thin: Thinning
-) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return positions of nodes and of points of tools, and forces on nodes."""
-    tools, nodes = trajectory.tools, len(thin.kept)
-    points = nodes + (0 if tools is None else tools.shape[1])
-    position = np.empty((len(chosen), points, 3))
-    force = np.empty((len(chosen), nodes, 3), dtype=np.float32)
-    for row, frame in enumerate(chosen):
-        position[row, :nodes] = trajectory.position[frame][thin.kept]
-        force[row] = trajectory.force[frame][thin.kept]
-        if tools is not None:
-            position[row, nodes:] = tools[frame]
-    return position, force
+def _motion(moments: Moments, thin: Thinning) -> tuple[Floats, NDArray[np.float32]]:
+    """Return positions and velocities of nodes and of points of tools, (row, point, 3)."""
+    tools = moments.tools()
+    position = np.concatenate([moments.vectors("position", thin.kept, np.float64), tools], 1)
+    own = moments.vectors("velocity", thin.kept, np.float32)
+    return position, np.concatenate([own, slopes(moments.times, tools).astype("f4")], axis=1)
 
 
-def _tensions(
-    trajectory: Trajectory, chosen: Indices, strand: SpringLines
-) -> NDArray[np.float32]:
-    """Return the tension of each strand, or the last one known, shape (frame, strand)."""
-    tensions = np.zeros((len(chosen), len(strand.ends)), dtype=np.float32)
-    for row, frame in enumerate(chosen):
+def _tensions(moments: Moments, strand: SpringLines) -> NDArray[np.float32]:
+    """Return the tension of each strand, or the last one known, shape (row, strand)."""
+    tensions = np.zeros((len(moments), len(strand.ends)), dtype=np.float32)
+    for row in range(len(moments)):
         if row:
             tensions[row] = tensions[row - 1]
-        value, springs = trajectory.spring_force(int(frame))
-        mean, there = strand.mean(value, springs)
+        mean, there = strand.mean(*moments.tension(row))
         tensions[row, there] = mean
     return tensions
 
@@ -239,13 +233,20 @@ def _solids(trajectory: Trajectory, nodes: int) -> tuple[ToolSolid, ...]:
     )
 
 
-def _pieces(series: SurfaceSeries, timeline: Timeline, options: Options) -> list[SurfacePiece]:
+def _pieces(
+    series: SurfaceSeries, moments: Moments, timeline: Timeline, options: Options
+) -> list[SurfacePiece]:
     """Return a smooth surface as pieces whose triangles stay the same."""
-    chosen = choose_frames(series.times, options)
+    shown: list[tuple[float, Floats, Indices]] = []
+    for frame in map(int, choose_frames(series.times, options)):
+        place = float(timeline.frame_of(series.times[frame]))
+        shown.append((place, series.position(frame), series.triangles(frame)))
+    rows = {int(moments.sides[row]): row for row in np.flatnonzero(moments.sides >= 0)}
+    for side, points, triangles in moments.surface(series):
+        shown.append((float(rows[side]), points, triangles))
+    shown.sort(key=lambda one: one[0])
     found: list[SurfacePiece] = []
-    for part in np.unique(series.parts[chosen]):
-        own = chosen[series.parts[chosen] == part]
-        position = np.stack([series.position(int(frame)) for frame in own])
-        frames = timeline.frame_of(series.times[own])
-        found.append(SurfacePiece(frames, series.triangles(int(own[0])), position))
+    for _, same in groupby(shown, key=lambda one: one[2].tobytes()):
+        places, positions, faces = zip(*same, strict=True)
+        found.append(SurfacePiece(np.array(places), faces[0], np.stack(positions)))
     return found

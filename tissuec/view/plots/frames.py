@@ -270,8 +270,7 @@ class Shown(Struct, frozen=True, eq=False):
                 width=np.where(wide, 2.4, _line_width(len(rows))),
             )  # fmt: skip
         if self.kind != "surface":
-            own = run.nodes[cells.vertices[:, 0]] < run.network.body_nodes
-            net.draw_nodes(axes, place[cells.vertices[own, 0]], view)
+            net.draw_nodes(axes, place[cells.vertices[:, 0]], view)
             for tool in tools:
                 ends, radius = self.scale.of(tool.ends), float(self.scale.of(tool.radius))
                 net.draw_tool(axes, ends, radius, view)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 NEAR = 0.012  # of the time that is shown: events so close to each other share a mark
 SILENT = ("note", "end", "end the run")
-ROUTINE = ("move", "turn", "push", "pull", "reel", "stop", "open", "close")
+ROUTINE = ("move", "turn", "push", "pull", "tighten", "stop", "open", "close")
 MOST = 8  # marks; of more the routine ones are left out
 _MOST_LEVELS = 3
 _SMALL = 7

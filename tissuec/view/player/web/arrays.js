@@ -68,6 +68,13 @@ function lives(array) {
   return found;
 }
 
+// Return how many things with these lives are there at a moment.
+function tally(life, moment) {
+  let there = 0;
+  for (let i = 0; i < life.length; i += 2) there += life[i] <= moment && moment < life[i + 1];
+  return there;
+}
+
 // Return the numbers before and behind a place in an ascending list, and how far between.
 function between(list, value) {
   let low = 0, high = list.length - 1;

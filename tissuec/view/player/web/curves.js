@@ -63,11 +63,12 @@ class Chart {
     this.plot.addEventListener("pointermove", (event) => { if (event.buttons) seek(event); });
   }
 
-  // Return a number with as many decimals as make sense beside the largest one.
+  // Return a number with the decimals that tell values of this curve apart.
   rounded(value) {
-    const most = Math.max(Math.abs(this.curve.low), Math.abs(this.curve.high)) / this.divisor;
+    const { low, high } = this.curve, most = Math.max(Math.abs(low), Math.abs(high)) / this.divisor;
     if (!(most < 1e6) || most < 1e-4) return digits(value);
-    const places = Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(most))));
+    const span = Math.max((high - low) / this.divisor, 1e-6 * most);
+    const places = Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(span))));
     return value.toFixed(places).replace("-", "−").replace(/^−(0\.?0*)$/, "$1");
   }
 

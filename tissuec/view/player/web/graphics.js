@@ -1,7 +1,7 @@
 // Shaders and textures, as WebGL 2 has them.
 
 const ACROSS = 1024;  // texels of a row, as in shared.glsl
-const UNITS = { place0: 0, place1: 1, normal0: 2, normal1: 3, force0: 4, force1: 5, colours: 6 };
+const UNITS = { place0: 0, place1: 1, normal0: 2, normal1: 3, force0: 4, force1: 5, colours: 6, rate0: 8, rate1: 9 };
 
 class Program {
   constructor(gl, shared, source) {

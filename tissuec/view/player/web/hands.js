@@ -28,6 +28,7 @@ const hands = {
     new ResizeObserver(() => this.resize()).observe(byId("stage"));
     this.nights.addEventListener("change", () => this.redraw());
     const { canvas } = this.stage;
+    window.addEventListener("beforeprint", () => this.print());
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => { this.stage.prepare(); this.refresh(); });
     this.listenPointers(canvas);
@@ -121,6 +122,12 @@ const hands = {
       c: next("colour", this.film.laws.length < 2 ? ["tension", "strain"] : ["tension", "strain", "law"]),
       "?": () => byId("keys").showModal(),
     }[event.key];
+  },
+
+  // A canvas of WebGL is empty on paper: an image takes its place there.
+  print() {
+    this.draw();
+    byId("paper").src = this.stage.canvas.toDataURL();
   },
 
   turned() {

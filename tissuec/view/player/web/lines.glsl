@@ -8,13 +8,11 @@ uniform vec2 screen;  // pixels
 uniform float width;  // pixels, at the target
 uniform float nearer;  // how far towards the eye, so that lines lie on the skin
 uniform float distance;  // of the target
-uniform float fading;  // frames
-uniform vec3 broken;  // colour of springs that fade
 uniform float dashes;  // length of one
 uniform int colouring;  // 0 tension, 1 strain, 2 law
 uniform float mostStrain;
 uniform sampler2D colours;
-out vec4 tint;
+out vec3 tint;
 out float along;
 out float dashed;
 out float away;
@@ -22,8 +20,7 @@ out float away;
 void main() {
   // Four corners of each line: along, 0 or 1, and across, -1 or 1.
   vec2 corner = vec2(float((gl_VertexID >> 1) & 1), float(2 * (gl_VertexID & 1) - 1));
-  float age = moment - life.y;
-  if (moment < life.x || age >= fading || (fading <= 0.0 && age >= 0.0)) {
+  if (!isThere(life)) {
     gl_Position = NOWHERE;
     return;
   }
@@ -48,20 +45,17 @@ void main() {
               : rest > 0.0 ? (length / rest - 1.0) / mostStrain : 0.0;
   value = clamp(value, -1.0, 1.0);
   float wide = colouring == 2 ? 1.0 : 0.75 + 0.75 * abs(value);
-  if (age > 0.0) wide *= 0.6;
   wide *= width * clamp(distance / here.w, 0.35, 2.0);
   here.xy += side * corner.y * wide / screen * here.w;
   gl_Position = here;
   ivec2 at = colouring == 2 ? ivec2(int(law) % 7, 1) : ivec2(int(round(127.5 + 127.5 * value)), 0);
-  // A spring that broke has no tension left.
-  vec3 shade = age > 0.0 ? broken : texelFetch(colours, at, 0).rgb;
-  tint = vec4(shade, age > 0.0 ? 0.65 * (1.0 - age / fading) : 1.0);
+  tint = texelFetch(colours, at, 0).rgb;
   along = corner.x * length / dashes;
   dashed = colouring == 2 ? float(int(law) / 7 > 0) : value < -0.12 ? 1.0 : 0.0;
   away = here.w;
 }
 // ---- fragment
-in vec4 tint;
+in vec3 tint;
 in float along;
 in float dashed;
 in float away;
@@ -69,5 +63,5 @@ out vec4 colour;
 
 void main() {
   if (dashed > 0.5 && fract(along + 0.25) > 0.6) discard;
-  colour = vec4(hazy(tint.rgb, away, 0.62) * tint.a, tint.a);
+  colour = vec4(hazy(tint, away, 0.62), 1.0);
 }

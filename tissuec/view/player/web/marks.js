@@ -40,7 +40,6 @@ function placeMarks(box, marks, range, clock, seek) {
     button.innerHTML = sign(best);
     button.style.left = `${at(group[0].time)}px`;
     button.title = group.map((mark) => `${clock(mark.time)}: ${mark.text}`).join("\n");
-    button.setAttribute("aria-label", button.title);
     button.addEventListener("click", () => seek(group[0].time));
     box.append(button);
     return { group, button, word: kinds.slice(0, 2).join(", ") + (kinds.length > 2 ? ", …" : "") };
@@ -54,6 +53,8 @@ function placeMarks(box, marks, range, clock, seek) {
     span.textContent = word;
     button.append(span);
     const from = taken[i][1] + 3, to = from + span.offsetWidth + 1;
+    // What is read aloud begins with what is seen.
+    button.setAttribute("aria-label", `${word}: ${button.title}`);
     if (to > width + 8 || taken.some(([low, high], k) => k !== i && low < to && high > from)) span.remove();
     else taken.push([from, to]);
   }

@@ -54,10 +54,11 @@ const panel = {
 
   // Say in which steps the numbers of this page are rounded.
   exactness() {
-    const { film } = this, [length, metres] = scaled(film.step, "m"), force = film.most.tension / film.steps.tension;
+    const { film, arrays } = this, [length, metres] = scaled(film.step, "m"), force = film.most.tension / film.steps.tension;
     const [newton, newtons] = scaled(force, "N");
     const tension = force ? `, tensions to ${digits(force / newton, 2)} ${newtons}` : "";
-    return `positions rounded to ${digits(film.step / length, 2)} ${metres}${tension}, linear between frames`;
+    return `positions rounded to ${digits(film.step / length, 2)} ${metres}${tension}`
+      + (arrays.curved.data.some((one) => one + arrays.curved.low > 0) ? ", cubic between frames" : ", linear between frames");
   },
 
   showSwitches() {

@@ -1,23 +1,27 @@
 // The page: what is shown when.
 
-const FADE = 4;  // frames in which a spring that broke fades out
+const CHART = 285;  // pixels of width that a curve needs
 const SPOKEN = 1.8;  // seconds for which an event is told
 
 class Player {
   constructor(film, arrays) {
     Object.assign(this, { film, arrays });
     const { times } = film;
+    // Where arrow keys stop: at frames, and not at the two sides of events.
+    this.stops = times.filter((_, k) => !film.sides.includes(k));
     this.range = [times[0], times[times.length - 1]];
     this.duration = this.range[1] - this.range[0];
     this.clock = this.makeClock();
     this.camera = new Camera(film.view);
-    this.stage = new Stage(byId("view"), film, arrays);
-    this.calm = window.matchMedia("(prefers-reduced-motion: reduce)");
+    // Without WebGL 2, which graphics drivers may lack, pictures are plainer.
+    const hasGraphics = Boolean(document.createElement("canvas").getContext("webgl2"));
+    this.stage = new (hasGraphics ? Stage : FlatStage)(byId("view"), film, arrays);
+    byId("plain").hidden = hasGraphics;
     this.nights = window.matchMedia("(prefers-color-scheme: dark)");
     const hasSkin = film.surfaces.length > 0 || arrays.triangles.width > 0;
     this.shown = {
       springs: !film.surfaces.length, surface: hasSkin ? "solid" : "none", tools: true, forces: false,
-      colour: film.colour, fading: FADE, reach: 1,
+      colour: film.colour, reach: 1,
     };
     this.isPlaying = false;
     this.loops = true;
@@ -34,7 +38,7 @@ class Player {
 
   // Return how times are written: in one unit, with the digits that tell frames apart.
   makeClock() {
-    const { times } = this.film, most = Math.max(...this.range.map(Math.abs));
+    const times = this.stops, most = Math.max(...this.range.map(Math.abs));
     const [divisor, unit] = scaled(most, "s");
     const steps = times.slice(1).map((time, i) => time - times[i]).filter((step) => step > 0);
     const least = steps.length ? Math.min(...steps) / divisor : 1;
@@ -56,10 +60,10 @@ class Player {
   }
 
   step(frames) {
-    const { times } = this.film, now = this.moment;
+    const [before, , part] = between(this.stops, this.time), now = before + part;
     const frame = frames > 0 ? Math.floor(now + 1e-9) + frames : Math.ceil(now - 1e-9) + frames;
     this.pause();
-    this.seek(times[Math.max(0, Math.min(times.length - 1, frame))]);
+    this.seek(this.stops[Math.max(0, Math.min(this.stops.length - 1, frame))]);
   }
 
   event(way) {
@@ -145,13 +149,11 @@ class Player {
     });
   }
 
-  get fading() { return this.calm.matches ? 0 : this.shown.fading; }
-
   draw() {
     const time = Math.min(this.time, this.range[1]), { shown } = this;
     const [frame, , part] = between(this.film.times, time);
     this.stage.draw(frame + part, this.camera, {
-      ...shown, fading: this.fading, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
+      ...shown, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
     }, this.look);
     this.drawn += 1;
     const slider = byId("time"), clock = this.clock;
@@ -174,6 +176,8 @@ class Player {
 
   resize() {
     this.camera.reshape(this.stage.resize());
+    const box = byId("curves");
+    box.classList.toggle("many", this.charts.length * CHART > box.clientWidth);
     this.marks = placeMarks(byId("marks"), this.film.marks, this.range, this.clock, (time) => {
       this.seek(time);
       this.tell(true);
@@ -212,10 +216,11 @@ class Player {
   // What the page shows, for tests and for pages around this one.
   state() {
     const { camera, shown } = this, moment = this.moment;
+    const [stop, , part] = between(this.stops, this.time);
     return {
-      time: this.time, frame: Math.round(moment), frames: this.film.times.length, moment,
+      time: this.time, frame: Math.round(stop + part), frames: this.stops.length, moment,
       playing: this.isPlaying, speed: this.speed, loops: this.loops, pictures: this.drawn,
-      ...this.stage.count(moment, this.fading), shown: { ...shown }, look: this.look,
+      ...this.stage.count(moment), shown: { ...shown }, look: this.look,
       camera: {
         azimuth: camera.azimuth, elevation: camera.elevation, distance: camera.distance,
         target: [...camera.target], aspect: camera.aspect,
@@ -235,12 +240,6 @@ function refuse(text) {
 }
 
 async function begin() {
-  if (!document.createElement("canvas").getContext("webgl2")) {
-    refuse("This browser has no WebGL 2, which this page needs. Enable graphics acceleration "
-      + "in its settings, open this page in another browser, or draw pictures instead: "
-      + "tissuec view RESULT --png picture.png, or --gif film.gif.");
-    return null;
-  }
   if (!("DecompressionStream" in window)) {
     refuse("This browser is too old to decompress the data. Use a browser of 2023 or later.");
     return null;
@@ -261,8 +260,9 @@ window.tissuec = {
   state: () => ready.then((player) => player && player.state()),
   seek: (time) => ready.then((player) => player && player.seek(time)),
   // Draw now, instead of before the next picture of the screen, and wait until that is done.
-  draw: () => ready.then((player) => { player.draw(); player.stage.gl.finish(); }),
+  draw: () => ready.then((player) => { player.draw(); player.stage.finish(); }),
   set: (name, value) => ready.then((player) => player.set(name, value)),
   look: (azimuth, elevation) => ready.then((player) => { player.camera.turnTo(azimuth, elevation); player.turned(); }),
+  ticks,
   seen: (point) => ready.then((player) => player.camera.seen(point)),
 };

@@ -3,8 +3,9 @@ precision highp float;
 precision highp int;
 precision highp sampler2D;
 uniform mat4 view, projection;
-uniform sampler2D place0, place1;
+uniform sampler2D place0, place1, rate0, rate1;
 uniform float mixing;  // between the two frames
+uniform float span;  // time between the two frames; 0 where positions go straight
 uniform float moment;  // in frames
 const int ACROSS = 1024;  // texels of a row
 
@@ -15,7 +16,16 @@ vec3 blend(sampler2D first, sampler2D second, int i) {
   return mix(texelFetch(first, at, 0).xyz, texelFetch(second, at, 0).xyz, mixing);
 }
 
-vec3 place(int i) { return blend(place0, place1, i); }
+// A cubic through positions with the velocities at both frames.
+vec3 place(int i) {
+  vec3 straight = blend(place0, place1, i);
+  if (span <= 0.0) return straight;
+  ivec2 at = texel(i);
+  vec3 way = texelFetch(place1, at, 0).xyz - texelFetch(place0, at, 0).xyz;
+  vec3 begin = span * texelFetch(rate0, at, 0).xyz, end = span * texelFetch(rate1, at, 0).xyz;
+  float left = 1.0 - mixing;
+  return straight + mixing * left * (left * (begin - way) + mixing * (way - end));
+}
 
 bool isThere(vec2 life) { return life.x <= moment && moment < life.y; }
 

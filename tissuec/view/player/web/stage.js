@@ -31,6 +31,7 @@ class Stage {
     }
     const points = arrays.position.width / 3;
     this.places = new Field(gl, points, (frame) => vectors(arrays.position, frame, film.step, film.origin));
+    this.rates = new Field(gl, points, (frame) => vectors(arrays.velocity, frame, film.rate, [0, 0, 0]));
     const most = film.most.force / film.steps.force;
     this.forces = new Field(gl, film.nodes, (frame) => vectors(arrays.force, frame, most, [0, 0, 0]));
     this.colours = gl.createTexture();
@@ -247,17 +248,19 @@ class Stage {
 
   // Draw a moment, counted in frames, as `shown` says.
   draw(moment, camera, shown, look) {
-    const { gl, film } = this;
+    const { gl, film, arrays } = this;
     if (gl.isContextLost()) return;
     const frame = Math.min(Math.floor(moment), film.times.length - 1);
     const next = Math.min(frame + 1, film.times.length - 1), mixing = next > frame ? moment - frame : 0;
+    const isCurved = next > frame && arrays.curved.low + arrays.curved.data[frame] > 0;
+    const span = isCurved ? film.times[next] - film.times[frame] : 0;
     const isDark = look === "dark", { looks } = film;
     if (this.lookOfColours !== look) this.makeColours(look);
     camera.follow(frame, next, mixing);
     const { view, projection } = camera.matrices();
     const { distance } = camera, size = film.view.size;
     const common = {
-      view, projection, mixing, moment, distance, mostStrain: film.most.strain || 1,
+      view, projection, mixing, span, moment, distance, mostStrain: film.most.strain || 1,
       withSprings: shown.springs && this.lines.count > 0, paper: hexed(isDark ? looks.paper_dark : looks.paper),
       haze: [distance - 0.25 * size, distance + 0.9 * size],
       screen: [gl.drawingBufferWidth, gl.drawingBufferHeight],
@@ -265,6 +268,7 @@ class Stage {
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.places.show(frame, next).bind(UNITS.place0);
+    if (span) this.rates.show(frame, next).bind(UNITS.rate0);
     if (shown.tools) this.drawSolids(common, looks);
     if (shown.surface === "solid") this.drawSkins(common, moment, frame, next, 1);
     if (shown.springs) this.drawLines(common, frame, next, shown);
@@ -284,7 +288,6 @@ class Stage {
       ...common,
       width: (0.55 + 1.0 * isCrowded) * 1.25 * this.ratio,
       nearer: shown.surface === "solid" ? 0.0012 * this.film.view.size : 0,
-      fading: shown.fading, broken: hexed(this.film.looks.steel),
       dashes: this.meanRest / 3.5,
       colouring: ["tension", "strain", "law"].indexOf(shown.colour),
     });
@@ -309,7 +312,7 @@ class Stage {
         piece.normals.show(first, second).bind(UNITS.normal0);
         this.gl.bindVertexArray(piece.array);
         this.gl.vertexAttrib2f(1, -1, 1e9);
-        this.drawFaces(piece.array, piece.count, { ...values, mixing, byCorner: 0 }, side, opacity);
+        this.drawFaces(piece.array, piece.count, { ...values, mixing, span: 0, byCorner: 0 }, side, opacity);
       }
     }
     this.places.bind(UNITS.place0);
@@ -386,17 +389,8 @@ class Stage {
     gl.depthMask(true);
   }
 
-  // Return what is there at a moment: springs, those that fade, and triangles.
-  count(moment, fading) {
-    const tally = (life) => {
-      let there = 0, gone = 0;
-      for (let i = 0; i < life.length; i += 2) {
-        if (life[i] <= moment && moment < life[i + 1]) there += 1;
-        else if (moment >= life[i + 1] && moment - life[i + 1] < fading) gone += 1;
-      }
-      return [there, gone];
-    };
-    const [springs, fadingSprings] = tally(this.lineLife), [triangles] = tally(this.skinLife);
-    return { springs, fading: fadingSprings, triangles };
-  }
+  // Return how many springs and triangles are there at a moment.
+  count(moment) { return { springs: tally(this.lineLife, moment), triangles: tally(this.skinLife, moment) }; }
+
+  finish() { this.gl.finish(); }
 }

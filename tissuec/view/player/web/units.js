@@ -43,14 +43,18 @@ function round125(value) {
   return power * (lead >= 5 - 1e-9 ? 5 : lead >= 2 - 1e-9 ? 2 : 1);
 }
 
-// Return round numbers within an interval, at most about so many.
+// Return round numbers within an interval, at most about so many, and at least two.
 function ticks(low, high, count) {
   if (!(high > low)) return [low];
   let step = round125((high - low) / count);
   while ((high - low) / step > count + 0.5) step = round125(step * 2.5);
-  const found = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i += 1) found.push(i * step);
-  return found;
+  const within = () => {
+    const found = [];
+    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i += 1) found.push(i * step);
+    return found;
+  };
+  while (within().length < 2) step = round125(step * 0.6);  // one number is no scale
+  return within();
 }
 
 // Return numbers at equal distances as texts, with the digits that tell them apart.

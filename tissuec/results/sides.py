@@ -1,0 +1,166 @@
+"""The net just before and just after events, which frames at even distances in time miss.
+
+Between two frames, a reader may interpolate the motion; across a cut it must not. So the net is
+written twice at the time of an event, in a table of its own: frames keep the times that the
+scene asks for.
+"""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.model.network import Floats, Network
+from tissuec.results import access
+from tissuec.results.access import ResultGroup
+from tissuec.results.finite import check_finite
+from tissuec.results.frame_arrays import Frames
+from tissuec.results.mesh import RecordedMesh
+from tissuec.results.polydata import FRAME_ROWS
+from tissuec.results.recording import EventSide
+from tissuec.results.store import FEW, Store
+
+SIDES = "/tissuec/sides"
+MOST_EVENTS = 64
+"""Events at which the net is written; further ones are shown by frames alone."""
+_VECTORS = {"position": "m", "velocity": "m/s", "force": "N"}
+
+
+class SideTable:
+    """Two rows for each event, before and after it, of what frames show.
+
+    The datasets are made with the first event: most scenes of the smallest kind have none.
+
+    Args:
+        store: The file.
+        network: The compiled scene.
+        mesh: The part that frames show.
+        kind: Type of the numbers of frames.
+    """
+
+    def __init__(self, store: Store, network: Network, mesh: RecordedMesh, kind: np.dtype):
+        self._store, self._network, self._mesh, self._kind = store, network, mesh, kind
+        tools = np.arange(network.body_nodes, network.shown_nodes)
+        self._nodes = np.concatenate([mesh.nodes, tools])
+        self._columns: dict[str, Any] = {}
+        self._last = -np.inf
+        if SIDES in store.file:
+            self._make()
+            times = self._columns["time"].dataset
+            self._last = float(times[-1]) if len(times) else -np.inf
+
+    def awaits(self, time: float, apart: float) -> bool:
+        """Return whether the sides of an event are still to be written.
+
+        Args:
+            time: Of the event [s].
+            apart: Least distance from the last event that was written [s].
+        """
+        count = self._columns["time"].rows // 2 if self._columns else 0
+        return len(self._mesh.nodes) > 0 and count < MOST_EVENTS and time >= self._last + apart
+
+    def append(self, before: EventSide, after: EventSide) -> None:
+        """Add the net on both sides of an event.
+
+        Raises:
+            ValueError: A number is not finite.
+        """
+        if not self._columns:
+            self._make()
+        springs = self._mesh.springs
+        times = np.array([before.time, after.time])
+        rows: dict[str, NDArray[Any]] = {"time": times}
+        for name in _VECTORS:
+            numbers = np.stack([getattr(side, name) for side in (before, after)])
+            with np.errstate(over="ignore"):  # such a number is reported as not finite
+                numbers = numbers[:, self._nodes].astype(self._kind)
+            check_finite(numbers, name, times, self._network, self._nodes, "node")
+            rows[name] = numbers.reshape(-1, 3)
+        tension = [np.where(side.alive, side.tension, 0.0)[springs] for side in (before, after)]
+        rows["tension"] = np.concatenate(tension)
+        alive = [np.packbits(side.alive) for side in (before, after)]
+        rows["alive"] = np.concatenate(alive)
+        self._store.append({self._columns[name]: data for name, data in rows.items()})
+        self._last = after.time
+
+    def _make(self) -> None:
+        column = partial(self._store.column, in_parts=True)
+        text = "just before and just after each event, in turn"
+        springs = _chunk(len(self._mesh.springs))
+        bits = _chunk(self._network.spring_count // 8 + 1)
+        vectors = _chunk(len(self._nodes))
+        self._columns = {
+            "time": self._store.column(
+                f"{SIDES}/time", "f8", f"times {text}", unit="s", chunk=FEW
+            ),
+            "tension": column(
+                f"{SIDES}/tension",
+                self._kind,
+                f"tension of each recorded spring, 0 once it is gone; {text}",
+                unit="N",
+                chunk=springs,
+            ),
+            "alive": column(
+                f"{SIDES}/alive",
+                "u1",
+                f"which springs of the network exist, eight in a byte; {text}",
+                chunk=bits,
+            ),
+        }
+        for name, unit in _VECTORS.items():
+            self._columns[name] = column(
+                f"{SIDES}/{name}",
+                self._kind,
+                f"{name} of each recorded node, then of the nodes of tools; {text}",
+                unit=unit,
+                row=(3,),
+                chunk=vectors,
+            )
+
+
+def _chunk(rows: int) -> int:
+    """Return the rows that are allocated at once for items of which a side has ``rows``."""
+    return max(1, min(2 * rows, FRAME_ROWS))
+
+
+class Sides:
+    """The net on both sides of events, read when it is asked for.
+
+    The rows of all arrays are in turn before and after an event.
+
+    Attributes:
+        times: Of the sides [s], shape (side,).
+        position, velocity, force: Of the recorded nodes, and behind them of the nodes of tools
+            [m], [m/s], [N], shape (side, node, 3).
+    """
+
+    def __init__(self, file: ResultGroup, network: Network, nodes: int, springs: int):
+        self._file, self._network, self._springs = file, network, springs
+        self.times: Floats = np.zeros(0)
+        if SIDES in file:
+            self.times = access.array(file, f"{SIDES}/time")
+        points = nodes + network.shown_nodes - network.body_nodes
+        self.position, self.velocity, self.force = (
+            Frames(access.dataset(file, f"{SIDES}/{name}"), len(self), points)
+            if len(self)
+            else np.zeros((0, points, 3))
+            for name in _VECTORS
+        )
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def tension(self, side: int) -> Floats:
+        """Return tensions of recorded springs [N], 0 where gone, shape (spring,)."""
+        rows = access.dataset(self._file, f"{SIDES}/tension")
+        return rows.finite(side * self._springs, (side + 1) * self._springs)
+
+    def alive(self, side: int) -> NDArray[np.bool_]:
+        """Return which springs of the network exist, shape (spring,)."""
+        count = self._network.spring_count
+        size = -(-count // 8)
+        rows = access.dataset(self._file, f"{SIDES}/alive")[side * size : (side + 1) * size]
+        if len(rows) < size:
+            access.damaged(self._file.file, f'"{SIDES}/alive" is incomplete')
+        return np.unpackbits(rows, count=count).astype(bool)

@@ -1,0 +1,194 @@
+// The net drawn without WebGL: flat faces and lines on a plain canvas, the far ones first.
+
+const MOST_FLAT = 30000;  // faces and lines of a picture; of more, some are left out
+
+class FlatStage {
+  constructor(canvas, film, arrays) {
+    Object.assign(this, { canvas, film, arrays });
+    this.pen = canvas.getContext("2d");
+    this.ends = table(arrays.ends, Int32Array);
+    this.lineLife = lives(arrays["life of lines"]);
+    this.triangles = table(arrays.triangles, Int32Array);
+    this.skinLife = lives(arrays["life of skin"]);
+    const { smooth } = arrays;
+    this.isSmooth = (t) => smooth.low + smooth.data[t] > 0;
+    this.surfaces = film.surfaces.map(({ pieces }) => pieces.map((piece) => ({
+      ...piece, position: arrays[`${piece.name} position`],
+      triangles: table(arrays[`${piece.name} triangles`], Int32Array),
+    })));
+    const radius = row(arrays.radius, 0, film.largest.radius / film.steps.level);
+    this.tubes = { radius: radius.filter((value) => value > 0) };
+    this.threads = radius;
+    this.rest = row(arrays.rest, 0, film.largest.rest / film.steps.level);
+    this.lines = { count: this.ends.length / 2 - this.tubes.radius.length };
+    this.shades = {};
+  }
+
+  resize() {
+    const { canvas } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
+    canvas.width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+    canvas.height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    return canvas.width / canvas.height;
+  }
+
+  finish() {}
+
+  // Return the points of an array between two of its frames, on a cubic if there are velocities.
+  points(array, first, second, mixing, origin, span = 0) {
+    const { film, arrays } = this, left = 1 - mixing;
+    const from = vectors(array, first, film.step, origin), to = vectors(array, second, film.step, origin);
+    const speeds = span ? [first, second].map((k) => vectors(arrays.velocity, k, film.rate, [0, 0, 0])) : null;
+    return from.map((value, i) => {
+      const way = to[i] - value, straight = value + mixing * way;
+      if (!speeds) return straight;
+      return straight + mixing * left
+        * (left * (span * speeds[0][i] - way) + mixing * (way - span * speeds[1][i]));
+    });
+  }
+
+  // Draw a moment, counted in frames, as `shown` says.
+  draw(moment, camera, shown, look) {
+    const { film, arrays, pen, canvas } = this, last = film.times.length - 1;
+    const frame = Math.min(Math.floor(moment), last), next = Math.min(frame + 1, last);
+    const mixing = next > frame ? moment - frame : 0;
+    camera.follow(frame, next, mixing);
+    const isCurved = next > frame && arrays.curved.low + arrays.curved.data[frame] > 0;
+    const span = isCurved ? film.times[next] - film.times[frame] : 0;
+    this.look = look;
+    this.axes = camera.axes;
+    this.eye = camera.target.map((value, k) => value + camera.shift[k] + camera.distance * this.axes[2][k]);
+    this.scale = canvas.height / 2 / camera.half;
+    this.nearest = camera.distance / 100;
+    this.items = [];
+    const place = this.points(arrays.position, frame, next, mixing, film.origin, span);
+    if (shown.surface !== "none") this.addSkins(place, moment, shown);
+    this.addLines(place, moment, frame, next, mixing, shown);
+    if (shown.tools) this.addSolids(place, moment);
+    if (shown.forces && film.most.force) this.addForces(place, frame, next, mixing, shown.reach);
+    pen.clearRect(0, 0, canvas.width, canvas.height);
+    pen.lineCap = "round";
+    this.items.sort((a, b) => b.away - a.away);
+    for (const item of this.items) this.stroke(item);
+  }
+
+  // Return where a point is seen [px], and how far from the eye.
+  seen(place, i) {
+    const way = [0, 1, 2].map((k) => place[3 * i + k] - this.eye[k]);
+    const away = -dot(way, this.axes[2]), { canvas, scale } = this;
+    return [canvas.width / 2 + (scale * dot(way, this.axes[0])) / away, canvas.height / 2 - (scale * dot(way, this.axes[1])) / away, away];
+  }
+
+  add(corners, colour, width = 0, opacity = 1) {
+    if (corners.some((corner) => corner[2] < this.nearest)) return;
+    const away = corners.reduce((sum, corner) => sum + corner[2], 0) / corners.length;
+    // Lines lie on the faces that they belong to.
+    this.items.push({ corners, colour, width, opacity, away: away - (width ? 0.03 * this.film.view.size : 0) });
+  }
+
+  addSkins(place, moment, shown) {
+    const opacity = shown.surface === "glass" ? 0.38 : 1;
+    const hasSmooth = this.surfaces.length > 0;
+    const own = (t) => !(hasSmooth && this.isSmooth(t)) && this.isThere(this.skinLife, t, moment);
+    this.addFaces(place, this.triangles, own, opacity);
+    for (const pieces of this.surfaces) {
+      const begun = pieces.filter((piece) => piece.frames[0] <= moment + 1e-6);
+      const piece = begun.length ? begun[begun.length - 1] : pieces[0];
+      const [first, second, part] = between(piece.frames, moment);
+      this.addFaces(this.points(piece.position, first, second, part, piece.origin), piece.triangles, () => true, opacity);
+    }
+  }
+
+  addFaces(place, triangles, isShown, opacity) {
+    const { looks } = this.film, every = Math.ceil(triangles.length / 3 / MOST_FLAT);
+    const lamp = [-0.39, 0.52, 0.65], outside = hexed(looks.skin), inside = hexed(looks.lumen);
+    for (let t = 0; t < triangles.length / 3; t += every) {
+      if (!isShown(t)) continue;
+      const at = [0, 1, 2].map((k) => triangles[3 * t + k]);
+      const [a, b, c] = at.map((i) => [0, 1, 2].map((k) => place[3 * i + k]));
+      const normal = cross(b.map((value, k) => value - a[k]), c.map((value, k) => value - a[k]));
+      const size = Math.hypot(...normal) || 1, isFront = dot(normal, a.map((value, k) => this.eye[k] - value)) > 0;
+      const facing = this.axes.map((axis) => (dot(normal, axis) / size) * (isFront ? 1 : -1));
+      const light = 0.62 + 0.38 * Math.max(0, dot(facing, lamp));
+      this.add(at.map((i) => this.seen(place, i)), css((isFront ? outside : inside).map((value) => light * value)), 0, opacity);
+    }
+  }
+
+  addLines(place, moment, frame, next, mixing, shown) {
+    const { ends, film, arrays, canvas } = this, { data, low, width } = arrays.tension;
+    const every = Math.ceil(ends.length / 2 / MOST_FLAT), pixel = canvas.height / 500;
+    const shades = film.looks.tension.map((text) => seenIn(this.look, text, film.looks));
+    for (let s = 0; s < ends.length / 2; s += 1) {
+      if (!this.isThere(this.lineLife, s, moment)) continue;
+      const corners = [ends[2 * s], ends[2 * s + 1]].map((i) => this.seen(place, i));
+      if (this.threads[s] > 0) {
+        const wide = (2 * this.threads[s] * this.scale) / corners[0][2];
+        if (shown.tools) this.add(corners, film.looks.silk, Math.max(wide, pixel));
+        continue;
+      }
+      if (!shown.springs || s % every) continue;
+      let value = (low + (1 - mixing) * data[frame * width + s] + mixing * data[next * width + s]) / film.steps.tension;
+      if (shown.colour === "strain") value = this.strain(place, s) / (film.most.strain || 1);
+      const series = film.looks.series[(arrays.law.low + arrays.law.data[s]) % film.looks.series.length];
+      const ramp = ((Math.max(-1, Math.min(1, value)) + 1) / 2) * (shades.length - 1);
+      const colour = shown.colour === "law" ? seenIn(this.look, series, film.looks) : shades[Math.round(ramp)];
+      this.add(corners, css(colour), pixel * (0.8 + 0.6 * Math.min(1, Math.abs(value))));
+    }
+  }
+
+  strain(place, s) {
+    const [a, b] = [this.ends[2 * s], this.ends[2 * s + 1]];
+    const length = Math.hypot(...[0, 1, 2].map((k) => place[3 * b + k] - place[3 * a + k]));
+    return this.rest[s] > 0 ? length / this.rest[s] - 1 : 0;
+  }
+
+  addSolids(place, moment) {
+    const { film, arrays } = this, { steel } = film.looks, size = (this.canvas.height / 500) * 5;
+    for (const { kind, radius, points } of film.solids) {
+      if (kind === "plane") continue;
+      const corners = points.map((i) => this.seen(place, i));
+      this.add(corners, steel, Math.max(2, (2 * radius * this.scale) / corners[0][2]));
+    }
+    const life = lives(arrays["life of held"]);
+    for (let i = 0; i < arrays.held.data.length; i += 1) {
+      if (!this.isThere(life, i, moment)) continue;
+      const corner = this.seen(place, arrays.held.low + arrays.held.data[i]);
+      this.add([corner, [corner[0] + 0.1, ...corner.slice(1)]], steel, size);
+    }
+  }
+
+  addForces(place, frame, next, mixing, reach) {
+    const { film, arrays } = this, step = film.most.force / film.steps.force;
+    const [from, to] = [frame, next].map((k) => vectors(arrays.force, k, step, [0, 0, 0]));
+    for (let i = 0; i < film.nodes; i += 1) {
+      const tip = [0, 1, 2].map((k) => place[3 * i + k] + reach * (from[3 * i + k] + mixing * (to[3 * i + k] - from[3 * i + k])));
+      const corners = [this.seen(place, i), this.seen(tip, 0)];
+      if (Math.hypot(corners[1][0] - corners[0][0], corners[1][1] - corners[0][1]) > 3) {
+        this.add(corners, film.looks.series[2], this.canvas.height / 250);
+      }
+    }
+  }
+
+  stroke({ corners, colour, width, opacity }) {
+    const { pen } = this;
+    pen.globalAlpha = opacity;
+    pen.beginPath();
+    corners.forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+    if (width) {
+      pen.strokeStyle = colour;
+      pen.lineWidth = width;
+      pen.stroke();
+      return;
+    }
+    pen.closePath();
+    pen.fillStyle = colour;
+    pen.strokeStyle = colour;
+    pen.lineWidth = 0.7;  // lest the page shows between faces
+    pen.fill();
+    if (opacity === 1) pen.stroke();
+  }
+
+  isThere(life, i, moment) { return life[2 * i] <= moment && moment < life[2 * i + 1]; }
+
+  // Return how many springs and triangles are there at a moment.
+  count(moment) { return { springs: tally(this.lineLife, moment), triangles: tally(this.skinLife, moment) }; }
+}
