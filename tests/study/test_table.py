@@ -1,8 +1,14 @@
 """The table of a study: what is written is what is read, to the last digit."""
 
+import random
+import re
+from contextlib import suppress
+
+import h5py
 import numpy as np
 import pytest
 
+from tests import damage
 from tests.study.tables import HEAD, ROWS, table
 from tissuec.results.errors import ResultError
 from tissuec.studies.table import Column, rows_of
@@ -81,7 +87,10 @@ def test_a_column_is_found_by_name_and_knows_its_kind():
     [
         ("lift,pull\n1,2\n", "no table of a study"),
         (head_lines(HEAD).replace('"format": 1', '"format": 9'), "another version"),
-        (head_lines(HEAD) + "0,2,soft\n", "damaged table: the row of run 0 has 3 cells"),
+        (
+            head_lines(HEAD) + "0,2,soft\n",
+            "damaged table: line 3: the row of run 0 has 3 cells",
+        ),
         (head_lines(HEAD) + row_line(ROWS[0]).replace("0.25", "x"), "damaged table"),
     ],
 )
@@ -110,3 +119,65 @@ def test_xarray_has_the_axes_of_a_complete_grid():
     assert dataset["curve"].shape == (2, 2, 3)
     part = StudyTable.of(HEAD, ROWS[:3]).to_xarray()
     assert part["pull"].dims == ("run",) and part["lift"].dims == ("run",)
+
+
+def test_a_table_is_read_whatever_its_curves(tmp_path):
+    """A curve is one cell, and modules that read CSV refuse those above 131 072 characters."""
+    whole, path = as_csv(HEAD, ROWS), tmp_path / "table.csv"
+    curve = " ".join(str(n / 7) for n in range(30_000))
+    old = next(cell for cell in whole.splitlines()[2].split(",") if " " in cell)
+    path.write_text(whole.replace(old, curve, 1), "utf-8")
+    assert len(curve) > 131_072
+    found = read_table(path)
+    assert found.curves[0].values.shape[1] == 30_000
+    assert found.curves[0].values[0, -1] == 29_999 / 7
+
+
+@pytest.mark.parametrize("run", [-1, 4, 2**63, 10**400])
+def test_a_run_that_the_study_does_not_have_is_damage(tmp_path, run):
+    path = tmp_path / "table.csv"
+    path.write_text(head_lines(HEAD) + f"{run}," + row_line(ROWS[0]).partition(",")[2], "utf-8")
+    with pytest.raises(ResultError, match=r"line 3: .*; without that line, the study does its"):
+        read_table(path)
+
+
+def read_damaged(path, change, seeds):
+    """Change a table in many ways; nothing but a ResultError comes of it."""
+    whole = path.read_bytes()
+    for seed in seeds:
+        path.write_bytes(whole)
+        dice = random.Random(seed)
+        for _ in range(dice.choice([1, 1, 3])):
+            change(dice, path)
+        with suppress(ResultError):
+            found = read_table(path)
+            as_csv(found.head, rows_of(found))
+
+
+def flip(dice, path):
+    data = bytearray(path.read_bytes())
+    data[dice.randrange(len(data))] ^= 1 << dice.randrange(8)
+    path.write_bytes(data)
+
+
+def reword(dice, path):
+    cells = re.split(r"([,\n])", path.read_text("utf-8"))
+    cells[dice.randrange(len(cells))] = dice.choice(
+        ["", "1e999", "-1", "9" * 30, "nan", "x", '"', "0x1", "1 2 nan", "\0", "٣", "{}"]
+    )
+    path.write_text("".join(cells), "utf-8")
+
+
+def restructure(dice, path):
+    with h5py.File(path, "r+") as file:
+        dice.choice([damage.remove, damage.retype, damage.reshape, damage.renumber])(dice, file)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [("table.csv", flip), ("table.csv", reword), ("table.h5", flip), ("table.h5", restructure)],
+)
+def test_a_damaged_table_is_a_result_error(tmp_path, name, change):
+    path = tmp_path / name
+    (table().to_csv if name.endswith("csv") else table().to_hdf5)(path)
+    read_damaged(path, change, range(60))

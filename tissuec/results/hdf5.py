@@ -1,5 +1,6 @@
 """What h5py can do and its type stubs do not describe, as functions with types."""
 
+import errno
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,6 +11,8 @@ from tissuec.results.journal import JournaledFile
 
 TEXT = h5py.string_dtype()
 _H5PY: Any = h5py
+#: Of file systems without locks, as some network ones.
+_NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 _ONE_TEXT: Any = (
     _H5PY.h5t.py_create(TEXT, logical=True),
     _H5PY.h5s.create(_H5PY.h5s.SCALAR),
@@ -19,7 +22,7 @@ _ONE_TEXT: Any = (
 def open_file(
     what: Path | JournaledFile, mode: Literal["r", "r+", "w"], *, libver: Any = None
 ) -> h5py.File:
-    """Return an open HDF5 file.
+    """Return an open HDF5 file; without a lock where the file system has none.
 
     Args:
         what: A path, or an object with the methods of a binary file.
@@ -29,7 +32,12 @@ def open_file(
     Raises:
         OSError: It cannot be opened.
     """
-    return _H5PY.File(what, mode, libver=libver)
+    try:
+        return _H5PY.File(what, mode, libver=libver)
+    except OSError as error:
+        if error.errno not in _NO_LOCKS:
+            raise
+        return _H5PY.File(what, mode, libver=libver, locking=False)
 
 
 def set_attribute(owner: h5py.Group, name: str, value: Any, kind: Any = None) -> None:

@@ -1,5 +1,6 @@
 """The mark that every result file carries, and the check of it."""
 
+import errno
 from contextlib import suppress
 from pathlib import Path
 from typing import cast
@@ -201,6 +202,8 @@ def _missing(path: Path) -> str:
 
 def _reason(error: OSError, path: Path) -> str:
     text = str(error)
+    if error.errno == errno.EAGAIN:
+        return "another program is writing it"
     if "truncated file" in text:
         return "it is truncated, for example by an interrupted copy"
     if "signature not found" in text:

@@ -82,7 +82,8 @@ class Trajectory:
 
     def close(self) -> None:
         """Close the file; what was not read yet can no longer be."""
-        self._opened.raw.file.close()
+        if self.is_open:
+            self._opened.raw.file.close()
 
     @property
     def is_open(self) -> bool:

@@ -7,8 +7,10 @@ from typing import Any
 import h5py
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core.files import replacing
+from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import TEXT, open_file
 from tissuec.studies.rows import StudyHead
@@ -70,9 +72,11 @@ def read_hdf5(path: Path) -> StudyTable:
             if _HEAD not in file.attrs:
                 raise ResultError(f'"{path}" is no table of a study')
             return _read(file, path)
+    except ResultError:
+        raise
     except OSError as error:
         raise ResultError(f'cannot read "{path}": {error}') from error
-    except (KeyError, ValueError) as error:
+    except Exception as error:  # whatever damaged data make of HDF5
         raise ResultError(f'"{path}" is a damaged table: {error}') from error
 
 
@@ -81,28 +85,49 @@ def _read(file: Any, path: Path) -> StudyTable:
     if facts.pop("format", None) != FORMAT:
         raise ResultError(f'"{path}" was written by another version of tissuec')
     head = msgspec.convert(facts, StudyHead)
-    texts = {name: tuple(file[name].asstr()[()].tolist()) for name in _TEXTS}
+    runs = _numbers(file["runs"], None, 1).astype(np.int64)
+    if len(runs) and not 0 <= runs.min() <= runs.max() < head.planned:
+        raise ValueError(f"there are other runs than {head.planned}")
+    count = len(runs)
+    texts = {name: _texts(file[name], count) for name in _TEXTS}
     singles = [one for one in head.measures if one.every is None]
     curves = [one for one in head.measures if one.every is not None]
     return StudyTable(
         head=head,
-        runs=file["runs"][()],
-        error=file["error"][()],
+        runs=runs,
+        error=_numbers(file["error"], count, 1),
         factors=tuple(
-            _column(file["factors"], f.name, is_text=f.is_text) for f in head.factors
+            _column(file["factors"], f.name, count, is_text=f.is_text) for f in head.factors
         ),
-        measures=tuple(_column(file["measures"], m.name) for m in singles),
-        curves=tuple(_curve(file["curves"], one.name) for one in curves),
+        measures=tuple(_column(file["measures"], m.name, count) for m in singles),
+        curves=tuple(_curve(file["curves"], one.name, count) for one in curves),
         **texts,
     )
 
 
-def _column(group: Any, name: str, *, is_text: bool = False) -> Column:
+def _column(group: Any, name: str, count: int, *, is_text: bool = False) -> Column:
     stored = group[name.replace("/", "∕")]
-    values = tuple(stored.asstr()[()].tolist()) if is_text else stored[()]
-    return Column(name, stored.attrs["unit"], values)
+    values = _texts(stored, count) if is_text else _numbers(stored, count, 1)
+    return Column(name, str(stored.attrs["unit"]), values)
 
 
-def _curve(group: Any, name: str) -> MeasureCurve:
+def _curve(group: Any, name: str, count: int) -> MeasureCurve:
     stored = group[name.replace("/", "∕")]
-    return MeasureCurve(name, stored.attrs["unit"], float(stored.attrs["every"]), stored[()])
+    unit, every = str(stored.attrs["unit"]), float(stored.attrs["every"])
+    return MeasureCurve(name, unit, every, _numbers(stored, count, 2))
+
+
+def _numbers(stored: Any, count: int | None, dimensions: int) -> Floats:
+    """Return numbers in their unit, of so many rows, if it is known, and dimensions."""
+    values: NDArray[Any] = stored[()]
+    fits = count is None or len(values) == count
+    if not (fits and values.ndim == dimensions and values.dtype.kind in "iuf"):
+        raise ValueError(f"{stored.name} is not as it was written")
+    return values.astype(float)
+
+
+def _texts(stored: Any, count: int) -> tuple[str, ...]:
+    values = tuple(stored.asstr()[()].tolist())
+    if len(values) != count or not all(isinstance(text, str) for text in values):
+        raise ValueError(f"{stored.name} is not as it was written")
+    return values

@@ -25,6 +25,7 @@ from tissuec.studies.table import StudyTable, rows_of
 
 FORMAT = 1
 MARK = "# tissuec study "
+_LONGEST = (1 << 31) - 1  # characters of a cell that every system allows
 _LAST = ("outcome", "reason", "promise", "error", "digest")
 
 
@@ -108,17 +109,27 @@ def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
         if facts.pop("format", None) != FORMAT:
             raise ResultError(f'"{path}" was written by another version of tissuec')
         head = msgspec.convert(facts, StudyHead)
-        lines = csv.reader(io.StringIO(rest, newline=""))
+    except Exception as error:  # whatever damaged data make of JSON
+        raise ResultError(f'"{path}" is a damaged table: line 1: {error}') from error
+    # A curve is one cell, however many samples it has.
+    csv.field_size_limit(max(csv.field_size_limit(), min(len(rest), _LONGEST)))
+    lines = csv.reader(io.StringIO(rest, newline=""))
+    try:
         next(lines, None)
         return head, [_row(head, cells) for cells in lines]
-    except (ValueError, IndexError, csv.Error) as error:
-        raise ResultError(f'"{path}" is a damaged table: {error}') from error
+    except Exception as error:
+        raise ResultError(
+            f'"{path}" is a damaged table: line {lines.line_num + 1}: {error}; without that '
+            "line, the study does its run again"
+        ) from error
 
 
 def _row(head: StudyHead, cells: Sequence[str]) -> Row:
     factors, measures = len(head.factors), len(head.measures)
     if len(cells) != 1 + factors + measures + len(_LAST):
-        raise ValueError(f"the row of run {cells[0]} has {len(cells)} cells")
+        raise ValueError(f"the row of run {cells[0] if cells else ''} has {len(cells)} cells")
+    if not 0 <= int(cells[0]) < head.planned:
+        raise ValueError(f"there is no run {cells[0]} of {head.planned}")
     values = zip(head.factors, cells[1:], strict=False)
     measured = zip(head.measures, cells[1 + factors :], strict=False)
     outcome, reason, promise, error, digest = cells[1 + factors + measures :]
