@@ -9,11 +9,12 @@ import os
 import pickle
 import signal
 import sys
+import tempfile
 import threading
 import time as clock
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor, Future
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from multiprocessing import connection, get_context, parent_process
 from queue import SimpleQueue
 from typing import Any, NoReturn, Self
@@ -28,7 +29,10 @@ from tissuec.workers.workers import Common, Item, Lost, Result, Work
 TRIALS, PAUSE = 4, 0.2  # of starting a process, and between them, ever longer [s]
 MANY_OBJECTS = 50_000  # more, before cycles among them are searched for: few are garbage
 _FORKS = hasattr(os, "fork")
+_SAFE_PATH = "PYTHONSAFEPATH"
 _OF_MAIN = ("__spec__", "__file__")
+_SHORT, _LONGEST = "/tmp", 60  # bytes of a folder for sockets, whose paths have to be short
+_starting = threading.RLock()  # what is changed meanwhile belongs to the whole process
 
 
 class Processes:
@@ -83,7 +87,7 @@ class ProcessExecutor(Executor):
     def __init__(self, count: int):
         self.preload: list[str] = []
         self._count, self._calls = count, SimpleQueue[Any]()
-        self._is_over, self._starting = False, threading.Lock()
+        self._is_over = False
         self._workers: set[_Worker] = set()
         for _ in range(count):
             # No program waits for these threads at its end.
@@ -142,8 +146,7 @@ class ProcessExecutor(Executor):
         for trial in range(TRIALS):
             clock.sleep(trial * PAUSE)  # a server of processes that was killed is still noticed
             try:
-                with self._starting:
-                    worker = _launched(self.preload)
+                worker = _launched(self.preload)
                 self._workers.add(worker)
                 if self._is_over:  # so that nobody would end it
                     worker.process.kill()
@@ -171,16 +174,51 @@ def _launched(preload: Sequence[str]) -> _Worker:
     if _FORKS:
         context.set_forkserver_preload(list(preload))
     here, there = context.Pipe()
+    try:
+        with _starting, _without_main(), _safe_path(), _short_sockets():
+            process = context.Process(target=_work, args=(there,), daemon=True)
+            process.start()
+    finally:
+        there.close()  # so that the end of the process ends the pipe
+    return _Worker(process, here)
+
+
+@contextmanager
+def _without_main() -> Generator[None]:
+    """Hide what the script is that runs here."""
     main = sys.modules["__main__"]
     hidden = {name: vars(main).pop(name) for name in _OF_MAIN if name in vars(main)}
     main.__spec__ = None
     try:
-        process = context.Process(target=_work, args=(there,), daemon=True)
-        process.start()
+        yield
     finally:
         vars(main).update(hidden)
-        there.close()  # so that the end of the process ends the pipe
-    return _Worker(process, here)
+
+
+@contextmanager
+def _safe_path() -> Generator[None]:
+    """Have new interpreters import nothing from the current folder, where anything may lie."""
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_SAFE_PATH]
+        else:
+            os.environ[_SAFE_PATH] = before
+
+
+@contextmanager
+def _short_sockets() -> Generator[None]:
+    """Keep sockets out of folders with long names, such as those of batch systems."""
+    usual = tempfile.gettempdir()
+    if _FORKS and len(os.fsencode(usual)) > _LONGEST and os.access(_SHORT, os.W_OK):
+        tempfile.tempdir = _SHORT
+    try:
+        yield
+    finally:
+        tempfile.tempdir = usual
 
 
 # --- in a process -----------------------------------------------------------------------------

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import evenly
 from tissuec.core.processors import permitted
+from tissuec.core.resources import PACKAGE
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder, sample_times
 from tissuec.engine.method import Samples
@@ -52,6 +53,12 @@ Mode: TypeAlias = Literal["auto", "process", "inline", "off"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 State: TypeAlias = Literal["kept", "broken", "unknown", "not checked"]
 JOB = "job.pickle"  # in the folder of a companion
+#: What a companion runs: the command, with modules from where this process has them, and not
+#: from the current folder, where anything may lie.
+_START = (
+    "import sys; folder, *sys.path[:] = sys.argv[1:]; from tissuec.cli import main; "
+    "sys.argv = ['tissuec', 'companion', folder]; main()"
+)
 #: Returns the command that steps the companion of a run into a folder.
 Launch: TypeAlias = Callable[[Path], Sequence[str]]
 
@@ -64,7 +71,8 @@ def launcher(job: object) -> Launch:
 
     def launch(folder: Path) -> list[str]:
         (folder / JOB).write_bytes(pickle.dumps(job))
-        return [sys.executable, "-m", "tissuec", "companion", str(folder)]
+        path = [*filter(None, sys.path), str(PACKAGE.parent)]
+        return [sys.executable, "-P", "-c", _START, str(folder), *path]
 
     return launch
 
