@@ -40,7 +40,6 @@ OWN = {
 NO_FILE = ("np.savez(content", "open(os.devnull", "open_file(self._disk")
 
 
-@pytest.mark.skip("until the cache has its own door")
 def test_everything_is_written_through_one_door():
     """By functions of `core.files`, or into the file that `replacing` yields."""
     found = []

@@ -6,6 +6,7 @@ import shutil
 
 import pytest
 
+from tissuec.core import cache
 from tissuec.core.resources import PACKAGE
 from tissuec.engine.codegen import sources
 from tissuec.engine.codegen.export import bundles
@@ -25,7 +26,7 @@ define double @twice(double %x) {
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """Return the folder of the cache, empty at first."""
-    monkeypatch.setattr(loading, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(cache, "cache_folder", lambda: tmp_path)
     return tmp_path / "kernels"
 
 
@@ -96,9 +97,9 @@ def test_damaged_machine_code_is_made_anew(folder, damage):
 
 
 def test_it_does_without_a_cache(folder, monkeypatch):
-    monkeypatch.setattr(loading, "cache_folder", lambda: None)
+    monkeypatch.setattr(cache, "cache_folder", lambda: None)
     assert twice() == 42.0
     folder.write_text("in the way")
-    monkeypatch.setattr(loading, "cache_folder", lambda: folder.parent)
+    monkeypatch.setattr(cache, "cache_folder", lambda: folder.parent)
     assert twice() == 42.0
     assert not shutil.rmtree(folder, ignore_errors=True)

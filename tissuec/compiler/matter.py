@@ -7,8 +7,9 @@ nets calibrated by tests in tension and shear (``matter.calibration``). Surfaces
 section.
 """
 
-from functools import lru_cache
+from hashlib import sha256
 from math import pi
+from operator import attrgetter
 from typing import NoReturn
 
 import numpy as np
@@ -17,6 +18,7 @@ from msgspec.structs import replace
 
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.core.errors import Note
+from tissuec.core.keeping import kept_by
 from tissuec.core.source import Span
 from tissuec.matter.block import POISSON_OF_BRACED, fitted_block, sample_of
 from tissuec.matter.calibration import calibrated
@@ -78,24 +80,27 @@ class Matter(Struct, frozen=True, eq=False):
 
 
 class _Drawn:
-    """A solid as it is drawn; equal to others that have the same nodes, springs and fibres."""
+    """A solid as it is drawn.
+
+    Attributes:
+        digest: Equal to those of others that have the same nodes, springs and fibres.
+    """
 
     def __init__(self, mesh: Mesh, solid: Solid, generator: object, fibres: Fibres | None):
         self.mesh, self.solid, self.generator, self.fibres = mesh, solid, generator, fibres
         is_braced = isinstance(generator, Lattice) and generator.is_braced
         self.poisson = POISSON_OF_BRACED if is_braced else POISSON
-        self._bytes = mesh.position.tobytes() + mesh.ends.tobytes() + solid.volume.tobytes()
-        if fibres is not None:
-            self._bytes += fibres.stiffness.tobytes()
-
-    def __hash__(self) -> int:
-        return hash(self._bytes)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Drawn) and self._bytes == other._bytes
+        found = sha256(type(generator).__qualname__.encode())
+        stiffness = () if fibres is None else (fibres.stiffness,)
+        for array in (mesh.position, mesh.ends, solid.volume, *stiffness):
+            found.update(np.ascontiguousarray(array).data)
+        self.digest = found.hexdigest()
 
 
-@lru_cache(maxsize=4)  # who learns compiles a scene many times, with other numbers
+DIGEST = attrgetter("digest")
+
+
+@kept_by(DIGEST, 4)  # learning compiles a scene many times, with other numbers
 def _fitted(drawn: _Drawn) -> Floats:
     """Return the constants of springs per Young's modulus, before any test [m].
 
@@ -110,7 +115,7 @@ def _fitted(drawn: _Drawn) -> Floats:
     return constant / (2.0 * (1.0 + drawn.poisson))
 
 
-@lru_cache(maxsize=4)
+@kept_by(DIGEST, 4)
 def _tested(drawn: _Drawn) -> tuple[Floats, MeasuredStiffness]:
     """Return the constants of springs per Young's modulus [m], and what tests of them found.
 

@@ -32,13 +32,13 @@ stepped, stored and resumed like all other motion. Without pressure they stand u
 """
 
 from collections.abc import Callable, Iterator
-from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.vectors import norm
 from tissuec.forces import Field, Resisting, in_line, stretches
@@ -90,7 +90,7 @@ class ContactPairs(NamedTuple):
         )
 
 
-class Contact(Field, frozen=True):
+class Contact(Field, frozen=True, dict=True):
     """Nodes and shapes that can touch, with the stiffness of contact.
 
     The first shapes are faces (triangles, capsules, planes), the others elements that these
@@ -486,7 +486,7 @@ class Contact(Field, frozen=True):
         return [tables[:-1], tables[-1:]]
 
 
-@lru_cache(maxsize=8)
+@kept_on_owner(8)
 def _with_whole(contact: Contact, alive: bytes) -> Contact:
     """Return contact without the faces whose springs are gone; kept, being asked for often."""
     there = np.frombuffer(alive, dtype=bool)

@@ -23,7 +23,6 @@ solid (see ``matter.solid``): thirds of triangles would bulge it at one diagonal
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from itertools import combinations
 from typing import TYPE_CHECKING, cast
 
@@ -33,6 +32,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
+from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
 from tissuec.forces import Field, Items, Resisting
@@ -348,7 +348,7 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
     return triangles[:, [0, 1, 2, 2]], first, walls, np.zeros_like(walls)
 
 
-@lru_cache(maxsize=8)
+@kept_on_owner(8)
 def _surfaces(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indices, Indices]:
     """Return corners, ``first``, walls and their cells; kept, as checks ask before the run."""
     return _cells(network, part) or _patches(network, part) or _surface(network, part)

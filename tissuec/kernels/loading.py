@@ -8,7 +8,6 @@ import hashlib
 import json
 import lzma
 import os
-import tempfile
 import time as clock
 from collections.abc import Callable
 from functools import cache
@@ -18,7 +17,8 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from tissuec.core.resources import PACKAGE, cache_folder
+from tissuec.core.cache import recalled
+from tissuec.core.resources import PACKAGE
 
 SHIPPED = PACKAGE / "kernels" / "shipped"
 ENDING = ".ll.xz"
@@ -33,7 +33,6 @@ CALLED = (
 # that is 5 % slower on the smallest nets and no slower on others.
 LEVEL = 1
 LEFT_ALONE = "optnone"  # says of a function that it is optimised already
-_DIGEST = 32  # bytes before what is kept, lest a damaged file is run
 translating = False  # whether something is, which takes a second
 _spent = 0.0  # time of the processor that it has taken so far [s]
 _KEPT: list[Any] = []  # what owns machine code, which must outlive all that calls it
@@ -87,13 +86,7 @@ def machine_code(name: str, identity: bytes, text: Callable[[], str]) -> Any:
     """
     machine, processor = _target()
     key = hashlib.sha256(processor + b"\0" + identity).hexdigest()[:24]
-    folder = cache_folder()
-    path = None if folder is None else folder / "kernels" / f"{name}-{key}.o"
-    code = _kept(path)
-    if code is None:
-        code = _translated(text(), machine)
-        if path is not None:
-            _keep(code, path)
+    code = recalled(f"kernels/{name}-{key}.o", lambda: _translated(text(), machine))
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
@@ -148,25 +141,3 @@ def _optimised(text: str, machine: Any) -> bytes:
         # When machine code is made, it would mean: made quickly, and slow.
         module = llvm.parse_assembly(str(module).replace(f" {LEFT_ALONE}", ""))
     return bytes(machine.emit_object(module))
-
-
-def _kept(path: Path | None) -> bytes | None:
-    """Return what the cache has; None if there is nothing, or it is damaged."""
-    try:
-        stored = b"" if path is None else path.read_bytes()
-    except OSError:
-        return None
-    digest, code = stored[:_DIGEST], stored[_DIGEST:]
-    return code if code and hashlib.sha256(code).digest() == digest else None
-
-
-def _keep(code: bytes, path: Path) -> None:
-    """Put machine code into the cache, if that is possible."""
-    try:
-        path.parent.mkdir(mode=0o700, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=path.parent) as folder:
-            whole = Path(folder) / path.name
-            whole.write_bytes(hashlib.sha256(code).digest() + code)
-            os.replace(whole, path)  # at once, whoever else does the same
-    except OSError:
-        pass  # it is made again next time

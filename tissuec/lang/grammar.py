@@ -9,7 +9,7 @@ from lark import Lark, UnexpectedToken
 from lark.parsers.lalr_analysis import Shift
 from lark.parsers.lalr_parser_state import ParserState
 
-from tissuec.core.resources import cache_folder
+from tissuec.core.cache import recalled
 from tissuec.lang import parse_table
 from tissuec.lang.parse_table import OPTIONS, grammar_text
 from tissuec.lang.tokens import Token
@@ -26,13 +26,11 @@ def load_parser(builder: object) -> Lark:
     """
     text = grammar_text()
     digest = parse_table.digest(text)
-    shipped = parse_table.read()
-    if shipped["digest"] == digest:
-        return parse_table.ShippedParser(shipped, builder)
-    folder = cache_folder()
-    # Lark builds anew where the file is missing, half written or corrupt.
-    path = None if folder is None else str(folder / f"grammar-{digest}.lark-cache")
-    return Lark(text, transformer=builder, cache=path or False, **OPTIONS)
+    table = parse_table.read()
+    if table["digest"] != digest:
+        packed = recalled(f"grammar-{digest}.z", lambda: parse_table.packed(text))
+        table = parse_table.unpacked(packed)
+    return parse_table.StoredParser(table, builder)
 
 
 class Refused(Exception):

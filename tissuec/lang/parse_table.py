@@ -48,11 +48,16 @@ def digest(text: str, version: str = lark.__version__) -> str:
 
 def read() -> dict[str, Any]:
     """Return the shipped table: ``data`` and ``memo`` of Lark, its ``version``, ``digest``."""
-    found: dict[str, Any] = pickle.loads(zlib.decompress(PATH.read_bytes()))
+    return unpacked(PATH.read_bytes())
+
+
+def unpacked(packed: bytes) -> dict[str, Any]:
+    """Return the table that ``packed`` made."""
+    found: dict[str, Any] = pickle.loads(zlib.decompress(packed))
     return found
 
 
-class ShippedParser(Lark):
+class StoredParser(Lark):
     """The parser of a table.
 
     Args:
@@ -64,15 +69,19 @@ class ShippedParser(Lark):
         self._load(table, transformer=builder)  # pyright: ignore[reportUnknownMemberType]  # untyped
 
 
-def write() -> None:
-    """Build the table, and store it."""
-    text = grammar_text()
+def packed(text: str) -> bytes:
+    """Return the table of a grammar, built by this version of Lark, as bytes."""
     stored = BytesIO()
     built: Any = Lark(text, **OPTIONS)
     built.save(stored)
     table = pickle.loads(stored.getvalue())
     table |= {"version": lark.__version__, "digest": digest(text)}
-    PATH.write_bytes(zlib.compress(pickle.dumps(table), 9))
+    return zlib.compress(pickle.dumps(table), 9)
+
+
+def write() -> None:
+    """Build the table, and store it."""
+    PATH.write_bytes(packed(grammar_text()))
 
 
 if __name__ == "__main__":

@@ -5,8 +5,9 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
+from tissuec.core.cache import cache_folder
 from tissuec.core.catalogue import reference
-from tissuec.core.resources import cache_folder
+from tissuec.core.files import write_file
 
 _HEAD = re.compile(r"^## (\w+):", re.MULTILINE)
 
@@ -21,7 +22,7 @@ def _page() -> tuple[Path | None, dict[str, int]]:
     path = folder / f"messages-{sha256(text.encode()).hexdigest()[:16]}.md"
     try:
         if not path.exists():
-            path.write_text(text, encoding="utf-8", newline="\n")
+            write_file(path, text)
     except OSError:
         return None, lines
     return path, lines

@@ -14,12 +14,12 @@ Shared arguments:
 """
 
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.keeping import kept_on_owner
 from tissuec.core.vectors import dot, norm
 from tissuec.forces.branches import flat
 from tissuec.forces.springs import reach
@@ -181,7 +181,7 @@ def pull_on(state: State, position: Floats, velocity: Floats, nodes: Indices) ->
     return np.einsum("s,...sk->...k", sign, state.springs(springs).vectors(position, velocity))
 
 
-@lru_cache(maxsize=64)
+@kept_on_owner(64)
 def _boundary(network: Network, nodes: bytes) -> tuple[Indices, Floats]:
     """Return the springs between some nodes and the rest, and 1 where the first end is inside.
 

@@ -162,7 +162,7 @@ class MemoryPart(Struct, frozen=True):
     nodes: slice
 
 
-class Network(Struct, frozen=True, eq=False):
+class Network(Struct, frozen=True, eq=False, dict=True):
     """All mass points and springs of a scene, in SI units.
 
     Attributes:

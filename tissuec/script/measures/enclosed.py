@@ -1,7 +1,6 @@
 """Common code of measures of volumes: the surface of a body."""
 
-from functools import lru_cache
-
+from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Source, Span
 from tissuec.forces.volume import Enclosure
 from tissuec.model.network import Network
@@ -9,7 +8,7 @@ from tissuec.model.network import Network
 _NOWHERE = Span(Source("", ""), 0, 0)
 
 
-@lru_cache(maxsize=16)
+@kept_on_owner(16)
 def surface_of(network: Network, name: str) -> Enclosure | None:
     """Return the closed surface of a body, None where it is open."""
     try:
