@@ -200,6 +200,107 @@ def write_feb(path: Path, position, cells, group="", version="2.5"):
     )
 
 
+def write_vtp(path: Path, position, cells, parts=None):
+    write_vtu(path, position, cells, parts)
+    text = path.read_text()
+    types = text[text.index('<DataArray type="UInt8"') : text.index("</Cells>")]
+    text = text.replace(types, "").replace("UnstructuredGrid", "PolyData")
+    path.write_text(text.replace("Cells>", "Polys>").replace("NumberOfCells", "NumberOfPolys"))
+
+
+def write_off(path: Path, position, cells):
+    lines = ["OFF # blob", f"{len(position)} {len(cells)} 0"]
+    lines += ["{!r} {!r} {!r}".format(*p) for p in position.tolist()]
+    lines += [f"{len(row)} {' '.join(map(str, row))} 200 10 10" for row in cells.tolist()]
+    path.write_text("\n".join([*lines, ""]))
+
+
+def write_mesh(path: Path, position, cells, group=""):
+    """Write Medit's format; the second half of the cells has the reference 2."""
+    word = {3: "Triangles", 4: "Tetrahedra", 8: "Hexahedra"}[cells.shape[1]]
+    lines = ["MeshVersionFormatted 2", "Dimension", "3", "Vertices", str(len(position))]
+    lines += ["{!r} {!r} {!r} 0".format(*p) for p in position.tolist()]
+    lines += ["Corners 2", "1 2", f"{word} {len(cells)}"]
+    for k, row in enumerate((cells + 1).tolist()):
+        lines.append(" ".join(map(str, row)) + (" 2" if 2 * k >= len(cells) else " 1"))
+    path.write_text("\n".join([*lines, "End", ""]))
+
+
+def write_inp(path: Path, position, cells, group=""):
+    kind = {3: "S3", 4: "C3D4", 8: "C3D8R"}[cells.shape[1]]
+    lines = ["*HEADING", "blob", "*NODE"]
+    lines += ["{}, {!r}, {!r}, {!r}".format(k, *p) for k, p in enumerate(position.tolist(), 1)]
+    lines.append(f"*ELEMENT, TYPE={kind}, ELSET=all")
+    rows = enumerate((cells + 1).tolist(), 1)
+    lines += [f"{k}, " + ", ".join(map(str, row)) for k, row in rows]
+    if group:
+        lines += [f"*ELSET, ELSET={group}, GENERATE", f"{len(cells) // 2 + 1}, {len(cells)}, 1"]
+    path.write_text("\n".join([*lines, ""]))
+
+
+def write_msh_1(path: Path, position, cells):
+    kind = NAMES[cells.shape[1]][2]
+    lines = ["$NOD", str(len(position))]
+    lines += ["{} {!r} {!r} {!r}".format(k, *p) for k, p in enumerate(position.tolist(), 1)]
+    lines += ["$ENDNOD", "$ELM", str(len(cells))]
+    for k, row in enumerate((cells + 1).tolist(), 1):
+        lines.append(f"{k} {kind} 1 1 {len(row)} " + " ".join(map(str, row)))
+    path.write_text("\n".join([*lines, "$ENDELM", ""]))
+
+
+def write_msh_4(path: Path, position, cells, group="", *, binary=False):
+    """Write Gmsh's format 4.1; the second half of the cells is an entity with a group."""
+    kind, dimension = NAMES[cells.shape[1]][2], 2 if cells.shape[1] == 3 else 3
+    out = f"$MeshFormat\n4.1 {int(binary)} 8\n".encode()
+    out += (struct.pack("<i", 1) + b"\n" if binary else b"") + b"$EndMeshFormat\n"
+
+    def numbers(**kinds):
+        """Return rows of numbers, each under the letter of its type."""
+        found = b""
+        for letters, values in kinds.values():
+            if binary:
+                found += np.asarray(values).astype(f"<{letters}").tobytes()
+            else:
+                found += (
+                    " ".join(map(repr, np.asarray(values).ravel().tolist())) + "\n"
+                ).encode()
+        return found
+
+    def entity(tag, groups):
+        box = [0.0] * 6
+        head = numbers(a=("i4", [tag]), b=("f8", box), c=("u8", [len(groups)]))
+        return head + numbers(a=("i4", groups), b=("u8", [0]))
+
+    if group:
+        out += f'$PhysicalNames\n1\n{dimension} 7 "{group}"\n$EndPhysicalNames\n'.encode()
+    counts = [0, 0, 2, 0] if dimension == 2 else [0, 0, 0, 2]
+    out += b"$Entities\n" + numbers(a=("u8", counts))
+    out += entity(1, []) + entity(2, [7] if group else []) + b"$EndEntities\n"
+    count, many, half = len(position), len(cells), len(cells) // 2
+    out += b"$Nodes\n" + numbers(
+        a=("u8", [1, count, 1, count]), b=("i4", [dimension, 1, 0]), c=("u8", [count]),
+        d=("u8", np.arange(1, count + 1)), e=("f8", position),
+    ) + b"$EndNodes\n$Elements\n" + numbers(a=("u8", [2, many, 1, many]))  # fmt: skip
+    for tag, rows in ((1, np.arange(half)), (2, np.arange(half, many))):
+        table = np.column_stack([rows + 1, cells[rows] + 1])
+        out += numbers(a=("i4", [dimension, tag, kind]), b=("u8", [len(rows)]), c=("u8", table))
+    path.write_bytes(out + b"$EndElements\n")
+
+
+def write_msh_binary(path: Path, position, cells):
+    """Write Gmsh's format 2.2 in binary."""
+    nodes = np.zeros(len(position), dtype=[("tag", "<i4"), ("place", "<f8", 3)])
+    nodes["tag"], nodes["place"] = np.arange(1, len(position) + 1), position
+    rows = np.column_stack([np.arange(1, len(cells) + 1), np.ones((len(cells), 2)), cells + 1])
+    head = np.array([NAMES[cells.shape[1]][2], len(cells), 2], dtype="<i4")
+    path.write_bytes(
+        b"$MeshFormat\n2.2 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n"
+        + f"$Nodes\n{len(nodes)}\n".encode() + nodes.tobytes() + b"\n$EndNodes\n"
+        + f"$Elements\n{len(cells)}\n".encode() + head.tobytes()
+        + rows.astype("<i4").tobytes() + b"\n$EndElements\n"
+    )  # fmt: skip
+
+
 WRITERS = {
     "organ.obj": write_obj,
     "organ.stl": write_stl,
@@ -211,7 +312,15 @@ WRITERS = {
     "new.vtk": lambda *a: write_vtk(*a, version="5.1"),
     "newbinary.vtk": lambda *a: write_vtk(*a, version="5.1", binary=True),
     "organ.vtu": write_vtu,
+    "organ.vtp": write_vtp,
+    "organ.off": write_off,
+    "organ.mesh": write_mesh,
+    "organ.inp": write_inp,
     "organ.msh": write_msh,
+    "binary.msh": write_msh_binary,
+    "one.msh": write_msh_1,
+    "new.msh": write_msh_4,
+    "newbinary.msh": lambda *a: write_msh_4(*a, binary=True),
     "organ.feb": write_feb,
     "new.feb": lambda *a: write_feb(*a, version="4.0"),
 }

@@ -29,7 +29,7 @@ from tissuec.meshes.generators.imported import Imported, MeshFileError
 from tissuec.model.topology import floppy_modes, pieces
 
 FILLINGS = ("sodium chloride", "caesium chloride", "diamond", "tetrahedra")
-NEEDS_LIBRARY = (".ply", ".vtu", ".msh")
+NEEDS_LIBRARY = (".inp",)
 
 
 def imported(path: Path, **entries):
@@ -214,9 +214,10 @@ def test_the_skin_of_a_box_of_cells_is_its_surface(name, writer, box, tmp_path):
     assert len(skin) == 2 * 6 * 9
     assert Edges.among(skin).is_closed
     assert volume(mesh.position, skin) == pytest.approx(27e-6, rel=1e-12)
-    # Edges of the grid and a diagonal of each of its faces; tetrahedra have one in each cube.
+    # Edges of the grid, and both diagonals of each of its faces; or one, and one in each cube.
     grid, squares = 3 * 3 * 16, 3 * 4 * 9
-    assert len(mesh.ends) == grid + squares + (27 if box is box_of_tetrahedra else 0)
+    assert len(mesh.ends) == grid + squares + (27 if box is box_of_tetrahedra else squares)
+    assert len(mesh.tetrahedra) == 6 * 27
 
 
 def test_a_hexahedron_does_not_fold(tmp_path):
@@ -365,7 +366,8 @@ def test_edges_of_three_triangles_are_told_and_cannot_be_filled(tmp_path):
     )
     said = refusal(tmp_path / "fin.obj", filling="diamond", cell=0.02)
     assert (
-        "not closed and cannot be filled: 2 edges of one triangle, 1 of more than two" in said
+        "not closed and cannot be filled: 2 edges of one triangle, at a hole around "
+        "(4.67 mm, -11.2 mm, 158 mm); 1 of more than two" in said
     )
 
 
@@ -423,7 +425,9 @@ def test_a_truncated_file_is_refused(name, part, organ):
         return
     said = refusal(path)
     assert said.startswith(f'"{name}": ')
-    assert re.search("truncated|cannot be read|are missing|begin|no \\$Elements", said), said
+    assert re.search(
+        "truncated|cannot be read|are missing|begin|no \\$Elements|no cell", said
+    ), said
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -474,7 +478,7 @@ def test_exact_refusals(tmp_path):
         "organ.step": (
             "x",
             'the format ".step" is not supported | '
-            "formats: .feb, .msh, .obj, .ply, .stl, .vtk, .vtu",
+            "formats: .feb, .inp, .mesh, .msh, .obj, .off, .ply, .stl, .vtk, .vtp, .vtu",
         ),
         "grid.vtk": (
             "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n",
@@ -485,7 +489,7 @@ def test_exact_refusals(tmp_path):
             '<node id="2">1,0,0</node><node id="3">0,1,0</node></Nodes>'
             '<Elements type="tet4"><elem id="9">1,2,3,3</elem></Elements></Mesh></febio_spec>',
             "1 tetra with two corners at the same position, the first of them tetra 1 | "
-            "write such a cell with fewer corners, or set merging distance = 0 mm",
+            "remove it, or write: merging is off",
         ),
         "lost.feb": (
             '<febio_spec><Mesh><Nodes><node id="1">0,0,0</node></Nodes>'
@@ -527,7 +531,11 @@ def test_a_volume_cannot_be_filled_and_rules_ask_for_their_cells(tmp_path):
         path, filling="diamond", cell=0.01
     )
     assert "the area rule is for surfaces" in refusal(path, stiffness="area rule")
-    assert "but there are 1 other cells" in refusal(path, stiffness="volume rule")
+    assert "but there are 1 other cell" in refusal(path, stiffness="volume rule")
+    write_obj(tmp_path / "blob.obj", *blob(1))
+    assert "the volume rule is for tetrahedra, but there are none" in refusal(
+        tmp_path / "blob.obj", stiffness="volume rule"
+    )
 
 
 def test_a_cell_too_large_or_too_small_is_refused(tmp_path):
@@ -537,30 +545,32 @@ def test_a_cell_too_large_or_too_small_is_refused(tmp_path):
     assert "no node of the filling lies inside" in refusal(
         path, filling="sodium chloride", cell=1.0
     )
-    generator = Imported(LocatedFile("a.obj", path, 1e-3), "diamond", 1e-6)
+    generator = Imported(LocatedFile("a.obj", path, 1e-3), filling="diamond", cell=1e-6)
     assert generator.size()[0] > 50_000_000
 
 
-def test_a_vtu_of_two_pieces_is_refused(tmp_path):
-    pytest.importorskip("meshlane", reason="needs the mesh extra")
+def test_pieces_of_a_vtu_are_put_together(tmp_path):
     position, triangles = blob(1)
-    write_vtu(tmp_path / "a.vtu", position, triangles)
-    text = (tmp_path / "a.vtu").read_text()
-    piece = text[text.index("<Piece") : text.index("</Unstr")]
-    (tmp_path / "a.vtu").write_text(text.replace(piece, piece + piece))
-    assert "160 cells in 2 pieces are declared, but 80 were read" in refusal(tmp_path / "a.vtu")
+    write_vtu(tmp_path / "a.vtu", position, triangles[:30])
+    write_vtu(tmp_path / "b.vtu", position, triangles[30:])
+    text, other = ((tmp_path / name).read_text() for name in ("a.vtu", "b.vtu"))
+    piece = other[other.index("<Piece") : other.index("</Unstr")]
+    (tmp_path / "a.vtu").write_text(text.replace("</Unstr", piece + "</Unstr"))
+    mesh = imported(tmp_path / "a.vtu")
+    assert len(mesh.skin) == len(triangles)
+    assert Edges.among(mesh.skin.astype(np.int64)).is_closed
 
 
 def test_a_missing_package_is_told_with_the_command(tmp_path, monkeypatch):
-    import tissuec.meshes.formats.optional as foreign
+    import tissuec.meshes.formats.inp as foreign
 
     def missing(name):
         raise ImportError(name)
 
     monkeypatch.setattr(foreign, "import_module", missing)
-    WRITERS["organ.ply"](tmp_path / "a.ply", *blob(1))
-    assert refusal(tmp_path / "a.ply") == (
-        '"a.ply": reading .ply needs the optional package meshlane | '
+    WRITERS["organ.inp"](tmp_path / "a.inp", *blob(1))
+    assert refusal(tmp_path / "a.inp") == (
+        '"a.inp": reading .inp needs the optional package meshlane | '
         'install it: pip install "tissuec[mesh]"'
     )
 
@@ -594,7 +604,6 @@ def test_files_of_vtk_itself_are_read(tmp_path):
 @pytest.mark.parametrize("compressor", ["None", "ZLib", "LZMA"])
 def test_grids_of_vtk_itself_are_read(mode, compressor, tmp_path):
     vtk = pytest.importorskip("vtkmodules.all")
-    pytest.importorskip("meshlane", reason="needs the mesh extra")
     position, cells = box_of_tetrahedra(2)
     write_vtk(tmp_path / "a.vtk", position, cells)
     reader = vtk.vtkUnstructuredGridReader()

@@ -14,10 +14,15 @@ from tissuec.core.errors import TissueError, counted
 from tissuec.core.fields import LocatedFile
 
 if TYPE_CHECKING:
+    from tissuec.meshes.generators.imported import Imported
     from tissuec.meshes.repair import RepairedMesh
 
 _MOST_GROUPS = 20  # that are listed in a scene; --json has all of them
-_CELLS_ACROSS = 8  # of a proposed filling, along the shortest side
+_MOST_HOLES = 5  # whose places are listed
+#: A proposed filling has about so many nodes and never more than ten times as many, and at the
+#: least so many cells across the mean thickness, 2 V / A of volume and surface.
+_NODES, _CELLS_ACROSS = 4000, 3.0
+_MOST_SITES = 2_000_000  # of the lattice in the box around a body, of which some are taken
 
 SCENE = """\
 language 1
@@ -28,7 +33,7 @@ use "tissues/liver"
 body organ {{
   mesh is imported {{
     file "{name}" in {unit}
-{filling}  }}
+{part}{filling}  }}
   tissue is liver
 {regions}}}
 set bottom = nodes of organ where z < {bottom}
@@ -63,27 +68,36 @@ def command(settings: Settings, file: Path, unit: str) -> int:
         shape = mesh.shape
     except MeshFileError as error:
         raise TissueError(str(error) + (f"; {error.hint}" if error.hint else "")) from error
-    scene = _scene(shape, file.name, unit)
-    _warn_of_size(shape)
+    facts = _facts(shape)
+    filling = _filling(mesh, facts)
+    scene = _scene(facts, filling, file.name, unit)
+    _warn_of_size(facts, unit)
     if settings.json:
-        print_json({**_facts(shape), "file": str(file), "unit": unit, "scene": scene})
+        print_json({**facts, "file": str(file), "unit": unit, "scene": scene})
     else:
         click.echo(scene, nl=False)
     return DONE
 
 
-def _warn_of_size(shape: "RepairedMesh") -> None:
-    """Say on stderr that a mesh is hardly that of an organ: perhaps the unit is another."""
+def _warn_of_size(facts: dict[str, Any], unit: str) -> None:
+    """Say on stderr that a mesh is hardly that of an organ, and in which unit it would be."""
     from tissuec.scene.usual_ranges import USUAL
 
-    size, usual = float(np.ptp(shape.position, axis=0).max()), USUAL["size"]
-    if not usual.holds(size):
-        shown = units.show(size, units.LENGTH)
-        echo(
-            f"warning: the mesh is {shown} large, outside of the usual range: {usual.shown}; "
-            "is --unit right?",
-            err=True,
-        )
+    size, usual = float((facts["high"] - facts["low"]).max()), USUAL["size"]
+    if usual.holds(size):
+        return
+    low, high = usual.typical
+    sizes = {other: size / _factor(unit) * _factor(other) for other in usual.units}
+    better = next((other for other, found in sizes.items() if low <= found <= high), None)
+    hint = "is --unit right?"
+    if better is not None:
+        large = units.show(sizes[better], units.LENGTH)
+        hint = f"if it is {large} large, write: --unit {better}"
+    shown = units.show(size, units.LENGTH)
+    echo(
+        f"warning: the mesh is {shown} large, outside of the usual range: {usual.shown}; {hint}",
+        err=True,
+    )
 
 
 def _factor(unit: str) -> float:
@@ -100,42 +114,81 @@ def _facts(shape: "RepairedMesh") -> dict[str, Any]:
     """Return what is in a mesh file, repaired, in SI units."""
     from tissuec.geometry.edges import Edges, volume
 
-    is_closed = Edges.among(shape.skin).is_closed
+    edges = Edges.among(shape.skin)
+    holes: list[dict[str, Any]] = []
+    for nodes in edges.holes()[:_MOST_HOLES]:
+        around = shape.position[nodes]
+        centre, size = around.mean(axis=0), float(np.ptp(around, axis=0).max())
+        holes.append({"nodes": len(nodes), "centre": centre, "size": size})
     return {
         "nodes": len(shape.position),
         "triangles": len(shape.skin),
         "tetrahedra": len(shape.tetrahedra),
-        "other_cells": shape.others,
+        "divided_cells": shape.divided,
+        "left_out": dict(shape.ignored),
         "low": shape.position.min(axis=0),
         "high": shape.position.max(axis=0),
-        "closed": is_closed,
-        "volume": volume(shape.position, shape.skin) if is_closed else None,
+        "closed": edges.is_closed,
+        "volume": volume(shape.position, shape.skin) if edges.is_closed else None,
+        "holes": holes,
+        "parts": list(shape.parts),
         "groups": {name: len(nodes) for name, nodes in shape.groups.items()},
         "defects": list(shape.remarks),
     }
 
 
-def _scene(shape: "RepairedMesh", name: str, unit: str) -> str:
-    low, high = shape.position.min(axis=0), shape.position.max(axis=0)
-    facts = _facts(shape)
-    filling = ""
-    if facts["closed"] and not shape.is_volume:
-        cell = _rounded(float((high - low).min()) / _CELLS_ACROSS)
-        filling = f"    filling is sodium chloride; cell = {cell}; reach is second neighbours\n"
-    groups = list(shape.groups)[:_MOST_GROUPS]
+def _filling(mesh: "Imported", facts: dict[str, Any]) -> tuple[str, str]:
+    """Return the entries of a filling that can be built, and a remark on it."""
+    from tissuec.meshes.generators.imported import Imported, MeshFileError
+    from tissuec.meshes.stiffness_sharing import node_areas
+
+    shape = mesh.shape
+    if not facts["closed"] or shape.is_volume or not facts["volume"] > 0.0:
+        return "", ""
+    enclosed, area = facts["volume"], float(node_areas(shape.position, shape.skin).sum())
+    box = float(np.prod(facts["high"] - facts["low"]))
+    least = (max(enclosed / (10 * _NODES), box / _MOST_SITES)) ** (1 / 3)
+    cell = max(2.0 * enclosed / area / _CELLS_ACROSS, (enclosed / _NODES) ** (1 / 3))
+    while cell >= least:
+        kind, reach = "sodium chloride", "second neighbours"
+        written = _rounded(cell)
+        try:
+            filled = Imported(mesh.file, filling=kind, cell=_read(written), reach=reach)
+            built = filled.build()
+        except MeshFileError:
+            cell /= 1.5
+            continue
+        size = (
+            f"{counted(len(built.position), 'node')} and {counted(len(built.ends), 'spring')}"
+        )
+        if len(built.position) > 10 * _NODES + len(shape.position):
+            break
+        return f"    filling is {kind}; cell = {written}; reach is {reach}\n", f"filled: {size}"
+    return "", (
+        f"its walls are thin ({units.show(2 * enclosed / area, units.LENGTH)} on average): a "
+        "filling would need too many nodes; it is taken as a surface"
+    )
+
+
+def _scene(facts: dict[str, Any], filling: tuple[str, str], name: str, unit: str) -> str:
+    low, high = facts["low"], facts["high"]
     regions = "".join(
         f'  # region part {k} where group is "{group}" {{ tissue is … }}\n'
-        for k, group in enumerate(groups, 1)
+        for k, group in enumerate(list(facts["groups"])[:_MOST_GROUPS], 1)
     )
     regions += "  # interface is mean\n" if regions else ""
+    parts = facts["parts"]
+    part = f'    # part "{parts[0]}"  # for this part of the file alone\n' if parts[1:] else ""
     bottom = units.show(float(low[2] + 0.1 * (high[2] - low[2])), units.LENGTH)
     if not high[2] > low[2]:
         bottom = units.show(float(low[2]) + 1e-6, units.LENGTH)
+    lines = [*_lines(facts, unit), *([filling[1]] if filling[1] else [])]
     return SCENE.format(
         name=name,
-        facts="\n".join(f"# {line}" for line in _lines(facts, unit)),
+        facts="\n".join(f"# {line}" for line in lines),
         unit=unit,
-        filling=filling,
+        part=part,
+        filling=filling[0],
         regions=regions,
         bottom=bottom,
     )
@@ -147,8 +200,11 @@ def _lines(facts: dict[str, Any], unit: str) -> Iterator[str]:
         counted(facts["nodes"], "node"),
         f"a surface of {counted(facts['triangles'], 'triangle')}",
     ]
-    if facts["tetrahedra"] or facts["other_cells"]:
-        parts.append(f"{facts['tetrahedra']} tetrahedra and {facts['other_cells']} other cells")
+    if facts["tetrahedra"]:
+        cells = facts["divided_cells"]
+        of = f" ({counted(cells, 'other cell')} divided)" if cells else ""
+        parts.append(f"{facts['tetrahedra']} tetrahedra{of}")
+    parts += [f"{counted(many, kind)} left out" for kind, many in facts["left_out"].items()]
     yield ", ".join(parts)
     closed = "it is not closed"
     if facts["closed"]:
@@ -157,15 +213,25 @@ def _lines(facts: dict[str, Any], unit: str) -> Iterator[str]:
     for axis, low, high in zip("xyz", facts["low"], facts["high"], strict=True):
         ends = (units.show(float(value), units.LENGTH) for value in (low, high))
         yield f"  {axis} runs from {' to '.join(ends)}"
+    for hole in facts["holes"]:
+        centre = ", ".join(units.show(float(value), units.LENGTH) for value in hole["centre"])
+        across = units.show(hole["size"], units.LENGTH)
+        yield f"a hole of {hole['nodes']} edges around ({centre}), {across} across"
     for name, count in list(facts["groups"].items())[:_MOST_GROUPS]:
-        yield f'group "{name}": {counted(count, "node")}'
+        kind = "part" if name in facts["parts"] else "group"
+        yield f'{kind} "{name}": {counted(count, "node")}'
     if (more := len(facts["groups"]) - _MOST_GROUPS) > 0:
         yield f"and {more} further groups"
     for remark in facts["defects"]:
         yield re.sub(r"\s+", " ", remark)
 
 
+def _read(length: str) -> float:
+    number, unit = length.split()
+    return float(number) * _factor(unit)
+
+
 def _rounded(length: float) -> str:
-    """Return a length with one digit that counts, as a scene has it."""
-    digit = 10.0 ** np.floor(np.log10(length))
+    """Return a length with two digits that count, as a scene has it."""
+    digit = 10.0 ** (np.floor(np.log10(length)) - 1.0)
     return units.show(float(np.floor(length / digit) * digit), units.LENGTH)

@@ -69,6 +69,16 @@ class FileIn(Struct, frozen=True):
     dimension: Dimension
 
 
+class Named(Struct, frozen=True):
+    """``part "left lobe"``: a name in quotes.
+
+    Attributes:
+        example: A name as it could be written.
+    """
+
+    example: str
+
+
 class LocatedFile(Struct, frozen=True):
     """A file that a scene names.
 

@@ -46,6 +46,19 @@ class Edges(Struct, frozen=True, eq=False, dict=True):
         """Return whether each edge belongs to exactly two triangles, and there are some."""
         return bool(len(self.count)) and bool(np.all(self.count == 2))
 
+    def holes(self) -> list[Indices]:
+        """Return the nodes around each hole: those of connected edges of one triangle.
+
+        The largest number of nodes comes first.
+        """
+        ends = self.ends[self.count == 1]
+        if not len(ends):
+            return []
+        nodes, number = np.unique(ends, return_inverse=True)
+        label = pieces(len(nodes), number.reshape(-1, 2))
+        found = [nodes[label == one] for one in np.unique(label)]
+        return sorted(found, key=len, reverse=True)
+
     @cached_property
     def pairs(self) -> tuple[Indices, Indices, NDArray[np.bool_]]:
         """Return the two triangles at each edge with exactly two, and whether they face alike.

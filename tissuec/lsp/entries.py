@@ -5,7 +5,7 @@ from functools import cache
 
 from msgspec.structs import replace
 
-from tissuec.core.fields import FileIn, FromTo, OneOf, Point, Real, Several
+from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several
 from tissuec.core.markdown import described, fenced, paragraphs, summary
 from tissuec.core.units import describe
 from tissuec.engine.integrators import INTEGRATORS
@@ -56,7 +56,7 @@ def _entry(entry: Entry, choices: Terms | None = None) -> Term:
             behind, choices = " is ", choices or plain(CHOICE, words)
         case FromTo(dimension=dimension):
             behind = " from "
-        case FileIn(dimension=dimension):
+        case FileIn() | Named():
             behind = IN_QUOTES
         case (
             Real(dimension=dimension)

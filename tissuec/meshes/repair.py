@@ -2,37 +2,46 @@
 
 Repaired, and reported with counts: unused nodes, coincident nodes, degenerate triangles,
 duplicate cells, and triangles that face another way than their neighbours. Refused: coordinates
-that are not finite, corners that do not exist, folded cells, and files without any surface or
-cell.
+that are not finite, corners that do not exist, folded tetrahedra, faces that cross themselves,
+and files without any surface or cell.
+
+Pyramids, wedges and hexahedra are divided into tetrahedra: their corner of the lowest number is
+joined to the faces that do not have it, and each face of four is cut through its own lowest
+corner. So two cells that share a face cut it alike (J. Dompierre and others, How to subdivide
+pyramids, prisms and hexahedra into tetrahedra, 8th Int. Meshing Roundtable, 195, 1999).
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.errors import counted
+from tissuec.core.hints import alternatives
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.geometry.inside import depths
+from tissuec.geometry.polygons import CrossingError, triangles_of
 from tissuec.meshes.formats import FormatError, MeshCells, RawMesh
 from tissuec.model.topology import pieces
 
-#: Faces of the volume cells by corner; a face of three ends with its first corner again.
+#: Faces of the volume cells by corner, all facing outwards (or, in some formats, all inwards).
 FACES = {
-    "tetra": ((0, 1, 2, 0), (0, 1, 3, 0), (1, 2, 3, 1), (0, 2, 3, 0)),
-    "pyramid": ((0, 1, 2, 3), (0, 1, 4, 0), (1, 2, 4, 1), (2, 3, 4, 2), (3, 0, 4, 3)),
-    "wedge": ((0, 1, 2, 0), (3, 4, 5, 3), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "pyramid": ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
+    "wedge": ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
     "hexahedron": (
-        (0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)
+        (0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)
     ),
 }  # fmt: skip
+_SIDES = ((1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1))  # faces of a tetrahedron
 _CLOSE = 1e-6  # of the diagonal of the mesh: nodes that are no further apart are one node
 #: A diagonal of a face counts as the shorter one if it is so by more than this part. Rounding
 #: in a file must not decide, for the same mesh may come in another format.
 _SHORTER = 1e-3
+_FLAT = 1e-6  # of its longest edge: the height of a triangle that has no area
 
 
 class RepairedMesh(Struct, frozen=True, eq=False):
@@ -40,12 +49,13 @@ class RepairedMesh(Struct, frozen=True, eq=False):
 
     Attributes:
         position: Nodes [m], shape (node, 3).
-        pairs: Node pairs that an edge or a diagonal of a face joins, shape (pair, 2); may
-            repeat.
+        pairs: Node pairs that an edge or a diagonal joins, shape (pair, 2); may repeat.
         skin: The surface as triangles, shape (triangle, 3), facing outwards where it is closed.
         tetrahedra: Corners, shape (tetrahedron, 4).
-        others: How many volume cells there are that are no tetrahedra.
-        groups: Nodes of each named part, by name, ascending.
+        divided: How many cells of other kinds these tetrahedra were.
+        ignored: How many lines, beams and points of the file are left out.
+        parts: Names of parts that can be imported alone.
+        groups: Nodes of each named part or set of nodes, by name, ascending.
         remarks: What was repaired or remains wrong, in words, with counts.
     """
 
@@ -53,13 +63,15 @@ class RepairedMesh(Struct, frozen=True, eq=False):
     pairs: Indices
     skin: Indices
     tetrahedra: Indices
-    others: int
+    divided: int
+    ignored: Mapping[str, int]
+    parts: tuple[str, ...]
     groups: Mapping[str, Indices]
     remarks: tuple[str, ...]
 
     @property
     def is_volume(self) -> bool:
-        return bool(len(self.tetrahedra) or self.others)
+        return bool(len(self.tetrahedra))
 
 
 class _Draft(Struct):
@@ -71,38 +83,69 @@ class _Draft(Struct):
     remarks: list[str] = field(default_factory=list[str])
 
 
-def repair(raw: RawMesh, scale: float, *, close: float | None = None) -> RepairedMesh:
+def repair(
+    raw: RawMesh, scale: float, *, close: float | None = None, part: str | None = None
+) -> RepairedMesh:
     """Return a shape from the contents of a file.
 
     Args:
         raw: As read.
         scale: Metres in the file's unit.
-        close: Distance up to which nodes count as one [m]; by default a millionth of the
-            diagonal.
+        close: Distance up to which nodes count as one [m], 0 for none; by default a millionth
+            of the diagonal.
+        part: Name of the part that is taken; by default all of the file is.
 
     Raises:
-        FormatError: It cannot be repaired.
+        FormatError: It cannot be repaired, or there is no such part.
     """
-    draft = _Draft(raw.position * scale, list(raw.cells), dict(raw.groups))
+    raw = raw if part is None else _part_of(raw, part)
+    groups = {name: _nodes_of(raw, elements) for name, elements in raw.parts.items()}
+    for name, nodes in raw.groups.items():
+        groups[name] = np.concatenate([groups.get(name, nodes[:0]), nodes])
+    draft = _Draft(raw.position * scale, list(raw.cells), groups, list(raw.remarks))
     _check(draft, raw)
+    _divide_polygons(draft)
     _drop_unused(draft, raw)
     _merge(draft, close)
-    _check_folded(draft)
-    if not any(len(cells.nodes) for cells in draft.cells):
+    shape = _Shape.of(draft)
+    if not (len(shape.triangles) or len(shape.tetrahedra)):
         raise FormatError(f"nothing is left of its surface: {'; '.join(draft.remarks)}")
-    triangles, pairs, tetrahedra, others = _take_apart(draft)
-    if raw.polygons:
-        draft.remarks.append(f"{counted(raw.polygons, 'face')} of five corners or more divided")
-    skin, remarks = _faced(draft.position, triangles)
+    skin, remarks = _faced(
+        draft.position, shape.triangles, is_known=bool(len(shape.tetrahedra))
+    )
     return RepairedMesh(
         draft.position,
-        pairs,
+        shape.pairs,
         skin,
-        tetrahedra,
-        others,
+        shape.tetrahedra,
+        shape.divided,
+        raw.ignored,
+        tuple(raw.parts),
         draft.groups,
         (*draft.remarks, *remarks),
     )
+
+
+def _part_of(raw: RawMesh, name: str) -> RawMesh:
+    """Return the cells of one part of a file."""
+    if name not in raw.parts:
+        what = "is a set of nodes, which has no cells" if name in raw.groups else "is no part"
+        raise FormatError(f'"{name}" {what}', alternatives(name, raw.parts, what="parts"))
+    members = raw.parts[name]
+    cells = tuple(cells.at(np.isin(cells.element, members)) for cells in raw.cells)
+    # Nodes of other parts at the border of this one are no reason to name them here.
+    parts = {
+        other: common
+        for other, elements in raw.parts.items()
+        if len(common := np.intersect1d(elements, members))
+    }
+    return replace(raw, cells=cells, parts=parts)
+
+
+def _nodes_of(raw: RawMesh, elements: Indices) -> Indices:
+    """Return the nodes of some elements of a file, ascending."""
+    rows = [cells.nodes[np.isin(cells.element, elements)].ravel() for cells in raw.cells]
+    return np.unique(np.concatenate([np.zeros(0, np.int64), *rows]))
 
 
 def _check(draft: _Draft, raw: RawMesh) -> None:
@@ -142,6 +185,27 @@ def _used(draft: _Draft) -> Indices:
     return np.unique(np.concatenate([cells.nodes.ravel() for cells in draft.cells]))
 
 
+def _divide_polygons(draft: _Draft) -> None:
+    """Divide faces of five corners or more into triangles."""
+    many = 0
+    for row, cells in enumerate(draft.cells):
+        if cells.kind != "polygon":
+            continue
+        try:
+            triangles = triangles_of(draft.position, cells.nodes)
+        except CrossingError as error:
+            at = draft.position[cells.nodes[error.row]].mean(axis=0)
+            raise FormatError(
+                f"a face of {cells.nodes.shape[1]} corners around {place(at)} crosses itself",
+                "divide it into triangles in the program that made it",
+            ) from None
+        many += len(cells.nodes)
+        each = np.repeat(cells.element, cells.nodes.shape[1] - 2)
+        draft.cells[row] = MeshCells("triangle", triangles, each)
+    if many:
+        draft.remarks.append(f"{counted(many, 'face')} of five corners or more divided")
+
+
 def _drop_unused(draft: _Draft, raw: RawMesh) -> None:
     used = _used(draft)
     unused = len(draft.position) - len(used)
@@ -160,7 +224,7 @@ def _drop_unused(draft: _Draft, raw: RawMesh) -> None:
 def _renumber(draft: _Draft, position: Floats, number: Indices) -> None:
     """Give nodes new numbers; those of groups that have none (-1) leave them."""
     draft.position = position
-    draft.cells = [MeshCells(cells.kind, number[cells.nodes]) for cells in draft.cells]
+    draft.cells = [replace(cells, nodes=number[cells.nodes]) for cells in draft.cells]
     for name, nodes in draft.groups.items():
         nodes = nodes[(nodes >= 0) & (nodes < len(number))]
         draft.groups[name] = np.unique(number[nodes][number[nodes] >= 0])
@@ -168,6 +232,8 @@ def _renumber(draft: _Draft, position: Floats, number: Indices) -> None:
 
 def _merge(draft: _Draft, close: float | None) -> None:
     """Make nodes at one place one node, the first of them."""
+    if close == 0.0:
+        return
     if close is None:
         close = _CLOSE * float(np.linalg.norm(np.ptp(draft.position, axis=0)))
     pairs = close_pairs(draft.position, close)
@@ -209,74 +275,177 @@ def close_pairs(position: Floats, distance: float) -> Indices:
     return np.concatenate(found)
 
 
-def _check_folded(draft: _Draft) -> None:
-    """Leave out faces with two corners in one node; refuse such volume cells."""
-    for place, cells in enumerate(draft.cells):
-        ascending = np.sort(cells.nodes, axis=1)
-        folded = (ascending[:, 1:] == ascending[:, :-1]).any(axis=1)
-        if not folded.any():
-            continue
-        number = int(folded.sum())
-        if cells.kind in FACES:
-            raise FormatError(
-                f"{_many(number, cells.kind)} with two corners at the same position, the "
-                "first of them "
-                f"{cells.kind} {np.argmax(folded) + 1}",
-                "write such a cell with fewer corners, or set merging distance = 0 mm",
-            )
-        draft.remarks.append(
-            f"{_many(number, cells.kind)} with two corners in one node removed"
+class _Shape(NamedTuple):
+    """What cells consist of: triangles of the surface, pairs to join, and tetrahedra."""
+
+    triangles: Indices
+    pairs: Indices
+    tetrahedra: Indices
+    divided: int
+
+    @classmethod
+    def of(cls, draft: _Draft) -> "_Shape":
+        """Take the cells of a draft apart."""
+        joined: dict[str, Indices] = {}
+        for kind in sorted({cells.kind for cells in draft.cells if len(cells.nodes)}):
+            found = np.concatenate([c.nodes for c in draft.cells if c.kind == kind])
+            if kind == "triangle":
+                found = _without_folded(found, draft.remarks)
+            joined[kind] = _once(found, kind, draft.remarks)
+        tetrahedra = _tetrahedra(draft, joined)
+        divided = sum(len(joined[kind]) for kind in FACES if kind in joined)
+        triangles = joined.get("triangle", np.zeros((0, 3), dtype=np.int64))
+        quads = joined.get("quad", np.zeros((0, 4), dtype=np.int64))
+        halves = _without_folded(_halved(draft.position, quads), draft.remarks)
+        faces = _once(np.concatenate([triangles, halves]), "triangle", draft.remarks)
+        if not len(tetrahedra):
+            faces = _without_flat(draft, faces)
+            return cls(faces, _edges(faces), tetrahedra, divided)
+        outer = _boundary(draft.position, tetrahedra)
+        own = joined.get("tetra", tetrahedra[:0])
+        sides = [
+            joined[kind][:, face]
+            for kind, around in FACES.items()
+            if kind in joined
+            for face in around
+        ]
+        pairs = np.concatenate([_edges(cells) for cells in (faces, own, *sides)])
+        return cls(outer, pairs, tetrahedra, divided)
+
+
+def _edges(cells: Indices) -> Indices:
+    """Return all pairs of corners of faces or tetrahedra."""
+    corners = range(cells.shape[1])
+    return np.concatenate([cells[:, [a, b]] for a in corners for b in corners if a < b])
+
+
+def _tetrahedra(draft: _Draft, joined: Mapping[str, Indices]) -> Indices:
+    """Return the tetrahedra of a file, and those into which its other volume cells divide."""
+    own = joined.get("tetra", np.zeros((0, 4), dtype=np.int64))
+    folded = _is_folded(own)
+    if folded.any():
+        raise FormatError(
+            f"{_many(int(folded.sum()), 'tetra')} with two corners at the same position, the "
+            f"first of them tetra {np.argmax(folded) + 1}",
+            "remove it, or write: merging is off",
         )
-        draft.cells[place] = MeshCells(cells.kind, cells.nodes[~folded])
+    found = [own]
+    for kind, faces in FACES.items():
+        cells = joined.get(kind, np.zeros((0, 8), dtype=np.int64))
+        made, cell = _coned(cells, faces)
+        solid = ~_is_folded(made)  # of a cell that a program wrote with fewer corners
+        made, cell = made[solid], cell[solid]
+        if missing := len(cells) - len(np.unique(cell)):
+            raise FormatError(f"{_many(missing, kind)} without any volume")
+        a, b, c, d = draft.position[made].swapaxes(0, 1)
+        content = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
+        low, high = np.zeros(len(cells)), np.zeros(len(cells))
+        np.minimum.at(low, cell, content)
+        np.maximum.at(high, cell, content)
+        bent = np.minimum(-low, high) > _FLAT * np.maximum(-low, high)
+        if many := int(bent.sum()):
+            at = draft.position[cells[np.argmax(bent)]].mean(axis=0)
+            draft.remarks.append(
+                f"{_many(many, kind)} so distorted that parts of them are inside out, the "
+                f"first of them around {place(at)}"
+            )
+        found.append(made)
+    return np.concatenate(found)
 
 
-def _take_apart(draft: _Draft) -> tuple[Indices, Indices, Indices, int]:
-    """Return the triangles of the surface, pairs to join, tetrahedra, and other cells."""
-    none = np.zeros((0, 4), dtype=np.int64)
-    of_kind: dict[str, list[Indices]] = {}
-    for cells in draft.cells:
-        of_kind.setdefault(cells.kind, []).append(cells.nodes)
-    joined = {
-        kind: _once(np.concatenate(rows), kind, draft.remarks) for kind, rows in of_kind.items()
-    }
-    triangles = joined.get("triangle", none[:, :3])
-    quads, diagonals = _halved(draft.position, joined.get("quad", none))
-    faces = _once(np.concatenate([triangles, quads]), "triangle", draft.remarks)
-    shells = [
-        (joined[kind][:, np.array(sides)], joined[kind])
-        for kind, sides in FACES.items()
-        if kind in joined
-    ]
-    pairs = [faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]], diagonals]
-    tetrahedra = joined.get("tetra", none)
-    others = sum(len(joined.get(kind, none)) for kind in ("pyramid", "wedge", "hexahedron"))
-    if not shells:
-        return faces, _pairs(pairs), tetrahedra, others
-    outer, inner_pairs = _boundary(draft.position, shells)
-    return outer, _pairs([*pairs, inner_pairs]), tetrahedra, others
+def _coned(cells: Indices, faces: Sequence[tuple[int, ...]]) -> tuple[Indices, Indices]:
+    """Return tetrahedra from the lowest corner of each cell to its other faces.
 
+    Args:
+        cells: Corners, shape (cell, corner).
+        faces: Of such a cell by corner.
 
-def _pairs(found: Sequence[Indices]) -> Indices:
-    pairs = np.concatenate(found)
-    return pairs[pairs[:, 0] != pairs[:, 1]]
-
-
-def _halved(position: Floats, quads: Indices) -> tuple[Indices, Indices]:
-    """Return two triangles for each quad, cut along its shorter diagonal, and the diagonals.
-
-    Where both are equally long, it is the one through the lowest node: two cells that share a
-    face cut it alike.
+    Returns:
+        Corners, shape (tetrahedron, 4), and the cell of each, shape (tetrahedron,).
     """
-    even, odd = (
-        np.linalg.norm(position[quads[:, k]] - position[quads[:, k + 2]], axis=1)
-        for k in (0, 1)
-    )
-    lowest = quads.argmin(axis=1) % 2 == 1 if len(quads) else np.zeros(0, dtype=bool)
+    found, owner = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    lowest = cells.argmin(axis=1) if len(cells) else np.zeros(0, dtype=np.int64)
+    for apex in np.unique(lowest).tolist():
+        rows = np.flatnonzero(lowest == apex)
+        for face in faces:
+            if apex in face:
+                continue
+            sides = [cells[rows][:, face]]
+            if len(face) == 4:
+                turned = sides[0].argmin(axis=1) % 2 == 1
+                quad = np.where(turned[:, None], np.roll(sides[0], -1, axis=1), sides[0])
+                sides = [quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]]
+            for side in sides:
+                found.append(np.column_stack([cells[rows, apex], side]))
+                owner.append(rows)
+    order = np.argsort(np.concatenate(owner), kind="stable")
+    return np.concatenate(found)[order], np.concatenate(owner)[order]
+
+
+def _is_folded(cells: Indices) -> NDArray[np.bool_]:
+    """Return which cells have two corners in one node."""
+    ascending = np.sort(cells, axis=1)
+    return (ascending[:, 1:] == ascending[:, :-1]).any(axis=1)
+
+
+def _without_folded(triangles: Indices, remarks: list[str]) -> Indices:
+    folded = _is_folded(triangles)
+    if folded.any():
+        many = counted(int(folded.sum()), "triangle")
+        remarks.append(f"{many} with two corners in one node removed")
+    return triangles[~folded]
+
+
+def _without_flat(draft: _Draft, triangles: Indices) -> Indices:
+    """Return triangles without those that have no area and hang on a closed surface.
+
+    A triangle without area that fills the gap between a long edge and two short ones stays.
+    """
+    removed = 0
+    while len(triangles):
+        corners = draft.position[triangles]
+        sides = np.roll(corners, -1, axis=1) - corners
+        longest = np.linalg.norm(sides, axis=2).max(axis=1)
+        area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        edges = Edges.among(triangles)
+        loose = (edges.count[edges.of] != 2).any(axis=1) & (area <= _FLAT * longest**2)
+        if not loose.any():
+            break
+        removed += int(loose.sum())
+        triangles = triangles[~loose]
+    if removed:
+        draft.remarks.append(f"{counted(removed, 'triangle')} without area removed")
+        used = np.unique(triangles)
+        number = np.full(len(draft.position), -1)
+        number[used] = np.arange(len(used))
+        _renumber(draft, draft.position[used], number)
+        triangles = number[triangles]
+    return triangles
+
+
+def _halved(position: Floats, quads: Indices) -> Indices:
+    """Return two triangles for each quad, cut along its shorter diagonal.
+
+    Where both are equally long, it is the one through the lowest node. A quad with a corner
+    that points inwards, or is straight, is cut through that corner.
+    """
+    if not len(quads):
+        return np.zeros((0, 3), dtype=np.int64)
+    corner = position[quads]
+    first, second = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
+    even, odd = (np.linalg.norm(one, axis=1) for one in (first, second))
     similar = np.abs(even - odd) <= _SHORTER * np.maximum(even, odd)
+    lowest = np.asarray(quads.argmin(axis=1) % 2 == 1)
     turned = np.where(similar, lowest, odd < even)
+    normal = np.cross(first, second)  # twice the area
+    before, behind = np.roll(corner, 1, axis=1), np.roll(corner, -1, axis=1)
+    turns = np.cross(corner - before, behind - corner)
+    size = np.einsum("ij,ij->i", normal, normal)[:, None]
+    inwards = np.einsum("ikj,ij->ik", turns, normal) < _SHORTER * size
+    through = np.asarray(inwards.argmax(axis=1) % 2 == 1)
+    turned = np.where(inwards.sum(axis=1) == 1, through, turned)
     rows = np.where(turned[:, None], np.roll(quads, -1, axis=1), quads)
-    triangles = np.concatenate([rows[:, [0, 1, 2]], rows[:, [0, 2, 3]]])
-    return triangles, rows[:, [0, 2]]
+    return np.concatenate([rows[:, [0, 1, 2]], rows[:, [0, 2, 3]]])
 
 
 def _once(cells: Indices, kind: str, remarks: list[str]) -> Indices:
@@ -287,59 +456,44 @@ def _once(cells: Indices, kind: str, remarks: list[str]) -> Indices:
     return cells[np.sort(first)]
 
 
-def _boundary(
-    position: Floats, shells: Sequence[tuple[Indices, Indices]]
-) -> tuple[Indices, Indices]:
-    """Return the faces that one cell alone has, as triangles facing outwards, and all edges.
-
-    Args:
-        shells: Of each kind of cell, the faces, shape (cell, face, 4), and the corners.
-    """
-    faces = np.concatenate([sides.reshape(-1, 4) for sides, _ in shells])
-    centre = np.concatenate(
-        [
-            np.repeat(position[nodes].mean(axis=1), sides.shape[1], axis=0)
-            for sides, nodes in shells
-        ]
-    )
-    is_three = faces[:, 0] == faces[:, 3]
-    key = np.sort(faces, axis=1)
-    # A face of three names its first corner twice; which one that is must not matter.
-    key[is_three] = np.sort(
-        np.column_stack([faces[is_three, :3], np.full(is_three.sum(), -1)]), axis=1
-    )
-    _, first, number, count = np.unique(
-        key, axis=0, return_index=True, return_inverse=True, return_counts=True
+def _boundary(position: Floats, tetrahedra: Indices) -> Indices:
+    """Return the faces that one tetrahedron alone has, facing outwards, shape (face, 3)."""
+    faces = tetrahedra[:, np.array(_SIDES)].reshape(-1, 3)
+    _, first, count = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
     )
     if many := int((count > 2).sum()):
         raise FormatError(f"{counted(many, 'face')} shared by more than two cells")
-    _, diagonals = _halved(position, faces[first[~is_three[first]]])
-    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    outer = count[number.ravel()] == 1
-    triangles = np.concatenate(
-        [faces[outer & is_three][:, :3], _halved(position, faces[outer & ~is_three])[0]]
-    )
-    middle = centre[outer & ~is_three]
-    within = np.concatenate([centre[outer & is_three], middle, middle])
+    outer = np.sort(first[count == 1])
+    triangles = faces[outer]
+    within = position[tetrahedra[outer // 4]].mean(axis=1)
     a, b, c = position[triangles].swapaxes(0, 1)
     inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), a - within) < 0.0
     triangles[inwards] = triangles[inwards][:, ::-1]
-    return triangles, np.concatenate([edges, diagonals])
+    return triangles
 
 
-def _faced(position: Floats, triangles: Indices) -> tuple[Indices, list[str]]:
-    """Return triangles that face the same way, closed ones outwards, and what remains wrong."""
+def _faced(
+    position: Floats, triangles: Indices, *, is_known: bool
+) -> tuple[Indices, list[str]]:
+    """Return triangles that face the same way, closed ones outwards, and what remains wrong.
+
+    Args:
+        is_known: Whether they face outwards already, as those of volume cells do.
+    """
     remarks: list[str] = []
     edges = Edges.among(triangles)
-    turned, patch, twisted = edges.facing_alike()
-    if twisted:
-        remarks.append(f"{counted(twisted, 'piece')} of the surface with one side only")
     if many := int((edges.count > 2).sum()):
         first = edges.ends[edges.count > 2][0]
         remarks.append(
             f"{counted(many, 'edge')} of more than two triangles, the first of them between "
-            f"{_place(position[first[0]])} and {_place(position[first[1]])}"
+            f"{place(position[first[0]])} and {place(position[first[1]])}"
         )
+    if is_known:
+        return triangles, remarks
+    turned, patch, twisted = edges.facing_alike()
+    if twisted:
+        remarks.append(f"{counted(twisted, 'piece')} of the surface with one side only")
     turned ^= _wrong_way(position, _turn(triangles, turned), edges, turned, patch)
     if many := int(turned.sum()):
         remarks.append(f"{_many(many, 'triangle')} flipped to face the same way as the others")
@@ -378,6 +532,7 @@ def _wrong_way(
     return wrong[patch]
 
 
-def _place(point: NDArray[Any]) -> str:
+def place(point: NDArray[Any]) -> str:
+    """Return a point as messages name it: "(1 mm, 2 mm, 0 m)"."""
     shown = ", ".join(units.show(float(value), units.LENGTH) for value in point)
     return f"({shown})"

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tissuec.core.fields import FileIn, FromTo, OneOf, Point, Real, Several, Whole
+from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, Whole
 from tissuec.core.markdown import code, table
 from tissuec.core.units import describe, show
 from tissuec.scene.schema import Entry, Kind
@@ -34,6 +34,8 @@ def form_of(entry: Entry) -> str:
             return f"{entry.name} = [x, y, …]"
         case FileIn():
             return f'{entry.name} "…" in mm'
+        case Named():
+            return f'{entry.name} "…"'
         case _:
             return f"{entry.name} = …"
 
@@ -61,6 +63,8 @@ def kind_in_words(kind: Kind) -> str:
             return f"a list of at least {at_least}: {describe(dimension)}"
         case FileIn(dimension):
             return f"a file and its unit: {describe(dimension)}"
+        case Named():
+            return "a name in quotes"
 
 
 def default_in_words(entry: Entry) -> str:

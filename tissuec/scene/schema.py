@@ -16,7 +16,7 @@ from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
 
 from tissuec.core.errors import Note
-from tissuec.core.fields import FileIn, FromTo, OneOf, Point, Real, Several, Whole
+from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, Whole
 from tissuec.core.hints import Edit, Hint, alternatives, insertion, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
@@ -33,7 +33,7 @@ _QUOTED = re.compile(r'"[^"]*"')
 #: A number and its unit.
 _AMOUNT = re.compile(r"(-?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(\S*)")
 
-Kind = Real | Whole | OneOf | Point | FromTo | Several | FileIn
+Kind = Real | Whole | OneOf | Point | FromTo | Several | FileIn | Named
 T = TypeVar("T")
 
 
@@ -71,6 +71,8 @@ class Entry(Struct, frozen=True):
                 return f"{self.name} from (0, 0, 0) {unit} to (10, 10, 10) {unit}"
             case FileIn():
                 return f'{self.name} "liver.stl" in mm'
+            case Named(example=example):
+                return f'{self.name} "{example}"'
 
 
 def entries_of(cls: type) -> dict[str, Entry]:
@@ -206,7 +208,7 @@ def find_entry(schema: Mapping[str, Entry], item: s.Item, scope: Scope, *, what:
         scope.findings.reject("TIS303", f"this is not allowed in {what}", item.span)
     if item.name.quoted is not None and isinstance(item, s.Sentence):
         named = schema.get(s.key_of(item.name.words))
-        if named is not None and isinstance(named.kind, FileIn):
+        if named is not None and isinstance(named.kind, FileIn | Named):
             return named
     if item.name.key not in schema:
         scope.findings.reject(
@@ -242,6 +244,11 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
             if not isinstance(item, s.Sentence) or item.name.quoted is None or item.phrase:
                 _wrong_form(entry, item, scope)
             return read_file(entry.kind, item, scope, example=entry.example)
+        case Named():
+            if not isinstance(item, s.Sentence) or not item.name.quoted or item.phrase:
+                _wrong_form(entry, item, scope)
+            _no_clauses(item, scope)
+            return item.name.quoted
         case kind:
             if not isinstance(item, s.Assign):
                 _wrong_form(entry, item, scope)

@@ -4,7 +4,7 @@ A reader takes what the file says and no more: coordinates in whatever unit the 
 and named groups. Whether that makes a good mesh is for ``meshes.repair`` to say.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeAlias
 
@@ -17,7 +17,7 @@ from tissuec.core.registry import Family
 Floats: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
 
-#: Cells that a mesh can be made of, and how many corners each has.
+#: Cells of a fixed number of corners. Besides these there are polygons, faces of five or more.
 CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 _MOST_VALUES = 256  # of an array that numbers the parts of a mesh; more is a measured quantity
 
@@ -31,15 +31,21 @@ class FormatError(ValueError):
 
 
 class MeshCells(Struct, frozen=True, eq=False):
-    """Cells of one kind.
+    """Cells of one kind and number of corners.
 
     Attributes:
-        kind: One of ``CORNERS``.
+        kind: One of ``CORNERS``, or "polygon".
         nodes: Corners, shape (cell, corner); VTK's order, so that faces are known.
+        element: The number of each cell in the file, from 0, shape (cell,).
     """
 
     kind: str
     nodes: Indices
+    element: Indices
+
+    def at(self, rows: Indices | NDArray[np.bool_]) -> "MeshCells":
+        """Return some of the cells, by indices or by a mask of shape (cell,)."""
+        return MeshCells(self.kind, self.nodes[rows], self.element[rows])
 
 
 class RawMesh(Struct, frozen=True, eq=False):
@@ -48,18 +54,20 @@ class RawMesh(Struct, frozen=True, eq=False):
     Attributes:
         position: In the unit of the file, shape (node, 3).
         cells: Surface and volume cells.
-        groups: Nodes of each named part, by name.
-        ignored: How many lines and single points there are besides.
+        parts: Numbers of the elements of each named part, by name.
+        groups: Nodes of each named set of nodes, by name.
+        ignored: How many lines, beams and single points there are besides.
         curved: How many cells have nodes besides their corners, which are left out.
-        polygons: How many faces had more than four corners and were divided.
+        remarks: What else is to be reported about the file.
     """
 
     position: Floats
     cells: tuple[MeshCells, ...]
+    parts: Mapping[str, Indices] = field(default_factory=dict[str, Indices])
     groups: Mapping[str, Indices] = field(default_factory=dict[str, Indices])
     ignored: Mapping[str, int] = field(default_factory=dict[str, int])
     curved: int = 0
-    polygons: int = 0
+    remarks: tuple[str, ...] = ()
 
 
 Reader: TypeAlias = Callable[[bytes, Path], RawMesh]
@@ -68,10 +76,12 @@ Reader: TypeAlias = Callable[[bytes, Path], RawMesh]
 FORMATS: Family[Reader] = Family("tissuec.meshes.formats", "mesh format")
 
 #: How a file begins, and what it holds near its beginning, by the reader of its format.
-_SIGNS: dict[Reader, tuple[bytes, bytes]] = {}
+_SIGNS: dict[Reader, tuple[bytes | tuple[bytes, ...], bytes]] = {}
 
 
-def known_by(*, begins: bytes = b"", holds: bytes = b"") -> Callable[[Reader], Reader]:
+def known_by(
+    *, begins: bytes | tuple[bytes, ...] = (), holds: bytes = b""
+) -> Callable[[Reader], Reader]:
     """Return a decorator of readers that says how their files are known under a wrong name."""
 
     def enter(reader: Reader) -> Reader:
@@ -109,9 +119,9 @@ def read(data: bytes, path: Path) -> RawMesh:
 def looks_like(data: bytes) -> str:
     """Return the extension that the content of a file would fit, or an empty string."""
     head = data[:4096].lstrip(b"\xef\xbb\xbf \r\n\t")
-    signs = {suffix: _SIGNS.get(reader, (b"", b"")) for suffix, reader in FORMATS.items()}
+    signs = {suffix: _SIGNS.get(reader, ((), b"")) for suffix, reader in FORMATS.items()}
     for suffix, (begins, _) in signs.items():
-        if begins and head.startswith(begins):
+        if head.startswith(begins):
             return suffix
     for suffix, (_, holds) in signs.items():
         if holds and holds in b"\n" + head:
@@ -119,33 +129,27 @@ def looks_like(data: bytes) -> str:
     return ""
 
 
-def faces(flat: Indices, sizes: Indices) -> tuple[tuple[MeshCells, ...], int]:
-    """Return faces of any number of corners as triangles and quads.
+def faces(flat: Indices, sizes: Indices, element: Indices) -> tuple[MeshCells, ...]:
+    """Return faces of any number of corners as triangles, quads and polygons.
 
     Args:
         flat: Corners, face by face.
         sizes: How many corners each face has, shape (face,); at least three.
-
-    Returns:
-        The faces, and how many of them had more than four corners: these are divided from
-        their first corner, as renderers do.
+        element: The number of each face in the file, shape (face,).
     """
     first = np.cumsum(sizes) - sizes
-    triangles = [np.zeros((0, 3), dtype=np.int64)]
-    quads = np.zeros((0, 4), dtype=np.int64)
-    for size in np.unique(sizes):
-        rows = flat[first[sizes == size][:, None] + np.arange(size)]
-        if size == 4:
-            quads = rows
-        else:
-            fan = [rows[:, [0, k, k + 1]] for k in range(1, size - 1)]
-            triangles.append(np.stack(fan, axis=1).reshape(-1, 3))
-    cells = (MeshCells("triangle", np.concatenate(triangles)), MeshCells("quad", quads))
-    return tuple(c for c in cells if len(c.nodes)), int(np.count_nonzero(sizes > 4))
+    found: list[MeshCells] = []
+    for size in np.unique(sizes).tolist():
+        here = sizes == size
+        kind = {3: "triangle", 4: "quad"}.get(size, "polygon")
+        found.append(
+            MeshCells(kind, flat[first[here][:, None] + np.arange(size)], element[here])
+        )
+    return tuple(found)
 
 
-def numbered_parts(name: str, values: NDArray[np.generic]) -> dict[str, NDArray[np.bool_]]:
-    """Return which cells have each value of an array that numbers parts: "label 3".
+def numbered_parts(name: str, values: NDArray[np.generic]) -> dict[str, Indices]:
+    """Return the cells that have each value of an array that numbers parts: "label 3".
 
     Args:
         name: Name of the array.
@@ -160,9 +164,4 @@ def numbered_parts(name: str, values: NDArray[np.generic]) -> dict[str, NDArray[
     found = np.unique(values)
     if len(found) > _MOST_VALUES or np.any(found != np.rint(found)):
         return {}
-    return {f"{name} {int(value)}": values == value for value in found}
-
-
-def gather(nodes: Sequence[Indices]) -> Indices:
-    """Return each node of several index arrays of any shape once, ascending, shape (n,)."""
-    return np.unique(np.concatenate([np.zeros(0, np.int64), *(n.ravel() for n in nodes)]))
+    return {f"{name} {int(value)}": np.flatnonzero(values == value) for value in found}

@@ -1,7 +1,8 @@
 """FEBio's XML, versions 2 to 4: nodes, elements, and the sets that are named there.
 
-Groups are the parts (blocks of elements with a name), element sets, surfaces, node sets, and
-the materials of older files as "material 2". Node and element numbers may have gaps.
+Parts are blocks of elements with a name, element sets, and the materials of older files as
+"material 2"; surfaces and node sets are groups of nodes. Node and element numbers may have
+gaps. Beams and trusses are left out.
 """
 
 from collections.abc import Iterator
@@ -11,18 +12,20 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from tissuec.core.errors import counted
 from tissuec.meshes.formats import (
     CORNERS,
     FORMATS,
     FormatError,
     MeshCells,
     RawMesh,
-    gather,
     known_by,
 )
 from tissuec.meshes.formats.xml import parse
 
 N = TypeVar("N", int, float)
+#: Beginnings of types of elements that are no surface and no solid.
+_BEAMS = ("line", "truss", "beam")
 #: Beginnings of element types -> kind; the number behind them is that of all nodes.
 _KINDS = {
     "tet": "tetra", "hex": "hexahedron", "penta": "wedge", "pyra": "pyramid",
@@ -56,10 +59,11 @@ class _Model:
         self.mesh = mesh
         self.points: list[list[float]] = []
         self.number: dict[int, int] = {}  # id of a node -> row
-        self.elements: dict[int, list[int]] = {}  # id of an element -> corners
+        self.elements: dict[int, int] = {}  # id of an element -> its number from 0
         self.cells: dict[str, list[list[int]]] = {kind: [] for kind in CORNERS}
+        self.parts: dict[str, list[int]] = {}
         self.groups: dict[str, list[int]] = {}
-        self.curved = 0
+        self.curved = self.beams = 0
 
     def result(self) -> RawMesh:
         for block in self.mesh.findall("Nodes"):
@@ -69,14 +73,19 @@ class _Model:
         for tag in ("NodeSet", "ElementSet", "Surface"):
             for block in self.mesh.findall(tag):
                 self._set(block)
-        cells = tuple(
-            MeshCells(kind, np.array(rows, dtype=np.int64))
-            for kind, rows in self.cells.items()
-            if rows
+        cells: list[MeshCells] = []
+        for kind, rows in self.cells.items():
+            if rows:  # the number of the element, and its corners
+                found = np.array(rows, dtype=np.int64)
+                cells.append(MeshCells(kind, found[:, 1:], found[:, 0]))
+        parts, groups = (
+            {name: np.unique(np.array(found, np.int64)) for name, found in named.items()}
+            for named in (self.parts, self.groups)
         )
-        groups = {name: gather([np.array(g, np.int64)]) for name, g in self.groups.items()}
         position = np.array(self.points, dtype=float).reshape(-1, 3)
-        return RawMesh(position, cells, groups, curved=self.curved)
+        remarks = (f"{counted(self.beams, 'beam')} left out",) if self.beams else ()
+        ignored = {"beam": self.beams} if self.beams else {}
+        return RawMesh(position, tuple(cells), parts, groups, ignored, self.curved, remarks)
 
     def _nodes(self, block: Element) -> None:
         rows: list[int] = []
@@ -85,7 +94,7 @@ class _Model:
             if len(place) != 3:
                 raise FormatError(f"node {node.get('id')} has {len(place)} coordinates")
             rows.append(self._enter(node, place))
-        self._join(block.get("name"), rows)
+        _join(self.groups, block.get("name"), rows)
 
     def _enter(self, node: Element, place: list[float]) -> int:
         key = _id(node)
@@ -99,20 +108,23 @@ class _Model:
         inside: list[int] = []
         for element in block:
             # Version 1 and 2.0 name the type in the element, later ones in the block.
-            kind = self._kind(block.get("type") or element.tag)
+            name = block.get("type") or element.tag
+            number = self.elements[_id(element)] = len(self.elements)
+            if name.lower().startswith(_BEAMS):
+                self.beams += 1
+                continue
+            kind = self._kind(name)
             nodes = [self._node(key, element) for key in _numbers(element, int)]
             if len(nodes) < CORNERS[kind]:
                 raise FormatError(f"element {element.get('id')} has {len(nodes)} nodes")
             self.curved += len(nodes) > CORNERS[kind]
-            corners = nodes[: CORNERS[kind]]
-            self.cells[kind].append(corners)
-            self.elements[_id(element)] = corners
-            inside += corners
+            self.cells[kind].append([number, *nodes[: CORNERS[kind]]])
+            inside.append(number)
             if "mat" in element.attrib:
-                self._join(f"material {element.get('mat')}", corners)
-        self._join(block.get("name"), inside)
+                _join(self.parts, f"material {element.get('mat')}", [number])
+        _join(self.parts, block.get("name"), inside)
         if "mat" in block.attrib:
-            self._join(f"material {block.get('mat')}", inside)
+            _join(self.parts, f"material {block.get('mat')}", inside)
 
     def _kind(self, name: str) -> str:
         for beginning, kind in _KINDS.items():
@@ -125,18 +137,18 @@ class _Model:
         if block.tag == "Surface":
             for facet in block:
                 rows += [self._node(key, facet) for key in _numbers(facet, int)]
+        elif block.tag == "NodeSet":
+            rows = [self._node(key, block) for key in _ids(block)]
         else:
             for key in _ids(block):
-                if block.tag == "NodeSet":
-                    rows.append(self._node(key, block))
-                elif key in self.elements:
-                    rows += self.elements[key]
-                else:
+                if key not in self.elements:
                     name = block.get("name")
                     raise FormatError(
                         f'set "{name}" contains element {key}, which does not exist'
                     )
-        self._join(block.get("name"), rows)
+                rows.append(self.elements[key])
+        named = self.parts if block.tag == "ElementSet" else self.groups
+        _join(named, block.get("name"), rows)
 
     def _node(self, key: int, where: Element) -> int:
         if key not in self.number:
@@ -144,9 +156,10 @@ class _Model:
             raise FormatError(f'{where.tag} "{name}" contains node {key}, which does not exist')
         return self.number[key]
 
-    def _join(self, name: str | None, rows: list[int]) -> None:
-        if name and rows:
-            self.groups.setdefault(name, []).extend(rows)
+
+def _join(named: dict[str, list[int]], name: str | None, rows: list[int]) -> None:
+    if name and rows:
+        named.setdefault(name, []).extend(rows)
 
 
 def _id(element: Element) -> int:

@@ -8,24 +8,34 @@ from pathlib import Path
 
 import numpy as np
 
-from tissuec.meshes.formats import FORMATS, FormatError, RawMesh, faces, gather, known_by
+from tissuec.meshes.formats import FORMATS, FormatError, RawMesh, faces, known_by
+from tissuec.meshes.formats.numbers import LARGEST
 
 
 @FORMATS.member(".obj")
 @known_by(holds=b"\nv ")
 def read(data: bytes, path: Path) -> RawMesh:
-    """Return vertices, faces, and the nodes of every group, object and material."""
+    """Return vertices, faces, and the parts: every group, object and material."""
     reader = _ObjReader()
-    text = data.decode("utf-8", "replace").replace("\\\n", " ")
-    for number, line in enumerate(text.splitlines(), 1):
-        words = line.split("#")[0].split()
+    words: list[str] = []
+    first = 0  # line of a statement that is continued on the next one
+    for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
+        line = line.split("#")[0].rstrip()
+        is_continued = line.endswith("\\")
+        words += line.removesuffix("\\").split()
+        first = first or number
+        if is_continued:
+            continue
         if words:
-            reader.take(words, number)
+            reader.take(words, first)
+        words, first = [], 0
+    if words:  # the last line is continued
+        reader.take(words, first)
     return reader.mesh()
 
 
 class _ObjReader:
-    """Collects vertices, faces and groups, line by line."""
+    """Collects vertices, faces and parts, line by line."""
 
     def __init__(self) -> None:
         self.points: list[list[float]] = []
@@ -33,7 +43,7 @@ class _ObjReader:
         self.sizes: list[int] = []
         self.lines: list[int] = []  # of the text, for messages; one for each face
         self.names: dict[str, tuple[str, ...]] = {}
-        self.parts: list[tuple[str, ...]] = []
+        self.parts: dict[str, list[int]] = {}
         self.ignored = 0
 
     def take(self, words: list[str], number: int) -> None:
@@ -50,40 +60,42 @@ class _ObjReader:
                 self.names[kind] = tuple(name for name in whole if name)
             elif kind in ("l", "p"):
                 self.ignored += 1
+        except FormatError:
+            raise
         except ValueError:
-            raise FormatError(
-                f'line {number} cannot be read: "{" ".join(words)[:40]}"'
-            ) from None
+            hint = "write decimals with a point" if any("," in word for word in words) else ""
+            written = " ".join(words)[:40]
+            raise FormatError(f'line {number} cannot be read: "{written}"', hint) from None
 
     def _face(self, words: list[str], number: int) -> None:
         here = len(self.points)
         found = [int(word.split("/")[0]) for word in words]
-        if len(found) < 3 or 0 in found:
+        if 0 in found:
             raise ValueError
+        if len(found) < 3:
+            raise FormatError(f"line {number}: a face needs three corners or more")
+        lost = [n for n in found if n < -here or n > LARGEST]
+        if lost:
+            raise FormatError(
+                f"line {number} uses vertex {lost[0]}, but there are {here} before it"
+            )
+        for name in {name: None for names in self.names.values() for name in names}:
+            self.parts.setdefault(name, []).append(len(self.sizes))
         self.corners += [here + n if n < 0 else n - 1 for n in found]
         self.sizes.append(len(found))
         self.lines.append(number)
-        self.parts.append(tuple(name for names in self.names.values() for name in names))
 
     def mesh(self) -> RawMesh:
         position = np.array(self.points, dtype=float).reshape(-1, 3)
         flat, sizes = np.array(self.corners, np.int64), np.array(self.sizes, np.int64)
-        wrong = np.flatnonzero((flat < 0) | (flat >= len(position)))
+        wrong = np.flatnonzero(flat >= len(position))
         if len(wrong):
             face = int(np.searchsorted(np.cumsum(sizes), int(wrong[0]), side="right"))
             raise FormatError(
                 f"line {self.lines[face]} uses vertex {flat[wrong[0]] + 1}, "
                 f"but there are {len(position)}"
             )
-        cells, polygons = faces(flat, sizes)
-        ends = np.cumsum(sizes)
-        members: dict[str, list[int]] = {}
-        for face, names in enumerate(self.parts):
-            for name in names:
-                members.setdefault(name, []).append(face)
-        groups = {
-            name: gather([flat[ends[f] - sizes[f] : ends[f]] for f in found])
-            for name, found in members.items()
-        }
+        parts = {name: np.array(found, np.int64) for name, found in self.parts.items()}
         ignored = {"line": self.ignored} if self.ignored else {}
-        return RawMesh(position, cells, groups, ignored, polygons=polygons)
+        cells = faces(flat, sizes, np.arange(len(sizes)))
+        return RawMesh(position, cells, parts, {}, ignored)

@@ -18,11 +18,14 @@ from tissuec.meshes.formats import (
     RawMesh,
     known_by,
 )
+from tissuec.meshes.formats.numbers import as_floats
 
 _HEAD = 84  # bytes before the triangles: 80 of a remark, 4 of their number
 _FACET = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
-_VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)[ \t\r]*$", re.MULTILINE)
-_SOLID = re.compile(rb"^[ \t]*solid\b[ \t]*([^\r\n]*)", re.MULTILINE)
+_VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)[ \t]*$", re.MULTILINE)
+_SOLID = re.compile(rb"^[ \t]*solid\b[ \t]*([^\n]*)", re.MULTILINE | re.IGNORECASE)
+_FACETS = re.compile(rb"^[ \t]*(end[ \t]*)?facet\b", re.MULTILINE)
+_END = re.compile(rb"^[ \t]*end[ \t]*solid\b", re.MULTILINE)
 
 
 @FORMATS.member(".stl")
@@ -34,10 +37,11 @@ def read(data: bytes, path: Path) -> RawMesh:
         FormatError: The file is no STL, or is cut off.
     """
     count = int.from_bytes(data[80:_HEAD], "little")
-    is_text = data.lstrip().startswith(b"solid") and b"facet" in data[:4096]
+    start = data[:4096].lstrip(b"\xef\xbb\xbf \r\n\t").lower()
+    is_text = start.startswith(b"solid") and b"facet" in start
     if is_text and len(data) != _HEAD + 50 * count:
         return _read_text(data)
-    if len(data) < _HEAD:
+    if len(data) < _HEAD or not count:
         raise FormatError(f"it is not an STL file: it has {len(data)} bytes and no triangle")
     if len(data) < _HEAD + 50 * count:
         whole = max(0, len(data) - _HEAD) // 50
@@ -49,21 +53,20 @@ def read(data: bytes, path: Path) -> RawMesh:
 
 
 def _read_text(data: bytes) -> RawMesh:
+    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     text = data.lower()
-    facets, ends = (
-        text.count(b"endfacet"),
-        len(re.findall(rb"^[ \t]*facet\b", text, re.MULTILINE)),
-    )
+    facets = [bool(end) for end in _FACETS.findall(text)]
+    begin, end = facets.count(False), facets.count(True)
     found = _VERTEX.findall(text)
-    if facets != ends or len(found) != 3 * facets or b"endsolid" not in text[-1024:]:
+    if begin != end or len(found) != 3 * begin:
         raise FormatError(
-            f"it is truncated or invalid: {ends} triangles begin, {facets} end, and "
+            f"it is truncated or invalid: {begin} triangles begin, {end} end, and "
             f"{len(found)} corners can be read"
         )
-    try:
-        corners = np.array(found, dtype=bytes).reshape(-1, 3).astype(float)
-    except ValueError as error:
-        raise FormatError(f"a coordinate is not a number: {error}") from None
+    remarks: tuple[str, ...] = ()
+    if not _END.search(text[-1024:]):
+        remarks = ('the file does not end with "endsolid"; part of it may be missing',)
+    corners = as_floats([word for corner in found for word in corner]).reshape(-1, 3)
     # Each solid reaches to the next; the corners before its end tell which are its own.
     starts = [(place.start(), place[1]) for place in _SOLID.finditer(data)]
     places = [place.start() for place in _VERTEX.finditer(text)] if starts[1:] else []
@@ -73,14 +76,14 @@ def _read_text(data: bytes) -> RawMesh:
         key = name.decode("utf-8", "replace").strip()
         if key:
             former = names.get(key, np.zeros(0, dtype=np.int64))
-            names[key] = np.concatenate([former, np.arange(int(low), int(high))])
-    return _mesh(corners, names)
+            names[key] = np.concatenate([former, np.arange(int(low) // 3, int(high) // 3)])
+    return _mesh(corners, names, remarks)
 
 
-def _mesh(corners: Floats, parts: dict[str, Indices]) -> RawMesh:
+def _mesh(corners: Floats, parts: dict[str, Indices], remarks: tuple[str, ...] = ()) -> RawMesh:
     node, number = one_each(corners)
-    groups = {name: np.unique(number[rows]) for name, rows in parts.items()}
-    return RawMesh(node, (MeshCells("triangle", number.reshape(-1, 3)),), groups)
+    cells = MeshCells("triangle", number.reshape(-1, 3), np.arange(len(number) // 3))
+    return RawMesh(node, (cells,), parts, remarks=remarks)
 
 
 def one_each(points: Floats) -> tuple[Floats, np.ndarray]:

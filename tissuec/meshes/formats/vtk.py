@@ -1,16 +1,19 @@
 """Legacy VTK files: polygons (POLYDATA) and cells (UNSTRUCTURED_GRID), as text or binary.
 
 Cells are written as "count, corners, count, corners, …" up to version 4, and as offsets and
-connectivity from version 5 on. Binary numbers have their highest byte first. Whole-numbered
-arrays of the cells number its parts, which become groups: ``label 3``.
+connectivity from version 5 on. Binary numbers have their highest byte first; files of programs
+that write the lowest first cannot be read that way, and are read the other way. Whole-numbered
+arrays of the cells number parts, as ``label 3``.
 """
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.errors import counted
 from tissuec.meshes.formats import (
     CORNERS,
     FORMATS,
@@ -19,10 +22,10 @@ from tissuec.meshes.formats import (
     MeshCells,
     RawMesh,
     faces,
-    gather,
     known_by,
     numbered_parts,
 )
+from tissuec.meshes.formats.numbers import as_floats, as_whole
 
 _TYPES = {
     "unsigned_char": "u1", "char": "i1", "unsigned_short": "u2", "short": "i2",
@@ -43,6 +46,7 @@ _KINDS = {
 }  # fmt: skip
 _ALIGNED = {8: ("quad", (0, 1, 3, 2)), 11: ("hexahedron", (0, 1, 3, 2, 4, 5, 7, 6))}
 _POLYGON, _STRIP = 7, 6
+_UNREAD = {41: "convex set of points", 42: "polyhedron"}
 _NOT_CELLS = {1: "point", 2: "point", 3: "line", 4: "line", 21: "line", 68: "line"}
 
 
@@ -50,14 +54,22 @@ _NOT_CELLS = {1: "point", 2: "point", 3: "line", 4: "line", 21: "line", 68: "lin
 @known_by(begins=b"# vtk DataFile")
 def read(data: bytes, path: Path) -> RawMesh:
     """Return the points and cells of a legacy VTK file."""
-    return _File(data).mesh()
+    try:
+        return _File(data, ">").mesh()
+    except FormatError as error:
+        try:
+            mesh = _File(data, "<").mesh()
+        except FormatError:
+            raise error from None
+        remark = "its numbers have their lowest byte first, which legacy VTK files should not"
+        return replace(mesh, remarks=(remark,))
 
 
 class _File:
     """What has been read so far, and the bytes that are left."""
 
-    def __init__(self, data: bytes):
-        self.left = data
+    def __init__(self, data: bytes, order: str):
+        self.left, self.order = data, order
         head = self._line()
         if not head.startswith("# vtk DataFile Version"):
             raise FormatError('it does not begin with "# vtk DataFile Version"')
@@ -113,7 +125,7 @@ class _File:
         elif key in _LISTS:
             self.lists[key] = self._cells(int(words[1]), int(words[2]))
         elif key == "CELL_TYPES":
-            self.types = self._numbers(int(words[1]), "int").astype(np.int64)
+            self.types = as_whole(self._numbers(int(words[1]), "int"))
         elif key == "FIELD":
             self._field(int(words[2]))
         else:
@@ -123,14 +135,14 @@ class _File:
         """Return the corners of a list of cells one after another, and how many each has."""
         if self.left.lstrip().upper().startswith(b"OFFSETS"):
             self.left = self.left.lstrip()
-            offsets = self._numbers(count, self._line().split()[1]).astype(np.int64)
+            offsets = as_whole(self._numbers(count, self._line().split()[1]))
             self.left = self.left.lstrip()
-            flat = self._numbers(size, self._line().split()[1]).astype(np.int64)
+            flat = as_whole(self._numbers(size, self._line().split()[1]))
             sizes = np.diff(offsets)
             if len(offsets) and (offsets[0] or offsets[-1] != size or (sizes < 0).any()):
                 raise FormatError("the offsets of the cells do not match their corners")
             return flat, sizes
-        row = self._numbers(size, "int").astype(np.int64)
+        row = as_whole(self._numbers(size, "int"))
         sizes, at = np.zeros(count, dtype=np.int64), 0
         for cell in range(count):
             if at >= size or row[at] < 0:
@@ -192,9 +204,9 @@ class _File:
         kind = _TYPES[kind.lower()]
         if not self.is_text:
             size = count * np.dtype(kind).itemsize
-            if len(self.left) < size:
+            if len(self.left) < size or size < 0:
                 raise FormatError(f"it is truncated: {size - len(self.left)} bytes are missing")
-            values = np.frombuffer(self.left, f">{kind}", count)
+            values = np.frombuffer(self.left[:size], f"{self.order}{kind}")
             self.left = self.left[size:]
             return values.astype(kind)
         words = self.left.split(None, count)
@@ -203,10 +215,7 @@ class _File:
         self.left = words.pop() if len(words) > count else b""
         if not count:
             return np.zeros(0)
-        try:
-            return np.array(words).astype(float)
-        except ValueError as error:
-            raise FormatError(f"a number cannot be read: {error}") from None
+        return as_floats(words)
 
     def _result(self) -> RawMesh:
         if self.position is None:
@@ -246,49 +255,48 @@ def of_types(
     first = np.cumsum(sizes) - sizes
     cells: list[MeshCells] = []
     ignored: dict[str, int] = {}
-    curved = polygons = 0
+    curved = 0
     for kind in np.unique(types).tolist():
-        here = types == kind
+        here = np.flatnonzero(types == kind)
         if kind in _NOT_CELLS:
             word = _NOT_CELLS[kind]
-            ignored[word] = ignored.get(word, 0) + int(here.sum())
+            ignored[word] = ignored.get(word, 0) + len(here)
         elif kind == _POLYGON:
             if short := int((sizes[here] < 3).sum()):
                 raise FormatError(f"{short} polygons have fewer than three corners")
-            rows = np.concatenate(
-                [flat[a : a + n] for a, n in zip(first[here], sizes[here], strict=True)]
-            )
-            found, many = faces(rows, sizes[here])
-            cells += found
-            polygons += many
+            rows = [flat[a : a + n] for a, n in zip(first[here], sizes[here], strict=True)]
+            cells += faces(np.concatenate(rows), sizes[here], here)
         elif kind == _STRIP:
-            cells.append(_strips(flat, first[here], sizes[here]))
+            cells.append(_strips(flat, first[here], sizes[here], here))
         elif kind in _KINDS or kind in _ALIGNED:
             name, order = _ALIGNED.get(kind, (_KINDS.get(kind, ""), ()))
             order = order or tuple(range(CORNERS[name]))
             if sizes[here].min() < len(order):
                 raise FormatError(f"a cell of type {kind} has fewer than {len(order)} corners")
             curved += int((sizes[here] > len(order)).sum())
-            cells.append(MeshCells(name, flat[first[here][:, None] + np.array(order)]))
+            cells.append(MeshCells(name, flat[first[here][:, None] + np.array(order)], here))
         else:
+            named = f"{kind} ({_UNREAD[kind]})" if kind in _UNREAD else f"{kind}"
             raise FormatError(
-                f"{int(here.sum())} cells are of type {kind}, which is not supported"
+                f"{counted(len(here), 'cell')} of type {named}, which is not supported",
+                "divide such cells into tetrahedra in the program that made them; in ParaView: "
+                "Filters > Tetrahedralize",
             )
-    groups: dict[str, Indices] = {}
+    parts: dict[str, Indices] = {}
     for name, values in arrays.items():
         if len(values) == len(types):
-            for part, members in numbered_parts(name, values).items():
-                groups[part] = gather(
-                    [flat[first[c] : first[c] + sizes[c]] for c in np.flatnonzero(members)]
-                )
-    return RawMesh(position.astype(float), tuple(cells), groups, ignored, curved, polygons)
+            parts |= numbered_parts(name, values)
+    return RawMesh(position.astype(float), tuple(cells), parts, {}, ignored, curved)
 
 
-def _strips(flat: Indices, first: Indices, sizes: Indices) -> MeshCells:
+def _strips(flat: Indices, first: Indices, sizes: Indices, number: Indices) -> MeshCells:
     """Return the triangles of strips; every other one is turned."""
     rows: list[tuple[int, int, int]] = []
-    for start, size in zip(first.tolist(), sizes.tolist(), strict=True):
+    element: list[int] = []
+    for start, size, one in zip(first.tolist(), sizes.tolist(), number.tolist(), strict=True):
         for k in range(size - 2):
             a, b, c = flat[start + k : start + k + 3].tolist()
             rows.append((a, b, c) if k % 2 == 0 else (b, a, c))
-    return MeshCells("triangle", np.array(rows, dtype=np.int64).reshape(-1, 3))
+            element.append(one)
+    nodes = np.array(rows, dtype=np.int64).reshape(-1, 3)
+    return MeshCells("triangle", nodes, np.array(element, dtype=np.int64))

@@ -9,7 +9,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
-from tissuec.core.fields import InFile, OneOf, Real
+from tissuec.core.errors import counted
+from tissuec.core.fields import InFile, Named, OneOf, Real
 from tissuec.core.files import read_bytes
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.meshes.formats import FormatError, read
@@ -18,7 +19,7 @@ from tissuec.meshes.generators.filling import Filling, Interior
 from tissuec.meshes.generators.joining import springs
 from tissuec.meshes.generators.lattice import CRYSTALS, REACH
 from tissuec.meshes.generators.limits import require_limits
-from tissuec.meshes.repair import RepairedMesh, repair
+from tissuec.meshes.repair import RepairedMesh, place, repair
 from tissuec.meshes.stiffness_sharing import (
     area_shares,
     filled_volumes,
@@ -27,6 +28,7 @@ from tissuec.meshes.stiffness_sharing import (
 )
 
 TETRAHEDRA = "tetrahedra"
+ON, OFF = "on", "off"
 EVEN, AREA, VOLUME = "even", "area rule", "volume rule"
 LARGEST_FILE = 2 << 30  # bytes; beyond, reading takes more memory than nets can
 
@@ -44,29 +46,34 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
     """A surface or a solid from a file, repaired if possible.
 
     Springs run along the edges of triangles, quadrilaterals and volume cells. A face with four
-    corners also gets its shorter diagonal, so that it resists shear. The skin is the surface;
-    for volume cells, all faces that belong to one cell only.
+    corners also gets its shorter diagonal, so that it resists shear; a face of a volume cell
+    gets both, so that a grid of cubes is isotropic. The skin is the surface; for volume cells,
+    all faces that belong to one cell only.
 
     A closed surface can be filled with a lattice, whose reach is that of a lattice mesh, or
     with tetrahedra. The lattice is centred on the body; its nodes follow those of the file.
 
     Attributes:
         file: A file beside the scene or in a library, and the unit of its coordinates.
+        part: Named part of the file that is the body; by default, the whole file.
         filling: What fills a closed surface: none, a crystal lattice, or tetrahedra.
         cell: Edge of the cubic cell of the filling.
         reach: Reach of the springs of a filling lattice.
         stiffness: Distribution of the stiffness of the tissue over springs: even (the same for
             each spring), by the area rule (for surfaces), or by the volume rule (for
             tetrahedra).
+        merging: Whether coincident nodes are merged. If it is off, parts in contact stay apart.
         merging_distance: Nodes that are no further apart are merged; by default, a millionth of
-            the diagonal of the mesh.
+            the diagonal of the mesh. 0 is the same as merging that is off.
     """
 
     file: InFile
+    part: Annotated[str | None, Named("left lobe")] = None
     filling: Annotated[str, OneOf(("none", *CRYSTALS, TETRAHEDRA))] = "none"
     cell: Annotated[float | None, Real(units.LENGTH, above=0.0)] = None
     reach: Annotated[str, OneOf(REACH)] = "nearest neighbours"
     stiffness: Annotated[str, OneOf((EVEN, AREA, VOLUME))] = EVEN
+    merging: Annotated[str, OneOf((ON, OFF))] = ON
     merging_distance: Annotated[float | None, Real(units.LENGTH, at_least=0.0)] = None
 
     def __post_init__(self) -> None:
@@ -77,6 +84,8 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             raise ValueError('"cell" is the size of a filling, but there is no filling')
         if self.reach != "nearest neighbours" and self.filling not in CRYSTALS:
             raise ValueError('"reach" belongs to a filling lattice, but there is none')
+        if self.merging == OFF and self.merging_distance:
+            raise ValueError('"merging distance" is given, but merging is off')
 
     @cached_property
     def _bytes(self) -> bytes:
@@ -92,7 +101,8 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         try:
             raw = read(self._bytes, self.file.path)
             with np.errstate(over="ignore"):  # numbers out of range merge into one node
-                return repair(raw, self.file.factor, close=self.merging_distance)
+                close = 0.0 if self.merging == OFF else self.merging_distance
+                return repair(raw, self.file.factor, close=close, part=self.part)
         except FormatError as error:
             raise self._error(str(error), error.hint) from error
 
@@ -147,14 +157,30 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             raise FormatError("it contains volume cells, which cannot be filled")
         edges = Edges.among(shape.skin)
         if not edges.is_closed:
-            free, many = (int(n) for n in ((edges.count == 1).sum(), (edges.count > 2).sum()))
-            raise FormatError(
-                f"the surface is not closed and cannot be filled: {free} edges of one "
-                f"triangle, {many} of more than two",
+            raise self._open(edges)
+        return Interior(shape.position, shape.skin, self.cell, for_matter)
+
+    def _open(self, edges: Edges) -> FormatError:
+        """Return why a surface cannot be filled, and where the first defect is."""
+        position = self.shape.position
+        free, many = (int(n) for n in ((edges.count == 1).sum(), (edges.count > 2).sum()))
+        message = "the surface is not closed and cannot be filled: "
+        if free:
+            hole = edges.holes()[0]
+            message += f"{counted(free, 'edge')} of one triangle, at a hole around "
+            message += f"{place(position[hole].mean(axis=0))}"
+            return FormatError(
+                message + (f"; {many} of more than two" if many else ""),
                 "close its holes in the program that made it, or write a larger merging "
                 "distance",
             )
-        return Interior(shape.position, shape.skin, self.cell, for_matter)
+        ends = position[edges.ends[edges.count > 2][0]]
+        message += f"{counted(many, 'edge')} of more than two triangles, the first of them "
+        message += f"between {place(ends[0])} and {place(ends[1])}"
+        parts = self.shape.parts
+        alone = f'; or import each part alone: part "{parts[0]}"' if parts else ""
+        hint = "where closed parts touch, keep their nodes apart: merging is off"
+        return FormatError(message, hint + alone)
 
     def _filled(self, for_matter: bool) -> Filling:
         if self.filling == "none":
@@ -165,17 +191,15 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         return self._interior(for_matter=for_matter).with_lattice(self.filling, self.reach)
 
     def _tetrahedra(self, filling: Filling) -> Indices | None:
-        """Return the tetrahedra that divide a solid; None of surfaces and of other cells."""
+        """Return the tetrahedra that divide a solid; None of surfaces."""
         cells = self.shape.tetrahedra if self.shape.is_volume else filling.tetrahedra
-        return None if self.shape.others or not len(cells) else cells
+        return cells if len(cells) else None
 
     def _volume(self, position: Floats, filling: Filling) -> Floats | None:
         """Return what nodes of a solid stand for [m³]; NaN where that is not known."""
         shape = self.shape
         if not (shape.is_volume or len(filling.pairs)):
             return None
-        if shape.others:
-            return np.full(len(position), np.nan)
         if shape.is_volume:
             return node_volumes(position, shape.tetrahedra)
         if not len(filling.tetrahedra):
@@ -196,8 +220,8 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
                 )
             return area_shares(position, shape.skin, ends)
         tetrahedra = self._tetrahedra(filling)
-        if self.filling in CRYSTALS or tetrahedra is None:
-            holds = f"{shape.others} other cells" if shape.others else "none"
+        if self.filling in CRYSTALS or tetrahedra is None or shape.divided:
+            holds = counted(shape.divided, "other cell") if shape.divided else "none"
             raise FormatError(
                 f"the volume rule is for tetrahedra, but there are {holds}",
                 "fill a closed surface with tetrahedra, or write: stiffness is area rule",
