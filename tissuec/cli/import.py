@@ -95,7 +95,8 @@ def _warn_of_size(facts: dict[str, Any], unit: str) -> None:
         hint = f"if it is {large} large, write: --unit {better}"
     shown = units.show(size, units.LENGTH)
     echo(
-        f"warning: the mesh is {shown} large, outside of the usual range: {usual.shown}; {hint}",
+        f"warning: the mesh is {shown} large, outside of the usual range: {usual.shown}; "
+        f"{hint}",
         err=True,
     )
 
