@@ -533,6 +533,10 @@ def _wrong_way(
 
 
 def place(point: NDArray[Any]) -> str:
-    """Return a point as messages name it: "(1 mm, 2 mm, 0 m)"."""
+    """Return a point as messages name it: "(1 mm, 2 mm, 0 m)".
+
+    Args:
+        point: [m], shape (3,).
+    """
     shown = ", ".join(units.show(float(value), units.LENGTH) for value in point)
     return f"({shown})"

@@ -30,7 +30,7 @@ class Numbers:
         return len(self._values) - self.used
 
     def take(self, count: int, kind: str) -> NDArray[Any]:
-        """Return the next numbers.
+        """Return the next numbers in the units of the file, shape (count,).
 
         Args:
             count: How many.
@@ -48,7 +48,7 @@ class Numbers:
         return self._values[self.used - count : self.used]
 
     def table(self, rows: int, columns: Sequence[tuple[str, int]]) -> list[NDArray[Any]]:
-        """Return the next rows, one array of shape (row, width) for each column.
+        """Return the next rows in the units of the file: shape (row, width) for each column.
 
         Args:
             rows: How many.
@@ -94,7 +94,7 @@ def as_floats(words: list[bytes] | list[str]) -> Floats:
 
 
 def as_whole(values: NDArray[Any]) -> Indices:
-    """Return numbers of any type as whole numbers.
+    """Return dimensionless numbers of any type and shape as whole numbers.
 
     Raises:
         FormatError: One of them is none, or is too large to be a number of a node.

@@ -58,14 +58,14 @@ def read_polygons(data: bytes, path: Path) -> RawMesh:
 
 def _mesh(data: bytes, kind: str) -> RawMesh:
     try:
-        return _File(data).mesh(kind)
+        return _XmlFile(data).mesh(kind)
     except FormatError:
         raise
     except (KeyError, ValueError) as error:  # an attribute that is missing or no number
         raise FormatError(f"it cannot be read: {error}") from None
 
 
-class _File:
+class _XmlFile:
     """The elements of a file, and how its arrays are written."""
 
     def __init__(self, data: bytes):
