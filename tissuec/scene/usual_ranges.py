@@ -20,7 +20,6 @@ from tissuec.core.units import (
     NUMBER,
     PRESSURE,
     PRESSURE_TIME,
-    STIFFNESS,
     TIME,
     Dimension,
     parse_unit,
@@ -87,9 +86,6 @@ USUAL: dict[str, Usual] = {
     "shear viscosity": Usual(
         PRESSURE_TIME, 1e-3, 1e7, "water", "creeping cartilage", (0.1, 1e5),
         ("mPa*s", "Pa*s", "kPa*s"),
-    ),
-    "toughness": Usual(
-        STIFFNESS, 0.01, 1e6, "gels", "skin", (1.0, 1e5), ("J/m^2", "kJ/m^2")
     ),
     "size": Usual(
         LENGTH, 0.5e-3, 3.0, "a crumb of tissue", "a patient", (2e-3, 0.5), _LENGTHS
