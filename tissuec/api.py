@@ -72,8 +72,8 @@ def run(
             returned object. `Trajectory.save` keeps it.
         params: Values of params by name: texts such as "0.9 s", or numbers and vectors in SI
             units.
-        strict: Whether warnings about the text, an unfinished run, failed expectations and a
-            broken promise are errors. By default they are Python warnings.
+        strict: Whether warnings about the text, an unfinished run, failed expectations, doubts
+            and a broken promise are errors. By default they are Python warnings.
         progress: Whether to show a line on stderr; or a function to call with the simulated
             time [s] now and then.
         resume: Whether to resume the interrupted run of ``out``.
@@ -90,8 +90,8 @@ def run(
         ValueError: ``companion`` is none of these words, or ``threads`` is below 1.
         PlaceError: The result cannot be written there, or there is nothing to resume.
         ResultError: Writing failed later.
-        SimulationError: With ``strict``, the run diverged, could not continue, or broke its
-            promise.
+        SimulationError: With ``strict``, the run diverged, could not continue, broke its
+            promise, or has doubtful numbers.
         ExpectationError: With ``strict``, an expectation failed.
         KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
         SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
@@ -514,6 +514,8 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
     promise = trajectory.promise
     if promise.state in ("broken", "unknown"):
         yield SimulationError(f"{name}: {accuracy(promise)}")
+    for doubt in trajectory.doubts:
+        yield SimulationError(f"{name}: {doubt}")
     for judged in trajectory.expectations:
         if judged.state == "fails":
             yield ExpectationError("\n  failed ".join(failure(judged)))

@@ -53,6 +53,6 @@ def _lines(document: dict[str, Any], indent: str) -> list[str]:
             text = value
             if isinstance(value, list | tuple):
                 items = cast("Iterable[object]", value)
-                text = ", ".join(map(str, items))
+                text = ", ".join(map(str, items)) or "none"
             lines.append(f"{indent}{key}: {text}")
     return lines

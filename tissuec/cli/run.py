@@ -88,8 +88,9 @@ def command(
 
     ParaView, H5MD readers and h5py open the result. When the run ends, it replaces an earlier
     result of the same name, but no other file. Exit code: 0 done; 1 an expectation failed or,
-    with --strict, the error exceeds the tolerance or is unknown; 2 the text or the command line
-    is wrong; 3 the run could not continue; 130 interrupted (143 by SIGTERM, 129 by SIGHUP).
+    with --strict, numbers are doubtful or their error exceeds the tolerance or is unknown; 2
+    the text or the command line is wrong; 3 the run could not continue; 130 interrupted (143 by
+    SIGTERM, 129 by SIGHUP).
     """
     if output is not None and (len(scenes) > 1 or folder is not None):
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")
@@ -214,7 +215,7 @@ def _code_of(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> i
     """Return the exit code of a run that has begun."""
     if outcome.kind == "interrupted":
         return exit_code(outcome.signal)
-    is_off = strict and Promise.of(facts).since is not None
+    is_off = strict and (Promise.of(facts).since is not None or outcome.doubts)
     is_done = _CODES[outcome.kind] == DONE
     return FAILED if is_done and (outcome.failures or is_off) else _CODES[outcome.kind]
 
@@ -257,12 +258,14 @@ def _tell(
     for note in outcome.notes:
         settings.say(f"  note: {note}")
     slipped: set[str] = set()
+    doubted = {doubt.what for doubt in outcome.doubts}
     for time, logged_event in outcome.logged_events:
         # What slips once may go on doing so in many small steps.
         is_first = logged_event.kind == "slip" and logged_event.cause not in slipped
         if is_first:
             slipped.add(logged_event.cause)
-        if settings.verbose or is_first or logged_event.kind in ("trigger", "note"):
+        is_note = logged_event.kind == "note" and logged_event.cause not in doubted
+        if settings.verbose or is_first or is_note or logged_event.kind == "trigger":
             springs = _springs(network, logged_event.springs)
             what = f"{logged_event.kind}{springs}: {logged_event.cause}"
             settings.say(f"  {show(time, TIME)}: {what} ({logged_event.span.place})")
@@ -278,6 +281,8 @@ def _tell(
     if expectations:
         said = wording.expectations([one.state for one in expectations])
         settings.say(f"  expectations: {said}")
+    for doubt in outcome.doubts:
+        echo(f"  doubtful: {doubt}", err=True)
     if "promise" in facts:
         _tell_accuracy(Promise.of(facts), settings)
     settings.say(f"  result: {result.path}")
@@ -318,6 +323,7 @@ def _document(
         "springs": compiled.network.spring_count,
         "statistics": facts["statistics"],
         "notes": facts["notes"],
+        "doubts": facts["doubts"],
         "events": [
             {
                 "time": t,

@@ -292,6 +292,7 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         mesh.cell_nodes if isinstance(mesh, Celled) else None,
         renumbered(body.thread, springs[0]),
         None if body.poisson is None else body.mesh.tetrahedra,
+        body.mesh.tetrahedra,
     )
 
 

@@ -30,6 +30,7 @@ def outcome_facts(
         "method": outcome.statistics.method,
         "statistics": as_data(outcome.statistics),
         "notes": list(outcome.notes),
+        "doubts": [as_data(doubt) for doubt in outcome.doubts],
         "expectations": list(_judged(plan, outcome)),
         "failed_expectations": len(outcome.failures),
         "unreached_expectations": len(outcome.unreached),

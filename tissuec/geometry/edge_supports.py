@@ -134,6 +134,33 @@ class SupportedEdges(Struct, frozen=True, eq=False):
         return whole
 
 
+class SupportedTriangles:
+    """Triangles of a skin, of which those are whole whose edges hold.
+
+    Args:
+        springs: Nodes of each spring of the network, shape (spring, 2).
+        triangles: Corners, shape (triangle, 3).
+    """
+
+    def __init__(self, springs: NDArray[np.integer], triangles: Indices):
+        self._springs, self.triangles = springs, triangles
+        self._edges: SupportedEdges | None = None
+
+    def whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which triangles are neither cut nor torn, shape (triangle,).
+
+        Args:
+            alive: Springs that are there, shape (spring,).
+        """
+        if alive.all():
+            return np.ones(len(self.triangles), dtype=bool)
+        if self._edges is None:
+            following = np.roll(self.triangles, -1, axis=1)
+            sides = np.stack([self.triangles, following], axis=-1)
+            self._edges = SupportedEdges.of(self._springs, sides)
+        return self._edges.holding(alive).all(axis=1)
+
+
 def _pieces(ends: NDArray[np.integer], edges: Indices) -> Indices:
     """Return the piece that each node belongs to, if there are any edges to ask for."""
     if not len(edges):

@@ -103,6 +103,7 @@ class BodyPart(Struct, frozen=True, eq=False):
         thread: Where it is a thread.
         tetrahedra: Of a solid body, those around whose nodes volumes are kept, counted from its
             nodes, shape (tetrahedron, 4).
+        divided: Of a solid body, those that divide it, whether or not volumes are kept.
     """
 
     name: str
@@ -114,6 +115,7 @@ class BodyPart(Struct, frozen=True, eq=False):
     cells: Callable[[], CellNodes] | None = None
     thread: ThreadBody | None = None
     tetrahedra: NDArray[np.int64] | None = None
+    divided: NDArray[np.int64] | None = None
 
 
 class JointPart(Struct, frozen=True):

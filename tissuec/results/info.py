@@ -19,6 +19,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
         "outcome": trajectory.outcome,
         "finished": trajectory.finished,
         "promise": str(trajectory.promise),
+        "doubts": [str(doubt) for doubt in trajectory.doubts],
         "network": {
             "nodes": network.body_nodes,
             "springs": network.spring_count,

@@ -15,6 +15,7 @@ from tissuec.results import access
 from tissuec.results.access import ResultGroup
 from tissuec.results.arrays import RECORDING, read_network
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
+from tissuec.results.doubts import Doubt, doubts_of
 from tissuec.results.errors import ResultError
 from tissuec.results.frame_arrays import Frames, Tensions
 from tissuec.results.groups import read_groups
@@ -316,6 +317,11 @@ class Trajectory:
     def promise(self) -> Promise:
         """Return whether positions are as accurate as the tolerance asks for."""
         return Promise.of(self.manifest)
+
+    @cached_property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """What makes numbers of the run doubtful; empty if nothing was found."""
+        return doubts_of(self.manifest)
 
     @property
     def companion(self) -> Log | None:

@@ -7,7 +7,6 @@ from msgspec.structs import replace
 from tissuec.core.errors import counted
 from tissuec.engine.execution.buckling import unstable_rest
 from tissuec.engine.execution.failure_messages import explain_action
-from tissuec.engine.execution.penetration import crossed_surfaces
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run_state import RunState
 from tissuec.forces.volume import Enclosure
@@ -138,10 +137,17 @@ class EventHandler:
         if found is not None:
             self._log(found)
 
-    def look_at_threads(self) -> None:
-        """Note threads that have got into a body, before anything happens."""
-        for found in crossed_surfaces(self.run_state):
-            self._log(found)
+    def look_for_doubts(self, *, always: bool = False) -> None:
+        """Look for what makes numbers doubtful, and enter what is new into the event log.
+
+        Args:
+            always: Whether to look even if that was done a moment ago.
+        """
+        state, doubts = self.run_state.state, self.recorder.memory.doubts
+        self.recorder.look(state, state.time, state.position, always=always)
+        for doubt, span in doubts.fresh:
+            self._log(LoggedEvent("note", (), doubt.what, span), doubt.time)
+        doubts.fresh.clear()
 
     def snapshot(self) -> Snapshot:
         """Return the present snapshot, without a ledger."""
@@ -214,8 +220,8 @@ class EventHandler:
             self._log(LoggedEvent("trigger", (), cause, trigger.span))
             self.run_state.queue.follow(trigger.events, self.run_state.state.time)
 
-    def _log(self, logged_event: LoggedEvent) -> None:
-        time = self.run_state.state.time
+    def _log(self, logged_event: LoggedEvent, time: float | None = None) -> None:
+        time = self.run_state.state.time if time is None else time
         self.run_state.logged_events.append((time, logged_event))
         self.recorder.happened(time, logged_event)
 

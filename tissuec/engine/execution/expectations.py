@@ -5,6 +5,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.engine.execution.doubts import DoubtMemory
 from tissuec.engine.execution.sampling import rows_at, rows_within
 from tissuec.model.network import Floats
 from tissuec.script.measures.snapshot import Snapshot
@@ -34,6 +35,7 @@ class ExpectationMemory(Struct, eq=False):
         pinned: Snapshots that expectations look back to, by their times [s].
         failures: By the place of the expectation.
         held: When an expectation was judged last [s] and what was measured then, by its place.
+        doubts: What makes numbers of the run doubtful.
     """
 
     next: int = 0
@@ -41,6 +43,7 @@ class ExpectationMemory(Struct, eq=False):
     pinned: dict[float, Snapshot] = field(default_factory=dict[float, Snapshot])
     failures: dict[int, Failure] = field(default_factory=dict[int, Failure])
     held: dict[int, tuple[float, str]] = field(default_factory=dict[int, tuple[float, str]])
+    doubts: DoubtMemory = field(default_factory=DoubtMemory)
 
 
 class ExpectationMonitor:

@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.units import si_unit
+from tissuec.engine.execution.doubts import Watcher
 from tissuec.engine.execution.expectations import ExpectationMemory, ExpectationMonitor
 from tissuec.engine.execution.sampling import SAME, join_times, rows_at
 from tissuec.engine.method import Samples
@@ -145,7 +146,8 @@ class Recorder:
         tap: Shown every batch of samples as well.
 
     Attributes:
-        takes_notes: Whether notes in the event log, which change nothing, are looked for.
+        takes_notes: Whether notes in the event log and doubts, which change nothing, are
+            looked for.
         times: When samples are wanted [s], ascending, shape (sample,).
         memory: What is needed to go on after an interruption.
     """
@@ -179,6 +181,7 @@ class Recorder:
         self.times = sample_times(plan)
         self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
         self._judge = ExpectationMonitor(plan.expectations, self.times, near)
+        self._watcher = Watcher(network, plan)
 
     def enter(self, state: State, ruptured: NDArray[np.bool_], ledger: EnergyBalance) -> None:
         """Set what is valid for the samples to come, after the events of a time.
@@ -301,6 +304,23 @@ class Recorder:
         self._write_logs(part)
         self._write_energies(part)
         self._judge.sample(snapshot, rows, self.memory)
+        if self.takes_notes:
+            for time, position in zip(samples.time.tolist(), samples.position, strict=True):
+                self.look(self._state, time, position)
+
+    def look(
+        self, state: State, time: float, position: Floats, *, always: bool = False
+    ) -> None:
+        """Look for what makes numbers doubtful, unless that was done a moment ago.
+
+        Args:
+            state: What is alive and held then.
+            time: [s].
+            position: Of all nodes [m], shape (node, 3).
+            always: Whether to look in any case.
+        """
+        if always or time >= self.memory.doubts.next:
+            self._watcher.look(state, time, position, self.memory.doubts)
 
     def _snapshot(self, samples: Samples, state: State) -> Snapshot:
         motion = samples.time, samples.position, samples.velocity

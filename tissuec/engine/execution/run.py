@@ -13,6 +13,7 @@ from tissuec.engine.execution.run_loop import Kind, RunLoop
 from tissuec.engine.execution.signals import Interrupt, StopRequest, asked_to_stop
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network
+from tissuec.results.doubts import Doubt
 from tissuec.script.plan import Plan
 from tissuec.script.verbs import LoggedEvent
 
@@ -41,6 +42,7 @@ class Outcome(Struct, frozen=True, eq=False):
         notes: What else is to be known of it, in sentences.
         signal: Number of the signal that interrupted it, if one did.
         ended: What ended it before its duration, if anything did.
+        doubts: What makes its numbers doubtful, by the time at which it was seen first.
     """
 
     kind: Kind
@@ -55,6 +57,7 @@ class Outcome(Struct, frozen=True, eq=False):
     held: Mapping[int, tuple[float, str]] = field(default_factory=dict[int, tuple[float, str]])
     signal: int | None = None
     ended: LoggedEvent | None = None
+    doubts: tuple[Doubt, ...] = ()
 
 
 def run(
@@ -103,6 +106,7 @@ def run(
         recorder.memory.held,
         stop.signal if kind == "interrupted" else None,
         loop.run_state.queue.ended,
+        tuple(sorted(recorder.memory.doubts.found.values(), key=lambda one: one.time)),
     )
 
 

@@ -104,12 +104,15 @@ class RunLoop:
         state, duration = self.run_state.state, self.plan.simulation.duration
         if reason.kind == "diverged" or reason.kind == "stuck":
             self.ending = reason.kind, explain(reason, state)
+            if self.recorder.takes_notes:
+                self.handler.look_for_doubts(always=True)
             return
         sums = self.sums()
         self.handler.leave(*sums)
-        if reason.kind == "reached" and self.recorder.takes_notes:
-            self.handler.look_at_rest()
-            self.handler.look_at_threads()
+        if self.recorder.takes_notes:
+            if reason.kind == "reached":
+                self.handler.look_at_rest()
+            self.handler.look_for_doubts()
         true = self._true if reason.kind == "triggered" else None
         self._true = []
         if self.handler.handle(ruptured=reason.springs, true=true):
@@ -157,6 +160,8 @@ class RunLoop:
                 at = f"{show(state.time, TIME, digits=6)} of {show(duration, TIME)}"
                 message = f"done: ended at {at} by {ended.span.place}: {ended.cause}"
             self.ending = "done", message
+        if self.ending is not None and self.recorder.takes_notes:
+            self.handler.look_for_doubts(always=True)
 
     def _is_watched(self) -> bool:
         """Return whether states on the way to the next event must be looked at."""

@@ -8,6 +8,7 @@ from typing import Any, Literal
 from tissuec.analysis.result_scene import RecompiledScene, recompile
 from tissuec.compiler.prediction import Prediction, predict
 from tissuec.core.errors import counted
+from tissuec.results.doubts import Doubt, kinds
 from tissuec.results.info import summary
 from tissuec.results.promise import Promise
 from tissuec.results.recording import Event, ExpectationResult
@@ -79,6 +80,11 @@ class ReportContent:
         """Whether positions are as accurate as the tolerance asks for."""
         return self.trajectory.promise
 
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """What makes numbers of the run doubtful."""
+        return self.trajectory.doubts
+
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """Everything that happened."""
@@ -139,6 +145,8 @@ class ReportContent:
             found.append((f"validation: {verdict}", "validation"))
         if self.promise.since is not None:
             found.append((f"accuracy: {self.promise}", "exactness"))
+        if self.doubts:
+            found.append((f"doubtful: {kinds(self.doubts)}", "run"))
         if self.notes:
             found.append((counted(len(self.notes), "note"), "run"))
         if self.recompiled.warnings:

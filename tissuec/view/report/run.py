@@ -43,6 +43,9 @@ def run(content: ReportContent) -> Section:
     parts = (
         pairs(_facts(content)),
         _changes(content.statistics),
+        (element("h3", "Doubtful"), listing(map(str, content.doubts)))
+        if content.doubts
+        else None,
         (element("h3", "Notes"), listing(content.notes)) if content.notes else None,
         _recorded(content),
     )

@@ -1,0 +1,257 @@
+"""Doubts: what is found, when, how often, and that looking changes nothing."""
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import tissuec
+from tests.whole_runs import AfterAsking, carried_out
+from tissuec.cli import group
+from tissuec.engine.execution.doubts import WATCHES, DoubtMemory, Finding
+
+SOLID = """language 1
+param depth = 7 mm
+tissue gel { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 5 ms }
+body block {
+  mesh is lattice { kind is sodium chloride; cell = 5 mm; reach is second neighbours
+    box from (0, 0, 0) mm to (15, 15, 10) mm }
+  tissue is gel
+}
+set low = nodes of block where z < 0.1 mm
+set lid = nodes of block where z > 9.9 mm
+environment { gravity = (0, 0, 0) m/s^2; mass damping = 20 Hz }
+script { at 0 s: fix low
+  from 0 s to 0.1 s: move lid by (0, 0, -depth) using smooth profile }
+simulate { duration = 0.15 s; tolerance = 1e-3 }
+output { trajectory every 5 ms; force of lid every 5 ms }
+"""
+NEEDLE = """language 1
+param thickness = 0.6 mm
+tissue gel { Young's modulus = 10 kPa; density = 1010 kg/m^3; retardation time = 5 ms }
+body block {
+  mesh is lattice { kind is sodium chloride; cell = 3 mm; reach is second neighbours
+    box from (0, 0, 0) mm to (9, 9, 9) mm }
+  tissue is gel
+}
+set base = nodes of block where z < 0.1 mm
+tool needle { kind is probe; radius = thickness
+  axis from (4.5 mm, 4.5 mm, 9.1 mm + thickness) to (4.5, 4.5, 50) mm }
+environment { gravity = (0, 0, 0) m/s^2; contact is tools only
+  contact surface stiffness = 100 MPa/m; mass damping = 20 Hz }
+script { at 0 s: fix base
+  from 0 s to 40 ms: move needle by (0, 0, -6) mm using constant speed }
+simulate { duration = 40 ms; tolerance = 1e-3 }
+output { force of needle every 1 ms }
+"""
+BALL = """language 1
+param c = 4 mm
+tissue gelatine { Young's modulus = 10 kPa; density = 1010 kg/m^3; retardation time = 5 ms }
+body block {
+  mesh is lattice { kind is sodium chloride; cell = c; reach is second neighbours
+    box from (-8, -8, -8) mm to (8, 8, 0) mm }
+  tissue is gelatine
+}
+set base = nodes of block where z < -7.9 mm
+tool ball { kind is probe; radius = 5 mm; centre = (0, 0, 3) mm }
+environment { gravity = (0, 0, 0) m/s^2; contact is tools only
+  contact surface stiffness = 50 MPa/m; mass damping = 20 Hz }
+script { at 0 s: { fix base; settle } }
+simulate { duration = 1 ms; tolerance = 1e-3 }
+output { force of ball every 1 ms }
+"""
+
+
+def compiled(text, **params):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", tissuec.TissueWarning)
+        return tissuec.compile(text, params=params)
+
+
+def seen(scene, position, kind="inside out"):
+    """Return what the watch of a kind finds in a state with other positions."""
+    watch = WATCHES[kind].of(scene.network, scene.plan)
+    state = scene.plan.start(scene.network)
+    return list(watch.look(state, position))
+
+
+def doubts(text, **params):
+    scene = compiled(text, **params)
+    return carried_out(scene)[0].doubts
+
+
+def test_a_block_that_is_pressed_flat_is_inside_out_and_one_that_is_pressed_less_is_not():
+    (found,) = doubts(SOLID)
+    assert found.kind == "inside out"
+    assert found.subject == "block"
+    assert found.most == 9  # one layer of 3 x 3 cells
+    # The lid has gone 5 of 10 mm, where one layer is flat if the other is not, at 50 ms.
+    assert 0.05 < found.time <= 0.15
+    assert found.unit == "cell"
+    assert found.place.endswith(":4")
+    assert doubts(SOLID, depth="2 mm") == ()
+
+
+def test_cells_are_counted_one_by_one():
+    scene = compiled(SOLID)
+    x = scene.network.position.copy()
+    assert seen(scene, x) == []
+    # Nodes at the middle height that stand below the lowest: each cell of the lower layer.
+    x[np.isclose(x[:, 2], 0.005), 2] = -0.001
+    (found,) = seen(scene, x)
+    assert found.count == 9
+    # A cell is flat if four of its nodes lie in the plane of the others, and not before.
+    for height, count in ((1e-6, 0), (-1e-6, 1)):
+        x = scene.network.position.copy()
+        corner = np.isclose(x[:, 2], 0.01) & (x[:, 0] < 0.006) & (x[:, 1] < 0.006)
+        x[corner, 2] = 0.005 + height
+        assert sum(one.count for one in seen(scene, x)) == count
+
+
+def test_what_is_moved_and_turned_is_not_inside_out():
+    scene = compiled(SOLID)
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    assert seen(scene, scene.network.position @ turn.T + [5.0, -7.0, 2.0]) == []
+    mirrored = scene.network.position * [1.0, 1.0, -1.0]
+    assert sum(one.count for one in seen(scene, mirrored)) == 18
+
+
+SHEET = """language 1
+tissue skin { spring constant = 10 N/m; viscosity = 0 N*s/m; mass = 1 mg }
+body sheet {
+  mesh is sheet {
+    corner = (0, 0, 0) mm; first edge = (40, 0, 0) mm; second edge = (0, 40, 0) mm
+    columns = 5; rows = 5; diagonals is both
+  }
+  tissue is skin
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+"""
+
+
+def test_a_face_is_inside_out_among_its_neighbours_but_a_fold_along_a_row_is_not():
+    scene = compiled(SHEET)
+    drawn = scene.network.position
+    folded = drawn.copy()
+    beyond = folded[:, 0] > 0.02
+    folded[beyond, 0] = 0.04 - folded[beyond, 0]
+    folded[beyond, 2] = 1e-4
+    assert sum(one.count for one in seen(scene, folded)) == 0
+    pulled = drawn.copy()
+    middle = np.flatnonzero(np.isclose(drawn[:, :2], 0.02).all(axis=1))
+    pulled[middle, :2] += [0.015, 0.001]  # across an edge of the faces beside it
+    (found,) = seen(scene, pulled)
+    assert found.count >= 1
+    assert found.unit == "face"
+
+
+def test_cells_that_have_lost_a_spring_are_not_counted():
+    scene = compiled(SOLID)
+    x = scene.network.position.copy()
+    x[np.isclose(x[:, 2], 0.005), 2] = -0.001
+    watch = WATCHES["inside out"].of(scene.network, scene.plan)
+    state = scene.plan.start(scene.network)
+    # Node 0 is a corner of one cell only: what it loses is a spring of that cell.
+    lost = np.flatnonzero((scene.network.ends == 0).any(axis=1))[:1]
+    state.alive = state.alive.copy()
+    state.alive[lost] = False
+    (found,) = watch.look(state, x)
+    assert found.count == 8
+
+
+def test_a_needle_between_nodes_is_found_and_named_in_the_log_of_events():
+    scene = compiled(NEEDLE)
+    outcome, recording = carried_out(scene)
+    (found,) = outcome.doubts
+    assert found.subject == "needle in block"
+    # The end of its axis is drawn 0.7 mm above the surface and goes 6 mm in 40 ms.
+    assert 0.7 / 6.0 * 0.04 < found.time <= 0.7 / 6.0 * 0.04 + 2e-3
+    (note,) = (event for event in recording.events if event.kind == "note")
+    assert note.cause == found.what
+    assert note.time == found.time
+    thick = [one.kind for one in doubts(NEEDLE, thickness="6 mm")]
+    assert "passes through a surface" not in thick
+
+
+def test_a_ball_on_one_node_is_doubtful_and_one_on_many_is_not():
+    (found,) = doubts(BALL)
+    assert found.kind == "few nodes in contact"
+    assert found.most == 1
+    assert doubts(BALL, c="2 mm") == ()
+
+
+def test_of_findings_with_a_weight_the_largest_decides():
+    memory = DoubtMemory()
+    scene = compiled(SHEET)
+    span = scene.plan.simulation.span
+    for time, count, weight in ((1.0, 1, 2.0), (2.0, 0, 5.0), (3.0, 1, 4.0)):
+        memory.enter("few", Finding("a", count, "a is", "", "node", "", span, weight), time)
+    assert memory.found == {}
+    memory.enter("few", Finding("a", 2, "a is", "", "node", "", span, 6.0), 4.0)
+    assert [(one.time, one.most) for one in memory.found.values()] == [(4.0, 2)]
+
+
+def test_first_time_and_numbers_are_kept_apart():
+    memory, span = DoubtMemory(), compiled(SHEET).plan.simulation.span
+    for time, count in ((1.0, 0), (2.0, 3), (3.0, 7), (4.0, 0)):
+        memory.enter("out", Finding("a", count, "a is", f"at {time}", "cell", "", span), time)
+    (found,) = memory.found.values()
+    assert (found.time, found.where, found.most, found.last) == (2.0, "at 2.0", 7, 0)
+    assert "up to 7 cells, 0 at the end, first at 2 s at 2.0" in str(found)
+
+
+def test_looking_changes_no_bit_of_the_motion(monkeypatch):
+    scene = compiled(SOLID)
+    seen_motion = carried_out(scene)[1].frame_arrays()
+    monkeypatch.setattr("tissuec.engine.execution.recorder.Recorder.takes_notes", False)
+    outcome, recording = carried_out(scene)
+    assert outcome.doubts == ()
+    for one, other in zip(seen_motion, recording.frame_arrays(), strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_a_run_that_is_interrupted_and_resumed_has_the_same_doubts(monkeypatch):
+    scene = compiled(SOLID)
+    whole = carried_out(scene)[0]
+    monkeypatch.setattr("tissuec.engine.execution.run.CHECKPOINT_EVERY", 0.0)
+    found = set()
+    for count in (3, 8, 14):
+        first, recording = carried_out(scene, interrupt=AfterAsking(count))
+        if first.kind == "interrupted":
+            rest, _ = carried_out(scene, resume=recording.state)
+            found.add(rest.doubts)
+    assert found == {whole.doubts}
+
+
+def test_every_output_says_it(tmp_path):
+    scene, result = tmp_path / "flat.tis", tmp_path / "flat.vtkhdf"
+    scene.write_text(SOLID, encoding="utf-8")
+
+    def said(*words):
+        found = CliRunner().invoke(group, [*map(str, words)], standalone_mode=False)
+        return found.return_value, found.stdout, found.stderr
+
+    code, _, talk = said("run", scene, "-o", result, "--companion", "off")
+    assert code == 0
+    assert "doubtful: cells of block are inside out (9 cells, first at" in talk
+    assert talk.count("inside out") == 1
+    assert said("run", scene, "-o", result, "--strict", "--companion", "off")[0] == 1
+    document = json.loads(said("--json", "run", scene, "-o", result, "--companion", "off")[1])
+    (found,) = document["doubts"]
+    assert found["kind"] == "inside out"
+    assert "inside out" in said("info", result)[1]
+    with tissuec.load(result) as trajectory:
+        (doubt,) = trajectory.doubts
+        assert doubt.most == found["most"] == trajectory.manifest["doubts"][0]["most"]
+        assert [event.kind for event in trajectory.events].count("note") == 1
+    page = tmp_path / "flat.html"
+    assert said("report", result, "-o", page)[0] == 0
+    assert "doubtful: inside out" in page.read_text(encoding="utf-8")
+    with pytest.warns(tissuec.TissueWarning, match="inside out"):
+        tissuec.run(scene, companion="off").close()
+    with pytest.raises(tissuec.SimulationError, match="inside out"):
+        tissuec.run(scene, companion="off", strict=True)

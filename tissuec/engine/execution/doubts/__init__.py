@@ -1,0 +1,139 @@
+"""What makes the numbers of a run doubtful, watched while it runs.
+
+A watch is a class registered by its kind, in a file of its own. It looks at states of the run,
+``LOOKS`` times at most and at the end, and yields findings; what becomes of them, in the event
+log, the result and all reports, is the same for every kind. Looking changes nothing.
+"""
+
+from collections.abc import Iterator
+from typing import ClassVar, Protocol, Self
+
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from tissuec.core.registry import Family
+from tissuec.core.source import Span
+from tissuec.mechanics.state import State
+from tissuec.model.network import Floats, Network
+from tissuec.results.doubts import Doubt
+from tissuec.script.plan import Plan
+
+LOOKS = 64
+
+
+class Finding(Struct, frozen=True):
+    """What a watch sees in one state.
+
+    Attributes:
+        subject, what, where, unit, remedy: As of ``Doubt``.
+        count: How many there are now; 0 where there are none (any more).
+        span: The sentence that is concerned.
+        weight: Where not every state counts, how much this one does: only the state of the
+            largest weight is reported, such as that of the largest force.
+    """
+
+    subject: str
+    count: int
+    what: str
+    where: str
+    unit: str
+    remedy: str
+    span: Span
+    weight: float | None = None
+
+
+class Watch(Protocol):
+    """Interface of members of ``WATCHES``."""
+
+    kind: ClassVar[str]
+
+    @classmethod
+    def of(cls, network: Network, plan: Plan) -> Self | None:
+        """Return the watch of a run; None where it has nothing to look at."""
+        ...
+
+    def look(self, state: State, position: Floats) -> Iterator[Finding]:
+        """Yield what is doubtful, and what was and is no longer, with a count of 0.
+
+        Args:
+            state: What is alive and held; its positions are not looked at.
+            position: Of all nodes [m], shape (node, 3).
+        """
+        ...
+
+
+WATCHES: Family[type[Watch]] = Family("tissuec.engine.execution.doubts", "watch")
+
+
+class DoubtMemory(Struct, eq=False):
+    """Doubts of a run so far, as a checkpoint holds them.
+
+    Attributes:
+        next: Time of the next look [s].
+        found: Doubts by kind and subject.
+        weights: Largest weight so far of findings that have one, by kind and subject.
+        fresh: Those of ``found`` that the event log does not contain yet, with their spans.
+    """
+
+    next: float = 0.0
+    found: dict[str, Doubt] = field(default_factory=dict[str, Doubt])
+    weights: dict[str, float] = field(default_factory=dict[str, float])
+    fresh: list[tuple[Doubt, Span]] = field(default_factory=list[tuple[Doubt, Span]])
+
+    def enter(self, kind: str, finding: Finding, time: float) -> None:
+        """Take what a watch found.
+
+        Args:
+            kind: Of the watch.
+            finding: What it found.
+            time: When [s].
+        """
+        key = f"{kind}: {finding.subject}"
+        known = self.found.get(key)
+        if finding.weight is not None:
+            if finding.weight <= self.weights.get(key, 0.0):
+                return
+            self.weights[key] = finding.weight
+            if known is not None:
+                del self.found[key]
+                known = None
+        if known is not None:
+            most = max(known.most, finding.count)
+            self.found[key] = replace(known, most=most, last=finding.count)
+        elif finding.count:
+            self.found[key] = doubt = Doubt(
+                kind, finding.subject, finding.what, time, finding.where,
+                finding.count, finding.count, finding.unit, finding.remedy, finding.span.place,
+            )  # fmt: skip
+            if finding.weight is None:
+                self.fresh.append((doubt, finding.span))
+
+
+class Watcher:
+    """Looks at a run for all kinds of doubts.
+
+    Args:
+        network, plan: Of the run.
+    """
+
+    def __init__(self, network: Network, plan: Plan):
+        self._network, self._plan = network, plan
+        self._apart = plan.simulation.duration / LOOKS
+        self._watches: list[Watch] | None = None
+
+    def look(self, state: State, time: float, position: Floats, memory: DoubtMemory) -> None:
+        """Look at a state.
+
+        Args:
+            state: As of ``Watch.look``.
+            time: [s].
+            position: Of all nodes [m], shape (node, 3).
+            memory: Takes what is found.
+        """
+        if self._watches is None:
+            made = (kind.of(self._network, self._plan) for kind in WATCHES.values())
+            self._watches = [watch for watch in made if watch is not None]
+        for watch in self._watches:
+            for finding in watch.look(state, position):
+                memory.enter(watch.kind, finding, time)
+        memory.next = (time // self._apart + 1.0) * self._apart

@@ -1,0 +1,147 @@
+"""Contact that rests on too few nodes for the curvature of a tool.
+
+A tool presses on nodes. Its force converges as the contact radius becomes large beside the
+distance of nodes: a ball on one node alone presses with half the force of theory at the same
+depth (H. Hertz, J. reine angew. Math. 92:156, 1881), on four or more nodes within some 15 %.
+The side of a capsule is curved across its line only, and needs more than one row of nodes.
+Looked at is the state of the largest force.
+"""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+
+from tissuec.core.units import LENGTH, show
+from tissuec.core.vectors import norm
+from tissuec.engine.execution.doubts import WATCHES, Finding
+from tissuec.geometry.nearest import CAPSULE, places
+from tissuec.mechanics.state import State
+from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
+from tissuec.script.plan import Plan
+
+if TYPE_CHECKING:
+    from tissuec.forces.contact import Contact
+
+KIND = "few nodes in contact"
+ENOUGH = 4  # nodes under a ball: its contact radius is then about the distance of nodes
+ROW = 0.25  # of the distance of nodes: closer than that, nodes are in one row
+
+
+class _Grip(NamedTuple):
+    """Nodes that a capsule touches.
+
+    Attributes:
+        nodes: Their numbers, shape (n,).
+        force: With which it presses on them together [N].
+        across: Extent of those beside its line, across it [m]; 0 of none.
+        has_side: Whether there are any of these.
+    """
+
+    nodes: Indices
+    force: float
+    across: float
+    has_side: bool
+
+
+@WATCHES.member(KIND)
+class FewNodes:
+    """Watches on how many nodes of solids the capsules of tools press.
+
+    Walls are left out: they bear a tool by their tension, wherever they touch it.
+    """
+
+    kind = KIND
+
+    def __init__(self, network: Network, tools: list[ToolPart], bodies: list[BodyPart]):
+        self._tools = tools
+        self._bodies = [(body, _distance(network, body)) for body in bodies]
+
+    @classmethod
+    def of(cls, network: Network, plan: Plan) -> Self | None:
+        """Return the watch of a run; None without contact, such tools or solids."""
+        if plan.contact is None:
+            return None
+        tools = [t for t in network.tools if any(s.kind == "capsule" for s in t.shapes)]
+        bodies = [body for body in network.bodies if tools and _is_solid(network, body)]
+        return cls(network, tools, bodies) if bodies else None
+
+    def look(self, state: State, position: Floats) -> Iterator[Finding]:
+        contact = state.contact
+        assert contact is not None, "otherwise there is no watch"
+        for tool in self._tools:
+            for body, distance in self._bodies:
+                found = list(_touched(contact, position, tool, body))
+                if not found:
+                    continue
+                count = len(np.unique(np.concatenate([one.nodes for one in found])))
+                if any(one.has_side for one in found):
+                    is_few = max(one.across for one in found) < ROW * distance
+                else:
+                    is_few = count < ENOUGH
+                thinnest = min(s.radius for s in tool.shapes if s.kind == "capsule")
+                yield Finding(
+                    f"{tool.name} on {body.name}",
+                    count if is_few else 0,
+                    f"{tool.name} presses on too few nodes of {body.name} for its curvature "
+                    "when its force is largest",
+                    "",
+                    "node",
+                    "the force depends on where nodes are; use cells well below the radius of "
+                    f"{show(thinnest, LENGTH)}",
+                    tool.span,
+                    sum(one.force for one in found),
+                )
+
+
+def _touched(
+    contact: "Contact", position: Floats, tool: ToolPart, body: BodyPart
+) -> Iterator[_Grip]:
+    """Yield what each capsule of a tool touches of a body.
+
+    Args:
+        contact: Of the run.
+        position: Of all nodes [m], shape (node, 3).
+        tool: With capsules.
+        body: Which is touched.
+    """
+    from tissuec.forces.contact import ContactPairs  # where something touches
+
+    x = position[body.nodes]
+    for shape, ends in zip(tool.shapes, position[tool.nodes].reshape(-1, 2, 3), strict=True):
+        if shape.kind != "capsule":
+            continue
+        low, high = ends.min(axis=0) - shape.radius, ends.max(axis=0) + shape.radius
+        nodes = np.flatnonzero(((low < x) & (x < high)).all(axis=1))
+        alike = np.full(len(nodes), shape.radius)
+        corners = np.broadcast_to(ends[[0, 1, 1]], (len(nodes), 3, 3))
+        place = places(x[nodes], np.full(len(nodes), CAPSULE), corners, alike)
+        inside = np.flatnonzero(place.depth > 0.0)
+        if not len(inside):
+            continue
+        place, nodes = place.some(inside), nodes[inside] + body.nodes.start
+        pairs = ContactPairs(nodes, nodes, alike[inside], alike[inside])
+        side = np.flatnonzero(place.line.any(axis=1))
+        across = 0.0
+        if len(side):
+            normal = place.normal[side]
+            way = np.cross(place.line[side[0]], normal.mean(axis=0))
+            length = float(np.linalg.norm(way)) or 1.0
+            across = shape.radius * float(np.ptp(normal @ way)) / length
+        force = float(contact.pressure(pairs, place.depth).sum())
+        yield _Grip(nodes, force, across, bool(len(side)))
+
+
+def _is_solid(network: Network, body: BodyPart) -> bool:
+    """Return whether a body has a surface and nodes inside of it, or cells."""
+    if body.thread is not None:
+        return False
+    skin = np.unique(network.skin_of(body))
+    size = body.nodes.stop - body.nodes.start
+    return bool(len(skin)) and (body.cells is not None or len(skin) < size)
+
+
+def _distance(network: Network, body: BodyPart) -> float:
+    """Return the median distance of neighbours in the surface of a body [m]."""
+    corners = network.position[network.skin_of(body)]
+    return float(np.median(norm(corners - np.roll(corners, 1, axis=1))))
