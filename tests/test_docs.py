@@ -32,6 +32,7 @@ import pytest
 from msgspec import Struct, field
 
 from docs.reference.pages import outdated, unused
+from tests.whole_runs import carried_out
 from tissuec.core.errors import CompileError, render
 from tissuec.core.source import Source
 from tissuec.engine.integrators import INTEGRATORS
@@ -40,7 +41,7 @@ from tissuec.geometry.surfaces import SURFACES
 from tissuec.laws import SPRING_LAWS
 from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.generators import MESHES
-from tissuec.pipeline import check_request, compile_request, simulate
+from tissuec.pipeline import check_request, compile_request
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS
@@ -175,7 +176,7 @@ class Reader(Struct):
 def assert_runs(request: Request) -> None:
     """Run a scene, which ends as planned, and whose expectations hold."""
     compiled, _ = compile_request(request)
-    outcome = simulate(compiled, Path("runs.vtkhdf"), request=request, companion="off").outcome
+    outcome, _ = carried_out(compiled)
     failures = [failure.measured for failure in outcome.failures]
     assert (outcome.kind, failures) == ("done", []), f"{request.source.name}: {outcome.message}"
 
