@@ -111,7 +111,6 @@ MISTAKES = {
     "measure misspelt": M("expect speed", "expect sped", "TIS701", "sped", '"speed"'),
     "mesh misspelt": M("is tube {", "is tub {", "TIS305", "tub", '"tube"'),
     "file misspelt": M("fuzzy/soft_tissue", "fuzzy/soft_tisue", "TIS601", None, "soft_tissue"),
-    "capital letter": M("set tip", "Set tip", "TIS103", "Set", '"set"'),
     "property of tissue in a body": M(
         "tissue is gum\n",
         "tissue is gum; viscosity = 2 N*s/m\n",

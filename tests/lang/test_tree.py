@@ -130,7 +130,8 @@ def test_bracket_and_character_problems_have_codes(text, expected):
 def test_the_block_that_lacks_its_brace_is_told_by_indentation():
     problem = tree("a {\n  b {\n    c\n}\nd { }\n").problems[0]
     assert problem.notes[0].span.line == 2
-    assert problem.span.line == 5
+    assert problem.span.line == 3
+    assert [edit.text for edit in problem.edits] == ["\n  }"]
 
 
 def test_brackets_as_deep_as_allowed_parse_and_one_deeper_is_reported():

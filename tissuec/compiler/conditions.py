@@ -167,7 +167,8 @@ class Conditions:
                 "TIS701",
                 f'"{name.text}" is not a measure',
                 name.span,
-                hint=alternatives(
+                hint=_aggregate_meant(name)
+                or alternatives(
                     key,
                     ("count", *(name for name in MEASURES if name not in COUNTED)),
                     what="measures",
@@ -233,6 +234,9 @@ class Conditions:
         return name.key in self.tools or self.groups.is_known(name)
 
     def _no_subject(self, text: str, span: Span) -> NoReturn:
+        if text.startswith("["):
+            hint = f"give the union a name, and write that: set both = {text}"
+            self.findings.reject("TIS312", "a measure takes one name", span, hint=hint)
         self.findings.pass_over_doubtful(s.key_of(text))
         if text in KINDS:
             unnamed(text, span, self.findings)
@@ -373,3 +377,19 @@ class Conditions:
 
 def _is_mathematical(call: s.Call) -> bool:
     return call.function.key in FUNCTIONS
+
+
+#: What a study calls the extremes and the mean of a measure, by other words.
+_AGGREGATES = {
+    "max": "maximum maximal peak highest largest",
+    "min": "minimum minimal lowest smallest",
+    "mean": "average avg median",
+    "final": "last end",
+}
+
+
+def _aggregate_meant(name: s.Name) -> Hint | str:
+    """Return a hint with what a study calls an extreme of a measure, or an empty one."""
+    first = name.key.split(" ")[0]
+    meant = next((one for one, words in _AGGREGATES.items() if first in words.split()), "")
+    return Hint(f'did you mean "{meant}"?', Edit(meant)) if meant else ""

@@ -33,6 +33,7 @@ from tissuec.model.network import Explained, Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import (
+    FIBRE_MODULUS,
     OF_MATTER,
     POISSONS_RATIO,
     QUANTITIES,
@@ -350,6 +351,8 @@ class MaterialReader:
         if added not in self._shared_out:
             if self._reader is None:
                 self._reader = MatterReader(self.drawing, given.span, self.findings)
+            if (fibres := self.parts.beside(given).get(FIBRE_MODULUS)) and added:
+                self._reader.fibres = fibres.span
             self._shared_out[added] = self._reader.read(added)
         return self._shared_out[added]
 

@@ -156,6 +156,7 @@ class MatterReader:
     def __init__(self, drawing: Drawing, span: Span, findings: Findings):
         self.drawing, self.body = drawing, drawing.body
         self.span, self.findings = span, findings
+        self.fibres: Span = span  # what asks for their direction
         self._added = 0.0
         self._is_told = False  # that the mesh is not isotropic
 
@@ -277,6 +278,7 @@ class MatterReader:
 
     def _direction(self) -> Floats | str:
         if self.body.fibres is None:
+            self.span = self.fibres
             self._missing("fibres", "direction of its fibres", "fibres = (1, 0, 0)")
         return self.body.fibres
 

@@ -1,13 +1,15 @@
 """Quantities that conditions measure, and how they are described in messages."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.core.units import show
+from tissuec.core.units import Dimension, parse_unit, show, show_in
 from tissuec.lang import syntax as s
+from tissuec.lang.walk import walk
+from tissuec.lang.words import STEPS
 from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope, Truth
 from tissuec.scene.values import Value
@@ -114,11 +116,25 @@ class CompiledCondition(Struct, frozen=True, eq=False):
 def describe_sides(condition: s.Expression, scope: Scope) -> str:
     """Return what both sides of a condition are: ``gap(oviduct) = 8.1 mm, limit = 9 mm``."""
     parts: list[str] = []
+    units = {parse_unit(one.unit).dimension: one.unit for one in _amounts(condition)}
     for side in _sides(condition):
         value = scope.number(side)
-        shown = show(float(value.amount), value.dimension, digits=DIGITS)
+        shown = _shown(float(value.amount), value.dimension, units)
         parts.append(f"{side.span.one_line} = {shown}")
     return ", ".join(parts)
+
+
+def _amounts(condition: s.Expression) -> Iterator[s.Quantity]:
+    """Yield the numbers with units in a condition, but for those in its calls."""
+    parts = walk(condition, enters=lambda call: False)
+    return (part for part in parts if isinstance(part, s.Quantity) and part.unit != STEPS)
+
+
+def _shown(value: float, dimension: Dimension, units: Mapping[Dimension, str]) -> str:
+    """Return a value in the unit in which its like is written beside it, if there is any."""
+    if dimension in units:
+        return show_in(value, units[dimension], digits=DIGITS)
+    return show(value, dimension, digits=DIGITS)
 
 
 def _sides(node: s.Expression) -> list[s.Expression]:

@@ -12,13 +12,15 @@ from tissuec.compiler.smoothing import SURFACE, read_surface
 from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
-from tissuec.core.units import TIME, show
+from tissuec.core.units import FREQUENCY, TIME, parse_unit, show
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Indices
 from tissuec.scene.expressions import Scope
 from tissuec.script.measures import MEASURES, Subject
 from tissuec.script.plan import LogRequest, Output, SurfaceOutput
+
+_FORCE_ALONG = "outputs are whole vectors; a component is for conditions and studies"
 
 MOST_SAMPLES = 100_000_000
 
@@ -129,10 +131,26 @@ class OutputReader:
             if clause.word not in ("of", "to", "every") or clause.word in clauses:
                 subject = clause.span.one_line.removeprefix(f"{clause.word} ")
                 hint = "" if "of" in clauses else proposal(f"of {subject}")
+                hint = self._rate_meant(clause) or hint
                 message = f'"{clause.word}" is not allowed in an output'
                 self.findings.reject("TIS303", message, clause.span, hint=hint)
             clauses[clause.word] = clause
         return clauses
+
+    def _rate_meant(self, clause: s.Clause) -> Hint | str:
+        """Return a hint for ``at 1 kHz``, and for ``at 1 ms`` where "every" was meant."""
+        value = clause.value
+        if clause.word == "along":
+            return _FORCE_ALONG
+        if clause.word not in ("at", "per", "after") or not isinstance(value, s.Quantity):
+            return ""
+        unit = parse_unit(value.unit)
+        amount = value.value * unit.factor
+        if unit.dimension == TIME:
+            return proposal(f"every {value.span.text}")
+        if unit.dimension != FREQUENCY or amount <= 0.0:
+            return ""
+        return proposal(f"every {show(1.0 / amount, TIME, digits=6)}")
 
     def _once(self, key: str, item: s.Sentence | s.Block) -> None:
         if key in self.places:

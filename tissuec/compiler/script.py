@@ -226,7 +226,7 @@ class ScriptReader:
                 Span(
                     sentence.span.source, sentence.span.start, sentence.span.start + len(verb)
                 ),
-                hint=alternatives(verb, VERBS, what="verbs"),
+                hint=_verb_meant(verb) or alternatives(verb, VERBS, what="verbs"),
             )
         if sentence.phrase is not None:
             self.findings.reject(
@@ -239,3 +239,29 @@ class ScriptReader:
         action = member.read(order)
         order.finish()
         return action
+
+
+#: Verbs by other words for what they do.
+_MEANT = {
+    "move": "lift raise lower drag shift translate displace advance retract draw",
+    "turn": "rotate twist tilt spin",
+    "grasp": "clamp grip grab pinch take seize pick catch",
+    "release": "drop ungrasp unclamp",
+    "free": "unfix detach unpin",
+    "fix": "pin anchor constrain immobilise immobilize clip",
+    "cut": "slice incise transect divide sever snip resect",
+    "irrigate": "rinse flush spray wash",
+    "inflate": "fill insufflate pump blow",
+    "tie": "knot ligate",
+    "push": "press load",
+    "stop": "halt pause",
+    "end": "finish quit exit",
+    "settle": "relax equilibrate",
+    "change": "set modify soften stiffen",
+}
+
+
+def _verb_meant(word: str) -> Hint | str:
+    """Return a hint with the verb for what another word does, or an empty one."""
+    meant = next((verb for verb, others in _MEANT.items() if word in others.split()), "")
+    return Hint(f'did you mean "{meant}"?', Edit(meant)) if meant else ""

@@ -77,6 +77,7 @@ class SentenceOrder(ClauseReader):
     def _reject_tool(self, name: s.Name, message: str) -> NoReturn:
         self.scope.findings.pass_over_doubtful(name.key)
         names = [tool.name for tool in self.tools.values()]
+        self.groups.refuse_parted(name, names)
         hint = alternatives(name.text, names, what="tools")
         self.scope.findings.reject("TIS301", message, name.span, hint=hint)
 

@@ -1,6 +1,6 @@
 """Sets: names for nodes or springs, chosen on the drawn mesh and fixed for good."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NoReturn
 
@@ -10,17 +10,18 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing, points_of
 from tissuec.compiler.selections import extents
-from tissuec.core.hints import Hint, alternatives
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
+from tissuec.lang.words import written_name
 from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import NamedGroup
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.dependency_order import Definitions
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
-from tissuec.script.verbs import Group
+from tissuec.script.verbs import VERBS, Group
 
 #: What a set can be chosen from.
 KINDS = ("nodes", "springs")
@@ -200,10 +201,12 @@ class Groups:
             self.findings.pass_over_doubtful(name.key)
             if name.key in KINDS:
                 unnamed(name.key, name.span, self.findings)
+            self.refuse_parted(name)
             lines = {d.name.text: d.name.span.line for d in self.declared.values()}
             known, what = [*lines, *self.names_of_bodies()], "sets and bodies"
             if with_joints and self.named_joints:
                 known, what = [*lines, *self.names_of_parts()], "sets, bodies and joints"
+            known = [*map(written_name, known)]
             hint = alternatives(name.text, known, what=what)
             for text, line in lines.items():
                 near = f'did you mean "{text}"'
@@ -212,6 +215,38 @@ class Groups:
             self.findings.reject("TIS301", message, name.span, hint=hint)
         self.used.add(name.key)
         return self.sets.find(name.key)
+
+    def refuse_parted(self, name: s.Name, tools: Iterable[str] = ()) -> None:
+        """Reject what is no name because its end, or another sentence, is read otherwise.
+
+        Args:
+            name: The name, which is not known.
+            tools: Names of tools, which are known here, too.
+        """
+        known = [*(d.name.text for d in self.declared.values()), *self.names_of_parts(), *tools]
+        text, start = name.span.source.text, name.span.start
+        for one in known:
+            end = start + len(one)
+            if written_name(one) != one and text[start:end].lower() == one.lower():
+                hint = Hint(
+                    f'write the name in quotes: "{one}"',
+                    Edit(f'"{one}"', Span(name.span.source, start, end)),
+                )
+                message = f'"{one}" contains a reserved word'
+                self.findings.reject(
+                    "TIS115", message, Span(name.span.source, start, end), hint=hint
+                )
+        words, keys = name.words.split(" "), {s.key_of(one) for one in known}
+        for number in range(1, len(words)):
+            head = " ".join(words[:number])
+            if words[number].lower() in VERBS and s.key_of(head) in keys:
+                place = Span(name.span.source, start + len(head), start + len(head))
+                hint = Hint(
+                    f'put ";" or a line break before "{words[number]}"', Edit(";", place)
+                )
+                verb = name.span.text.find(words[number], len(head))
+                second = Span(name.span.source, start + verb, start + verb + len(words[number]))
+                self.findings.reject("TIS107", "two statements on one line", second, hint=hint)
 
     def _needs(self, key: str) -> Iterator[s.Name]:
         """Yield the sets in a union."""

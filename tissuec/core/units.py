@@ -116,12 +116,46 @@ SYMBOLS: dict[str, tuple[float, Dimension]] = _PLAIN | {
     for spelling in (("u", "µ", "μ") if prefix == "u" else (prefix,))
 }
 
+#: What people mean by 1 g of gravity [m/s^2]: CGPM, 1901.
+STANDARD_GRAVITY = 9.80665
+
 #: How units are called where they are not written with their symbols.
 _SPOKEN = {
     "meter": "m", "metre": "m", "gram": "g", "second": "s", "sec": "s", "newton": "N",
     "pascal": "Pa", "joule": "J", "watt": "W", "hertz": "Hz", "liter": "l", "litre": "l",
     "minute": "min", "degree": "deg", "radian": "rad", "percent": "%",
 }  # fmt: skip
+#: Units of other systems, by their value in SI: NIST Special Publication 811 (2008), B.8.
+_FOREIGN: dict[str, tuple[float, Dimension]] = {
+    **dict.fromkeys(("in", "inch", "inches"), (0.0254, LENGTH)),
+    **dict.fromkeys(("ft", "foot", "feet"), (0.3048, LENGTH)),
+    **dict.fromkeys(("yd", "yard"), (0.9144, LENGTH)),
+    **dict.fromkeys(("angstrom", "Å"), (1e-10, LENGTH)),
+    **dict.fromkeys(("micron", "microns"), (1e-6, LENGTH)),
+    **dict.fromkeys(("lb", "lbs", "lbm", "pound", "pounds"), (0.45359237, MASS)),
+    **dict.fromkeys(("oz", "ounce", "ounces"), (0.028349523125, MASS)),
+    **dict.fromkeys(("t", "ton", "tonne"), (1e3, MASS)),
+    **dict.fromkeys(("lbf", "lbsf"), (4.4482216152605, FORCE)),
+    **dict.fromkeys(("kgf", "kp"), (9.80665, FORCE)),
+    **dict.fromkeys(("gf", "p", "pond"), (9.80665e-3, FORCE)),
+    **dict.fromkeys(("dyn", "dyne", "dynes"), (1e-5, FORCE)),
+    **dict.fromkeys(("psi", "PSI"), (6894.757293168, PRESSURE)),
+    "bar": (1e5, PRESSURE),
+    "mbar": (1e2, PRESSURE),
+    "atm": (101325.0, PRESSURE),
+    **dict.fromkeys(("torr", "Torr"), (101325.0 / 760, PRESSURE)),
+    **dict.fromkeys(("cmH2O", "cmh2o", "cmH20"), (98.0665, PRESSURE)),
+    **dict.fromkeys(("mmH2O", "mmh2o"), (9.80665, PRESSURE)),
+    **dict.fromkeys(("P", "poise", "Poise"), (0.1, PRESSURE_TIME)),
+    **dict.fromkeys(("cP", "cps"), (1e-3, PRESSURE_TIME)),
+    "erg": (1e-7, ENERGY),
+    "cal": (4.184, ENERGY),
+    **dict.fromkeys(("cc", "ccm", "CC"), (1e-6, VOLUME)),
+    **dict.fromkeys(("h", "hr", "hrs", "hour", "hours"), (3600.0, TIME)),
+    **dict.fromkeys(("d", "day", "days"), (86400.0, TIME)),
+    **dict.fromkeys(("rpm", "bpm"), (1 / 60, FREQUENCY)),
+    **dict.fromkeys(("rev", "revolution", "revolutions", "turns"), (2 * math.pi, NUMBER)),
+}
 #: Units that nobody means.
 _UNUSUAL = frozenset(prefix + unit for prefix in "MG" for unit in "mgsl")
 _TEMPERATURES = frozenset(
@@ -160,13 +194,17 @@ class UnitError(ValueError):
 _STEP = re.compile(r"([*/·]?)([^\W\d_]+|%)(?:\^(-?\d+))?")
 
 
-@cache
 def parse_unit(text: str) -> Unit:
     """Return the unit that ``text`` spells, such as ``mm``, ``N*s/m`` or ``kg/m^3``.
 
     Raises:
         UnitError: A symbol is not in the table, or the text has another form.
     """
+    return _parsed(text, False)
+
+
+@cache
+def _parsed(text: str, has_foreign: bool) -> Unit:
     factor, dimension, position = 1.0, NUMBER, 0
     compact = text.replace(" ", "")
     while position < len(compact):
@@ -174,9 +212,10 @@ def parse_unit(text: str) -> Unit:
         if step is None or (position > 0) != bool(step[1]):
             raise UnitError(compact[position:] or text)
         position = step.end()
-        if step[2] not in SYMBOLS:
+        symbol = SYMBOLS.get(step[2]) or (_FOREIGN.get(step[2]) if has_foreign else None)
+        if symbol is None:
             raise UnitError(step[2])
-        size, kind = SYMBOLS[step[2]]
+        size, kind = symbol
         exponent = int(step[3] or 1) * (-1 if step[1] == "/" else 1)
         if abs(exponent) > LARGEST_EXPONENT:
             raise UnitError(step[0])
@@ -257,14 +296,82 @@ def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
         digits: Number of significant digits.
     """
     if value == 0.0 or not math.isfinite(value):
-        return f"{value:.{digits}g} {si_unit(dimension)}".strip()
+        return f"{value:g} {si_unit(dimension)}".strip()
     scales = shown_units(dimension)
     factor, unit = scales[0]
     for size, name in scales:
         # Half a unit in the last digit, so that 0.9999 mm is shown as 1 mm and not 1e+03 um.
         if abs(value) >= size * (1 - 0.5 * 10.0**-digits):
             factor, unit = size, name
-    return f"{value / factor:.{digits}g} {unit}".rstrip()
+    return f"{rounded(value / factor, digits)} {unit}".rstrip()
+
+
+def rounded(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits: 1050 and not 1.05e+03."""
+    return f"{float(f'{value:.{digits}g}'):.{max(digits, 6)}g}"
+
+
+def show_in(value: float, unit: str, *, digits: int = 3) -> str:
+    """Return a value in SI units as text in the unit that somebody wrote, such as ``33 ml``."""
+    return f"{rounded(value / parse_unit(unit).factor, digits)} {unit}".rstrip()
+
+
+def converted(number: str, unit: str) -> str | None:
+    """Return an amount in a unit of another system as it is written here: 5.08 mm for 0.2 in.
+
+    Returns:
+        None if the unit is not known there either.
+    """
+    try:
+        found = _parsed(unit, True)
+    except UnitError:
+        return None
+    value = float(number) * found.factor
+    if found.dimension == NUMBER:
+        return f"{rounded(math.degrees(value), 12)} deg"
+    if found.dimension == VOLUME:
+        return f"{rounded(value * 1e6, 12)} ml"
+    if found.dimension not in _SHOWN:
+        return f"{rounded(value, 12)} {written_unit(found.dimension)}"
+    return show(value, found.dimension, digits=12)
+
+
+def alternatives_of(first: str, second: str) -> str:
+    """Return the signs that two units side by side can lack, the likely one first.
+
+    Empty for two of one kind, such as ms and s, of which one is a slip.
+    """
+    one, two = parse_unit(first).dimension, parse_unit(second).dimension
+    if one == two:
+        return ""
+    # Few write a moment or an energy so: N mm is a spring constant.
+    is_product = one * two in DIMENSION_NAMES and one * two != ENERGY
+    return "/*" if one / two in DIMENSION_NAMES and not is_product else "*/"
+
+
+def keeping_prefix(written: str, dimension: Dimension) -> str | None:
+    """Return the unit of a dimension with the prefix of another unit: mN*s/m for mPa*s.
+
+    Returns:
+        None if there is none of the same value in SI units, so that a number would change.
+    """
+    if dimension == NUMBER:
+        return "" if parse_unit(written).factor == 1.0 else None
+    target = written_unit(dimension)
+    bare = target.removeprefix("k") if target.startswith("kg") else target
+    symbol = _STEP.match(written)
+    assert symbol is not None
+    whole = symbol[2]
+    prefixes = [whole.removesuffix(base) for base in _PREFIXED if whole.endswith(base)]
+    for prefix in prefixes if whole not in _PREFIXED else ("",):
+        unit = f"{prefix}{bare}"
+        try:
+            same = math.isclose(parse_unit(unit).factor, parse_unit(written).factor)
+        except UnitError:
+            continue
+        if same:
+            return unit
+    return None
 
 
 def shown_units(dimension: Dimension) -> tuple[tuple[float, str], ...]:
@@ -276,6 +383,8 @@ def near_unit(word: str) -> Hint:
     """Return a hint about a word that is no unit, such as a near one, or an empty hint."""
     if word.lower() in _TEMPERATURES:
         return Hint(NO_TEMPERATURES)
+    if amount := converted("1", word):
+        return Hint(f"write it in other units: 1 {word} is {amount}")
     same = [symbol for symbol in SYMBOLS if symbol.lower() == word.lower()]
     same = [symbol for symbol in same if symbol not in _UNUSUAL]
     if symbol := _spoken(word.lower()) or (same[0] if same else ""):

@@ -12,14 +12,13 @@ from typing import Any
 from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic
-from tissuec.core.hints import proposal
 from tissuec.core.source import Source, Span
 from tissuec.core.units import canonical_unit, parse_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.rows import Rows, canonical_rows
 from tissuec.lang.token_names import shown
 from tissuec.lang.tokens import Token, number_and_unit
-from tissuec.lang.words import RESERVED, STEPS
+from tissuec.lang.words import STEPS
 
 
 @lru_cache(maxsize=4096)
@@ -116,10 +115,6 @@ class Builder:
         elif children[-1].type == "STRING":
             quoted = children[-1].text[1:-1]
         words = children if quoted is None else children[:-1]
-        for word in words:
-            if word.text != (lower := word.text.lower()) and lower in RESERVED:
-                message = f'"{word.text}" is a reserved word; write it in lower case'
-                self._report("TIS103", message, word, proposal(lower))
         return s.Name(
             " ".join(word.text for word in words), quoted, self._span(children[0], children[-1])
         )
@@ -220,6 +215,9 @@ class Builder:
     def phrase(self, children: list[Any]) -> s.Predicate:
         """Return a phrase: a word, ``not`` a word, or ``between`` words."""
         span = self._span(children[0], children[-1])
+        if isinstance(children[0], Token) and children[0].type == "ON":
+            # No entry takes it: whoever reads the entry says what it takes.
+            return s.Predicate("word", (s.Name("on", None, span),), span)
         if len(children) == 1:
             return s.Predicate("word", tuple(children), span)
         return s.Predicate(

@@ -13,9 +13,14 @@ from tissuec.core.units import NO_TEMPERATURES
 #: apostrophe has one between two letters, as in "Young's modulus".
 SUSPECT = r"[\x00-\x08\x0b-\x1f\x7f$&?@\\`|~]|(?<![^\W\d_])'|'(?![^\W\d_])|[^\x00-\x7f·]"
 
+_UNIT = r"[^\W\d_][\w*/^]*"
+
 #: Signs that people group digits with, and how far to look for those.
 _GROUPING = "'‘’`´\u00a0\u2009\u202f"
 _MOST_DIGITS = 20
+
+_AMOUNT_BEFORE = re.compile(rf"([0-9.]+(?:[eE][+-]?[0-9]+)?)[ \t]*({_UNIT})?[ \t]*\Z")
+_AMOUNT_BEHIND = re.compile(rf"[ \t]*[0-9.]+(?:[eE][+-]?[0-9]+)?[ \t]*({_UNIT}|%)?")
 
 _TEMPERATURE = re.compile(r"° ?[CFK]\b|[℃℉]")
 
@@ -98,6 +103,10 @@ def odd_character(span: Span) -> Diagnostic | None:
     character = span.text
     if not character.isascii() and character.isalpha():
         return None
+    if len(character) > 1:  # && and ||
+        word = "and" if character == "&&" else "or"
+        hint = Hint(f'write "{word}"', Edit(word))
+        return Diagnostic("TIS114", f'"{character}" is not a sign of the language', span, hint)
     name = unicodedata.name(character, "control character").lower()
     visible = character.isprintable() and not character.isspace()
     shown = f'"{character}"' if visible else "this character"
@@ -110,6 +119,7 @@ def odd_character(span: Span) -> Diagnostic | None:
     hint = (
         _ungrouped(span)
         or _temperature(span)
+        or _tolerance(span)
         or _paired(span)
         or _apostrophe(span)
         or _REMEDY.get(character, fallback)
@@ -137,6 +147,20 @@ def _paired(span: Span) -> str:
 def _temperature(span: Span) -> str:
     """Return a hint about the sign of a temperature, if it is one."""
     return NO_TEMPERATURES if _TEMPERATURE.match(span.source.text, span.start) else ""
+
+
+def _tolerance(span: Span) -> Hint | str:
+    """Return a hint about the tolerance of a number, if it has one."""
+    text = span.source.text
+    before = _AMOUNT_BEFORE.search(text[: span.start])
+    behind = _AMOUNT_BEHIND.match(text, span.end)
+    if span.text != "±" or before is None or behind is None:
+        return ""
+    unit = before[2] or ("" if behind[1] == "%" else behind[1])
+    amount = f"{before[1]} {unit}".rstrip()
+    place = Span(span.source, before.start(), behind.end())
+    hint = f'a number has no tolerance: write "{amount}", and vary it in a study'
+    return Hint(hint, Edit(amount, place))
 
 
 def _ungrouped(span: Span) -> str:

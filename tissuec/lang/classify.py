@@ -10,12 +10,13 @@ from itertools import takewhile
 from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic, Note
-from tissuec.core.hints import Edit, Hint, did_you_mean, leaving_out, proposal
+from tissuec.core.hints import Edit, Hint, did_you_mean, leaving_out
 from tissuec.core.source import Span
-from tissuec.core.units import ALL_UNITS, SYMBOLS, near_unit
+from tissuec.core.units import ALL_UNITS, SYMBOLS, alternatives_of, converted, near_unit
+from tissuec.lang.habits import habit, inches
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
 from tissuec.lang.token_names import expected, shown
-from tissuec.lang.tokens import Token
+from tissuec.lang.tokens import Token, number_and_unit
 from tissuec.lang.words import CONTINUING, RESERVED, STARTING, TIME_WORDS
 from tissuec.lang.wrong_sign import (
     BINDERS,
@@ -50,15 +51,6 @@ def classify(mistake: Mistake) -> Diagnostic:
     return _anything(mistake)
 
 
-def _capitalised(m: Mistake) -> Diagnostic | None:
-    for token in (*m.before, m.found):
-        word = token.text.lower()
-        if token.type == "WORD" and word in RESERVED:
-            message = f'"{token.text}" is a reserved word; write it in lower case'
-            return m.finding("TIS103", message, proposal(word), token)
-    return None
-
-
 def _decimal_comma(m: Mistake) -> Diagnostic | None:
     if m.found.type != "COMMA" or m.previous != "NUMBER" or m.next not in NUMBERS:
         return None
@@ -71,32 +63,6 @@ def _decimal_comma(m: Mistake) -> Diagnostic | None:
         whole = f"{m.before[-1].text}{m.after[0].text}"
         hint = Hint(f'{hint}, or "{whole}": digits are not grouped', *hint.edits, Edit(""))
     return m.finding("TIS108", "a decimal comma is not allowed", hint)
-
-
-def _measure_without_parentheses(m: Mistake) -> Diagnostic | None:
-    """Recognise ``expect force of hook > 1 N``, which is the form of outputs."""
-    if m.first not in ("EXPECT", "WHEN"):
-        return None
-    rest = iter([*m.before, m.found, *m.after][1:])
-    measure, joined = _words(rest)
-    whose, follows = _words(rest)
-    if not (measure and joined == "OF" and whose and follows in ("COMPARISON", "BETWEEN")):
-        return None
-    call = f"{m.text(measure[0], measure[-1])}({m.text(whose[0], whose[-1])})"
-    whole = m.span(measure[0]).to(m.span(whose[-1]))
-    hint = Hint(f'write "{call}"', Edit(call, whole))
-    message = "in a condition, a measure takes its argument in parentheses"
-    return replace(m.finding("TIS100", message, hint), span=whole)
-
-
-def _words(tokens: Iterator[Token]) -> tuple[list[Token], str]:
-    """Return the words of a name, and the type of the token behind it, which is used up."""
-    words: list[Token] = []
-    for token in tokens:
-        if token.type not in ("WORD", "STRING"):
-            return words, token.type
-        words.append(token)
-    return words, ""
 
 
 def _missing_colon(m: Mistake) -> Diagnostic | None:
@@ -136,19 +102,40 @@ def _unit(m: Mistake) -> Diagnostic | None:
     if m.found.type != "WORD" or m.next in _GOES_ON:
         return None
     word = m.found.text
-    if m.previous == "QUANTITY" and word in SYMBOLS:
-        unit = re.sub(r"^[0-9.]+([eE][+-]?[0-9]+)?\s*", "", m.before[-1].text)
-        message = f'"{unit} {word}" is not a unit'
-        joined = [Edit(f"{sign}{word}", m.behind.to(m.span(m.found))) for sign in "*/"]
-        hint = Hint(f'write "{unit}*{word}" or "{unit}/{word}"', *joined)
-        return m.finding("TIS104", message, hint)
+    if m.previous == "QUANTITY" and (word in SYMBOLS or word == "Hg"):
+        return _two_units(m, word)
     if m.previous in ("RPAR", "RSQB") and word in SYMBOLS:
         message = f'the unit "{word}" follows neither a number nor a vector'
         return m.finding("TIS104", message, "write it after each number")
     near = _near_unit(m, word)
+    if m.previous == "NUMBER" and m.unit and m.unit.text.isascii():
+        number = m.before[-1]
+        if text := converted(number.text, m.unit.text):
+            place = m.span(number).to(m.unit)
+            message = f'"{m.unit.text}" is not a unit of the language'
+            hint = Hint(f'write "{text}"', Edit(text, place))
+            return m.finding("TIS104", message, hint)
     if m.previous == "NUMBER" or (m.previous == "RPAR" and near):
         return m.finding("TIS104", f'"{word}" is not a unit', near or ALL_UNITS)
     return None
+
+
+def _two_units(m: Mistake, word: str) -> Diagnostic:
+    """Return the finding about ``0.04 N mm``, ``40 mm Hg`` and ``500 ms s``."""
+    unit = number_and_unit(m.before[-1].text)[1]
+    place = m.behind.to(m.span(m.found))
+    message = f'"{unit} {word}" is not a unit'
+    if f"{unit}{word}" in SYMBOLS:
+        return m.finding("TIS104", message, Hint(f'write "{unit}{word}"', Edit(word, place)))
+    if word == "Hg":
+        return m.finding("TIS104", message, 'write a pressure in "mmHg"')
+    signs = alternatives_of(unit, word)
+    if not signs:
+        hint = Hint(f'write one unit: "{m.before[-1].text}"', Edit("", place))
+        return m.finding("TIS104", message, hint)
+    hint = " or ".join(f'"{unit}{sign}{word}"' for sign in signs)
+    edits = (Edit(f"{sign}{word}", place) for sign in signs)
+    return m.finding("TIS104", message, Hint(f"write {hint}", *edits))
 
 
 def _inside_brackets(m: Mistake) -> list[Edit]:
@@ -508,7 +495,6 @@ _SIGNS = {
 }
 
 _KINDS = (
-    _capitalised,
     _decimal_comma,
     _path_without_quotes,
     is_for_equal,
@@ -519,7 +505,8 @@ _KINDS = (
     _named_argument,
     _and_for_semicolon,
     _if_for_when,
-    _measure_without_parentheses,
+    habit,
+    inches,
     _missing_colon,
     _unit,
     equals_as_test,

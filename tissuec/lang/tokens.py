@@ -120,6 +120,8 @@ def tokens(
         written = text[first:last]
         if kind == "WORD":
             kind = _RESERVED.get(written, "WORD")
+            if kind == "WORD" and (lower := written.lower()) in _RESERVED:
+                kind, written = _RESERVED[lower], lower  # as "Set", as mail programs write it
         elif kind == "SIGN":
             kind = _SIGNS[written]
         yield Token(kind, written, first, last)

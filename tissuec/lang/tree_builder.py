@@ -7,6 +7,7 @@ from typing import NamedTuple
 from tissuec.core.errors import Diagnostic, Note
 from tissuec.core.hints import Edit, Hint, proposal
 from tissuec.core.source import Source, Span
+from tissuec.lang.braces import Nesting, Place
 from tissuec.lang.characters import CURLY, SUSPECT, odd_character
 from tissuec.lang.rows import find_rows
 from tissuec.lang.tokens import Token, tokens, without_odd_characters
@@ -23,6 +24,10 @@ DEEPEST = 50
 #: Characters of a text; a scene this long is a data file that was opened by mistake.
 LONGEST = 200_000_000
 
+#: Where there are more of them, braces that do not match are not looked for by indentation.
+MOST_TOKENS = 20_000
+MOST_LOOKED_FOR = 4
+
 _SUSPECT = re.compile(SUSPECT)
 _CONTINUING = frozenset(CONTINUING)
 #: A bracket on one line, without others in it, with ";" where a vector has ",".
@@ -35,13 +40,11 @@ class _Opening(NamedTuple):
     """A bracket that waits for its partner.
 
     Attributes:
-        indent: Of its line.
         vector: All of it, where it is a vector with ";" for ",".
     """
 
     sign: str
     place: int
-    indent: int
     vector: re.Match[str] | None = None
 
 
@@ -70,10 +73,8 @@ class _TreeBuilder:
         self.line: Token | None = None
         #: Line ends inside round and square brackets, and how many parts stand before each.
         self.bracketed: list[tuple[int, Token]] = []
-        self.first = 0  # offset of the first character of the line that is no blank
-        self.indent = 0
         self.unopened: set[int] = set()  # starts of the heads of blocks without "{"
-        self.suspect: _Opening | None = None  # the block that seems to lack its closing brace
+        self.strays: list[int] = []  # closing braces that close nothing
 
     def build(self) -> Tree:
         text = self.source.text
@@ -117,8 +118,6 @@ class _TreeBuilder:
         return statement
 
     def _line(self, line: Token) -> None:
-        self.first = line.stop
-        self.indent = len(line.text) - line.text.rfind("\n") - 1
         if self._in_bracket():
             self.bracketed.append((len(self.statement.parts), line))
         elif self.line is None:
@@ -151,9 +150,12 @@ class _TreeBuilder:
         self._report("TIS312", message, token.start, token.start + 2, hint)
 
     def character(self, token: Token) -> int | None:
-        text, kind = self.source.text, "CHARACTER"
+        text, kind, behind = self.source.text, "CHARACTER", None
         if _SUSPECT.match(text, token.start):
             kind = "ODD"
+            if text[token.start : token.start + 2] in ("&&", "||"):
+                token = Token(token.type, token.text * 2, token.start, token.stop + 1)
+                behind = token.stop
             problem = odd_character(Span(self.source, token.start, token.stop))
             assert problem is not None  # letters belong to words
             self._add(problem)
@@ -163,7 +165,7 @@ class _TreeBuilder:
                 self.tokens[-1] = token
                 return quoted.end()
         self.statement.parts.append(Token(kind, token.text, token.start, token.stop))
-        return None
+        return behind
 
     def semicolon(self, token: Token) -> None:
         vector = self.brackets[-1].vector if self._in_bracket() else None
@@ -213,7 +215,7 @@ class _TreeBuilder:
             return
         head.close = token.stop
         self.statement.is_behind_block = True
-        self._look_at_indentation(token.start, self._pop(token))
+        self._pop(token)
 
     def _table(self, head: Statement, token: Token) -> int:
         """Enter the rows of a table and return where they end."""
@@ -242,7 +244,7 @@ class _TreeBuilder:
         at_end = place == len(text)
         what = "the file ends" if at_end else "another block begins"
         message = f'a "}}" is missing: {what} within the rows of a table'
-        note = self._note("the table begins", _Opening("{", start, 0))
+        note = self._note("the table begins", _Opening("{", start))
         mark = len(text.rstrip()) if at_end else place
         # The line of the other brace is taken for the head of a block.
         last = place if at_end else max(text.rfind("\n", end, place), end)
@@ -262,9 +264,9 @@ class _TreeBuilder:
             self._report("TIS116", message, token.start, token.stop, hint)
             self.is_sound = False
         vector = _PARTED.match(self.source.text, token.start)
-        self.brackets.append(_Opening(token.text, token.start, self.indent, vector))
+        self.brackets.append(_Opening(token.text, token.start, vector))
 
-    def _pop(self, token: Token) -> _Opening:
+    def _pop(self, token: Token) -> None:
         opening, sign = self.brackets.pop(), token.text[0]
         if sign != _CLOSING[opening.sign]:
             message = f'this "{sign}" does not close "{opening.sign}"'
@@ -272,10 +274,10 @@ class _TreeBuilder:
             right = proposal(_CLOSING[opening.sign])
             hint = Hint(f"{right}, which closes the bracket in line {line}", *right.edits)
             self._report("TIS102", message, token.start, token.start + 1, hint)
-        return opening
 
     def _unmatched(self, token: Token) -> None:
-        is_told = len(self.problems) < MOST_PROBLEMS  # else the search would be in vain
+        # Of more, nobody would be told, so that the search would be in vain.
+        is_told = len(self.problems) + len(self.strays) < MOST_PROBLEMS
         if token.text == "}" and is_told and (head := self._unopened()) is not None:
             self.unopened.add(head.start)
             start, end = head.parts[0].start, head.parts[-1].stop
@@ -285,9 +287,16 @@ class _TreeBuilder:
             note = Note("the block ends", Span(self.source, token.start, token.stop))
             self._report("TIS101", message, start, end, hint, note)
             return
-        hint = Hint("remove it", Edit(""))
-        message = f'unmatched "{token.text[0]}"'
-        self._report("TIS102", message, token.start, token.start + 1, hint)
+        if token.text == "}":
+            if len(self.strays) < MOST_PROBLEMS:
+                self.strays.append(token.start)  # told at the end, by all lines
+            return
+        self._stray(token.text[0], token.start)
+
+    def _stray(self, sign: str, place: int) -> None:
+        self._report(
+            "TIS102", f'unmatched "{sign}"', place, place + 1, Hint("remove it", Edit(""))
+        )
 
     def _unopened(self) -> Statement | None:
         """Return the last statement that lines below are indented to, without a "{"."""
@@ -331,13 +340,6 @@ class _TreeBuilder:
         self.statement.parts = parts[done:]
         self.bracketed.clear()
 
-    def _look_at_indentation(self, start: int, opening: _Opening) -> None:
-        """Suspect a block whose "}" stands under the head of a block around it."""
-        if self.suspect or start != self.first or self.indent >= opening.indent:
-            return
-        if any(outer.indent == self.indent for outer in self.brackets):
-            self.suspect = opening
-
     def _finish(self, end: int) -> None:
         self._drop_unclosed()
         if self.line is not None:
@@ -345,14 +347,29 @@ class _TreeBuilder:
         self._end(end, end)
         for head in self.heads:
             head.close = end
-        if not self.brackets:
+        if not (self.brackets or self.strays) or not self.is_sound:
             return
-        missing = [self.suspect] if self.suspect else self.brackets[-1:]
-        notes = [self._note("the block begins", opening) for opening in missing]
-        place = len(self.source.text.rstrip())
-        message = 'a "}" is missing: this block is still open at the end of the file'
-        hint = _CLOSE if self.suspect else Hint(_CLOSE, Edit("\n}" * len(self.brackets)))
-        self._report("TIS101", message, place, place, hint, *notes)
+        number = len(self.strays) + len(self.brackets)
+        if number > MOST_LOOKED_FOR or len(self.tokens) > MOST_TOKENS or self.unopened:
+            strays, end = self.strays, len(self.source.text.rstrip())
+            missing = [Place(end, "\n}", one.place) for one in self.brackets[:MOST_PROBLEMS]]
+        else:
+            nesting = Nesting(self.source.text, self.tokens)
+            strays = nesting.strays(len(self.strays))
+            missing = nesting.missing(len(self.brackets))
+        for stray in strays:
+            self._stray("}", stray)
+        for place in missing:
+            self._missing(place)
+
+    def _missing(self, place: Place) -> None:
+        """Report the end of a block whose closing brace is missing."""
+        at_end = place.at == len(self.source.text.rstrip())
+        where = "still open at the end of the file" if at_end else "indented up to here"
+        message = f'a "}}" is missing: this block is {where}'
+        hint = Hint(_CLOSE, Edit(place.text, Span(self.source, place.at, place.at)))
+        note = self._note("the block begins", _Opening("{", place.opening))
+        self._report("TIS101", message, place.at, place.at, hint, note)
 
     # --- findings -----------------------------------------------------------------------------
 

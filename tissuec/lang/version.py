@@ -47,11 +47,6 @@ def _no_heading(source: Source, start: int) -> Diagnostic:
     first = _FIRST.match(source.text, start)
     assert first is not None  # it matches nothing at the end
     span = Span(source, start, first.end())
-    if first[0].lower() == "language" and first[0] != "language":
-        message = f'"{first[0]}" is a reserved word; write it in lower case'
-        return Diagnostic(
-            "TIS103", message, span, Hint(f'write "language {VERSION}"', Edit("language"))
-        )
     message = "the first line must give the version of the language"
     heading = f"language {VERSION}"
     is_meant = bool(did_you_mean(first[0], ["language"]))

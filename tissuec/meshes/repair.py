@@ -496,7 +496,11 @@ def _faced(
         remarks.append(f"{counted(twisted, 'piece')} of the surface with one side only")
     turned ^= _wrong_way(position, _turn(triangles, turned), edges, turned, patch)
     if many := int(turned.sum()):
-        remarks.append(f"{_many(many, 'triangle')} flipped to face the same way as the others")
+        remarks.append(
+            "the surface turned inside out: all of its triangles faced inwards"
+            if many == len(turned)
+            else f"{_many(many, 'triangle')} flipped to face the same way as the others"
+        )
     return _turn(triangles, turned), remarks
 
 

@@ -7,7 +7,8 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from tissuec.core.errors import Note
-from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, leaving_out
+from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
 from tissuec.lang.version import first_line
@@ -77,6 +78,8 @@ class Declarations(Struct):
 
     #: Of params and lets by key: the names in their definitions that are such, too.
     needs: dict[str, tuple[s.Name, ...]] = field(default_factory=dict[str, tuple[s.Name, ...]])
+    #: Where the scene itself uses a file, by the name of that file.
+    uses: dict[str, Span] = field(default_factory=dict[str, Span])
 
     def copy(self) -> "Declarations":
         """Return declarations of which some can be replaced."""
@@ -142,6 +145,13 @@ def collect(program: Program, findings: Findings) -> Declarations:
         CompileError: There are two vocabularies, so that nothing more can be said.
     """
     declarations = Declarations(program.library)
+    for item in program.main.items:
+        if (
+            isinstance(item, s.Sentence)
+            and item.name.words.lower() == "use"
+            and item.name.quoted
+        ):
+            declarations.uses[f"{item.name.quoted.removesuffix('.tis')}.tis"] = item.span
     for module in program.modules:
         for item in module.items:
             with findings.item():
@@ -246,13 +256,23 @@ def _declare(
             if kind in VOCABULARY and first.source is not name.span.source:
                 to.again.append((kind, name))
                 findings.stop()
-            findings.reject(
-                "TIS503",
-                f'"{name.text}" is defined twice',
-                name.span,
-                notes=(Note("first here", first),),
-            )
+            _refuse_second(name, first, to, findings)
     to.named.setdefault(kind, {})[name.key] = Declared(name, item)
+
+
+def _refuse_second(name: s.Name, first: Span, to: Declarations, findings: Findings) -> NoReturn:
+    """Reject a name that is defined twice, at the second ``use`` if files define it."""
+    here, there = (place.source.name for place in (name.span, first))
+    used = to.uses.get(here)
+    if used is None or here == there:
+        notes = (Note("first here", first),)
+        findings.reject("TIS503", f'"{name.text}" is defined twice', name.span, notes=notes)
+    hint = leaving_out("use one of the two", used, *filter(None, [to.uses.get(there)]))
+    if {here.split("/")[0], there.split("/")[0]} == {"matter", "tissues"}:
+        text = "use one of the two: tissues/ describes single springs, matter/ the material"
+        hint = Hint(f"{text} of bodies of any shape", *hint.edits[:1])
+    message = f'"{name.text}" is defined both in {there} and in {here}'
+    findings.reject("TIS503", message, used, hint=hint)
 
 
 def _reject_vocabulary(declarations: Declarations, findings: Findings) -> None:

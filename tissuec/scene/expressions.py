@@ -11,16 +11,21 @@ from numpy.typing import NDArray
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import (
+    ACCELERATION,
     ALL_UNITS,
+    LENGTH,
     NUMBER,
+    STANDARD_GRAVITY,
     Dimension,
     Unit,
     UnitError,
     describe,
+    keeping_prefix,
     parse_unit,
     suggested_unit,
 )
 from tissuec.lang import syntax as s
+from tissuec.lang.tokens import NUMBER_PATTERN
 from tissuec.lang.words import STEPS
 from tissuec.scene.findings import Findings
 from tissuec.scene.library import Library
@@ -142,6 +147,11 @@ class Scope:
                 return self._power(node)
             case s.Call():
                 return self._call(node)
+            case s.Listing(items=(_, _, _)):
+                hint = proposal(f"({node.span.text[1:-1]})")
+                self.findings.reject(
+                    "TIS312", "a vector has round brackets", node.span, hint=hint
+                )
             case _:
                 self.findings.reject(
                     "TIS312", "a number is needed here, not a condition or a list", node.span
@@ -360,15 +370,11 @@ class Scope:
                 span,
                 hint=proposal(f"{span.text} {suggested_unit(dimension)}"),
             )
-        unit = suggested_unit(dimension)
-        hint = f"write a unit like {unit}" if unit else "write a number without a unit"
-        if amount := _AMOUNT.match(span.text):
-            hint = Hint(hint, Edit(f"{amount[0]} {unit}".rstrip(), span))
         self.findings.reject(
             "TIS502",
             f"{what} must be {wanted}, but {span.text} is {describe(value.dimension)}",
             span,
-            hint=hint,
+            hint=_with_unit_of(dimension, span),
         )
 
     def _same(self, problem: str, left: Value, right: Value, span: Span) -> None:
@@ -396,6 +402,31 @@ class Scope:
         self.findings.reject(
             code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint
         )
+
+
+def _with_unit_of(dimension: Dimension, span: Span) -> Hint:
+    """Return a hint to write an amount in a unit of a dimension.
+
+    There is an edit only where the prefix can stay, so that no number becomes another.
+    """
+    unit = suggested_unit(dimension)
+    hint = f"write a unit like {unit}" if unit else "write a number without a unit"
+    amount = _AMOUNT.match(span.text)
+    if amount is None:
+        return Hint(hint)
+    written = span.text[amount.end() :].strip()
+    if dimension == ACCELERATION and written == "g":
+        text = re.sub(
+            NUMBER_PATTERN, lambda one: f"{float(one[0]) * STANDARD_GRAVITY:.6g}", amount[0]
+        )
+        text = f"{text} {unit}"
+        return Hint(f'1 g is {STANDARD_GRAVITY} {unit}: write "{text}"', Edit(text, span))
+    if not _is_unit(written) or (kept := keeping_prefix(written, dimension)) is None:
+        return Hint(hint)
+    if dimension == LENGTH and kept != unit:
+        return Hint(hint)  # nobody means metres
+    hint = hint.replace(f"like {unit}", f"like {kept}") if unit else hint
+    return Hint(hint, Edit(f"{amount[0]} {kept}".rstrip(), span))
 
 
 def _unquoted(name: s.Name) -> list[Edit]:

@@ -1,6 +1,7 @@
 """Files and their imports: a scene's modules in an order where what is used comes first."""
 
 import os.path
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
@@ -145,6 +146,9 @@ def load(
     return Program(tuple(loader.modules), Library.of(source, libraries, files.kept))
 
 
+_USE = re.compile(r'^[ \t]*use[ \t]+"([^"\n]+)"', re.MULTILINE)
+
+
 class _Loader:
     """One walk over the imports."""
 
@@ -219,6 +223,15 @@ class _Loader:
                 )
             self.visit(self._read(path, name), chain)
 
+    def _used_beside(self, item: s.Sentence) -> list[str]:
+        """Return what other sentences of the same text use."""
+        text = item.span.source.text
+        return [
+            found[1]
+            for found in _USE.finditer(text)
+            if not item.span.start <= found.start() < item.span.end
+        ]
+
     def _read(self, path: Path, name: str) -> Source:
         try:
             return self.files.read(path, name)
@@ -244,7 +257,7 @@ class _Loader:
                 "TIS601",
                 f'cannot find the file "{file}"',
                 item.span,
-                hint=library.near(wanted),
+                hint=library.near(wanted, self._used_beside(item)),
                 notes=searched,
             )
         if library.leads_out(hits[0]):

@@ -1,13 +1,14 @@
 """Joints: springs between bodies, by which they hang on one another or are sewn together."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 from math import inf
 from typing import Any, NoReturn
 
 from tissuec.core import units
 from tissuec.core.errors import Note
 from tissuec.core.fields import OneOf, Real
-from tissuec.core.hints import alternatives
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
@@ -145,6 +146,15 @@ class _JointReader:
         return first, second
 
     def _wrong_ends(self, item: s.Item) -> NoReturn:
+        clauses = item.clauses if isinstance(item, s.Sentence) else ()
+        for first, second in pairwise(clauses):
+            if first.word in ("from", "to") and second.word not in ("from", "to"):
+                name = first.value.span.to(second.span)
+                hint = f'write a name with "{second.word}" in quotes: "{name.text}"'
+                message = f'a name cannot contain the reserved word "{second.word}"'
+                self.findings.reject(
+                    "TIS115", message, name, hint=Hint(hint, Edit(f'"{name.text}"'))
+                )
         self.findings.reject(
             "TIS312",
             "the springs of a joint connect two sets or bodies",

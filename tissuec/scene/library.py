@@ -18,6 +18,8 @@ from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 
 MATTER = "matter/"  # where presets of matter are
+SPRINGS = "tissues/"  # where those of single springs are
+MOST_LISTED = 40
 SCENES = "scenes/"  # where whole scenes are, which no other text can use
 SUFFIX = ".tis"
 LARGEST_FILE = 256 << 20  # bytes; beyond, a text is a mistake rather than a scene
@@ -79,8 +81,13 @@ class Library(Struct, frozen=True):
                 seen.add(name)
                 yield name, path
 
-    def near(self, wanted: str) -> Hint:
-        """Return a hint with the file that was meant by one that is not there, if any."""
+    def near(self, wanted: str, used: Sequence[str] = ()) -> Hint:
+        """Return a hint with the file that was meant by one that is not there, or with all.
+
+        Args:
+            wanted: What stands behind ``use``.
+            used: What else the scene uses: tissues of one scene come from one folder.
+        """
         bare = wanted.removesuffix(SUFFIX)
         # Not of Path, which fails at names that are too long to exist.
         if not wanted.startswith("./") and os.path.isfile(self.beside / f"{bare}{SUFFIX}"):
@@ -90,15 +97,20 @@ class Library(Struct, frozen=True):
             )
         start = "./" if wanted.startswith("./") else ""
         found = (name for name, _ in files_of(self.places(wanted)))
-        names = [f"{start}{name}" for name in found if not name.startswith(SCENES)]
+        found = dict.fromkeys(name for name in found if not name.startswith(SCENES))
+        names = [f"{start}{name}" for name in found]
         parts = bare.split("/")
         tails = ["/".join(parts[first:]) for first in range(len(parts))]
         matches = ([name for name in names if f"/{name}".endswith(f"/{t}")] for t in tails)
         same = next(filter(None, matches), None)  # those with the longest common end
         if same is None:
-            return did_you_mean(wanted, names)
-        meant = _of_springs(same)
-        return Hint(f'did you mean "{meant}"?', Edit(meant, old=wanted))
+            return _listed(wanted, start, names)
+        folder = _folder_of(used)
+        same = [name for name in same if name.startswith(folder)] if folder else same
+        # Matter asks more of a body, so that only a preset of springs can be put in its place.
+        same.sort(key=lambda name: name.startswith(MATTER))
+        meant = " or ".join(f'"{name}"' for name in same[:2])
+        return Hint(f"did you mean {meant}?", Edit(same[0], old=wanted))
 
     def declaring(self, kind: str, key: str) -> str:
         """Return the file that declares a thing under this name, or an empty string."""
@@ -115,6 +127,30 @@ class Library(Struct, frozen=True):
                 heads = [item.name.key for item in items if isinstance(item, s.Block)]
                 if f"{kind} {key}" in heads and not any(map(belongs_to_scenes, items)):
                     yield name
+
+
+def _folder_of(used: Sequence[str]) -> str:
+    """Return the folder of presets that a scene uses, empty for both or none."""
+    folders = {f"{name.split('/')[0]}/" for name in used if "/" in name}
+    found = folders & {MATTER, SPRINGS}
+    return found.pop() if len(found) == 1 else ""
+
+
+def _listed(wanted: str, start: str, names: Sequence[str]) -> Hint:
+    """Return a hint with a file whose own name is alike, or with those of the same folder."""
+    folder, _, last = wanted.removesuffix(SUFFIX).rpartition("/")
+    inside = [name for name in names if name.rpartition("/")[0] == folder]
+    tails = {name.rpartition("/")[2]: name for name in reversed([*inside, *names])}
+    tails |= {name.rpartition("/")[2]: name for name in inside}
+    if near := did_you_mean(last, tails):
+        meant = tails[near.edits[0].text]
+        return Hint(f'did you mean "{meant}"?', Edit(meant, old=wanted))
+    if folder and not inside and (near := did_you_mean(wanted, names)):
+        return near
+    listed = inside or [name for name in names if not start or name.startswith(start)]
+    short = ", ".join(listed[:MOST_LISTED]) or "none"
+    more = ", …; tissuec library lists all" if len(listed) > MOST_LISTED else ""
+    return Hint(f"there are: {short}{more}")
 
 
 def _of_springs(names: Sequence[str]) -> str:

@@ -247,6 +247,8 @@ class TissueReader:
         law = BY_ENTRY.get(item.name.key) if isinstance(item, _NAMED) else None
         if not isinstance(item, s.Sentence | s.Assign) and law is None:
             hint = f"write {item.name.text} = …" if isinstance(item, s.Function) else ""
+            if isinstance(item, s.Rule):
+                hint = "rules belong in a block of their own: rules NAME { if … then … }"
             self.findings.reject(
                 "TIS303", "this is not allowed in a tissue", item.span, hint=hint
             )

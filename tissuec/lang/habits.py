@@ -1,0 +1,216 @@
+"""What people write out of habit from other languages, and what to write here instead.
+
+A table of forms: each is looked for in the statement that could not be read.
+"""
+
+import re
+from typing import NamedTuple
+
+from tissuec.core.errors import Diagnostic
+from tissuec.core.hints import Edit, Hint
+from tissuec.core.source import Span
+from tissuec.core.units import converted
+from tissuec.lang.mistake import Mistake
+from tissuec.lang.token_names import shown
+from tissuec.lang.tokens import NUMBER_PATTERN
+
+_NUMBER = rf"-?{NUMBER_PATTERN}"
+_UNIT = r"(?:[^\W\d]|%)[\w*/·^-]*"
+_AMOUNT = rf"{_NUMBER}(?: ?{_UNIT})?"
+_WORDS = r"[^\W\d]\w*(?: [^\W\d]\w*)*"
+_TIMED = r"^(?:(?:at|after|from|when)\b[^:]*: ?)?"
+
+
+class Habit(NamedTuple):
+    """A form that is not part of the language.
+
+    Attributes:
+        form: Regular expression of a statement; its group "wrong" is to be replaced.
+        message: What is wrong.
+        instead: What replaces it, with the other groups; None where that is not clear.
+        hint: What to do; empty for ``write "…"``.
+    """
+
+    form: str
+    message: str
+    instead: str | None = None
+    hint: str = ""
+
+
+_HABITS = (
+    # outputs and measures
+    Habit(
+        rf"^(?P<wrong>(?P<what>{_WORDS}) ?\((?P<whose>[^()]+)\))(?= every\b| at\b| using\b)",
+        "an output has no parentheses", r"\g<what> of \g<whose>",
+    ),
+    Habit(
+        rf"{_TIMED}(?P<wrong>(?P<what>{_WORDS}) ?\((?P<whose>{_WORDS})\))(?=$| with\b| by\b)",
+        "an action has no parentheses", r"\g<what> \g<whose>",
+    ),
+    Habit(
+        rf"^(?:expect|when) (?P<wrong>(?P<what>{_WORDS}) of (?P<whose>{_WORDS})"
+        rf"(?P<along>(?: along \([^()]*\))?))(?= ?[<>=!]| between\b)",
+        "in a condition, a measure takes its argument in parentheses",
+        r"\g<what>(\g<whose>\g<along>)",
+    ),
+    # vectors
+    Habit(
+        rf"(?P<wrong>\[(?P<parts>{_AMOUNT}, ?{_AMOUNT}, ?{_AMOUNT})\])(?= ?{_UNIT})",
+        "a vector has round brackets", r"(\g<parts>)",
+    ),
+    Habit(
+        rf"(?P<wrong><(?P<parts>{_AMOUNT}, ?{_AMOUNT}, ?{_AMOUNT})>)",
+        "a vector has round brackets", r"(\g<parts>)",
+    ),
+    # sets
+    Habit(
+        rf"{_TIMED}(?P<wrong>(?P<verb>[a-z]+) \[(?P<names>{_WORDS}(?:, ?{_WORDS})*)\])",
+        "an action takes the name of one set", None, "union",
+    ),
+    # words and rules
+    Habit(
+        r"^(?!if\b|when\b|expect\b|set\b).*\bis "
+        rf"(?P<wrong>(?P<low>{_WORDS}) or (?P<high>{_WORDS}))$",
+        '"or" stands in conditions only', r"between \g<low> and \g<high>",
+    ),
+    Habit(
+        r"^if (?P<if>.+) then .+?(?P<wrong>,? else (?:then )?(?P<then>.+))$",
+        'a rule has no "else"', r"; if not (\g<if>) then \g<then>",
+        'write a second rule: "if not (…) then …"',
+    ),
+    Habit(
+        rf"^if .*?(?P<wrong>weighing (?P<weight>{_NUMBER}(?: ?%)?) "
+        r"(?P<rest>(?:and|or|then) .+))$",
+        '"weighing" stands at the end of a rule', r"\g<rest> weighing \g<weight>",
+    ),
+    # times
+    Habit(
+        r"^(?P<wrong>at (?:t|time) ?=? ?)(?=[0-9])", "a time has no name", "at ",
+    ),
+    Habit(
+        r"^(?P<wrong>(?:t|time) ?={1,2} ?)(?=[0-9][^:]*:)", "a time has no name", "at ",
+    ),
+    Habit(
+        r"^(?P<wrong>(?:between|during|from) (?P<start>[0-9][^:]*?) ?(?:and|-|until|till) ?"
+        r"(?P<stop>[0-9][^:]*?))(?= ?:)",
+        'an interval has the form "from … to …:"', r"from \g<start> to \g<stop>",
+    ),
+    Habit(
+        rf"^(?P<wrong>(?:during )?(?P<time>{_AMOUNT}))(?= ?:)",
+        'the word "at" is missing before a time', r"at \g<time>",
+    ),
+    Habit(
+        r"^(?P<wrong>if (?P<when>.+?) then )(?!.*\bis\b)",
+        'a script waits for a condition with "when"', r"when \g<when>: ",
+    ),
+    Habit(
+        rf"(?P<wrong>\bat (?:x|y|z) ?={{1,2}} ?{_AMOUNT})", "a cut follows a plane", None,
+        "plane",
+    ),
+    # comparisons
+    *(
+        Habit(
+            rf"(?P<wrong>(?: is| are)?(?: not)? (?:{words}))(?= ?{_NUMBER}| ?\()",
+            f'a comparison is written with "{sign}"', f" {sign}",
+        )
+        for sign, words in {
+            ">": "greater than|more than|larger than|bigger than|above|exceeds",
+            "<": "less than|smaller than|lower than|fewer than|below|under",
+            ">=": "at least|no less than",
+            "<=": "at most|no more than",
+            "==": "equal to|equals",
+        }.items()
+    ),
+    *(
+        Habit(rf"(?P<wrong>{re.escape(wrong)})", f'"{wrong}" is not a sign', right)
+        for wrong, right in {"=>": ">=", "=<": "<=", "<>": "!=", "===": "==", "**": "^"}.items()
+    ),
+    # programs
+    Habit(
+        r"^(?P<wrong>for|while|repeat|loop)\b", "the language has no loops", None,
+        'for repeated actions, write "from T to T every T: …"; for many runs, write a study',
+    ),
+    Habit(
+        r"^(?P<wrong>import|include|require|load)(?= ?[\"<(]| \w+[./])",
+        'other files are used with "use"', "use",
+    ),
+    Habit(
+        r"^(?P<wrong>def|function|class|return|print)\b", "the language has no functions", None,
+        'name a number with "let", and a tissue with "tissue NAME like OTHER"',
+    ),
+)  # fmt: skip
+
+
+def habit(m: Mistake) -> Diagnostic | None:
+    """Recognise one of the forms above around the wrong token."""
+    tokens = [*m.before, m.found, *m.after]
+    start = tokens[0].start
+    text = m.source.text[start : max(m.statement.stop, tokens[0].stop)].rstrip()
+    if len(text) > _LONGEST or "\n" in text:
+        return None
+    for one, form in _FORMS:
+        found = form.search(text)
+        if found is None or not found.start() <= m.found.start - start <= found.end() + 1:
+            continue
+        place = Span(m.source, start + found.start("wrong"), start + found.end("wrong"))
+        if one.hint == "union":
+            hint = _union(place, text, found["verb"], found["names"])
+        else:
+            hint = _hint(one, found, place)
+        return Diagnostic("TIS312", one.message, place, hint)
+    return None
+
+
+def _union(place: Span, text: str, verb: str, names: str) -> Hint:
+    """Return the hint to do something to each of several sets."""
+    union = f"set both = [{names}]"
+    if verb not in _EACH:
+        return Hint(f'give the union a name: "{union}"')
+    each = "; ".join(f"{verb} {name.strip()}" for name in names.split(","))
+    is_alone = ":" in text.partition("[")[0]
+    edit = Edit(f"{{ {each} }}" if is_alone else each, place)
+    return Hint(f'write "{each}", or give the union a name: "{union}"', edit)
+
+
+def _hint(one: Habit, found: re.Match[str], place: Span) -> Hint:
+    if one.hint == "plane":
+        return _plane(place)
+    if one.instead is None:
+        return Hint(one.hint)
+    text = found.expand(one.instead)
+    return Hint(one.hint or f"write {shown(text.strip())}", Edit(text, place))
+
+
+def _plane(place: Span) -> Hint:
+    """Return the hint to write a plane in place of ``at x = 20 mm``."""
+    axis = re.search(r"[xyz]", place.text)
+    value = re.search(rf"({_NUMBER}) ?({_UNIT})?$", place.text)
+    assert axis is not None and value is not None
+    point, normal = (
+        ", ".join(at if axis[0] == one else "0" for one in "xyz") for at in (value[1], "1")
+    )
+    text = f"along plane through ({point}) {value[2] or 'mm'} facing ({normal})"
+    return Hint(f'write "{text}"', *([Edit(text, place)] if value[2] else []))
+
+
+def inches(m: Mistake) -> Diagnostic | None:
+    """Recognise ``0.2 in`` and ``4 N/in``: "in" is a reserved word."""
+    at = m.found if m.found.type == "IN" else m.before[-1] if m.previous == "IN" else None
+    if at is None:
+        return None
+    line = m.source.line_text(m.span(at).line)
+    column = m.span(at).column - 1
+    found = re.search(rf"({_NUMBER}) ?((?:{_UNIT}[*/])?in)\Z", line[: column + 2])
+    if found is None or (text := converted(found[1], found[2])) is None:
+        return None
+    start = at.stop - len(found[0])
+    place = Span(m.source, start, at.stop)
+    message = "inches are not units of the language"
+    return Diagnostic("TIS104", message, place, Hint(f'write "{text}"', Edit(text, place)))
+
+
+#: Actions that can be done to one set after the other.
+_EACH = ("fix", "free", "hold")
+
+_LONGEST = 2000
+_FORMS = tuple((one, re.compile(one.form)) for one in _HABITS)
