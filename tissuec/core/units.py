@@ -312,7 +312,13 @@ def rounded(value: float, digits: int = 3) -> str:
 
 
 def show_in(value: float, unit: str, *, digits: int = 3) -> str:
-    """Return a value in SI units as text in the unit that somebody wrote, such as ``33 ml``."""
+    """Return a value as text in the unit that somebody wrote, such as ``33 ml``.
+
+    Args:
+        value: In SI units.
+        unit: As it was written.
+        digits: Number of significant digits.
+    """
     return f"{rounded(value / parse_unit(unit).factor, digits)} {unit}".rstrip()
 
 

@@ -37,7 +37,7 @@ class _Line(Struct, frozen=True):
         return self.braces[:1] == (("}", self.start),)
 
 
-class Place(Struct, frozen=True):
+class Insertion(Struct, frozen=True):
     """Where a brace is missing.
 
     Attributes:
@@ -62,7 +62,7 @@ class Nesting:
     def __init__(self, text: str, tokens: Sequence[Token]):
         self.lines = [*_lines(text, tokens)]
 
-    def missing(self, count: int) -> Iterator[Place]:
+    def missing(self, count: int) -> Iterator[Insertion]:
         """Yield where closing braces are missing, by what is indented.
 
         Args:
@@ -89,14 +89,14 @@ class Nesting:
         odd = [number - 1 for number in _misfits(self.lines) if number]
         return [len(self.lines) - 1, *odd[:_MOST_TRIED]]
 
-    def _closed_behind(self, number: int) -> tuple[list[_Line], Place]:
+    def _closed_behind(self, number: int) -> tuple[list[_Line], Insertion]:
         """Return the lines with a block closed behind one of them, and how."""
         line = self.lines[number]
         owner, opening = _open_behind(self.lines, number)
         same = owner.start == line.start and number < len(self.lines) - 1
         at = line.stop if same else line.end
         blank = "\n" + " " * owner.indent
-        place = Place(at, " }" if same else f"{blank}}}", opening)
+        place = Insertion(at, " }" if same else f"{blank}}}", opening)
         added = _Line(owner.indent, at, at, at, (("}", at),))
         if same:
             added = _Line(-1, at, at, at, (("}", at),))  # it stands on no line of its own

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from tissuec.core.errors import Diagnostic, Note
 from tissuec.core.hints import Edit, Hint, proposal
 from tissuec.core.source import Source, Span
-from tissuec.lang.braces import Nesting, Place
+from tissuec.lang.braces import Insertion, Nesting
 from tissuec.lang.characters import CURLY, SUSPECT, odd_character
 from tissuec.lang.rows import find_rows
 from tissuec.lang.tokens import Token, tokens, without_odd_characters
@@ -352,7 +352,7 @@ class _TreeBuilder:
         number = len(self.strays) + len(self.brackets)
         if number > MOST_LOOKED_FOR or len(self.tokens) > MOST_TOKENS or self.unopened:
             strays, end = self.strays, len(self.source.text.rstrip())
-            missing = [Place(end, "\n}", one.place) for one in self.brackets[:MOST_PROBLEMS]]
+            missing = [Insertion(end, "\n}", one.place) for one in self.brackets[:MOST_PROBLEMS]]
         else:
             nesting = Nesting(self.source.text, self.tokens)
             strays = nesting.strays(len(self.strays))
@@ -362,7 +362,7 @@ class _TreeBuilder:
         for place in missing:
             self._missing(place)
 
-    def _missing(self, place: Place) -> None:
+    def _missing(self, place: Insertion) -> None:
         """Report the end of a block whose closing brace is missing."""
         at_end = place.at == len(self.source.text.rstrip())
         where = "still open at the end of the file" if at_end else "indented up to here"
