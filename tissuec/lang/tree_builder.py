@@ -352,7 +352,9 @@ class _TreeBuilder:
         number = len(self.strays) + len(self.brackets)
         if number > MOST_LOOKED_FOR or len(self.tokens) > MOST_TOKENS or self.unopened:
             strays, end = self.strays, len(self.source.text.rstrip())
-            missing = [Insertion(end, "\n}", one.place) for one in self.brackets[:MOST_PROBLEMS]]
+            missing = [
+                Insertion(end, "\n}", one.place) for one in self.brackets[:MOST_PROBLEMS]
+            ]
         else:
             nesting = Nesting(self.source.text, self.tokens)
             strays = nesting.strays(len(self.strays))
