@@ -258,9 +258,10 @@ output { trajectory every 10 ms }
 
 
 @pytest.mark.usefixtures("placed")
-def test_the_page_is_high_enough_for_titles_and_labels_of_axes(tmp_path):
+@pytest.mark.parametrize("options", [{}, {"times": (0.05,)}])
+def test_the_page_is_high_enough_for_titles_and_labels_of_axes(tmp_path, options):
     path = carry_out(SQUARE, tmp_path / "square.vtkhdf")
-    figure = draw("frames", path)
+    figure = draw("frames", path, **options)
     figure.canvas.draw()
     for axes in panels(figure):
         assert axes.get_tightbbox().y1 <= figure.bbox.y1

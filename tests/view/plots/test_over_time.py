@@ -350,3 +350,19 @@ def test_numbers_that_are_none_are_told():
             sheet, [Panel("force", "N", [TimeCurve("x", time, value, {"color": "k"})])], []
         )
     assert sheet.figure.notes == ("force x has 2 values that are not numbers",)
+
+
+def test_labels_of_small_panels_do_not_meet(placed):
+    time = np.linspace(0.0, 1.0, 3)
+    panels = [
+        Panel(name, unit, [TimeCurve("", time, size * time, {"color": SERIES[0]})])
+        for name, unit, size in (
+            ("pressure of bladder", "Pa", 2e3),
+            ("volume of bladder", "m^3", 1e-4),
+        )
+    ]
+    with new_sheet(85.0, 70.0) as sheet:
+        axes = draw_panels(sheet, panels, [])
+    sheet.figure.canvas.draw()
+    upper, lower = (one.yaxis.label.get_window_extent() for one in axes)
+    assert upper.y0 > lower.y1 and upper.y1 <= sheet.figure.bbox.y1 and lower.y0 >= 0.0

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 WIDTH = 180.0  # of a page [mm]
 PANEL = 42.0  # height of a panel [mm]
 AROUND = 16.0  # height of what stands around the panels [mm]
-_LINE = 24  # letters in a line of what is written at a panel
+_LINE = 24  # letters in a line of what is written at a panel, at most
+_LETTER = 2.2  # [mm]: of the height of a panel that a letter takes
+_LEAST_LINE = 8  # letters
 _PALE, _SOLID = 0.22, 0.75  # how much a band hides
 _ROUNDING = 1e-9
 
@@ -129,6 +131,7 @@ def draw_panels(
     Args:
         layout: Further arguments of matplotlib's ``subplots``, such as ``height_ratios``.
     """
+    height = (sheet.height - AROUND) / len(panels)
     grid = sheet.figure.subplots(len(panels), 1, sharex=True, squeeze=False, **layout)
     axes: list[Axes] = list(grid[:, 0])
     times = [curve.time for panel in panels for curve in panel.curves]
@@ -138,7 +141,7 @@ def draw_panels(
     sets = {tuple(curve.name for curve in panel.curves if curve.name) for panel in panels}
     are_alike = len(panels) > 1 and len(sets) == 1 and len(next(iter(sets))) > 1
     drawn = [
-        _draw_panel(sheet, one, panel, scale, names=not are_alike)
+        _draw_panel(sheet, one, panel, scale, height, names=not are_alike)
         for one, panel in zip(axes, panels, strict=True)
     ]
     if are_alike:
@@ -159,9 +162,13 @@ def _key(axes: "Axes", name: str, number: int) -> "Line2D":
 
 
 def _draw_panel(
-    sheet: Canvas, axes: "Axes", panel: Panel, time: AxisUnit, *, names: bool
+    sheet: Canvas, axes: "Axes", panel: Panel, time: AxisUnit, height: float, *, names: bool
 ) -> list[Any]:
-    """Draw a panel; return what bears the names of its curves, written there or not."""
+    """Draw a panel; return what bears the names of its curves, written there or not.
+
+    Args:
+        height: Of the panel, about [mm].
+    """
     scale = scale_of(panel.unit, numbers_of([panel]) if panel.size is None else [panel.size])
     for curve in panel.curves:
         wrong = int((~np.isfinite(curve.value)).sum())
@@ -173,7 +180,8 @@ def _draw_panel(
         whole_decades(axes, scale.of(np.concatenate([curve.value for curve in panel.curves])))
     else:
         _show_what_stays(axes, panel, scale)
-    axes.set_ylabel("\n".join(wrap(scale.label(panel.name), _LINE, break_long_words=False)))
+    line = int(np.clip(height / _LETTER, _LEAST_LINE, _LINE))
+    axes.set_ylabel("\n".join(wrap(scale.label(panel.name), line, break_long_words=False)))
     named = [one for one, curve in zip(drawn, panel.curves, strict=True) if curve.name]
     if any(curve.is_layer for curve in panel.curves):
         axes.set_ylim(bottom=0.0)

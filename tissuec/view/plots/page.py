@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 MILLIMETRE = 1.0 / 25.4  # [inch]
 DPI = 150
 _DIGITS = 6  # of places, as parts of the page
+_LAYOUTS, _SETTLED = 6, 1e-4  # at most, and until places of axes move by no more than this
 #: Formats by the endings of files, and what to leave out of each so that it does not change.
 FORMATS: dict[str, dict[str, Any]] = {
     ".png": {"Software": None},
@@ -71,6 +72,12 @@ class Canvas(Struct):
     figure: "drawing.Figure"
     notes: list[str] = field(default_factory=list[str])
     later: list[Callable[[], None]] = field(default_factory=list[Callable[[], None]])
+
+    @property
+    def height(self) -> float:
+        """Return the height of the sheet [mm]."""
+        dots: Any = self.figure
+        return dots.bbox.height / dots.dpi / MILLIMETRE
 
     def part(self, figure: "drawing.Figure") -> "Canvas":
         """Return a part of this sheet."""
@@ -151,9 +158,19 @@ def new_sheet(width: float, height: float) -> Generator[Canvas]:
 
 
 def _lay_out(figure: Any) -> None:
-    """Give the axes their places, without drawing what they hold."""
-    if figure.axes:
-        figure.get_layout_engine().execute(figure)
+    """Give the axes their places, without drawing what they hold.
+
+    Room for titles is found from axes as they are, which become smaller where both directions
+    have one scale: so it is repeated until nothing moves.
+    """
+    former = None
+    for _ in range(_LAYOUTS):
+        if figure.axes:
+            figure.get_layout_engine().execute(figure)
+        places = np.array([axes.get_position(original=True).bounds for axes in figure.axes])
+        if former is not None and np.allclose(places, former, rtol=0.0, atol=_SETTLED):
+            break
+        former = places
 
 
 def _show_plainly(figure: Any) -> None:

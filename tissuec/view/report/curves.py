@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tissuec.results.trajectory import Log
+from tissuec.view.plots.scale import scale_of
 from tissuec.view.report import pictures
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.head import capital
@@ -60,12 +61,13 @@ def _rows(log: Log) -> Iterator[Html]:
     if not len(log.time):
         return
     _, rows = log.with_jumps()
+    scale = scale_of(log.unit, [rows])  # as at the axes of the curves
     for number, column in enumerate(log.columns):
         name = log.name if column == "value" else f"{log.name}: {column}"
         values = rows[:, number]
         known = values[np.isfinite(values)]
         numbers = (known.min(), known.max(), values[-1]) if len(known) else (np.nan,) * 3
-        yield row(name, *(_shown(one) for one in numbers), log.unit or "–")
+        yield row(name, *(_shown(one) for one in scale.of(numbers)), scale.unit or "–")
 
 
 def _shown(number: float) -> str:
