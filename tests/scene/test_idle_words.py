@@ -173,3 +173,17 @@ def test_explain_prints_the_ratio_of_a_number_to_what_its_words_give(tmp_path):
     assert re.search(r"5\.5 kPa +written +words: 7\.35 kPa, ratio 0\.75", line)
     data = tissuec.compile(SCENE).scene.tissues["liver"].concluded["young's modulus"]
     assert 5500.0 / data == pytest.approx(0.748, abs=1e-3)
+
+
+def test_what_is_set_of_a_tissue_out_of_use_is_warned_of_unless_an_heir_has_it():
+    assert codes(SCENE, "retardation time of cirrhotic liver = 2 ms") == ["W505"]
+    heir = SCENE.replace("tissue is liver", "tissue is cirrhotic liver")
+    assert codes(heir, "Poisson's ratio of liver = 0.4") == []
+    assert codes(heir, "retardation time of cirrhotic liver = 2 ms") == []
+    vary = "vary retardation time of cirrhotic liver = [2 ms, 3 ms]"
+    block = f"study s {{ {vary}; measure {PULL} }}\n"
+    assert codes(SCENE + block) == ["W505"]
+    both = block.replace(
+        "; measure", "; vary tissue of lobe = [liver, cirrhotic liver]; measure"
+    )
+    assert codes(SCENE + both) == []

@@ -29,6 +29,7 @@ from tissuec.compiler.usage_checks import (
     silent_rules,
     unused_parameters,
     unused_sets,
+    vain_overrides,
 )
 from tissuec.core.errors import Diagnostic
 
@@ -56,6 +57,7 @@ CHECKS: tuple[Check, ...] = (
     silent_rules,
     unused_parameters,
     unused_sets,
+    vain_overrides,
     idle_shapes,
     dimensions_in_vain,
     ruptures_in_vain,

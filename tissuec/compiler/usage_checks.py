@@ -20,6 +20,7 @@ from tissuec.lang.walk import walk
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
 from tissuec.scene.declarations import Declarations
+from tissuec.scene.idle_overrides import idle_overrides, tissues_in_use
 from tissuec.scene.model import Tissue
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.script.verbs import Breaking, Shifting, follows
@@ -28,7 +29,7 @@ from tissuec.script.verbs.cut import Cut
 
 def fallbacks(compiled: Compiled) -> Iterator[Diagnostic]:
     """W203: quantities that no rule spoke for."""
-    for tissue in _tissues_in_use(compiled):
+    for tissue in tissues_in_use(compiled.scene):
         for name, given in tissue.given.items():
             if given.how == "otherwise":
                 yield Diagnostic(
@@ -44,7 +45,7 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
     """W202: a rule of the scene's own that no tissue in use wakes."""
     woken = {
         fired.span
-        for tissue in _tissues_in_use(compiled)
+        for tissue in tissues_in_use(compiled.scene)
         for given in tissue.given.values()
         for fired in given.fired
     }
@@ -66,6 +67,11 @@ def silent_rules(compiled: Compiled) -> Iterator[Diagnostic]:
                 ),
                 tuple(Note("another rule", span) for span in silent[1:]),
             )
+
+
+def vain_overrides(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W505: an entry that is set of a tissue of which nothing is made."""
+    yield from idle_overrides(compiled.scene)
 
 
 def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -261,11 +267,3 @@ def _goes_by(cut: Cut, state: State, moved: float) -> bool:
 
 def _ends_of(cut: Cut, state: State) -> NDArray[np.integer]:
     return np.unique(state.network.ends[cut.group.indices])
-
-
-def _tissues_in_use(compiled: Compiled) -> tuple[Tissue, ...]:
-    """Return the tissues that some body or joint is made of, each once."""
-    tissues = {joint.tissue.name: joint.tissue for joint in compiled.scene.joints.values()}
-    for body in compiled.scene.bodies.values():
-        tissues |= {tissue.name: tissue for tissue in body.tissues}
-    return tuple(tissues.values())

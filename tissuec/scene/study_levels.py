@@ -5,11 +5,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from msgspec.structs import replace
 
 from tissuec.core.errors import Diagnostic
+from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.scene.entry_overrides import SET
 from tissuec.scene.findings import Findings
+from tissuec.scene.idle_overrides import idle_overrides
 from tissuec.scene.imports import Program
 from tissuec.scene.resolve import resolve
 from tissuec.scene.study_model import Cell, Distribution, Factor, Levels, Study
@@ -124,6 +126,10 @@ class _TrialScene:
     def __init__(self, study: Study, program: Program, overrides: Sequence[str]):
         self.program, self.overrides = program, overrides
         self.first: dict[str, str] = {}
+        #: Whether a factor chooses tissues, so that one may be in use in other runs only.
+        self.varies_tissues = any(
+            key_of(one.name).startswith("tissue") for one in study.factors
+        )
         for place, factor in enumerate(study.factors):
             tried = [value for value, _ in _tried(factor)]
             if study.rows:
@@ -145,7 +151,9 @@ class _TrialScene:
 
     def _findings(self, texts: Sequence[str]) -> Findings:
         found = Findings()
-        resolve(self.program, found, (*self.overrides, *texts))
+        scene = resolve(self.program, found, (*self.overrides, *texts))
+        if not found.errors and not self.varies_tissues:
+            found.extend(idle_overrides(scene))
         return found
 
     def bad(self, factor: Factor, ordered: Sequence[float]) -> Iterator[float]:
