@@ -17,6 +17,9 @@ from tissuec.scene.resolve import resolve
 from tissuec.scene.study_model import Cell, Distribution, Factor, Levels, Study
 
 MOST_NAMED = 8  # runs that a message names
+#: Warnings about values: without effect, or far from the usual. That values contradict evidence
+#: is often the purpose of a study.
+DOUBTFUL = ("W205", "W504", "W505")
 
 
 def alone(program: Program, *, expects: bool = False) -> Program:
@@ -175,13 +178,13 @@ class _TrialScene:
     ) -> None:
         """Report the first thing that is wrong with a value where the study has it.
 
-        Without an error, that is a warning about the value itself, such as one without effect.
+        Without an error, that may be a warning that the value is without effect, or a slip.
         """
         named = ", ".join(str(run) for run in runs[:MOST_NAMED])
         more = f" and {len(runs) - MOST_NAMED} more" if len(runs) > MOST_NAMED else ""
         suffix = f" (run{'s' if len(runs) > 1 else ''} {named}{more})" if runs else ""
         found = self._found(factor, value)
-        doubts = [one for one in found.warnings if _is_set(one)]
+        doubts = [one for one in found.warnings if one.code in DOUBTFUL and _is_set(one)]
         for one in [*found.errors, *doubts][:1]:
             about = "" if _is_set(one) else f"with {factor.override(value)}: "
             message = f"{about}{one.message}{suffix}"
