@@ -55,17 +55,18 @@ def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]
 
 
 def check_request(
-    request: Request, *, thorough: bool = True
+    request: Request, *, thorough: bool = True, levels: bool = True
 ) -> tuple[Compiled | None, tuple[Diagnostic, ...]]:
     """Return like ``compile_request``, looking closer; a file without bodies is no scene.
 
     Args:
-        thorough: Whether to make also those checks that take time.
+        thorough: Whether to make also those checks of the net that take time.
+        levels: Whether to try the values of studies.
     """
     findings = Findings()
     program = _loaded(request, findings)
     if program.is_scene:
-        return compile_program(program, request, findings, thorough=thorough)
+        return compile_program(program, request, findings, thorough=thorough, levels=levels)
     words, warnings = read_words(request)
     refuse_without_scene(words.declarations, findings)
     findings.raise_errors()
@@ -77,7 +78,12 @@ def _loaded(request: Request, findings: Findings) -> Program:
 
 
 def compile_program(
-    program: Program, request: Request, findings: Findings, *, thorough: bool = False
+    program: Program,
+    request: Request,
+    findings: Findings,
+    *,
+    thorough: bool = False,
+    levels: bool = False,
 ) -> tuple[Compiled, tuple[Diagnostic, ...]]:
     """Return a scene in arrays from its texts, and its warnings.
 
@@ -85,7 +91,8 @@ def compile_program(
         program: The texts of the scene.
         request: What was asked for.
         findings: Takes diagnostics.
-        thorough: Whether to make also those checks that take time.
+        thorough: Whether to make also those checks of the net that take time.
+        levels: Whether to try the values of studies.
 
     Raises:
         CompileError: The text is wrong, or ``strict`` and there is a warning.
@@ -94,7 +101,7 @@ def compile_program(
     if compiled.scene.studies:
         from tissuec.compiler.studies import check_studies  # where there are any
 
-        check_studies(compiled, program, request.overrides, thorough=thorough)
+        check_studies(compiled, program, request.overrides, levels=levels)
     warnings = (*findings.warnings, *check_all(compiled, thorough=thorough))
     if request.strict and warnings:
         raise CompileError(warnings)

@@ -11,7 +11,7 @@ from tissuec.scene.study_model import Study
 
 
 def check_studies(
-    compiled: Compiled, program: Program, overrides: Sequence[str], *, thorough: bool
+    compiled: Compiled, program: Program, overrides: Sequence[str], *, levels: bool
 ) -> None:
     """Report what is wrong with the studies of a scene.
 
@@ -19,7 +19,7 @@ def check_studies(
         compiled: The scene.
         program: Its texts.
         overrides: Texts of ``--set``.
-        thorough: Whether to try the values of the factors.
+        levels: Whether to try the values of the factors.
 
     Raises:
         CompileError: A study does not fit the scene.
@@ -31,7 +31,7 @@ def check_studies(
         if findings.failures == failures:
             units = columns_of(study, measures)
             check_expectations(study.expects, units, compiled.scene.constants)
-        if thorough and study.is_whole:
+        if levels and study.is_whole:
             check_levels(study, alone(program), overrides, findings)
     findings.raise_errors()
 

@@ -48,20 +48,21 @@ def check(documents: OpenDocuments, path: Path, *, thorough: bool = True) -> Che
     try:
         source = documents.read(path, str(path))
         request = Request(source, libraries=documents.libraries, files=documents)
-        compiled, warnings = check_request(request, thorough=False)
+        compiled, warnings = check_request(request, thorough=False, levels=thorough)
     except CompileError as error:
         return Checked(error.diagnostics, None, is_thorough=True)
     if compiled is None:
         return Checked(warnings, None, is_thorough=True)
     count = partial(_modes, documents.memory, thorough)
     find = unstable_node if thorough else _not_now
+    is_whole = thorough or not compiled.scene.studies
     further = tuple(late_breaking(compiled))
     try:
         further += tuple(floppy(compiled, count))
         further += tuple(unstable(compiled, find))
     except _NotCounted:
         return Checked((*warnings, *further), compiled, is_thorough=False)
-    return Checked((*warnings, *further), compiled, is_thorough=True)
+    return Checked((*warnings, *further), compiled, is_thorough=is_whole)
 
 
 def _not_now(_: State) -> NoReturn:

@@ -123,7 +123,7 @@ def prepare(
     program = load(request.source, request.libraries, findings, request.files)
     name = _name(program, name, request, is_written=bool(sentences))
     program = with_sentences(program, name, sentences)
-    compiled, warnings = compile_program(program, request, findings, thorough=True)
+    compiled, warnings = compile_program(program, request, findings, thorough=True, levels=True)
     study = compiled.scene.studies[key_of(name)]
     points = points_of(study)
     check_rows(study, points, alone(program), request.overrides, findings)

@@ -56,4 +56,4 @@ def warnings_of(scene: Scene, texts: Mapping[str, str]) -> tuple[Diagnostic, ...
     Raises:
         CompileError: It finds an error.
     """
-    return check_request(request_of(scene, texts), thorough=False)[1]
+    return check_request(request_of(scene, texts), thorough=False, levels=False)[1]

@@ -100,9 +100,10 @@ class Control {
     }
   }
 
-  /** Shows the present state; degrees are those that count in the rules of a base. */
-  draw(base) {
+  /** Shows the present state; degrees are those that count in the chosen rules. */
+  draw() {
     const { property } = this;
+    const base = SYSTEM.bases.get(state.rules);
     const fact = state.facts.get(property.key);
     const place = found.places.get(property.key);
     this.wording = wordingOf(property, fact, place);

@@ -20,7 +20,7 @@ function draw() {
   const base = SYSTEM.bases.get(state.rules);
   const facts = new Map([...state.facts].map(([key, fact]) => [key, fact.value]));
   found = infer(SYSTEM, base, facts);
-  controls.forEach((control) => control.draw(base));
+  controls.forEach((control) => control.draw());
   results.forEach((result) => result.draw(base));
   sentences.forEach((sentence, i) => sentence.draw(found.verdicts[i]));
   const firing = found.verdicts.filter(({ degree }) => degree > 0).length;
