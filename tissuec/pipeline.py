@@ -60,6 +60,7 @@ def check_request(
     """Return like ``compile_request``, looking closer; a file without bodies is no scene.
 
     Args:
+        request: What to check.
         thorough: Whether to make also those checks of the net that take time.
         levels: Whether to try the values of studies.
     """
