@@ -4,11 +4,14 @@ Every mistake is a replacement in a scene that is right. Where the hint proposes
 it gives a text without errors.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterable
 
 import pytest
 from click.testing import CliRunner
 
+from tests.every import every
+from tests.magnitudes import keeps_magnitudes
+from tests.mistakes import Mistake, habits, layers
 from tests.scene.test_mistakes_together import SCENE as TOGETHER
 from tissuec.cli import group
 from tissuec.core.errors import CompileError, Diagnostic
@@ -57,21 +60,6 @@ simulate { duration = 0.4 s; tolerance = 1e-3 }
 output { trajectory every 10 ms; force of forceps A every 1 ms }
 expect speed(rim) < 1 m/s over run
 """
-
-
-class Mistake(NamedTuple):
-    """What is written instead of what, and how it is answered.
-
-    Attributes:
-        marked: The text that is marked.
-        hint: A part of the hint, or of the message where there is none.
-    """
-
-    old: str
-    new: str
-    code: str
-    marked: str
-    hint: str
 
 
 M = Mistake
@@ -269,29 +257,46 @@ def said(text: str) -> tuple[Diagnostic, ...]:
         return error.diagnostics
 
 
-def test_the_scene_itself_is_right():
-    assert not said(SCENE)
+#: Scenes by the mistakes in them.
+EVERY = [
+    *((SCENE, name, mistake) for name, mistake in MISTAKES.items()),
+    *((layers.SCENE, name, mistake) for name, mistake in layers.MISTAKES.items()),
+    *((layers.SCENE, name, mistake) for name, mistake in habits.MISTAKES.items()),
+]
 
 
-@pytest.mark.parametrize("name", MISTAKES)
-def test_a_typical_mistake_is_told_at_its_place_with_a_way_out(name):
-    old, new, code, marked, hint = MISTAKES[name]
-    assert SCENE.count(old) >= 1
-    found = [one for one in said(SCENE.replace(old, new, 1)) if one.code != "W502"]
-    assert [one.code for one in found] == [code], "\n".join(map(str, found))
-    assert marked is None or found[0].span.text == marked, found[0]
-    assert hint in (found[0].hint or found[0].message), found[0]
+@pytest.mark.parametrize("scene", [SCENE, layers.SCENE], ids=["vessel", "layers"])
+def test_the_scene_itself_is_right(scene):
+    assert not said(scene)
 
 
-@pytest.mark.parametrize("name", MISTAKES)
-def test_the_edit_that_is_proposed_mends_the_scene(name):
-    old, new, *_ = MISTAKES[name]
-    text = SCENE.replace(old, new, 1)
-    for finding in said(text):
-        for edit in finding.edits:
-            mended = text[: edit.span.start] + edit.text + text[edit.span.end :]
-            after = said(mended)
-            assert finding.code not in [one.code for one in after], "\n".join(map(str, after))
+def weight(findings: Iterable[Diagnostic]) -> tuple[int, int]:
+    errors = [one.severity == "error" for one in findings]
+    return sum(errors), len(errors)
+
+
+@every("case", EVERY, parts=4)
+def test_a_typical_mistake_is_answered_once_at_its_place_with_a_way_out(case):
+    scene, name, mistake = case
+    text = mistake.made_in(scene)
+    found = [one for one in said(text) if one.code != "W502"]
+    told = f"{name}\n" + "\n".join(map(str, found))
+    assert [one.code for one in found] == [mistake.code], told
+    (finding,) = found
+    assert finding.span is not None
+    assert mistake.marked in (None, finding.span.text[:80]), told
+    assert mistake.hint in (finding.hint or finding.message), told
+    assert "expected a time word" not in finding.hint, f"a list of tokens\n{told}"
+    for number, edit in enumerate(finding.edits):
+        mended = text[: edit.span.start] + edit.text + text[edit.span.end :]
+        after = said(mended)
+        rest = [one.code for one in after if one.code != "W502"]
+        left = f"{told}\n{edit.text!r} leads to\n" + "\n".join(map(str, after))
+        assert keeps_magnitudes(edit) or mistake.code == "TIS308", left
+        if number == 0 and mistake.rest:
+            assert rest == [*mistake.rest], left
+        else:
+            assert weight(after) < weight(said(text)), left
 
 
 def test_a_file_beside_the_scene_is_proposed_with_its_dot(tmp_path):

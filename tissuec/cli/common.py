@@ -108,7 +108,19 @@ class Command(click.Command):
                     [args[place + 1], *(w for w in value if not w.endswith(".tis"))]
                 )
                 raise click.UsageError(f'put a value with blanks in quotes: --set "{parted}"')
-        return super().parse_args(ctx, args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            if not any(one.name == "overrides" for one in self.params) or error.possibilities:
+                raise
+            name = error.option_name.lstrip("-")
+            at = next((i for i, word in enumerate(args) if word.startswith(f"--{name}")), None)
+            given = [] if at is None else args[at].partition("=")[2:] or args[at + 1 :]
+            value = next((word for word in (*given, *args[(at or 0) + 1 :]) if word), "…")
+            raise click.UsageError(
+                f"there is no option --{name}; to set an entry or a param of the scene: "
+                f'--set "{name.replace("-", " ")} = {value}"'
+            ) from error
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command with its settings; show findings of a text as the flags demand."""

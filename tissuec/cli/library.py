@@ -12,7 +12,13 @@ from tissuec.core.errors import TissueError
 from tissuec.core.files import write_file
 from tissuec.core.hints import did_you_mean
 
-KINDS = {"scenes": "scenes to run", "tissues": "tissues to use", "fuzzy": "vocabularies"}
+KINDS = {
+    "scenes": "scenes to run",
+    "tissues": "tissues of springs to use",
+    "matter": "tissues of matter to use, for bodies of any shape",
+    "fuzzy": "vocabularies",
+    "meshes": "meshes to use",
+}
 
 
 @click.group(cls=CommandGroup, invoke_without_command=True)
@@ -74,7 +80,8 @@ def _entries() -> list[dict[str, str]]:
     return [
         {"kind": kind, "name": path.stem, "about": _about(path), "file": str(path)}
         for kind in KINDS
-        for path in sorted((resources.library() / kind).glob("*.tis"))
+        for path in sorted((resources.library() / kind).iterdir())
+        if path.suffix in (".tis", ".obj")
     ]
 
 
@@ -87,7 +94,7 @@ def _about(path: Path) -> str:
 
 
 def _find(name: str) -> dict[str, str]:
-    wanted = name.removesuffix(".tis")
+    wanted = name.removesuffix(".tis").removesuffix(".obj")
     entries = _entries()
     for entry in entries:
         if wanted in (entry["name"], f"{entry['kind']}/{entry['name']}"):

@@ -11,6 +11,7 @@ from tissuec.cli import USUAL_THRESHOLDS
 from tissuec.cli.common import (
     DONE,
     FAILED,
+    PAGES,
     STOPPED,
     WRONG_TEXT,
     Command,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from tissuec.scene.request import Request
 
 MOST_SPRINGS_NAMED = 6
+RESULTS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # endings of results
 # Springs from which memory counts more than the time of searching for cycles of objects.
 LARGE = 1_000_000
 _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
@@ -92,6 +94,7 @@ def command(
     the text or the command line is wrong; 3 the run could not continue; 130 interrupted (143 by
     SIGTERM, 129 by SIGHUP).
     """
+    _check_endings(output, folder)
     if output is not None and (len(scenes) > 1 or folder is not None):
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")
     companion = "off" if twin is False else companion
@@ -116,6 +119,44 @@ def command(
     if settings.json:
         print_json(documents[0] if len(scenes) == 1 else documents)
     return max(codes)
+
+
+#: What writes files of other kinds from a result, by their endings.
+_OTHERS = {
+    "export": (
+        ".csv",
+        ".tsv",
+        ".txt",
+        ".xlsx",
+        ".json",
+        ".vtk",
+        ".vtu",
+        ".pvd",
+        ".stl",
+        ".obj",
+    ),
+    "plot": (".png", ".svg", ".pdf", ".jpg", ".jpeg"),
+    "view": (*PAGES, ".mp4", ".gif", ".webm"),
+}
+
+
+def _check_endings(output: Path | None, folder: Path | None) -> None:
+    """Refuse names of results that promise another kind of file, or a file for a folder.
+
+    Raises:
+        UsageError: A name ends so.
+    """
+    if folder is not None and folder.suffix.lower() in RESULTS and not folder.is_dir():
+        raise click.UsageError(f'--out names a folder; for a file, write "-o {folder}"')
+    if output is None:
+        return
+    for other, endings in _OTHERS.items():
+        if output.suffix.lower() in endings:
+            result = output.with_suffix(".vtkhdf")
+            raise click.UsageError(
+                f'a result is an HDF5 file, unlike "{output}"; write "-o {result}", and then: '
+                f"tissuec {other} {result}"
+            )
 
 
 def _targets(

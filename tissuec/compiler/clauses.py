@@ -91,7 +91,9 @@ class ClauseReader:
     def vector(self, word: str, dimension: Dimension) -> Floats:
         value = self._value(word)
         if not value.is_vector:
-            self.reject("TIS312", f"{word} needs a vector (x, y, z)", word=word)
+            text = self.clauses[word].value.span.text
+            hint = f"its three components, for example: {word} (0, 0, {text})"
+            self.reject("TIS312", f"{word} needs a vector (x, y, z)", word=word, hint=hint)
         if np.any(value.amount) or not value.is_literal:
             self.scope.expect(
                 value,

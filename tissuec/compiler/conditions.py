@@ -390,6 +390,8 @@ _AGGREGATES = {
 
 def _aggregate_meant(name: s.Name) -> Hint | str:
     """Return a hint with what a study calls an extreme of a measure, or an empty one."""
-    first = name.key.split(" ")[0]
+    first, *rest = name.key.split(" ")
     meant = next((one for one, words in _AGGREGATES.items() if first in words.split()), "")
+    if meant and rest:
+        return f"for example: {meant}({' '.join(rest)} of A)"
     return Hint(f'did you mean "{meant}"?', Edit(meant)) if meant else ""

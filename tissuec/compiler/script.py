@@ -133,6 +133,7 @@ class ScriptReader:
 
     def _slots(self, item: s.Timed, outer: _Slot) -> list[_Slot]:
         words = [clause.word for clause in item.times]
+        self._refuse_other_intervals(item, words)
         times = [self._time(clause.value) for clause in item.times]
         if outer.is_outermost and words == ["at"]:
             return [self._checked(item, _Slot(times[0], None))]
@@ -167,6 +168,21 @@ class ScriptReader:
             "this form of time is not allowed here",
             item.head,
             hint=f'allowed: {allowed} or "from T to T every T:"',
+        )
+
+    def _refuse_other_intervals(self, item: s.Timed, words: list[str]) -> None:
+        """Reject ``from 0.1 s until 0.3 s`` and ``from 0.1 s - 0.3 s``."""
+        values = [clause.value for clause in item.times]
+        if words == ["from", "until"]:
+            first, last = (value.span.text for value in values)
+        elif words == ["from"] and isinstance(values[0], s.Sum) and len(values[0].rest) == 1:
+            first, last = values[0].first.span.text, values[0].rest[0][1].span.text
+        else:
+            return
+        place = item.times[0].span.to(item.times[-1].span)
+        message = 'an interval has the form "from … to …:"'
+        self.findings.reject(
+            "TIS403", message, place, hint=proposal(f"from {first} to {last}", place)
         )
 
     def _repetitions(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing, points_of
 from tissuec.compiler.selections import extents
-from tissuec.core.hints import Edit, Hint, alternatives
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, proposal
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
@@ -269,13 +269,17 @@ class Groups:
             or len(clauses) < len(item.clauses)
             or set(clauses) - {"of", "where", "in"}
         ):
-            self.findings.reject(
-                "TIS312",
-                "wrong form of a set",
-                item.value.span,
-                hint="forms: nodes of BODY where …, springs of BODY where …, "
-                "nodes of BODY in [1, 2], [A, B]",
+            hint: str = (
+                "forms: nodes of BODY where …, springs of BODY where …, "
+                "nodes of BODY in [1, 2], [A, B]"
             )
+            near = did_you_mean(kind.split(" ")[-1], KINDS)
+            meant = near.edits[0].text if near else kind.split(" ")[-1]
+            if meant in KINDS and kind != meant:
+                hint = proposal(meant)
+            elif {"from", "to"} <= set(clauses):
+                hint = "for example: nodes of BODY where x between 1 mm and 2 mm"
+            self.findings.reject("TIS312", "wrong form of a set", item.value.span, hint=hint)
         of_springs = kind == "springs"
         placed = self._named_part(clauses["of"].value, of_springs=of_springs)
         is_joint = isinstance(placed, PlacedJoint)

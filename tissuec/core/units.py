@@ -191,7 +191,7 @@ class UnitError(ValueError):
         super().__init__(f'"{symbol}" is not a unit')
 
 
-_STEP = re.compile(r"([*/·]?)([^\W\d_]+|%)(?:\^(-?\d+))?")
+_STEP = re.compile(r"([*/·]?)(cmH2O|cmH20|cmh2o|mmH2O|mmh2o|[^\W\d_]+|%)(?:\^(-?\d+))?")
 
 
 def parse_unit(text: str) -> Unit:
@@ -334,12 +334,12 @@ def converted(number: str, unit: str) -> str | None:
         return None
     value = float(number) * found.factor
     if found.dimension == NUMBER:
-        return f"{rounded(math.degrees(value), 12)} deg"
+        return f"{rounded(math.degrees(value), 7)} deg"
     if found.dimension == VOLUME:
-        return f"{rounded(value * 1e6, 12)} ml"
+        return f"{rounded(value * 1e6, 7)} ml"
     if found.dimension not in _SHOWN:
-        return f"{rounded(value, 12)} {written_unit(found.dimension)}"
-    return show(value, found.dimension, digits=12)
+        return f"{rounded(value, 7)} {written_unit(found.dimension)}"
+    return show(value, found.dimension, digits=7)
 
 
 def alternatives_of(first: str, second: str) -> str:

@@ -22,6 +22,8 @@ _MOST_DIGITS = 20
 _AMOUNT_BEFORE = re.compile(rf"([0-9.]+(?:[eE][+-]?[0-9]+)?)[ \t]*({_UNIT})?[ \t]*\Z")
 _AMOUNT_BEHIND = re.compile(rf"[ \t]*[0-9.]+(?:[eE][+-]?[0-9]+)?[ \t]*({_UNIT}|%)?")
 
+_TESTED = re.compile(r"[ \t]*(?:expect|when)\b")
+
 _TEMPERATURE = re.compile(r"° ?[CFK]\b|[℃℉]")
 
 #: What to type instead of characters that word processors and web pages put in.
@@ -53,6 +55,7 @@ _REMEDY: dict[str, str] = {
     for what, group in _INSTEAD.items()
     for character in group
 } | dict.fromkeys("'‘’‚‛`´′", 'put text in double quotes: "…"')
+_REMEDY |= dict.fromkeys("≈≅≃~", 'write a range: "between 4 mN and 6 mN"')
 _REMEDY["\\"] = "remove it: a line that begins with a joining word continues the line above"
 
 
@@ -156,6 +159,8 @@ def _tolerance(span: Span) -> Hint | str:
     behind = _AMOUNT_BEHIND.match(text, span.end)
     if span.text != "±" or before is None or behind is None:
         return ""
+    if _TESTED.match(text, text.rfind("\n", 0, span.start) + 1):
+        return 'write the range: "between … and …"'
     unit = before[2] or ("" if behind[1] == "%" else behind[1])
     amount = f"{before[1]} {unit}".rstrip()
     place = Span(span.source, before.start(), behind.end())

@@ -134,8 +134,8 @@ def _two_units(m: Mistake, word: str) -> Diagnostic:
         hint = Hint(f'write one unit: "{m.before[-1].text}"', Edit("", place))
         return m.finding("TIS104", message, hint)
     hint = " or ".join(f'"{unit}{sign}{word}"' for sign in signs)
-    edits = (Edit(f"{sign}{word}", place) for sign in signs)
-    return m.finding("TIS104", message, Hint(f"write {hint}", *edits))
+    edit = Edit(f"{signs[0]}{word}", place)
+    return m.finding("TIS104", message, Hint(f"write {hint}", edit))
 
 
 def _inside_brackets(m: Mistake) -> list[Edit]:
@@ -314,7 +314,7 @@ def _two_statements(m: Mistake) -> Diagnostic | None:
     if found == "COMMA" and m.can_end and m.next == "WORD":
         signs = {token.type for token in m.after} & {"EQUAL", "IS"}
         if m.previous == "WORD" and not signs:
-            hint = Hint("join sets in a set of their own: set both = [A, B]")
+            hint = Hint('put ";" between two sentences; a union has a name: set both = [A, B]')
             return m.finding("TIS107", "a comma does not join names", hint)
         hint = Hint('write ";" instead', Edit(";"))
         return m.finding("TIS107", "a comma does not end a statement", hint)
@@ -450,7 +450,7 @@ def _between(m: Mistake) -> str:
 def _brace_moved(m: Mistake) -> list[Edit]:
     """Return the edit that moves a brace up to the line of what stands before it."""
     place = m.found.start
-    blank = re.search(r"\s*\Z", m.source.text[:place])
+    blank = re.search(r"[\s;]*\Z", m.source.text[:place])
     if blank is None or "#" in m.source.text[:place].rstrip().rpartition("\n")[2]:
         return []
     return [Edit(" {", Span(m.source, blank.start(), place + 1))]

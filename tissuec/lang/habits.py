@@ -18,6 +18,7 @@ _NUMBER = rf"-?{NUMBER_PATTERN}"
 _UNIT = r"(?:[^\W\d]|%)[\w*/·^-]*"
 _AMOUNT = rf"{_NUMBER}(?: ?{_UNIT})?"
 _WORDS = r"[^\W\d]\w*(?: [^\W\d]\w*)*"
+_VALUE = rf"(?:{_AMOUNT}|{_WORDS})"
 _TIMED = r"^(?:(?:at|after|from|when)\b[^:]*: ?)?"
 
 
@@ -40,32 +41,64 @@ class Habit(NamedTuple):
 _HABITS = (
     # outputs and measures
     Habit(
-        rf"^(?P<wrong>(?P<what>{_WORDS}) ?\((?P<whose>[^()]+)\))(?= every\b| at\b| using\b)",
+        rf"^(?P<wrong>(?P<what>{_WORDS}) ?\((?P<whose>[^()]+)\))(?: every\b| at\b| using\b)",
         "an output has no parentheses", r"\g<what> of \g<whose>",
     ),
     Habit(
-        rf"{_TIMED}(?P<wrong>(?P<what>{_WORDS}) ?\((?P<whose>{_WORDS})\))(?=$| with\b| by\b)",
+        rf"{_TIMED}(?P<wrong>(?P<what>{_WORDS}) ?\((?P<whose>{_WORDS})\))(?:$| with\b| by\b)",
         "an action has no parentheses", r"\g<what> \g<whose>",
     ),
     Habit(
         rf"^(?:expect|when) (?P<wrong>(?P<what>{_WORDS}) of (?P<whose>{_WORDS})"
-        rf"(?P<along>(?: along \([^()]*\))?))(?= ?[<>=!]| between\b)",
+        r"(?P<along>(?: along \([^()]*\))?)) ?(?:[<>=!]|between\b)",
         "in a condition, a measure takes its argument in parentheses",
         r"\g<what>(\g<whose>\g<along>)",
     ),
-    # vectors
     Habit(
-        rf"(?P<wrong>\[(?P<parts>{_AMOUNT}, ?{_AMOUNT}, ?{_AMOUNT})\])(?= ?{_UNIT})",
+        rf"^{_WORDS} of {_WORDS}(?P<wrong> (?P<rate>{_NUMBER} ?[kM]?Hz))$",
+        'an output is taken "every" so often', None, "for example: force of A every 1 ms",
+    ),
+    Habit(
+        rf"^{_WORDS} of {_WORDS}(?P<wrong> and {_WORDS}) every\b",
+        "an output is of one thing", None, "write an output of its own for each",
+    ),
+    Habit(
+        r"^expect .*?(?P<wrong> always| throughout| all the time| at all times)$",
+        "an expectation ends with its time", " over run",
+    ),
+    # numbers and vectors
+    Habit(
+        rf"(?P<wrong>(?P<number>{_NUMBER}) ?\[(?P<unit>{_UNIT})\])",
+        "a unit has no brackets", r"\g<number> \g<unit>",
+    ),
+    Habit(
+        rf"(?P<wrong>\[(?P<parts>{_AMOUNT}, ?{_AMOUNT}, ?{_AMOUNT})\]) ?{_UNIT}",
         "a vector has round brackets", r"(\g<parts>)",
     ),
     Habit(
         rf"(?P<wrong><(?P<parts>{_AMOUNT}, ?{_AMOUNT}, ?{_AMOUNT})>)",
         "a vector has round brackets", r"(\g<parts>)",
     ),
-    # sets
+    # sets and files
     Habit(
         rf"{_TIMED}(?P<wrong>(?P<verb>[a-z]+) \[(?P<names>{_WORDS}(?:, ?{_WORDS})*)\])",
         "an action takes the name of one set", None, "union",
+    ),
+    Habit(
+        rf"{_TIMED}(?P<wrong>(?P<verb>fix|free|hold) (?P<names>{_WORDS} and {_WORDS}))$",
+        "an action takes the name of one set", None, "union",
+    ),
+    Habit(
+        rf"^(?P<verb>[a-z]+) {_WORDS}(?P<wrong>,) (?P=verb) ",
+        "a comma does not end an action", ";",
+    ),
+    Habit(
+        r"(?P<wrong>(?<![\w\"./-])(?P<file>[\w./-]+\.(?:csv|tsv|txt|h5|trc|sto|obj|stl|ply))\b)",
+        "the name of a file must be in quotes", r'"\g<file>"',
+    ),
+    Habit(
+        r"^(?P<wrong>import|include|require|load) [\w./]+$",
+        'other files are used with "use"', None, 'for example: use "matter/fat"',
     ),
     # words and rules
     Habit(
@@ -83,25 +116,70 @@ _HABITS = (
         r"(?P<rest>(?:and|or|then) .+))$",
         '"weighing" stands at the end of a rule', r"\g<rest> weighing \g<weight>",
     ),
-    # times
+    Habit(r"^if [^:]*? (?P<wrong>=>|->) ", 'a rule concludes with "then"', "then"),
     Habit(
-        r"^(?P<wrong>at (?:t|time) ?=? ?)(?=[0-9])", "a time has no name", "at ",
+        r"^if [^:]*?(?P<wrong>,)(?! then)(?=.* then )",
+        'conditions are joined with "and"', " and",
     ),
     Habit(
-        r"^(?P<wrong>(?:t|time) ?={1,2} ?)(?=[0-9][^:]*:)", "a time has no name", "at ",
+        rf"^if .* then {_WORDS} (?P<wrong>=.*)$", "a rule concludes words, not numbers", None,
+        'write a word of its scale behind "is"',
     ),
     Habit(
-        r"^(?P<wrong>(?:between|during|from) (?P<start>[0-9][^:]*?) ?(?:and|-|until|till) ?"
-        r"(?P<stop>[0-9][^:]*?))(?= ?:)",
+        rf"^.*\bis (?P<wrong>{_NUMBER} ?% {_WORDS})$",
+        "a word takes a hedge, not a number", None,
+        'write the word with a hedge, such as "rather soft"',
+    ),
+    # studies
+    Habit(
+        rf"^vary .+?= ?{_AMOUNT}(?P<wrong> ?(?::|\.\.\.?|…) ?){_AMOUNT}",
+        'a range has the form "… to … in 5 steps"', " to ",
+    ),
+    Habit(
+        rf"^vary .+?(?:=|is) ?(?P<wrong>(?P<values>{_VALUE}(?:, ?{_VALUE})+))$",
+        "the values of a factor are a list", r"[\g<values>]",
+    ),
+    Habit(
+        r"^vary .+ in [0-9]+ (?P<wrong>points|values|levels|runs|increments|samples)\b",
+        'the number of values is given in "steps"', "steps",
+    ),
+    Habit(
+        r"^vary .+?(?P<wrong>=) ?\{$", "the values of a factor are a list", None,
+        "for example: vary NAME = [2 mm, 5 mm]",
+    ),
+    Habit(rf"^{_WORDS}(?P<wrong> ?=) ?\{{$", 'a block begins without "="', "", 'leave out "="'),
+    # times and motions
+    Habit(r"^(?P<wrong>at (?:t|time) ?=? ?)[0-9]", "a time has no name", "at "),
+    Habit(r"^(?P<wrong>(?:t|time) ?={1,2} ?)[0-9][^:]*:", "a time has no name", "at "),
+    Habit(
+        r"^(?P<wrong>(?:between|during) (?P<start>[0-9][^:]*?) (?:and|to) "
+        r"(?P<stop>[0-9][^:]*?)) ?:",
         'an interval has the form "from … to …:"', r"from \g<start> to \g<stop>",
     ),
     Habit(
-        rf"^(?P<wrong>(?:during )?(?P<time>{_AMOUNT}))(?= ?:)",
+        rf"^(?P<wrong>(?:during )?(?P<time>{_AMOUNT})) ?:",
         'the word "at" is missing before a time', r"at \g<time>",
     ),
     Habit(
-        r"^(?P<wrong>if (?P<when>.+?) then )(?!.*\bis\b)",
+        r"^(?P<wrong>if (?P<when>.+?) then )(?!.*\bis\b).*$",
         'a script waits for a condition with "when"', r"when \g<when>: ",
+    ),
+    Habit(
+        r"^(?P<wrong>(?:wait|pause|sleep|delay) .*)$",
+        "each action has a time of its own", None,
+        "give the next action a later time: at T: …",
+    ),
+    Habit(
+        r"\bby \(.+?(?P<wrong> (?:using )?(?:smoothly|smooth))(?:$| \w)",
+        'a profile is named with "using"', " using smooth profile",
+    ),
+    Habit(
+        r"\bby \(.+?(?P<wrong> (?:using )?(?:linearly|uniformly|evenly))(?:$| \w)",
+        'a profile is named with "using"', " using constant speed",
+    ),
+    Habit(
+        r"\bthrough \([^()]*\)[^()]*?(?P<wrong>\b(?:with )?normal(?: to)?) ?\(",
+        'a plane is turned with "facing"', "facing",
     ),
     Habit(
         rf"(?P<wrong>\bat (?:x|y|z) ?={{1,2}} ?{_AMOUNT})", "a cut follows a plane", None,
@@ -110,7 +188,7 @@ _HABITS = (
     # comparisons
     *(
         Habit(
-            rf"(?P<wrong>(?: is| are)?(?: not)? (?:{words}))(?= ?{_NUMBER}| ?\()",
+            rf"(?P<wrong>(?: is| are)?(?: not)? (?:{words})) ?(?:{_NUMBER}|\()",
             f'a comparison is written with "{sign}"', f" {sign}",
         )
         for sign, words in {
@@ -125,18 +203,20 @@ _HABITS = (
         Habit(rf"(?P<wrong>{re.escape(wrong)})", f'"{wrong}" is not a sign', right)
         for wrong, right in {"=>": ">=", "=<": "<=", "<>": "!=", "===": "==", "**": "^"}.items()
     ),
-    # programs
+    # programs and comments
     Habit(
-        r"^(?P<wrong>for|while|repeat|loop)\b", "the language has no loops", None,
+        r"^(?P<wrong>for|while|repeat|loop)\b.*", "the language has no loops", None,
         'for repeated actions, write "from T to T every T: …"; for many runs, write a study',
     ),
     Habit(
-        r"^(?P<wrong>import|include|require|load)(?= ?[\"<(]| \w+[./])",
-        'other files are used with "use"', "use",
-    ),
-    Habit(
-        r"^(?P<wrong>def|function|class|return|print)\b", "the language has no functions", None,
+        r"^(?P<wrong>def|function|class|return|print)\b.*",
+        "the language has no functions", None,
         'name a number with "let", and a tissue with "tissue NAME like OTHER"',
+    ),
+    Habit(r"^(?P<wrong>%+|--+|<!--)(?= )", 'a comment begins with "#"', "#"),
+    Habit(
+        rf"^(?P<wrong>simulate (?:for )?(?P<time>{_AMOUNT})) ?\{{$",
+        "a block gives its numbers names", None, "for example: simulate { duration = 1 s }",
     ),
 )  # fmt: skip
 
@@ -144,8 +224,13 @@ _HABITS = (
 def habit(m: Mistake) -> Diagnostic | None:
     """Recognise one of the forms above around the wrong token."""
     tokens = [*m.before, m.found, *m.after]
-    start = tokens[0].start
-    text = m.source.text[start : max(m.statement.stop, tokens[0].stop)].rstrip()
+    start, stop = tokens[0].start, max(m.statement.stop, tokens[0].stop)
+    if m.found.type == "BETWEEN" and not m.line_before.strip():
+        # It was read as the rest of the line above.
+        start, stop = m.found.start, m.source.text.find("\n", m.found.start)
+    text = m.source.text[start:stop].rstrip()
+    if m.statement.is_head or m.found.type == "LBRACE":
+        text += " {"
     if len(text) > _LONGEST or "\n" in text:
         return None
     for one, form in _FORMS:
@@ -166,8 +251,10 @@ def _union(place: Span, text: str, verb: str, names: str) -> Hint:
     union = f"set both = [{names}]"
     if verb not in _EACH:
         return Hint(f'give the union a name: "{union}"')
-    each = "; ".join(f"{verb} {name.strip()}" for name in names.split(","))
-    is_alone = ":" in text.partition("[")[0]
+    parts = re.split(r",| and ", names)
+    union = f"set both = [{', '.join(name.strip() for name in parts)}]"
+    each = "; ".join(f"{verb} {name.strip()}" for name in parts)
+    is_alone = ":" in text
     edit = Edit(f"{{ {each} }}" if is_alone else each, place)
     return Hint(f'write "{each}", or give the union a name: "{union}"', edit)
 

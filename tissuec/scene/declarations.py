@@ -1,5 +1,6 @@
 """What a program declares, sorted by kind, each name once."""
 
+import re
 from collections.abc import Callable
 from typing import NoReturn, TypeVar
 
@@ -7,7 +8,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from tissuec.core.errors import Note
-from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, leaving_out
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, leaving_out, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
@@ -131,6 +132,9 @@ class Declarations(Struct):
         return known[name.key]
 
 
+_USES = ("import", "include", "load", "require", "from")
+_BASED = re.compile(r"(.+?) (?:extends|inherits|inherits from|copies) (.+)")
+
 #: Kinds whose names stand side by side in sentences and so must differ from one another.
 _NAMESPACES = (
     ("param", "let", "set", "body", "joint", "tool", "force"),
@@ -239,6 +243,20 @@ def _declare(
     if kind in _BLOCKS and clauses:
         clause = clauses[0]
         if not (kind == "tissue" and clause.word == "like" and len(clauses) == 1):
+            if kind == "tissue" and clause.word == "from":
+                hint = Hint(
+                    f"write tissue {name.text} like {clause.value.span.text}",
+                    Edit(
+                        "like",
+                        Span(
+                            clause.span.source,
+                            clause.span.start,
+                            clause.span.start + len(clause.word),
+                        ),
+                    ),
+                )
+                message = 'a tissue is based on another with "like"'
+                findings.reject("TIS312", message, clause.span, hint=hint)
             quoted = f"{name.text} {clause.span.text.partition('{')[0].strip()}"
             findings.reject(
                 "TIS115",
@@ -248,6 +266,13 @@ def _declare(
                     f'write {kind} "{quoted}"', Edit(f'"{quoted}"', name.span.to(clause.span))
                 ),
             )
+    if kind == "tissue" and (based := _BASED.fullmatch(name.words)):
+        hint = Hint(
+            f"write tissue {based[1]} like {based[2]}", Edit(f"{based[1]} like {based[2]}")
+        )
+        findings.reject(
+            "TIS312", 'a tissue is based on another with "like"', name.span, hint=hint
+        )
     if name.words in SYMBOLS and name.quoted is None and kind in _NAMESPACES[0]:
         findings.reject("TIS507", f'"{name.text}" is a unit and cannot be a name', name.span)
     for other in next((kinds for kinds in _NAMESPACES if kind in kinds), (kind,)):
@@ -337,6 +362,11 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                     item.span,
                     hint=Hint(f"write: {example}", *edits),
                 )
+            if first.lower() in _USES and item.name.quoted:
+                findings.doubt_all()
+                place = Span(item.span.source, item.span.start, item.span.start + len(first))
+                hint = proposal("use", place)
+                findings.reject("TIS312", 'other files are used with "use"', place, hint=hint)
             findings.reject(
                 "TIS303",
                 f'"{first}" does not begin any part of a scene',

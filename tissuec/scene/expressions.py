@@ -19,6 +19,7 @@ from tissuec.core.units import (
     Dimension,
     Unit,
     UnitError,
+    converted,
     describe,
     keeping_prefix,
     parse_unit,
@@ -45,14 +46,24 @@ _EXTREMES = {"min": np.minimum, "max": np.maximum}
 _NUMERIC = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log}
 FUNCTIONS = ("sqrt", "abs", *_EXTREMES, *_NUMERIC)
 
+_RANGES = dict.fromkeys(
+    ("linspace", "arange", "range", "seq", "logspace"),
+    "a range is for a study: vary NAME = 2 mm to 10 mm in 5 steps",
+)
+
 #: A number or a vector with a unit, up to that.
 _AMOUNT = re.compile(r"(-?[0-9.]+([eE][+-]?[0-9]+)?|\([^()]*\))(?=\s*[^\W\d][^\s()]*\Z)")
+
+#: A number with a unit of which a part was read as a name.
+_MULTIPLIED = re.compile(rf"({NUMBER_PATTERN})\s*(\*?)\s*((?:[^\W\d][\w^]*[*/])*[^\W\d]\w*)\Z")
 
 #: What overflows or has no value is found in the result.
 _quietly = np.errstate(all="ignore")
 
 #: What else may be meant by letters that name axes only in conditions of sets.
 _AXES = {
+    **dict.fromkeys(("end", "start"), "; a time is a number, such as 0.5 s, or: over run"),
+} | {
     name: f"; a direction is a vector, such as {vector}"
     for name, vector in (("x", "(1, 0, 0)"), ("y", "(0, 1, 0)"), ("z", "(0, 0, 1)"))
 }
@@ -84,6 +95,7 @@ class Scope:
     def unknown(self, name: s.Name) -> NoReturn:
         """Reject a name that stands for no value here."""
         self.findings.pass_over_doubtful(name.key)
+        _refuse_unit(name, self.findings)
         self.findings.reject(
             "TIS301",
             f'there is no number called "{name.text}"',
@@ -103,7 +115,8 @@ class Scope:
             "TIS301",
             f'there is no function called "{call.function.text}"',
             call.function.span,
-            hint=did_you_mean(call.function.key, FUNCTIONS)
+            hint=_RANGES.get(call.function.key)
+            or did_you_mean(call.function.key, FUNCTIONS)
             or f"functions: {', '.join(FUNCTIONS)}",
         )
 
@@ -402,6 +415,24 @@ class Scope:
         self.findings.reject(
             code, f"{problem} {describe(left)} and {describe(right)}", span, hint=hint
         )
+
+
+def _refuse_unit(name: s.Name, findings: Findings) -> None:
+    """Reject ``4*mm`` and ``1.06 g/cc``, where a unit was read as a name."""
+    text, end = name.span.source.text, name.span.end
+    before = _MULTIPLIED.search(text, text.rfind("\n", 0, end) + 1, end)
+    if before is None or (amount := converted(before[1], before[3])) is None:
+        return
+    place = Span(name.span.source, before.start(), end)
+    if _is_unit(before[3]):
+        amount = f"{before[1]} {before[3]}"
+    elif before[2]:
+        return
+    message = f'"{name.text}" is not a unit of the language, nor a number'
+    if _is_unit(name.text):
+        message = "a unit stands behind its number without a sign"
+    hint = Hint(f'write "{amount}"', Edit(amount, place))
+    findings.reject("TIS104", message, place, hint=hint)
 
 
 def _with_unit_of(dimension: Dimension, span: Span) -> Hint:

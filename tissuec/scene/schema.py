@@ -443,6 +443,9 @@ def _grouped(number: float) -> str:
     return f"{number:,.12g}".replace(",", " ")
 
 
+_OFF = ("off", "none", "zero", "no")
+
+
 def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> NoReturn:
     if isinstance(entry.kind, OneOf) and isinstance(item, s.Assign):
         text = item.value.span.text
@@ -458,9 +461,12 @@ def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> NoReturn:
     if isinstance(entry.kind, FileIn) and (file := _QUOTED.search(item.span.text)):
         example = f"{entry.name} {file[0]} in mm"
     kind = describe(entry.kind.dimension) if isinstance(entry.kind, Real) else ""
+    edits = [Edit(example)]
+    if item.span.text.rsplit(" ", 1)[-1].lower() in _OFF:
+        example, edits = example.replace("-9.81", "0"), []
     scope.findings.reject(
         "TIS312",
         f'wrong form of "{entry.name}"' + (f": it is {kind}" if kind else ""),
         item.span,
-        hint=Hint(f"for example: {example}", Edit(example)),
+        hint=Hint(f"for example: {example}", *edits),
     )

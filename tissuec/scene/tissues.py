@@ -408,6 +408,7 @@ class TissueReader:
                 "TIS312",
                 f"{item.name.text} needs a word: {item.name.text} is …",
                 item.span,
+                hint=_words_joined(item),
             )
         if item.phrase.kind == "not":
             self.findings.reject(
@@ -515,3 +516,14 @@ def _atoms(firing: Firing) -> str:
         for atom in firing.atoms
         if atom.degree is not None
     )
+
+
+def _words_joined(item: s.Sentence | s.Assign) -> Hint | str:
+    """Return a hint for ``hardness is soft to medium``, or an empty one."""
+    phrase = item.phrase if isinstance(item, s.Sentence) else None
+    clauses = item.clauses
+    if phrase is None or phrase.kind != "word" or [one.word for one in clauses] != ["to"]:
+        return ""
+    first, last = phrase.span, clauses[0].span
+    words = f"between {first.text} and {clauses[0].value.span.text}"
+    return proposal(words, first.to(last))

@@ -55,6 +55,9 @@ class Move(Struct, frozen=True):
             )
         vectors = (order.vector("by", units.LENGTH),) if is_shift else tuple(np.eye(3))
         profiles = order.profiles(default="", columns=len(vectors))
+        if not is_shift and order.has("to"):
+            message = "a motion is given by how far it goes, not by where to"
+            order.reject("TIS303", message, word="to", hint="for example: by (0, 0, 1) mm")
         if not is_shift and profiles[0].kind != "table":
             order.reject(
                 "TIS304",
