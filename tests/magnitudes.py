@@ -36,12 +36,16 @@ def keeps_magnitudes(edit: Edit) -> bool:
         return True  # numbers are left out or added, and none is written anew
     if edit.span.text.endswith(" g") and edit.text.endswith("m/s^2"):
         old = [(amount * 1e3 * STANDARD_GRAVITY, True) for amount, _ in old]
+    is_rate = "Hz" in edit.span.text and "Hz" not in edit.text  # every 1 ms for 1 kHz
     numbers = [
         [float(one[0].replace(",", ".")) for one in _AMOUNT.findall(text)]
         for text in (edit.span.text, edit.text)
     ]
     return all(
-        math.isclose(before, after, rel_tol=1e-6) if has and had else one == other
+        math.isclose(before, after, rel_tol=1e-6)
+        or (is_rate and math.isclose(before * after, 1.0, rel_tol=1e-6))
+        if has and had
+        else one == other
         for (before, had), (after, has), one, other in zip(
             sorted(old), sorted(new), *map(sorted, numbers), strict=True
         )

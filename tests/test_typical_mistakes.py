@@ -296,7 +296,8 @@ def test_a_typical_mistake_is_answered_once_at_its_place_with_a_way_out(case):
         if number == 0 and mistake.rest:
             assert rest == [*mistake.rest], left
         else:
-            assert weight(after) < weight(said(text)), left
+            # A name that is mended in one place may be wanted in another.
+            assert weight(after) < weight(said(text)) or mistake.code not in rest, left
 
 
 def test_a_file_beside_the_scene_is_proposed_with_its_dot(tmp_path):
