@@ -149,3 +149,15 @@ def test_a_planner_lifts_without_tearing():
     greedy.move("tongs", by=(3.2e-3, 0.0, 0.0), over="0.4 s")
     greedy.run_until(0.4)
     assert not greedy.alive.all()
+
+
+@pytest.mark.parametrize(
+    "action", [[np.nan], [np.inf], [0.0, 1.0], [], 0.5, np.zeros((1, 1)), None]
+)
+def test_an_action_that_is_none_does_nothing(action):
+    env = environment()
+    env.reset()
+    before = env.run.script()
+    with pytest.raises(ValueError, match="an action is 1 finite number"):
+        env.step(action)
+    assert env.run.script() == before and env.run.time == 0.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import tissuec
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import CompileError, TissueError
 from tissuec.engine.integrators import INTEGRATORS
 
 ROPE = """language 1
@@ -280,6 +280,42 @@ def test_what_is_no_time_and_no_state_is_refused():
         sim.step(float("nan"))
     with pytest.raises(TypeError, match="restore takes what save returned, not NoneType"):
         sim.restore(None)
+
+
+def test_a_state_belongs_to_a_scene_and_its_values():
+    saved = tissuec.start(rope(), lift="2 mm")
+    saved.step("20 ms")
+    state = pickle.loads(pickle.dumps(saved.save()))
+    same = tissuec.start(rope(), lift="2 mm")
+    same.restore(state)
+    assert np.array_equal(same.position, saved.position)
+    other = (
+        "by a run of .* with lift = 2 mm, and this is a run of .* with lift = 8 mm; restore it"
+    )
+    for sim, said in (
+        (tissuec.start(rope(), lift="8 mm"), other),
+        (tissuec.start(rope().replace("4 31 4", "4 32 4"), lift="2 mm"), "the state was saved"),
+        (tissuec.start(rope().replace("(4, 0, 0) mN", "(5, 0, 0) mN")), "the state was saved"),
+    ):
+        before = sim.position.copy()
+        with pytest.raises(TissueError, match=said):
+            sim.restore(state)
+        assert sim.time == 0.0 and np.array_equal(sim.position, before)
+
+
+@pytest.mark.parametrize("more", ["at 0 s: free wall", "at 0.4 s: free wall", "free wall"])
+def test_one_sentence_is_ordered_at_once(more):
+    """Further ones would have times of their own, also in the past."""
+    sim = tissuec.start(rope())
+    sim.step("20 ms")
+    before = sim.script()
+    with pytest.raises(CompileError):
+        sim.order(f"free tip\n {more}")
+    with pytest.raises(CompileError):
+        sim.order(f"at 0 s: {more}")
+    assert sim.script() == before
+    sim.step("1 ms")
+    assert not [event for event in sim.events if "free" in event.cause]
     with pytest.raises(ValueError, match="threads must be 1 or more"):
         tissuec.start(rope(), threads=0)
 

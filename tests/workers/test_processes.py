@@ -4,9 +4,10 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
-from contextlib import closing, suppress
+from contextlib import ExitStack, closing, suppress
 
 import pytest
 
@@ -156,3 +157,36 @@ def test_portions_grow_until_they_take_their_time():
 def test_one_worker_is_this_process():
     assert isinstance(workers_of(1), OwnProcess)
     assert workers_of(3).capacity() == 3
+
+
+def test_sockets_have_short_names_whatever_the_temporary_folder(tmp_path):
+    """Those of batch systems are long, and systems allow about 100 bytes."""
+    folder = tmp_path / ("x" * 120)
+    folder.mkdir()
+    code = (
+        "from tissuec.workers.processes import Processes; from tests.workers import deeds\n"
+        "with Processes(2) as workers: print(sorted(workers.map(deeds.doubled, 1, range(3))))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, "TMPDIR": str(folder)},
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.stdout.strip() == "[(0, 1), (1, 3), (2, 5)]", done.stderr
+
+
+def test_executors_in_threads_keep_the_main_module(monkeypatch):
+    """They hide it from processes that start, one after the other."""
+    main = sys.modules["__main__"]
+    before = {name: vars(main).get(name) for name in processes._OF_MAIN}
+    with ExitStack() as stack:
+        several = [stack.enter_context(Processes(1)) for _ in range(3)]
+        threads = [
+            threading.Thread(target=lambda one=one: list(one.map(deeds.doubled, 1, range(2))))
+            for one in several
+        ]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert {name: vars(main).get(name) for name in processes._OF_MAIN} == before
+    assert processes._SAFE_PATH not in os.environ

@@ -112,6 +112,7 @@ class _HoldHistory:
             case Released(group=group, tool=tool) as release:
                 if self.certain:
                     yield from _unheld(release, event, tuple(self.taken.values()))
+                self._release(release)
                 if group is None:
                     self._end(lambda old: old.mover == tool)
                 else:
@@ -125,7 +126,20 @@ class _HoldHistory:
                 pass
 
     def _take(self, holder: str, nodes: Indices, time: float, span: Span) -> None:
-        self.taken.setdefault((holder, span), HeldNodes(holder, nodes, time, span))
+        former = self.taken.get((holder, span))
+        since = time if former is None else former.time
+        self.taken[holder, span] = HeldNodes(holder, nodes, since, span)
+
+    def _release(self, release: Released) -> None:
+        """Forget what is no longer held, so that it cannot be released again."""
+        for key, held in tuple(self.taken.items()):
+            if release.tool in (None, held.holder):
+                gone = held.nodes if release.group is None else release.group.indices
+                left = np.setdiff1d(held.nodes, gone)
+                if len(left):
+                    self.taken[key] = HeldNodes(held.holder, left, held.time, held.span)
+                else:
+                    del self.taken[key]
 
     def _moved(self, mover: Mover) -> Indices:
         if mover.nodes is not None:

@@ -11,7 +11,7 @@ import gymnasium  # pyright: ignore[reportMissingImports, reportMissingTypeStubs
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core.errors import SimulationError
+from tissuec.core.errors import SimulationError, counted
 from tissuec.model.network import Floats
 from tissuec.stepping.stepped_run import SteppedRun
 
@@ -99,12 +99,21 @@ class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
         Args:
             action: Numbers of the sentences, in the units written there, shape (action,).
 
+        Raises:
+            ValueError: There are more or fewer numbers, or one is not finite; nothing is done.
+
         Returns:
             Observation in SI units, shape (observation,), reward, whether the episode ended,
             whether the scene did, and info.
         """
+        numbers = np.asarray(action, dtype=float)
+        if numbers.shape != (count := len(self._sentences),) or not np.isfinite(numbers).all():
+            raise ValueError(
+                f"an action is {counted(count, 'finite number')}, one for each sentence, and "
+                f"not {action!r}"
+            )
         try:
-            self._act(np.asarray(action, dtype=float))
+            self._act(numbers)
             self.run.step(self._step)
             seen, reward = self._observation(), self.run.measure(self._reward)
         except SimulationError as error:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.quantities import ObservedExpression
-from tissuec.core.errors import SimulationError
+from tissuec.core.errors import SimulationError, TissueError
 from tissuec.core.processors import permitted
 from tissuec.engine.execution.stepwise import SavedRun, StepwiseRun, rounded
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.results.checkpoint import scene_digest
 from tissuec.results.layout import reserved
 from tissuec.results.recording import Event
 from tissuec.scene.overrides import Given
@@ -34,10 +35,12 @@ class SavedState(Struct, frozen=True, eq=False):
 
     Attributes:
         sentences: What was ordered until then, with the times.
+        scene: Digest of the compiled scene, and what it is called.
     """
 
     run: SavedRun
     sentences: tuple[str, ...]
+    scene: tuple[str, str]
 
 
 class SteppedRun:
@@ -77,6 +80,9 @@ class SteppedRun:
             # Nobody else writes it, until it is written or this run is forgotten.
             self._release = weakref.finalize(self, reserved(out).release)
         self._threads = threads or permitted()
+        self._scene: tuple[str, str] | None = None
+        if saved is not None:
+            self._check(saved)
         self._texts = TextReader(compiled)
         self._sentences = list(saved.sentences if saved else ())
         self._run = StepwiseRun(
@@ -333,19 +339,40 @@ class SteppedRun:
 
     def save(self) -> SavedState:
         """Return the present state, to the last bit."""
-        return SavedState(self._run.save(), tuple(self._sentences))
+        return SavedState(self._run.save(), tuple(self._sentences), self._identity())
 
     def restore(self, state: SavedState) -> None:
         """Go back, or over, to a state of this scene.
 
         Raises:
             TypeError: The state is not one that was saved.
+            TissueError: It is one of another scene, or of other values.
         """
         if not isinstance(state, SavedState):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise TypeError(f"restore takes what save returned, not {type(state).__name__}")
+        self._check(state)
         self._snapshot = None
         self._sentences = list(state.sentences)
         self._run.restore(state.run)
+
+    def _identity(self) -> tuple[str, str]:
+        """Return the digest of the compiled scene, and what it is called."""
+        if self._scene is None:
+            request, imports = self._request, self.compiled.scene.imports
+            texts = [request.source.text, *(one.text for one in imports), *request.overrides]
+            values = "".join(f" with {given}" for given in request.overrides)
+            digest = scene_digest("\0".join(texts), self.network)
+            self._scene = digest, f'"{request.source.name}"{values}'
+        return self._scene
+
+    def _check(self, state: SavedState) -> None:
+        """Check that a state is of this scene; TissueError."""
+        digest, called = self._identity()
+        if state.scene[0] != digest:
+            raise TissueError(
+                f"the state was saved by a run of {state.scene[1]}, and this is a run of "
+                f"{called}; restore it in a run of the same text with the same values"
+            )
 
     def fork(self) -> Self:
         """Return another run that is where this one is, and writes no result."""

@@ -116,6 +116,11 @@ class TextReader:
         compiled, scene = self._compiled, self._compiled.scene
         items = parse(Source(ORDERED, text), has_heading=False).items
         with self._reporting():
+            if len(items) > 1:  # of which the others would have times of their own
+                self._findings.reject(
+                    "TIS100", "only one sentence can be ordered at once", items[1].span,
+                    hint="order each sentence by itself, without a time",
+                )  # fmt: skip
             # A new reader: one knows sentences by where they are in memory.
             script = ScriptReader(
                 compiled.groups, scene.tools, self._conditions, self._scope,

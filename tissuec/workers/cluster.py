@@ -80,6 +80,8 @@ class Cluster:
 
     def _pass(self, ended: Future[Any], outer: Future[Any]) -> None:
         """Give what became of a call to who waits for it, in words of ours."""
+        if not outer.set_running_or_notify_cancel():
+            return  # nobody waits for it any more
         if ended.cancelled():
             outer.set_exception(TissueError(_gone(self.address)))
             return
