@@ -236,7 +236,7 @@ def test_json_is_one_document(here, call):
     code, out, err = call(Learner(), "scene.tis", "--json")
     document = json.loads(out)
     assert code == 0 and err == ""
-    assert document["ok"] and document["lesson"] == "gum" and document["identified"]
+    assert document["ok"] and document["learn"] == "gum" and document["identified"]
     assert document["written"] == ["learned/gum.tis"]
     assert document["estimates"][0]["start"] == [40.0]
 

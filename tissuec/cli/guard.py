@@ -53,6 +53,8 @@ def _judged(error: BaseException) -> tuple[int, str]:
             return WRONG_TEXT, str(error)
         case MemoryError():
             return STOPPED, "there is not enough memory for this scene"
+        case OSError() if "libllvmlite" in str(error):
+            return STOPPED, "llvmlite cannot be loaded: there is not enough memory for it"
         case OSError() if error.strerror:
             # What is read says so itself, as an error of the text or of the result.
             file = "the output" if error.filename is None else f'"{error.filename}"'

@@ -125,7 +125,7 @@ def command(
             task = _Task(compiled, fit_problem, request, crew)
             code, document = _carry_out(task, wishes, settings)
             codes.append(code)
-            facts = {"scene": str(scene), "lesson": fit_problem.name, "ok": code == DONE}
+            facts = {"scene": str(scene), "learn": fit_problem.name, "ok": code == DONE}
             documents.append(facts | {"diagnostics": as_json(warnings)} | document)
             if code > SIGNALLED:
                 break

@@ -14,7 +14,7 @@ from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
 from tissuec.core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, VELOCITY, show
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.stability import damping_radius, spectral_radius
+from tissuec.engine.stability import damping_radius, damping_ratio, spectral_radius
 from tissuec.matter.breaking import breaking_strains
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import rests_pressed
@@ -217,7 +217,7 @@ def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
         return
     state = state_at_start(compiled)
     omega = spectral_radius(state)
-    zeta = damping_radius(state) / (2.0 * omega) if omega else 0.0
+    zeta = damping_ratio(omega, damping_radius(state))
     limit = INTEGRATORS[simulation.integrator].stability_limit(omega, zeta)
     if simulation.step > limit:
         yield Diagnostic(

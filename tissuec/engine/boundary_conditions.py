@@ -72,7 +72,7 @@ def longest_step(
 
 
 def _feature(profile: TimeProfile, time: float) -> float:
-    """Return the length of a course's shortest feature at a time [s]."""
+    """Return the length of the shortest feature of a profile at a time [s]."""
     if profile.start < time < profile.stop:
         if profile.kind == "sine" and profile.frequency:
             return 1.0 / abs(profile.frequency)

@@ -18,6 +18,7 @@ from tissuec.engine.method import Method
 from tissuec.engine.stability import (
     SumsAtNodes,
     damping_radius,
+    damping_ratio,
     may_be_overdamped,
     spectral_radius,
     sums_at_nodes,
@@ -60,7 +61,7 @@ def measured_facts(state: State) -> dict[str, float]:
     return {
         "omega": omega,
         "damping": damping,
-        "zeta": damping / (2.0 * omega) if omega else 0.0,
+        "zeta": damping_ratio(omega, damping),
     }
 
 

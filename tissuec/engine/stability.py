@@ -20,6 +20,7 @@ from tissuec.model.network import Floats
 MARGIN = 1.05  # an iteration that stops early lies a little low
 LEAST_ROUNDS, ROUNDS = 5, 50
 CLOSE = 5e-3  # growth of the eigenvalue in a round, as a part of it, that ends the iteration
+MOST_DAMPED = 1e100  # damping ratio: above, nothing changes but that squares overflow
 NOTHING = 1e-12  # of an image, as a part of the eigenvalue, that is rounding only
 
 
@@ -120,8 +121,18 @@ def may_be_overdamped(state: State, sums: SumsAtNodes, ratio: float) -> bool:
 def verlet_limit(state: State) -> float:
     """Return the largest stable step of velocity Verlet [s]."""
     omega = spectral_radius(state)
-    zeta = damping_radius(state) / (2.0 * omega) if omega else 0.0
-    return VelocityVerlet.stability_limit(omega, zeta)
+    return VelocityVerlet.stability_limit(omega, damping_ratio(omega, damping_radius(state)))
+
+
+def damping_ratio(omega: float, damping: float) -> float:
+    """Return the damping ratio ζ = λ / 2ω, dimensionless; at most so much that squares exist.
+
+    Args:
+        omega: ω [1/s].
+        damping: λ [1/s].
+    """
+    ratio = damping / (2.0 * omega) if omega else 0.0
+    return ratio if ratio < MOST_DAMPED else MOST_DAMPED  # which includes what is no number
 
 
 def _root(state: State) -> Floats:
@@ -145,21 +156,22 @@ def _largest(parts: Sequence[Resisting], root: Floats) -> float:
     last, size, value = np.zeros_like(z), sqrt(_inner(z, z)), 0.0
     diagonal: list[float] = []
     beside: list[float] = []
-    while size > NOTHING * value and len(diagonal) < ROUNDS:
-        z /= size
-        moved, image = z * root, np.zeros_like(z)
-        for resist in parts:
-            resist(moved, image)
-        image *= root
-        diagonal.append(_inner(z, image))
-        image -= diagonal[-1] * z
-        if beside:
-            image -= beside[-1] * last
-        before, value = value, _top(diagonal, beside)
-        if len(diagonal) > LEAST_ROUNDS and value - before < CLOSE * value:
-            break
-        last, z, size = z, image, sqrt(_inner(image, image))
-        beside.append(size)
+    with np.errstate(all="ignore"):  # of resistances that are infinite
+        while size > NOTHING * value and len(diagonal) < ROUNDS:
+            z /= size
+            moved, image = z * root, np.zeros_like(z)
+            for resist in parts:
+                resist(moved, image)
+            image *= root
+            diagonal.append(_inner(z, image))
+            image -= diagonal[-1] * z
+            if beside:
+                image -= beside[-1] * last
+            before, value = value, _top(diagonal, beside)
+            if len(diagonal) > LEAST_ROUNDS and value - before < CLOSE * value:
+                break
+            last, z, size = z, image, sqrt(_inner(image, image))
+            beside.append(size)
     return MARGIN * value
 
 

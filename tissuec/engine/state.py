@@ -235,8 +235,8 @@ def _least_energy(network: Network, floor: float, duration: float) -> float:
     """Return what a displacement too small to measure errors by stores or carries [J]."""
     stored = most_stored(network, floor)
     mass = float(network.mass[: network.body_nodes].sum())
-    carried = 0.5 * mass * (floor / duration) ** 2 if duration else 0.0
-    return max(stored, carried)
+    speed = floor / duration if duration else 0.0
+    return max(stored, 0.5 * mass * speed * speed)  # a power beyond all numbers would raise
 
 
 def most_stored(network: Network, displacement: float) -> float:
@@ -246,14 +246,14 @@ def most_stored(network: Network, displacement: float) -> float:
         network: The network.
         displacement: [m].
     """
-    return 0.5 * float(network.sudden.max(initial=0.0)) * displacement**2
+    return 0.5 * float(network.sudden.max(initial=0.0)) * displacement * displacement
 
 
 def least_pressure(state: State, floor: float) -> float:
     """Return what enclosed volumes store by a displacement too small to measure by [J]."""
     strain = 3.0 * floor / (state.network.extent or 1.0)
     parts = (part.modulus * float(part.drawn.sum()) for part in state.enclosures.values())
-    return 0.5 * sum(parts) * strain**2
+    return 0.5 * sum(parts) * strain * strain
 
 
 def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: float) -> float:

@@ -227,7 +227,8 @@ def _bad_cell(place: Span, column: ColumnSpec) -> Diagnostic:
         return Diagnostic("TIS121", message, place, f"write {_KINDS[column.kind]}")
     if re.fullmatch(r"[+-]?(nan|inf|infinity|[0-9.]+e\+?[0-9]+)", cell, re.IGNORECASE):
         hint = 'write "-" for an unknown number' if column.optional else ""
-        return Diagnostic("TIS122", f"{shown(cell)} is not a finite number", place, hint)
+        wanted = "a finite number" if column.kind == "number" else "a whole number that fits"
+        return Diagnostic("TIS122", f"{shown(cell)} is not {wanted}", place, hint)
     hint: str = f'the column "{column.name}" contains {_KINDS[column.kind]} in each row'
     if "," in cell:
         pointed = cell.replace(",", ".")

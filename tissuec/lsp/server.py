@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from lsprotocol import types as lsp
-from pygls.exceptions import JsonRpcInvalidParams
 
 from tissuec.core.errors import TissueError
 from tissuec.lsp import completion, navigation
@@ -64,7 +63,8 @@ def _bound(server: Session, answer: Callable[[Session, Any], T]) -> Callable[[An
         try:
             return answer(server, parameters)
         except TissueError as error:
-            raise JsonRpcInvalidParams(str(error)) from None
+            server.window_show_message(lsp.ShowMessageParams(lsp.MessageType.Info, str(error)))
+            return None
         except Exception:
             _log.exception("%s failed", answer.__name__)
             return None

@@ -33,7 +33,6 @@ NAMED = (
     "learn",
     "study",
 )
-#: Blocks that stand once in a scene.
 #: What a vocabulary is made of; the first of these says most about what it is.
 VOCABULARY = ("quantity", "property", "rules", "hedge")
 SINGLE = ("environment", "script", "simulate", "output")

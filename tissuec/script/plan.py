@@ -24,9 +24,9 @@ if TYPE_CHECKING:  # annotations only: scenes without them load faster
 AUTOMATIC = "automatic"
 """The integrator is chosen by facts measured of the scene."""
 
+#: The integrator that is none: the net is in equilibrium all the time.
 RELAXATION = "relaxation"
 DEFAULT_TOLERANCE = 1e-4  # of errors of positions, relative to the largest displacement
-"""The integrator that is none: the net is in equilibrium all the time."""
 
 
 class Simulation(Struct, frozen=True):

@@ -52,7 +52,7 @@ class ReferenceRun:
         self.method, self.rtol = method, rtol
         self.duration = plan.simulation.duration
         self.state = plan.start(network)
-        self.calendar = ReferenceQueue(plan.events, SAME * self.duration)
+        self.queue = ReferenceQueue(plan.events, SAME * self.duration)
         self.waiting = list(range(len(plan.triggers)))
         self.work = self.lost = self.switched = self.initial = 0.0
         self.ruptured = np.zeros(network.spring_count, dtype=bool)
@@ -68,7 +68,7 @@ class ReferenceRun:
         self._happen(_NOTHING, [])
         self.initial, self.switched = standing_energy(state), 0.0
         while state.time < stop:
-            until = min(self.calendar.next, stop)
+            until = min(self.queue.next, stop)
             equations = Equations(state, until)
             ending = self._at_once(equations) or self._stretch(equations, until, tell)
             self._happen(ending.broken, ending.fired)
@@ -216,18 +216,18 @@ class ReferenceRun:
             for trigger in fired:
                 self.waiting.remove(trigger)
                 self.firings.append(TriggerFiring(self.state.time, trigger))
-                self.calendar.script(self.plan.triggers[trigger].events, self.state.time)
+                self.queue.script(self.plan.triggers[trigger].events, self.state.time)
             fired = []
             self._carry_out()
         self.switched += standing_energy(self.state) - before
 
     def _carry_out(self) -> None:
-        for action in self.calendar.due(self.state.time):
+        for action in self.queue.due(self.state.time):
             if isinstance(action, Settle):
                 self.state.place_held()
                 rest(self.state, action.chosen(self.state))
             else:
-                action.apply(self.state, self.calendar)
+                action.apply(self.state, self.queue)
         self.state.place_held()
         self.state.let_leak()
 

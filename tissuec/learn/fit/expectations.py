@@ -19,7 +19,7 @@ class DemandVerdict(NamedTuple):
 
 
 def judged(learnt: Learnt) -> list[DemandVerdict]:
-    """Return a verdict on each ``expect error(…)`` of the fit_problem."""
+    """Return a verdict on each ``expect error(…)`` of a learn block."""
     errors = errors_of(learnt.fitted)
     return [
         DemandVerdict(demand, demand.holds(errors), demand.describe(errors))

@@ -75,7 +75,7 @@ class _Composer:
         self.scene, self.target, self.words, self.comments = scene, target, words, comments
         self.drafts = drafts_of(learnt, scene)
         self.about = _about(learnt)
-        self.scribe = TissueWriter(scene, self.about)
+        self.writer = TissueWriter(scene, self.about)
         self.known = {one.code for one in warnings_of(scene, {})}
         self.problem: tuple[Diagnostic, ...] | str = ""
 
@@ -128,7 +128,7 @@ class _Composer:
             uses |= dict.fromkeys(needed)
         lines = ["language 1", f'about "{self.about}"', *uses, "", *self.comments]
         for draft in drafts:
-            lines += ["", *self.scribe.block(draft, forms[draft.name])]
+            lines += ["", *self.writer.block(draft, forms[draft.name])]
         source = Source(self.target.name, "\n".join([*lines, ""]), self.target)
         try:
             return format_source(source)

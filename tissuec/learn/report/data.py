@@ -17,7 +17,7 @@ def as_dict(learnt: Learnt, moved: Sequence[Drift] = ()) -> dict[str, Any]:
         moved: How far words moved, where any did.
     """
     return {
-        "lesson": learnt.fit_problem.name,
+        "learn": learnt.fit_problem.name,
         "converged": learnt.converged,
         "reason": learnt.reason,
         "identified": is_identified(learnt),

@@ -105,7 +105,7 @@ def read(data: bytes, path: Path) -> RawMesh:
         raise FormatError("the file is empty")
     looks = looks_like(data)
     try:
-        return FORMATS[suffix](data, path)
+        return _read(FORMATS[suffix], data, path)
     except FormatError as error:
         if looks and looks != suffix:
             begin = data.lstrip()[:12].split(b"\n")[0].decode("ascii", "replace")
@@ -114,6 +114,14 @@ def read(data: bytes, path: Path) -> RawMesh:
                 f'it looks like {looks}: rename it to "{path.with_suffix(looks).name}"',
             ) from error
         raise
+
+
+def _read(reader: Reader, data: bytes, path: Path) -> RawMesh:
+    try:
+        with np.errstate(over="raise", invalid="raise"):
+            return reader(data, path)
+    except (OverflowError, FloatingPointError):
+        raise FormatError("one of its whole numbers is too large for an index") from None
 
 
 def looks_like(data: bytes) -> str:

@@ -85,7 +85,7 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
 
     @classmethod
     def of(cls, state: State) -> "Snapshot":
-        """Return the snapshot of a situation's own state, with nothing ruptured or pinned."""
+        """Return the snapshot of a state, with nothing ruptured or pinned."""
         none = np.zeros(state.network.spring_count, dtype=bool)
         return cls(state, state.time, state.position, state.velocity, none)
 

@@ -135,21 +135,21 @@ class Painter:
         moment = InterpolatedFrame.of(self.film, at)
         self.camera = self._following(at)
         raster = Raster(self.size, rgb(palette.PAPER))
-        for soup in self._solid(moment):
-            self._rasterise(raster, soup, hides=True)
+        for shapes in self._solid(moment):
+            self._rasterise(raster, shapes, hides=True)
         planes = (solid for solid in self.film.solids if solid.kind == "plane")
-        for soup in (self._plane(moment, one) for one in planes):
-            self._rasterise(raster, soup, hides=False)
+        for shapes in (self._plane(moment, one) for one in planes):
+            self._rasterise(raster, shapes, hides=False)
         return raster.pixels()
 
-    def _rasterise(self, raster: "Raster", soup: ProjectedTriangles, *, hides: bool) -> None:
-        depth = self.camera.distance - soup.corners[..., 2]
+    def _rasterise(self, raster: "Raster", shapes: ProjectedTriangles, *, hides: bool) -> None:
+        depth = self.camera.distance - shapes.corners[..., 2]
         ahead = (depth > 0.02 * self.camera.distance).all(axis=1)
         scale = self.size[1] / 2.0 / half_height(self.camera.aspect)
         depth = depth[ahead][..., None]
-        flat = np.array(self.size) / 2.0 + scale * soup.corners[ahead, :, :2] / depth
+        flat = np.array(self.size) / 2.0 + scale * shapes.corners[ahead, :, :2] / depth
         corners = np.concatenate([flat, 1.0 / depth], axis=2)
-        raster.draw(corners, soup.colour[ahead], soup.opacity[ahead], hides=hides)
+        raster.draw(corners, shapes.colour[ahead], shapes.opacity[ahead], hides=hides)
 
     def _following(self, at: float) -> Camera:
         """Return the camera, which follows where the film asks for that."""
