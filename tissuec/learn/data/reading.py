@@ -27,7 +27,7 @@ def read_experiment(data: Data, fit_problem: FitProblem, network: Network) -> Ex
     A file is a table as text, a result of tissuec or an H5MD file, whatever it is called.
 
     Args:
-        data: One of those of the learn block.
+        data: One of those of ``fit_problem``, the learn block.
         network: Of the scene as it is set for this experiment.
 
     Raises:
