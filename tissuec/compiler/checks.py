@@ -17,7 +17,8 @@ from tissuec.compiler.net_checks import (
     unstable_step,
     zero_lengths,
 )
-from tissuec.compiler.thread_checks import passing_threads
+from tissuec.compiler.start_checks import costly, out_of_balance
+from tissuec.compiler.thread_checks import passing_threads, passing_tools
 from tissuec.compiler.unusual_sizes import unusual_sizes
 from tissuec.compiler.usage_checks import (
     buried_openings,
@@ -64,6 +65,9 @@ CHECKS: tuple[Check, ...] = (
     buried_openings,
     cuts_in_vain,
     passing_threads,
+    passing_tools,
     unusual_sizes,
+    out_of_balance,
+    costly,
 )
 THOROUGH: tuple[Check, ...] = (late_breaking, floppy, unstable)

@@ -47,6 +47,7 @@ from tissuec.script.fit_problem import FitProblem
 from tissuec.script.plan import RELAXATION, Expectation, Plan, ScheduledAction, Simulation
 from tissuec.script.verbs import Demanding, Group, may_break
 from tissuec.script.verbs.preserve import Preserve
+from tissuec.script.verbs.settle import Settle
 from tissuec.script.verbs.tie import Tie
 
 ARRAYS = ("mass", "stiffness", "damping", "rest", "strength", "crush")
@@ -413,7 +414,8 @@ def _plan(
     contact = None
     with findings.item():
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
-        contact = contact_of(network, tools, scene.environment, findings)
+        settles = any(e.time == 0.0 and isinstance(e.action, Settle) for e in script.events)
+        contact = contact_of(network, tools, scene.environment, findings, settles=settles)
     forces: tuple[Imposed, ...] = ()
     if scene.forces and is_whole:
         from tissuec.compiler.forces import imposed_forces  # where there are any

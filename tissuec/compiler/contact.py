@@ -91,9 +91,18 @@ class Faces(Struct, frozen=True, eq=False):
 
 
 def contact_of(
-    network: Network, tools: Sequence[Tool], environment: Environment, findings: Findings
-) -> "Contact | None":
-    """Return the contact of a scene, None if there is none."""
+    network: Network, tools: Sequence[Tool], environment: Environment, findings: Findings,
+    *, settles: bool = False,
+) -> "Contact | None":  # fmt: skip
+    """Return the contact of a scene, None if there is none.
+
+    Args:
+        network: The network.
+        tools: Those that may touch.
+        environment: Of the scene.
+        findings: Takes diagnostics.
+        settles: Whether the scene settles at 0 s, so that what overlaps comes to rest.
+    """
     law, nodes = environment.contact, np.arange(network.body_nodes)
     if law is None:
         return None
@@ -140,7 +149,8 @@ def contact_of(
         rate=sqrt(hardness / mass),
         span=environment.span,
     )
-    _warn_of_drawn_touches(contact, network, findings)
+    if not settles:
+        _warn_of_drawn_touches(contact, network, findings)
     return contact
 
 
@@ -259,7 +269,8 @@ def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findi
             f"{counted(len(np.unique(pairs.node)), 'node')} "
             f"by up to {deepest} and are pushed apart at once",
             contact.span,
-            hint=f"draw {_further_apart(contact, network, pairs)}",
+            hint=f"draw {_further_apart(contact, network, pairs)}, or let the net settle "
+            '("at 0 s: settle")',
         )
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.start_checks import FALLS, falling
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
@@ -92,6 +93,8 @@ def floppy(
             continue
         reason = "it can deform without stretching any spring"
         hint = "add diagonals or interior springs, a larger reach of the lattice, or prestress"
+        if body.name in {part.name for part in falling(compiled)}:
+            hint = f"{FALLS.format(body.name)}; {hint}"
         slack = stiffness[springs] == 0.0
         if slack.any():
             stiff = np.where(slack, stiffness[springs].max(initial=1.0), stiffness[springs])

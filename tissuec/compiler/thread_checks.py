@@ -1,4 +1,4 @@
-"""Checks of threads: bodies that a thread passes through as drawn."""
+"""Checks of threads and tools: bodies that they can pass through."""
 
 from collections.abc import Iterator
 from math import ceil
@@ -12,10 +12,12 @@ from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import LENGTH, show
+from tissuec.core.vectors import cross, norm
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
-from tissuec.model.network import BodyPart, Floats, Network
+from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.scene.schema import missing
+from tissuec.script.verbs import Shifting, follows
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
@@ -40,6 +42,57 @@ def passing_threads(compiled: "Compiled") -> Iterator[Diagnostic]:
                 gap, hint = found
                 text = f"{body.name} can pass between the nodes of {other.name}: {gap}"
                 yield Diagnostic("W411", text, body.span, hint)
+
+
+def passing_tools(compiled: "Compiled") -> Iterator[Diagnostic]:
+    """W411: a tool that is so thin that it can pass between the nodes of a body it reaches.
+
+    A ball passes through a triangle of nodes whose circumscribed circle is larger than it; so
+    does the end of a capsule.
+    """
+    network, contact = compiled.network, compiled.plan.contact
+    if contact is None:
+        return
+    for tool in network.tools:
+        radii = [shape.radius for shape in tool.shapes if shape.kind == "capsule"]
+        bodies = [body for body in network.bodies if body.thread is None] if radii else []
+        for body in bodies:
+            corners = network.skin_of(body)
+            if not len(corners) or not _reaches(compiled, tool, body, max(radii)):
+                continue
+            gap = _middle(_circles(network.position[corners]))
+            if gap > min(radii):
+                yield Diagnostic(
+                    "W411",
+                    f"{tool.name} can pass between the nodes of {body.name}: a thickness of "
+                    f"{show(2.0 * min(radii), LENGTH)} meets gaps of {show(2.0 * gap, LENGTH)}",
+                    tool.span,
+                    "use smaller cells or triangles, or a thicker tool",
+                )
+
+
+def _reaches(compiled: "Compiled", tool: ToolPart, body: BodyPart, radius: float) -> bool:
+    """Return whether a tool comes near a body by all that the script moves it."""
+    plan, network = compiled.plan, compiled.network
+    events = [*plan.events, *(e for trigger in plan.triggers for e in trigger.events)]
+    ways = (
+        action.shift
+        for action in (event.action for event in events)
+        if follows(action, Shifting)
+    )
+    reach = radius + sum(ways)
+    low, high = _box(network, body)
+    own = network.position[tool.nodes]
+    return bool(
+        np.all(own.min(axis=0) - reach <= high) and np.all(low <= own.max(axis=0) + reach)
+    )
+
+
+def _circles(corners: Floats) -> Floats:
+    """Return the radii of the circles around triangles [m], from shape (triangle, 3, 3)."""
+    sides = norm(corners - np.roll(corners, 1, axis=1))
+    area = norm(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    return sides.prod(axis=1) / (2.0 * np.maximum(area, np.finfo(float).tiny))
 
 
 def _are_close(network: Network, thread: BodyPart, other: BodyPart) -> bool:
@@ -76,8 +129,8 @@ def _gap(compiled: "Compiled", body: BodyPart, other: BodyPart) -> tuple[str, st
     network, thread = compiled.network, body.thread
     assert thread is not None
     corners = network.skin_of(other)
-    sides = np.stack([corners, np.roll(corners, 1, axis=1)], axis=-1).reshape(-1, 2)
-    edge = _middle(_lengths(network, sides if len(corners) else network.ends[other.springs]))
+    springs = network.ends[other.springs]
+    edge = _middle(_sides(network, corners) if len(corners) else _lengths(network, springs))
     if edge <= 2.0 * thread.radius:
         return None
     if not len(corners):
@@ -94,6 +147,12 @@ def _gap(compiled: "Compiled", body: BodyPart, other: BodyPart) -> tuple[str, st
 def _lengths(network: Network, ends: NDArray[np.integer[Any]]) -> Floats:
     first, second = network.position[ends[:, 0]], network.position[ends[:, 1]]
     return np.linalg.norm(second - first, axis=1)
+
+
+def _sides(network: Network, corners: Indices) -> Floats:
+    """Return the lengths of the sides of triangles [m], shape (side,)."""
+    sides = np.stack([corners, np.roll(corners, 1, axis=1)], axis=-1).reshape(-1, 2)
+    return _lengths(network, sides)
 
 
 def _middle(lengths: Floats) -> float:

@@ -10,12 +10,16 @@ disagree: these points are decided by the solid angle of all triangles (van Oost
 Strackee, IEEE Trans. Biomed. Eng. 30:125, 1983).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
 from tissuec.geometry.edges import Floats, Indices
+from tissuec.geometry.nearest import TRIANGLE, places
 
+_TOUCHING = 1e-6  # of the size of a patch: a corner so close to a surface lies in it
 _AT_ONCE = 4_000_000  # pairs of a point and a triangle that are looked at together
 
 
@@ -36,7 +40,24 @@ def inside(points: Floats, position: Floats, triangles: Indices) -> NDArray[np.b
     return result
 
 
-def depths(position: Floats, triangles: Indices, patch: Indices, which: Indices) -> Indices:
+class Overlap(NamedTuple):
+    """A closed patch of a surface that lies partly inside another.
+
+    Attributes:
+        patch, other: Numbers of both.
+        inside: How many corners of the patch lie inside the other one.
+        corners: How many it has.
+    """
+
+    patch: int
+    other: int
+    inside: int
+    corners: int
+
+
+def depths(
+    position: Floats, triangles: Indices, patch: Indices, which: Indices
+) -> tuple[Indices, Overlap | None]:
     """Return how many other closed patches enclose each patch of a surface.
 
     Args:
@@ -44,13 +65,58 @@ def depths(position: Floats, triangles: Indices, patch: Indices, which: Indices)
         triangles: Of closed patches that face outwards, each by itself, shape (triangle, 3).
         patch: Number of the patch of each triangle, shape (triangle,).
         which: The patches of interest, ascending, shape (patch,).
+
+    Returns:
+        The numbers, shape (patch,), and the first patch that lies partly inside another one,
+        None if each lies inside or outside of others as a whole.
     """
-    first = np.searchsorted(np.sort(patch), which)
-    probes = position[triangles[np.argsort(patch, kind="stable")[first], 0]]
+    size = len(position)
+    own, node = np.divmod(np.unique((patch[:, None] * size + triangles).ravel()), size)
+    probes = position[node]
     along = [
-        _winding(probes, position, triangles, axis, apart=(which, patch)) for axis in range(3)
+        _winding(probes, position, triangles, axis, apart=(own, patch)) for axis in range(3)
     ]
-    return np.median(along, axis=0).astype(np.int64)
+    deep = np.median(along, axis=0).astype(np.int64)
+    first, last = (np.searchsorted(own, which, side=side) for side in ("left", "right"))
+    for number, start, stop in zip(which.tolist(), first, last, strict=True):
+        if np.ptp(deep[start:stop]):
+            overlap = _overlap(position, triangles, patch, number, node[start:stop])
+            if overlap is not None:
+                return deep[first], overlap
+    # A corner in the surface of another patch is neither inside nor outside; most others are.
+    middle = [int(np.median(deep[i:j])) for i, j in zip(first, last, strict=True)]
+    return np.array(middle, dtype=np.int64), None
+
+
+def _overlap(
+    position: Floats, triangles: Indices, patch: Indices, number: int, corners: Indices
+) -> Overlap | None:
+    """Return which other patch a patch lies partly inside of; None if it only touches others.
+
+    Args:
+        position, triangles, patch: As of ``depths``.
+        number: Of the patch.
+        corners: Its nodes, shape (corner,).
+    """
+    points = position[corners]
+    for other in np.unique(patch[patch != number]).tolist():
+        faces = triangles[patch == other]
+        within = np.flatnonzero(inside(points, position, faces))
+        if not len(within) or len(within) == len(points):
+            continue
+        depth = [_distance(point, position[faces]) for point in points[within]]
+        deep = int(np.count_nonzero(np.array(depth) > _TOUCHING * np.ptp(points, axis=0).max()))
+        if deep:
+            return Overlap(number, other, deep, len(points))
+    return None
+
+
+def _distance(point: Floats, corners: Floats) -> float:
+    """Return the distance of a point from the nearest of some triangles [m]."""
+    count = len(corners)
+    kinds = np.full(count, TRIANGLE)
+    found = places(np.broadcast_to(point, (count, 3)), kinds, corners, np.zeros(count))
+    return float(-found.depth.max())
 
 
 def winding_numbers(points: Floats, position: Floats, triangles: Indices) -> Floats:

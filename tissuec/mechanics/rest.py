@@ -45,6 +45,22 @@ def rests_pressed(state: State) -> bool:
     return bool(energy.kinetic <= AT_REST * energy.elastic)
 
 
+def pulls(state: State) -> tuple[Floats, Floats]:
+    """Return tensions of springs, and their sums at nodes, where nothing moves.
+
+    Args:
+        state: With held nodes where they belong; not changed.
+
+    Returns:
+        Tensions [N], shape (spring,), and forces on all nodes [N], shape (node, 3).
+    """
+    still = np.zeros_like(state.velocity)
+    length = observables.lengths(state.network.ends, state.position)
+    tension, force = _still_tension(state, length, still), np.zeros_like(still)
+    _add_pulls(state, length, tension, force)
+    return tension, force
+
+
 def _still_tension(state: State, length: Floats, still: Floats) -> Floats:
     """Return tensions where nothing moves [N], shape (spring,).
 

@@ -12,7 +12,7 @@ pyramids, prisms and hexahedra into tetrahedra, 8th Int. Meshing Roundtable, 195
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 from msgspec import Struct, field
@@ -23,7 +23,7 @@ from tissuec.core import units
 from tissuec.core.errors import counted
 from tissuec.core.hints import alternatives
 from tissuec.geometry.edges import Edges, Floats, Indices
-from tissuec.geometry.inside import depths
+from tissuec.geometry.inside import Overlap, depths
 from tissuec.geometry.polygons import CrossingError, triangles_of
 from tissuec.meshes.formats import FormatError, MeshCells, RawMesh
 from tissuec.model.topology import pieces
@@ -531,9 +531,29 @@ def _wrong_way(
     if len(closed) > 1:
         outwards = _turn(triangles, wrong[patch])
         used = np.isin(patch, closed)
-        deep = depths(position, outwards[used], patch[used], closed)
+        deep, overlap = depths(position, outwards[used], patch[used], closed)
+        if overlap is not None:
+            _refuse_overlap(position, triangles, patch, overlap)
         wrong[closed] ^= deep % 2 == 1
     return wrong[patch]
+
+
+def _refuse_overlap(
+    position: Floats, triangles: Indices, patch: Indices, overlap: Overlap
+) -> NoReturn:
+    """Reject two closed shells one of which lies partly inside the other."""
+
+    def shell(number: int) -> str:
+        faces = triangles[patch == number]
+        middle = position[np.unique(faces)].mean(axis=0)
+        return f"the shell of {counted(len(faces), 'triangle')} around {place(middle)}"
+
+    raise FormatError(
+        f"{shell(overlap.patch)} intersects {shell(overlap.other)}: {overlap.inside} of its "
+        f"{counted(overlap.corners, 'corner')} lie inside",
+        "unite them in a mesh program, or draw them apart; only a shell that lies inside of "
+        "another with all corners is a cavity",
+    )
 
 
 def place(point: NDArray[Any]) -> str:

@@ -1,0 +1,158 @@
+"""Checks of how a scene starts: bodies that fall, prestress out of balance, and the cost."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.initial_state import state_at_start
+from tissuec.core.errors import Diagnostic, Note, counted
+from tissuec.core.units import FORCE, STIFFNESS, show
+from tissuec.core.vectors import norm
+from tissuec.mechanics.observables import lengths
+from tissuec.mechanics.rest import AT_REST, pulls
+from tissuec.model.network import BodyPart, Indices
+from tissuec.model.topology import pieces
+from tissuec.script.plan import RELAXATION, ScheduledAction
+from tissuec.script.verbs import Shifting, follows
+from tissuec.script.verbs.holding import Driven, Fixed, Holding, Taken
+from tissuec.script.verbs.push import Push
+from tissuec.script.verbs.settle import Settle
+
+UNSTRETCHED = ("none", "table")  # how rest lengths are given without prestress
+#: What to write about a body that ``falling`` yields.
+FALLS = "nothing holds {}, so that it falls: write in the script what does, such as at 0 s: fix"
+LONG = 60.0  # [s]: a run that takes longer is announced
+# [s] for a spring in a step at the limit of stability: less than docs/numerics.md measures.
+SPRING = 2e-9
+_MOST_AT_A_NODE = 20  # springs as stiff as the stiffest
+
+
+def settles_at_start(compiled: Compiled) -> bool:
+    """Return whether the script settles the net at 0 s."""
+    events = compiled.plan.events
+    return any(event.time == 0.0 and isinstance(event.action, Settle) for event in events)
+
+
+def out_of_balance(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W309: prestress that moves a net at 0 s.
+
+    Weight is left out: a body that is let go sags, as everybody expects. So are rest lengths of
+    tables, which are typed in to make a net swing, and scenes in which nothing moves until some
+    time later: they wait for the net to come to rest.
+    """
+    network = compiled.network
+    origins = network.provenance["rest"].origins
+    if all(origin.how in UNSTRETCHED for origin in origins):
+        return
+    if settles_at_start(compiled) or compiled.plan.simulation.integrator == RELAXATION:
+        return
+    if _waits(compiled.plan.events):
+        return
+    given = np.array([origin.how not in UNSTRETCHED for origin in origins])
+    drawn = lengths(network.ends, network.position)
+    is_stressed = given[network.provenance["rest"].index] & (network.rest != drawn)
+    if not is_stressed.any():
+        return
+    state = state_at_start(compiled)
+    if not state.held.any():  # what is free contracts, and nobody feels its prestress
+        return
+    tension, force = pulls(state)
+    force[state.held] = 0.0
+    each = norm(force)
+    node = int(each.argmax())
+    if each[node] <= AT_REST * np.abs(tension).max(initial=0.0):
+        return
+    if not is_stressed[(network.ends == node).any(axis=1)].any():  # typed in to swing
+        return
+    body = next(body for body in network.bodies if node < body.nodes.stop)
+    yield Diagnostic(
+        "W309",
+        f"{body.name} is not in equilibrium at 0 s: prestress pulls with up to "
+        f"{show(float(each[node]), FORCE)} at node {network.node_ids[node]}",
+        body.span,
+        'let it settle (write "at 0 s: settle" after what is fixed there); otherwise forces at '
+        "the start are those of its first motion",
+    )
+
+
+def _waits(events: Sequence[ScheduledAction]) -> bool:
+    """Return whether nothing but holding happens at 0 s, and something happens later."""
+    acts = (
+        isinstance(e.action, Push) or follows(e.action, Shifting) for e in events if not e.time
+    )
+    return any(event.time > 0.0 for event in events) and not any(acts)
+
+
+def falling(compiled: Compiled) -> Iterator[BodyPart]:
+    """Yield the bodies with springs that nothing holds under gravity.
+
+    None in scenes with contact or force blocks, which may hold them, and none that is thrown.
+    """
+    network, plan = compiled.network, compiled.plan
+    if not np.any(plan.gravity) or plan.contact is not None or plan.forces:
+        return
+    is_held = np.zeros(network.node_count, dtype=bool)
+    for event in (*plan.events, *(e for trigger in plan.triggers for e in trigger.events)):
+        is_held[_held_by(event)] = True
+    piece = pieces(network.node_count, network.ends)
+    carried = np.isin(piece, piece[is_held])
+    for body in network.bodies:
+        is_net = body.springs.start < body.springs.stop
+        if is_net and not carried[body.nodes].any() and not network.velocity[body.nodes].any():
+            yield body
+
+
+def _held_by(event: ScheduledAction) -> Indices:
+    """Return the nodes that an action holds, drives or pushes, shape (n,)."""
+    none = np.zeros(0, dtype=np.int64)
+    action = event.action
+    if isinstance(action, Push):
+        return action.group.indices
+    if not follows(action, Holding):
+        return none
+    match action.holding():
+        case Fixed(nodes) | Taken(_, nodes):
+            return nodes
+        case Driven(mover, _):
+            return mover.nodes if mover.nodes is not None else none
+        case _:
+            return none
+
+
+def costly(compiled: Compiled) -> Iterator[Diagnostic]:
+    """W413: a run of more than a minute, with the tissue that causes it."""
+    network, simulation = compiled.network, compiled.plan.simulation
+    if simulation.integrator == RELAXATION or not network.spring_count:
+        return
+    # No frequency is above this bound, and most are not far below it.
+    share = network.sudden / network.mass[network.ends].T
+    stiffest = share.max(axis=0)
+    omega = np.sqrt(2.0 * _MOST_AT_A_NODE * float(stiffest.max()))
+    if simulation.duration * omega * network.spring_count * SPRING < LONG:
+        return
+    from tissuec.compiler.prediction import predict  # where it may be long
+
+    expected = predict(compiled)
+    if not expected.seconds > LONG:
+        return
+    spring = int(stiffest.argmax())
+    owner, origin = network.owner(spring), network.provenance["stiffness"][spring]
+    yield Diagnostic(
+        "W413",
+        f"the run takes about {_minutes(expected.seconds)} at the steps that it needs, "
+        f"mainly for spring {network.spring_ids[spring]} of {owner.name} with "
+        f"{show(float(network.sudden[spring]), STIFFNESS)}",
+        owner.span,
+        "use softer tissue or larger cells there, a wall with a thickness for a thin stiff "
+        "layer, a shorter duration, or settle for equilibria",
+        (Note("the stiffness", origin.span),),
+    )
+
+
+def _minutes(seconds: float) -> str:
+    """Return a duration in words, with the unit that suits it."""
+    for size, unit in ((86400.0, "day"), (3600.0, "hour")):
+        if seconds >= size:
+            return counted(round(seconds / size), unit)
+    return counted(round(seconds / 60.0), "minute")
