@@ -107,12 +107,8 @@ def contact_of(
     if law is None:
         return None
     parts = [_of_tools(network, tools), _of_threads(network), _of_skins(network, law)]
-    faces = Faces(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in Faces.__struct_fields__
-        )
-    )
+    columns = ([getattr(part, name) for part in parts] for name in Faces.__struct_fields__)
+    faces = Faces(*map(np.concatenate, columns))
     if not len(faces.kind):
         _warn_of_nothing_to_touch(environment, findings)
         return None
