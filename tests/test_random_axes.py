@@ -67,7 +67,7 @@ def verdict_of(seed):
     outcome = run(network, plan, recorder, interrupt=lambda: deadline.is_over)
     if outcome.kind != "done":
         return "slow" if outcome.kind == "interrupted" else "refused"
-    if beside.estimate().since is not None:
+    if beside.estimate(outcome.statistics).since is not None:
         return "warned"
     known = find_known(problem, BUDGET)
     if not known.judges:

@@ -32,8 +32,8 @@ def is_told(compiled):
     """Return whether a run says, by its companion, that positions are not known so well."""
     network, plan = compiled.network, compiled.plan
     beside = Companion(network, plan, "inline")
-    run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.take))
-    return beside.estimate().since is not None
+    outcome = run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.take))
+    return beside.estimate(outcome.statistics).since is not None
 
 
 @pytest.mark.parametrize(

@@ -77,9 +77,9 @@ def run(
         progress: Whether to show a line on stderr; or a function to call with the simulated
             time [s] now and then.
         resume: Whether to resume the interrupted run of ``out``.
-        companion: How a run with finer steps estimates the error of positions: in a "process"
-            beside the run, "inline" after it, by the faster of both ("auto"), or not at all
-            ("off"). `Trajectory.promise` is the verdict.
+        companion: How a run with finer steps of another method estimates the error of
+            positions: in a "process" beside the run, "inline" after it, by the faster of both
+            ("auto"), or not at all ("off"). `Trajectory.promise` is the verdict.
         threads: Maximum number of threads for a large net; by default one for each processor,
             or half as many if the companion may use the others. The motion does not change.
         libraries: Further folders to search for what the scene uses.
@@ -93,7 +93,8 @@ def run(
         SimulationError: With ``strict``, the run diverged, could not continue, broke its
             promise, or has doubtful numbers.
         ExpectationError: With ``strict``, an expectation failed.
-        KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed.
+        KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed. If it comes
+            while the error is estimated, the file is complete.
         SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
     """
     from tissuec.pipeline import simulate
@@ -499,12 +500,12 @@ def _complaints(outcome: "Outcome", trajectory: "Trajectory") -> Iterator[Tissue
     """Yield what went otherwise than the scene expects.
 
     Raises:
-        KeyboardInterrupt, SystemExit: The run was interrupted.
+        KeyboardInterrupt, SystemExit: The run or its companion was interrupted.
     """
     from tissuec.engine.execution.signals import exit_code
     from tissuec.results.wording import accuracy, failure
 
-    if outcome.kind == "interrupted":
+    if outcome.kind == "interrupted" or outcome.signal is not None:
         if outcome.signal in (None, signal.SIGINT):
             raise KeyboardInterrupt(outcome.message)
         raise SystemExit(exit_code(outcome.signal))

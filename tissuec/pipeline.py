@@ -29,7 +29,7 @@ from tissuec.scene.request import Request
 from tissuec.scene.resolve import ResolvedProgram, resolve, resolve_words
 
 if TYPE_CHECKING:
-    from tissuec.engine.execution.companion import Companion, ErrorEstimate, Mode
+    from tissuec.engine.execution.companion import ErrorEstimate, Mode
     from tissuec.engine.execution.run import Outcome
 
 
@@ -173,27 +173,15 @@ def simulate(
         with writer:
             recorder = Recorder(network, plan, writer, tap=beside.take)
             outcome = run(
-                network, plan, recorder, progress=_both(progress, beside), interrupt=stop,
+                network, plan, recorder, progress=progress, watch=beside.tick, interrupt=stop,
                 resume=state, threads=threads,
             )  # fmt: skip
             outcome = replace(outcome, wall_time=writer.stop_clock())
-            estimate = beside.estimate(stop) if outcome.kind == "done" else None
-            if estimate is not None and len(estimate.times):
+            estimate = None
+            if outcome.kind == "done":
+                estimate = beside.estimate(outcome.statistics, stop)
                 writer.companion(estimate.times, estimate.apart[:, None])
             facts = outcome_facts(plan, outcome, estimate)
             written = writer.close(outcome.message, outcome.kind == "done", facts)
             views = writer.views
-    return Result(outcome, written, estimate, views)
-
-
-def _both(
-    progress: Callable[[float], None] | None, beside: "Companion"
-) -> Callable[[float], None]:
-    """Return what is told the simulated time: the caller's, and the companion run."""
-
-    def tell(time: float) -> None:
-        beside.tick(time)
-        if progress is not None:
-            progress(time)
-
-    return tell
+    return Result(replace(outcome, signal=stop.signal), written, estimate, views)

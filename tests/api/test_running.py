@@ -1,6 +1,7 @@
 """Scenes run from Python: parameters, places of results, and how runs end."""
 
 import gc
+import os
 import signal
 import threading
 import warnings
@@ -11,6 +12,7 @@ import pytest
 
 import tissuec
 from tests.api.scenes import FLYING, PULL
+from tissuec.engine.execution.companion import Companion
 
 
 def last(trajectory, name="bob"):
@@ -268,6 +270,32 @@ def test_an_interrupted_run_is_a_keyboard_interrupt_and_can_be_resumed(tmp_path)
     resumed = tissuec.run(PULL, out=out, resume=True)
     assert np.array_equal(resumed.position[:], whole.position[:])
     assert resumed.expectations[0].state == "holds"
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.skipif(os.name == "nt", reason="ends by signals")
+@pytest.mark.parametrize(
+    ("number", "error"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)]
+)
+def test_a_signal_during_the_companion_run_ends_the_program_and_keeps_the_result(
+    number, error, tmp_path, monkeypatch
+):
+    estimate = Companion.estimate
+
+    def interrupted(self, *given, **named):
+        signal.raise_signal(number)
+        return estimate(self, *given, **named)
+
+    monkeypatch.setattr(Companion, "estimate", interrupted)
+    out = tmp_path / "a.vtkhdf"
+    with pytest.raises(error) as raised:
+        tissuec.run(PULL, out=out, companion="inline")
+    if error is SystemExit:
+        assert raised.value.code == 128 + number
+    with tissuec.load(out) as whole:
+        assert whole.finished
+        # The companion of a short run may have come to the end all the same.
+        assert whole.promise.state in ("unknown", "kept")
 
 
 def test_a_library_can_be_given(tmp_path):

@@ -25,7 +25,15 @@ def step_companion(folder: Path) -> None:
 
     import numpy as np
 
-    from tissuec.engine.execution.companion import FINER, ROWS, TIMES, read_job, stepped
+    from tissuec.engine.execution.companion import (
+        FINER,
+        METHOD,
+        ROWS,
+        TIMES,
+        allowance_in,
+        read_job,
+    )
+    from tissuec.engine.execution.finer_run import stepped
     from tissuec.pipeline import compile_request
 
     parent = os.getppid()
@@ -34,7 +42,9 @@ def step_companion(folder: Path) -> None:
     times, rows = np.load(folder / TIMES), np.load(folder / ROWS, mmap_mode="r+")
     stepped(
         compiled.network, compiled.plan, times, FINER,
-        rows=rows, interrupt=lambda: os.getppid() != parent, threads=threads,
+        method=(folder / METHOD).read_text(encoding="utf-8"), rows=rows,
+        allowance=allowance_in(folder), interrupt=lambda: os.getppid() != parent,
+        threads=threads,
     )  # fmt: skip
     if os.getppid() != parent:  # the run was killed, and nobody else removes its folder
         shutil.rmtree(folder, ignore_errors=True)

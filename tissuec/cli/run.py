@@ -64,8 +64,9 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
     "--companion",
     type=click.Choice(["auto", "process", "inline", "off"]),
     default="auto",
-    help="How the companion run with smaller steps estimates the error: in another "
-    "process, afterwards in this one (inline), whichever is faster (auto), or not at all.",
+    help="How the companion run, with smaller steps of another method, estimates the error: "
+    "in another process, afterwards in this one (inline), whichever is faster (auto), or not "
+    "at all.",
 )
 @click.option(
     "--threads",
@@ -254,7 +255,7 @@ def _run_one(
 
 def _code_of(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> int:
     """Return the exit code of a run that has begun."""
-    if outcome.kind == "interrupted":
+    if outcome.kind == "interrupted" or outcome.signal is not None:
         return exit_code(outcome.signal)
     is_off = strict and (Promise.of(facts).since is not None or outcome.doubts)
     is_done = _CODES[outcome.kind] == DONE
@@ -346,7 +347,8 @@ def _tell_accuracy(promise: Promise, settings: Settings) -> None:
     if promise.since is not None:
         echo(f"  warning: {said}", err=True)
     else:
-        took = "" if promise.error is None else f"; checked in {promise.seconds:.2f} s"
+        verb = "" if promise.differs else "; checked"
+        took = "" if promise.error is None else f"{verb} in {promise.seconds:.2f} s"
         settings.say(f"  accuracy: {said}{took}")
 
 

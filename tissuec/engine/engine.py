@@ -120,6 +120,7 @@ class Engine:
             largest=now.largest,
             changes=tuple(self._control.changes),
             threads=stepper.inputs.team.record.threads,
+            cost=self._control.cost,
         )
 
     def restart(self, state: State) -> None:
@@ -188,6 +189,7 @@ class Engine:
             return early
         with np.errstate(all="ignore"):
             result = self._advance(state, until, watch, pause, survey, view)
+        self._control.book_cost()  # before events change what a step costs
         if result.kind == "viewed":
             return result
         self.stepper.synchronise(state)

@@ -97,6 +97,7 @@ class Statistics(Struct, frozen=True):
         smallest, largest: Step [s]; 0 before the first.
         changes: The integrators in turn, the first one included.
         threads: Number of threads that stepped it.
+        cost: Predicted processor time of the steps [s], from counts of operations.
     """
 
     method: str
@@ -112,3 +113,4 @@ class Statistics(Struct, frozen=True):
     largest: float
     changes: tuple[MethodChange, ...] = ()
     threads: int = 1
+    cost: float = 0.0

@@ -37,6 +37,20 @@ class MethodControl:
         self.changes: list[MethodChange] = []
         self.trial = MethodTrial()
         self.facts: dict[str, float] | None = None
+        self._spent, self._counted = 0.0, np.zeros(5, dtype=np.int64)
+
+    @property
+    def cost(self) -> float:
+        """Return the predicted time of all steps so far, each at what it cost then [s]."""
+        if not self.begun:
+            return 0.0
+        return self._spent + self._cost_of(self._stepper.work.effort - self._counted)
+
+    def book_cost(self) -> None:
+        """Add up the cost so far, before what a step costs changes."""
+        if self.begun:
+            self._spent = self.cost
+            self._counted = self._stepper.work.effort.copy()
 
     @property
     def begun(self) -> bool:
@@ -61,6 +75,7 @@ class MethodControl:
 
     def install(self, choice: MethodChoice) -> None:
         """Go over to an integrator; the state stays where it is."""
+        self.book_cost()
         now = self._stepper.progress.time
         self.changes.append(MethodChange(now, choice.name, choice.reason))
         self._choice = choice
@@ -179,8 +194,12 @@ class MethodControl:
     @property
     def _cost(self) -> float:
         """Return the predicted time of all steps so far, at what they cost now [s]."""
+        return self._cost_of(self._stepper.work.effort)
+
+    def _cost_of(self, effort: np.ndarray) -> float:
+        """Return the predicted time of some steps, at what they cost now [s]."""
         springs, work = len(self._stepper.inputs.springs.ids), self._stepper.work
-        return cost_of(work.effort, self._evaluation_time, springs, work.solver)
+        return cost_of(effort, self._evaluation_time, springs, work.solver)
 
     @property
     def _evaluation_time(self) -> float:

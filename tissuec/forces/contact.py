@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
 FEW = 12  # faces up to which all pairs are looked at
+MOST_COMPARED = 200_000  # pairs that an exhaustive search compares: as fast as a tree's
 MOST_TOGETHER = 4096  # pairs that are looked at at once
 WORTHWHILE = 2000  # pairs from which threads share them; fewer take less time than it saves
 
@@ -124,6 +125,7 @@ class Contact(Field, frozen=True, dict=True):
         span: Where it is written.
         whole: Which faces are neither cut nor torn, shape (face,); None if all are.
         pairs: Those that are looked at; None for all that are near.
+        exhaustive: Whether every node is compared with every face, if there are not too many.
     """
 
     nodes: Indices
@@ -148,6 +150,7 @@ class Contact(Field, frozen=True, dict=True):
     span: Span
     whole: NDArray[np.bool_] | None = None
     pairs: ContactPairs | None = None
+    exhaustive: bool = False
 
     def with_whole(self, alive: NDArray[np.bool_]) -> "Contact":
         """Return the same without the faces whose springs are gone.
@@ -233,9 +236,13 @@ class Contact(Field, frozen=True, dict=True):
         flat = self.kind[face] == TRIANGLE
         thick = np.where(flat, self.size[node].max(initial=0.0), 0.0)
         reach = np.maximum(self.radius[face], thick) + margin
-        ball, point = in_balls(middle, size + reach, x)
         low = np.minimum(np.minimum(a, b), c) - reach[:, None]
         high = np.maximum(np.maximum(a, b), c) + reach[:, None]
+        if self.exhaustive and len(x) * len(face) <= MOST_COMPARED:
+            everywhere = np.logical_and(x >= low[:, None], x <= high[:, None]).all(axis=2)
+            ball, point = np.nonzero(everywhere)
+            return node[point], face[ball]
+        ball, point = in_balls(middle, size + reach, x)
         close = are_between(x[point], low[ball], high[ball])
         return node[point[close]], face[ball[close]]
 

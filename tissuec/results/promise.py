@@ -17,6 +17,8 @@ class Promise(Struct, frozen=True):
         tolerance: What was promised; infinite where nothing was.
         reason: Why it is unknown or was not checked; what helps if it is broken.
         seconds: Wall time that the check took after the run [s].
+        method: Of the companion run that checked it; "" without one.
+        differs: Whether that is of another kind than all methods of the run.
     """
 
     state: str
@@ -25,6 +27,8 @@ class Promise(Struct, frozen=True):
     tolerance: float = inf
     reason: str = ""
     seconds: float = 0.0
+    method: str = ""
+    differs: bool = False
 
     @classmethod
     def of(cls, manifest: Mapping[str, Any]) -> Self:

@@ -87,18 +87,25 @@ def accuracy(promise: Promise) -> str:
     limit = f" (tolerance {allowed:g})" if isfinite(allowed) else ""
     if promise.state == "not checked":
         reason = f": {promise.reason}" if promise.reason else ""
-        return (
-            f"{error} (fixed steps: no tolerance)" if error else f"not checked{reason}{limit}"
-        )
+        if error and not isfinite(allowed):
+            return f"{error} (fixed steps: no tolerance)"
+        apart = f", {error} apart" if error else ""
+        return f"not checked{reason}{apart}{limit}"
+    by = f", checked by {promise.method}" if promise.differs else ""
     if promise.since is None:
-        return f"{error}{limit}"
+        return f"{error}{limit}{by}"
     from_then = f"after {show(promise.since, TIME)}"
     if promise.state == "broken":
         what = f"{from_then} positions are less accurate than the tolerance {allowed:g}"
     else:
         what = f"{from_then} the accuracy of positions is unknown{limit}"
-    apart = f"a run with finer steps differs by {error}; " if error else ""
+    apart = f"{_other(promise)} differs by {error}; " if error else ""
     return f"{what}: {apart}{promise.reason}"
+
+
+def _other(promise: Promise) -> str:
+    """Return which run a run was compared with."""
+    return f"a run with {promise.method}" if promise.differs else "a run with finer steps"
 
 
 def command(

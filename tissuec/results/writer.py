@@ -340,9 +340,10 @@ class ResultWriter:
         self._flush_if_due()
 
     def companion(self, time: ArrayLike, rows: ArrayLike) -> None:
-        """Add how far the companion run was from this one [m], shape (moment, 1)."""
+        """Add how far the companion run was from this one [m], if at all, shape (moment, 1)."""
         self._check_open()
-        companion_table(self._store).append(time, rows)
+        if np.size(time):
+            companion_table(self._store).append(time, rows)
 
     def event(
         self, time: float, kind: str, springs: Sequence[int], cause: str, place: str

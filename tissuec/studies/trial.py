@@ -136,7 +136,7 @@ def _run(
         estimate = None
         if is_over and not stop.answered:
             # However long it takes: a row must not depend on how busy the machine is.
-            estimate = companion.estimate(stop, patience=math.inf)
+            estimate = companion.estimate(outcome.statistics, stop, patience=math.inf)
         if stop.answered:
             raise interruption(stop.signal)
         observer.close(outcome, estimate)

@@ -29,8 +29,13 @@ from tissuec.scene.request import Request
 def accompany(network, plan):
     """Run a plan with a companion; return its frames and the estimate."""
     beside, recording = Companion(network, plan, "inline"), MemoryRecording()
-    run(network, plan, Recorder(network, plan, recording, tap=beside.take))
-    return recording.frame_arrays(), beside.estimate()
+    ran = run(network, plan, Recorder(network, plan, recording, tap=beside.take)).statistics
+    return recording.frame_arrays(), beside.estimate(ran)
+
+
+def statistics_of(network, plan):
+    """Return what the engine does in a run without a companion."""
+    return run(network, plan, Recorder(network, plan, MemoryRecording())).statistics
 
 
 @pytest.mark.parametrize(
@@ -73,7 +78,8 @@ def test_what_has_come_back_by_the_first_frame_has_moved(tmp_path):
 def test_nothing_is_promised_of_a_run_resumed_after_the_last_recorded_time():
     network = oscillator()
     plan = make_plan(network, 0.1, every=0.1, tolerance=1e-3)
-    assert Companion(network, plan, "inline").estimate().state == "not checked"
+    estimate = Companion(network, plan, "inline").estimate(statistics_of(network, plan))
+    assert estimate.state == "not checked" and "resumed" in estimate.reason
 
 
 def test_a_chaotic_motion_is_recognised_and_from_when_on():
@@ -124,11 +130,11 @@ def test_steps_that_are_too_large_are_told_from_chaos_by_trying():
     plan = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-4)
     coarse = make_plan(network, 2.0, every=0.1, integrator="velocity verlet", tolerance=1e-1)
     beside = Companion(network, plan, "inline")
-    run(network, coarse, Recorder(network, coarse, MemoryRecording(), tap=beside.take))
-    estimate = beside.estimate()
+    recorder = Recorder(network, coarse, MemoryRecording(), tap=beside.take)
+    estimate = beside.estimate(run(network, coarse, recorder).statistics)
     assert estimate.state == "broken"
     assert estimate.promise.startswith("broken from 0.")
-    assert "write tolerance = 2.5e-05" in estimate.reason
+    assert estimate.reason == "write tolerance = 2.5e-05 or integrator is dop853"
 
 
 @pytest.mark.parametrize(("error", "state"), [(0.9, "kept"), (1.2, "broken")])
@@ -146,9 +152,10 @@ def test_errors_near_the_tolerance_are_decided_by_a_third_run(error, state, monk
     def stepped(network, plan, times, factor, **more):
         return wrong_by(error * 1e-6 / factor)._own
 
+    ran = statistics_of(network, plan)
     beside = wrong_by(error * 1e-6)
     monkeypatch.setattr(companion, "stepped", stepped)
-    assert beside.estimate().state == state
+    assert beside.estimate(ran).state == state
 
 
 PAIR = """language 1
@@ -230,7 +237,8 @@ def test_what_is_switched_off_or_not_recorded_is_not_checked(tmp_path):
     assert off.promise == "not checked"
     assert "switched off" in off.reason
     network = oscillator()
-    nothing = Companion(network, make_plan(network, 1.0, ledger=False)).estimate()
+    plan = make_plan(network, 1.0, ledger=False)
+    nothing = Companion(network, plan).estimate(statistics_of(network, plan))
     assert nothing.promise == "not checked"
 
 
@@ -262,6 +270,7 @@ def test_a_companion_whose_run_was_killed_removes_what_it_has_made(
     launcher((Request(Source("pair.tis", PAIR)), 1))(folder)
     np.save(folder / companion.TIMES, np.array([0.0, 0.1]))
     np.save(folder / companion.ROWS, np.full((2, 2, 3), np.nan))
+    (folder / companion.METHOD).write_text("rkn4", encoding="utf-8")
     parents = iter([2])  # and then init
     monkeypatch.setattr(os, "getppid", lambda: next(parents, 1 if is_orphan else 2))
     command.step_companion(folder)
@@ -278,9 +287,11 @@ def test_a_short_run_gets_no_process_because_kernels_were_translated(
     monkeypatch.setattr(companion, "permitted", lambda: 2)
     monkeypatch.setattr(Companion, "_start", lambda self, launch: started.append(launch))
     network = oscillator()
-    beside = Companion(network, make_plan(network, 2.0, every=0.1), launch=launcher(None))
+    plan = make_plan(network, 2.0, every=0.1)
+    ran = statistics_of(network, plan)
+    beside = Companion(network, plan, launch=launcher(None))
     now[:] = [2.0, translating]
-    beside.tick(0.5)
+    beside.tick(0.5, ran)
     assert bool(started) is starts
 
 

@@ -123,7 +123,7 @@ def test_its_error_is_estimated_up_to_the_end():
     with Companion(*_of(compiled), "inline") as beside:
         recorder = Recorder(*_of(compiled), MemoryRecording(), tap=beside.take)
         outcome = run(*_of(compiled), recorder)
-        estimate = beside.estimate()
+        estimate = beside.estimate(outcome.statistics)
     assert estimate.state == "kept"
     assert 0.15 < estimate.times[-1] <= outcome.state.time
     assert 0.0 < estimate.error < 1e-6
@@ -133,8 +133,8 @@ def test_a_companion_that_never_meets_the_condition_goes_as_far_as_the_run():
     compiled = compiled_scene(rope(WHEN))
     plan = replace(compiled.plan, triggers=())
     with Companion(compiled.network, plan, "inline") as beside:
-        run(*_of(compiled), Recorder(*_of(compiled), MemoryRecording(), tap=beside.take))
-        estimate = beside.estimate()
+        recorder = Recorder(*_of(compiled), MemoryRecording(), tap=beside.take)
+        estimate = beside.estimate(run(*_of(compiled), recorder).statistics)
     assert estimate.state == "kept"
 
 

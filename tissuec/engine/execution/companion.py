@@ -1,6 +1,10 @@
 """Estimate of the global error by a companion: a second run of the plan with finer steps.
 
-Local error estimates miss how the motion amplifies errors, as in tearing, buckling or chaos.
+Local error estimates miss how the motion amplifies errors, as in tearing, buckling or chaos,
+and what a method itself does wrong. So the companion has finer steps of a method of another
+kind, ``engine.execution.counterpart``. Where that would take too long, the same method checks
+its own steps, which is no promise of the result.
+
 Where the two runs agree within the tolerance, the tolerance is met. Where they differ, a third,
 much finer run decides: if the second run converges to it, the steps were too large; if not, the
 motion is chaotic and the error unknown.
@@ -16,6 +20,7 @@ import sys
 import time as clock
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from math import inf
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any, Literal, Self, TypeAlias, get_args
@@ -23,31 +28,29 @@ from typing import Any, Literal, Self, TypeAlias, get_args
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from tissuec.core.arrays import evenly
 from tissuec.core.processors import permitted
 from tissuec.core.resources import PACKAGE
-from tissuec.engine.execution.memory_recorder import MemoryRecording
-from tissuec.engine.execution.recorder import Recorder, sample_times
-from tissuec.engine.method import Samples
+from tissuec.engine.execution.counterpart import LEAST, MOST, counterpart, foreseen, is_another
+from tissuec.engine.execution.finer_run import USUAL, Allowance, keep, largest, stepped
+from tissuec.engine.execution.recorder import sample_times
+from tissuec.engine.method import Samples, Statistics
 from tissuec.engine.state import FLOOR
 from tissuec.matter.elasticity import wall_springs
-from tissuec.model.network import BodyPart, Floats, Indices, Network
-from tissuec.script.plan import Plan, without_outputs
-from tissuec.script.verbs.end import without_end
+from tissuec.model.network import BodyPart, Floats, Network
+from tissuec.script.plan import Plan
 
 FINER = 4.0  # times; where errors fall as much, the difference is 3/4 of the error at least
 FINEST_FINER = 100.0  # times: of the third run
 FALLEN = 0.25  # of the difference: what must be left of it where steps were too large
 MOST_ROWS = 200
 MOST_BYTES = 2e8
-USUAL, FINEST = 1e-4, 1e-13  # tolerance, where none is written and at the least
 POLLED = 0.1  # how often a process is looked after [s]
 STARTING = 1.0  # what a process takes until it steps: a run that lasts longer pays for it [s]
 KNOWN = 0.5  # wall time of a run after which its rest is predicted [s]
 PATIENCE, LEAST_PATIENCE = 3.0, 10.0  # of the third run: times the run's own, and at least [s]
-TIMES, ROWS = "times.npy", "rows.npy"
+TIMES, ROWS, METHOD, ALLOWANCE = "times.npy", "rows.npy", "method.txt", "allowance.txt"
 
 Mode: TypeAlias = Literal["auto", "process", "inline", "off"]
 MODES: tuple[Mode, ...] = get_args(Mode)
@@ -94,6 +97,8 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
         relative: The same over the largest displacement until then, shape (row,).
         allowed: What the tolerance allows; infinite where nothing is promised.
         seconds: Wall time that the companion took after the run [s].
+        method: Of the companion; "" without one.
+        differs: Whether that is of another kind than all that stepped the run.
     """
 
     state: State
@@ -104,6 +109,8 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
     relative: Floats
     allowed: float
     seconds: float
+    method: str = ""
+    differs: bool = False
 
     @classmethod
     def unchecked(cls, reason: str, allowed: float) -> "ErrorEstimate":
@@ -130,6 +137,8 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
             "error": self.error,
             "tolerance": None if np.isinf(self.allowed) else self.allowed,
             "seconds": round(self.seconds, 3),
+            "method": self.method,
+            "differs": self.differs,
         }
 
 
@@ -163,6 +172,9 @@ class Companion:
         self._began = _stepping_clock()
         self._process: subprocess.Popen[bytes] | None = None
         self._folder: Path | None = None
+        self._most = inf  # predicted cost that the companion may have [s]
+        self._method = ""  # of the companion; "" for that of the plan
+        self._differs = False  # from all that stepped the run
         simulation = plan.simulation
         self.allowed = simulation.tolerance or (USUAL if simulation.step is None else np.inf)
 
@@ -172,18 +184,21 @@ class Companion:
             places, due = keep(samples, self.times, self._own)
             self._reach[places] = samples.reach[due]
 
-    def tick(self, time: float) -> None:
+    def tick(self, time: float, ran: Statistics) -> None:
         """Start a process beside the run, if that is worth it.
 
         Args:
             time: That the run has come to [s].
+            ran: What it did until then.
         """
         if not self.is_wanted or self._process is not None or self._launch is None:
             return
         if self.mode == "process" or (
             self.mode == "auto" and self._left(time) > STARTING and permitted() > 1
         ):
-            self._start(self._launch)
+            self._method = counterpart(ran, self.network, self.plan)
+            if not self._is_dear(ran):
+                self._start(self._launch)
 
     def _left(self, time: float) -> float:
         """Return the wall time that the run is predicted to take from here on [s]."""
@@ -195,6 +210,7 @@ class Companion:
         self._folder = Path(mkdtemp(prefix="tissuec-companion-"))
         np.save(self._folder / TIMES, self.times)
         np.save(self._folder / ROWS, np.full_like(self._own, np.nan))
+        (self._folder / METHOD).write_text(self._method, encoding="utf-8")
         try:
             self._process = subprocess.Popen(
                 launch(self._folder),
@@ -206,11 +222,16 @@ class Companion:
             self._launch = None
 
     def estimate(
-        self, interrupt: Callable[[], bool] = lambda: False, *, patience: float = PATIENCE
+        self,
+        ran: Statistics,
+        interrupt: Callable[[], bool] = lambda: False,
+        *,
+        patience: float = PATIENCE,
     ) -> ErrorEstimate:
         """Wait for the companion, or step it, and compare.
 
         Args:
+            ran: What the run did.
             interrupt: Asked now and then; True ends the companion early.
             patience: How long the third run may take, in wall times of the run. Without an end,
                 the estimate depends on the run alone.
@@ -219,23 +240,84 @@ class Companion:
             return ErrorEstimate.unchecked("the companion run is switched off", self.allowed)
         if not self.is_wanted:
             return ErrorEstimate.unchecked("no positions are recorded after 0 s", self.allowed)
-        ran, self._began = _stepping_clock() - self._began, clock.monotonic()
-        other = self._rows(interrupt)
-        until = clock.monotonic() + max(patience * ran, LEAST_PATIENCE)
-        return self._compared(other, lambda: interrupt() or clock.monotonic() > until)
+        self._most = max(MOST * ran.cost, LEAST)
+        took, self._began = _stepping_clock() - self._began, clock.monotonic()
+        until = clock.monotonic() + max(patience * took, LEAST_PATIENCE)
+        found, limit = self._by_another(ran, interrupt)
+        if limit and not interrupt():
+            self._method, self._differs = "", False
+            found = self._stepped(FINER, interrupt)
+        late = lambda: interrupt() or clock.monotonic() > until  # noqa: E731
+        estimate = self._compared(found, late)
+        method = self._method or ran.method
+        estimate = replace(estimate, method=method, differs=self._differs)
+        if limit and estimate.state == "kept":
+            return replace(estimate, state="not checked", reason=limit)
+        return estimate
 
-    def _rows(self, interrupt: Callable[[], bool]) -> Floats:
-        """Return the positions of the companion, NaN where it did not come to."""
-        if self._process is not None and self._folder is not None:
-            rows = self._folder / ROWS
-            with suppress(OSError, ValueError):
-                while self._process.poll() is None and not interrupt():
-                    with suppress(subprocess.TimeoutExpired):
-                        self._process.wait(POLLED)
-                    if self._ended and self._is_enough(np.load(rows, mmap_mode="r")):
-                        break
-                return np.array(np.load(rows, mmap_mode="r"))
-        return self._stepped(FINER, interrupt)
+    def _by_another(self, ran: Statistics, interrupt: Callable[[], bool]) -> tuple[Floats, str]:
+        """Return the positions of a companion of another kind, NaN where it did not come to.
+
+        The second result says why it is no check of the whole run, if so.
+        """
+        used = {change.method for change in ran.changes}
+        if self._process is not None and is_another(self._method, used):
+            self._differs = True
+            rows, is_late = self._from_process(interrupt)
+            return rows, self._too_dear(ran, rows) if is_late else ""
+        self._method = counterpart(ran, self.network, self.plan)
+        if not self._method:
+            if self.plan.simulation.step is not None:
+                return self._stepped(FINER, interrupt), ""
+            return self._own, "the run used methods of every kind"
+        rows = np.full_like(self._own, np.nan)
+        if not self._is_dear(ran):
+            rows = self._stepped(FINER, interrupt, most=self._most)
+        self._differs = True
+        known = np.isfinite(rows).all(axis=(1, 2))
+        asked = np.isfinite(self._own).all(axis=(1, 2))
+        relative, _ = self._apart(self._own, rows, known & asked)
+        is_enough = known[asked].all() or (relative > self._agreed).any()
+        return rows, "" if is_enough else self._too_dear(ran, rows)
+
+    @property
+    def _agreed(self) -> float:
+        """Return how much of a difference errors within the tolerance may make at most."""
+        return (1.0 - 1.0 / FINER) * self.allowed
+
+    def _is_dear(self, ran: Statistics) -> bool:
+        """Return whether the companion is sure to take too long."""
+        if not self._method:
+            return False
+        times = foreseen(self._method, ran, min(self.allowed, 1.0), FINER)
+        return times > MOST and times * ran.cost > LEAST
+
+    def _too_dear(self, ran: Statistics, rows: Floats) -> str:
+        """Return what was not checked, where the companion came no further than some rows."""
+        own = ", ".join(dict.fromkeys(change.method for change in ran.changes))
+        known = self.times[np.isfinite(rows).all(axis=(1, 2))]
+        until = float(known.max(initial=0.0))
+        reached = f"gets no further than {until:g} s in" if until else "takes more than"
+        return (
+            f"{self._method}, a method of another kind, {reached} {MOST:g} times the time of "
+            f"the run, and finer steps of {own} alone confirm the result"
+        )
+
+    def _from_process(self, interrupt: Callable[[], bool]) -> tuple[Floats, bool]:
+        """Return the positions of the companion in the process, and whether it was too slow."""
+        assert self._process is not None and self._folder is not None
+        rows = self._folder / ROWS
+        (self._folder / ALLOWANCE).write_text(repr(self._most), encoding="utf-8")
+        try:
+            while self._process.poll() is None and not interrupt():
+                with suppress(subprocess.TimeoutExpired):
+                    self._process.wait(POLLED)
+                if self._ended and self._is_enough(np.load(rows, mmap_mode="r")):
+                    break
+            found = np.array(np.load(rows, mmap_mode="r"))
+        except (OSError, ValueError):
+            return np.full_like(self._own, np.nan), False
+        return found, self._process.poll() == 0 and not self._is_enough(found)
 
     @property
     def _ended(self) -> bool:
@@ -247,7 +329,9 @@ class Companion:
         asked = np.flatnonzero(np.isfinite(self._own).all(axis=(1, 2)))
         return not len(asked) or bool(np.isfinite(rows[asked[-1]]).all())
 
-    def _stepped(self, factor: float, interrupt: Callable[[], bool]) -> Floats:
+    def _stepped(
+        self, factor: float, interrupt: Callable[[], bool], *, most: float = inf
+    ) -> Floats:
         """Return positions with smaller steps, by ``stepped``, as far as the run has come."""
         rows = np.full_like(self._own, np.nan)
         return stepped(
@@ -255,7 +339,9 @@ class Companion:
             self.plan,
             self.times,
             factor,
+            method=self._method,
             rows=rows,
+            allowance=Allowance(lambda: most),
             interrupt=lambda: interrupt() or (self._ended and self._is_enough(rows)),
             threads=self.threads,
         )
@@ -266,8 +352,7 @@ class Companion:
         relative, apart = self._apart(self._own, other, known)
         state: State = "kept"
         reason, since = "", None
-        # Errors within the tolerance may make no more of a difference than this.
-        beyond = np.flatnonzero(relative > (1.0 - 1.0 / FINER) * self.allowed)
+        beyond = np.flatnonzero(relative > self._agreed)
         if np.isinf(self.allowed):
             state, reason = "not checked", "a fixed step has no tolerance"
         elif not asked.any():
@@ -298,21 +383,24 @@ class Companion:
         self, other: Floats, known: Any, since: float, interrupt: Callable[[], bool]
     ) -> tuple[State, str, float | None]:
         """Return whether smaller steps are needed and would do, found out by taking them."""
-        finest = self._stepped(FINEST_FINER, interrupt)
+        finest = self._stepped(FINEST_FINER, interrupt, most=MOST * self._most)
         asked = known & (self.times >= since)
         both = asked & np.isfinite(finest).all(axis=(1, 2))
         if not both.any():
             return "unknown", "the test with smaller steps did not finish in time", since
         own, _ = self._apart(self._own, finest, both)
         left, _ = self._apart(other, finest, both)
+        beyond = np.flatnonzero(own > (1.0 - 1.0 / FINEST_FINER) * self.allowed)
         small = np.maximum(FALLEN * own, 0.1 * self.allowed)
-        if not (left <= small).all():
+        if len(beyond) and not (left <= small).all():
             chaos = "the result does not converge with smaller steps: the motion is chaotic"
             return "unknown", chaos + _limp(self.network), since
-        beyond = np.flatnonzero(own > (1.0 - 1.0 / FINEST_FINER) * self.allowed)
         if len(beyond):
             since = float(self.times[both][beyond[0]])
-            return "broken", f"write tolerance = {self.allowed / FINER:.2g}", since
+            way_out = f"write tolerance = {self.allowed / FINER:.2g}"
+            if self._differs:
+                way_out += f" or integrator is {self._method}"
+            return "broken", way_out, since
         if not np.array_equal(both, asked):
             return "unknown", "the test with smaller steps did not finish in time", since
         return "kept", "", None
@@ -365,85 +453,12 @@ def threads_beside(mode: Mode) -> int:
     return max(1, permitted() // (2 if mode in ("auto", "process") else 1))
 
 
-def finer(plan: Plan, factor: float) -> Plan:
-    """Return a plan with finer steps and without outputs of its own."""
-    simulation = plan.simulation
-    if simulation.step is None:
-        tolerance = max((simulation.tolerance or USUAL) / factor, FINEST)
-        simulation = replace(simulation, tolerance=tolerance)
-    else:
-        simulation = replace(simulation, step=2.0 * simulation.step / factor)
-    return replace(without_outputs(without_end(plan)), simulation=simulation)
+def allowance_in(folder: Path) -> Allowance:
+    """Return the allowance of a companion in a process; there is none before the run ends."""
 
+    def most() -> float:
+        with suppress(OSError, ValueError):
+            return float((folder / ALLOWANCE).read_text(encoding="utf-8"))
+        return inf
 
-def stepped(
-    network: Network,
-    plan: Plan,
-    times: Floats,
-    factor: float,
-    *,
-    rows: Floats | None = None,
-    interrupt: Callable[[], bool] | None = None,
-    threads: int = 1,
-) -> Floats:
-    """Return positions at times with smaller steps [m], shape (time, node, 3).
-
-    They are NaN at times that the run did not reach.
-
-    Args:
-        network: The network.
-        plan: The plan of the run.
-        times: Times of interest [s], ascending, shape (time,).
-        factor: Factor that tolerances are divided by; fixed steps are divided by half of it.
-        rows: Array to be filled; a new one by default.
-        interrupt: Returns whether to stop.
-        threads: See ``Method``.
-    """
-    from tissuec.engine.execution.run import run
-
-    rows = np.full((len(times), network.node_count, 3), np.nan) if rows is None else rows
-    plan = finer(plan, factor)
-    silent = _Silent(network, plan, times, rows)
-    run(network, plan, silent, interrupt=interrupt, threads=threads)
-    return rows
-
-
-class _Silent(Recorder):
-    """A recorder that keeps positions and writes nothing."""
-
-    takes_notes = False
-
-    def __init__(self, network: Network, plan: Plan, times: Floats, rows: Floats):
-        super().__init__(network, plan, MemoryRecording())
-        self._kept = rows
-        self.times = times
-
-    def record(self, samples: Samples) -> None:
-        keep(samples, self.times, self._kept)
-
-
-def keep(samples: Samples, times: Floats, rows: Floats) -> tuple[Indices, NDArray[np.bool_]]:
-    """Copy the positions of samples at given times into rows.
-
-    Args:
-        samples: A batch of samples.
-        times: Times of interest [s], ascending, shape (time,).
-        rows: Positions [m], shape (time, node, 3), changed in place.
-
-    Returns:
-        Which rows were set, shape (n,), and whether each sample is one of them, shape
-        (sample,).
-    """
-    places = np.searchsorted(times, samples.time)
-    due = (places < len(times)) & (times[np.minimum(places, len(times) - 1)] == samples.time)
-    rows[places[due]] = samples.position[due]
-    return places[due], due
-
-
-def largest(vectors: Floats) -> Floats:
-    """Return the length of the longest vector of each row, in their unit, shape (row,).
-
-    Args:
-        vectors: In any unit, shape (row, node, 3).
-    """
-    return np.sqrt(np.einsum("rnk,rnk->rn", vectors, vectors).max(axis=1, initial=0.0))
+    return Allowance(most)

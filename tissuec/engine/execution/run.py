@@ -24,6 +24,7 @@ CHECKPOINT_EVERY = 5.0
 """Least wall time between checkpoints [s]."""
 
 Progress = Callable[[float], None]
+Watch = Callable[[float, "Statistics"], None]
 
 
 class Outcome(Struct, frozen=True, eq=False):
@@ -40,7 +41,7 @@ class Outcome(Struct, frozen=True, eq=False):
         logged_events: The event log, each entry with its time [s].
         state: The state at the end.
         notes: What else is to be known of it, in sentences.
-        signal: Number of the signal that interrupted it, if one did.
+        signal: Number of the signal that interrupted it, or its companion run, if one did.
         ended: What ended it before its duration, if anything did.
         doubts: What makes its numbers doubtful, by the time at which it was seen first.
     """
@@ -66,6 +67,7 @@ def run(
     recorder: Recorder,
     *,
     progress: Progress | None = None,
+    watch: Watch | None = None,
     interrupt: Interrupt | None = None,
     resume: Mapping[str, Any] | None = None,
     threads: int = 1,
@@ -75,6 +77,7 @@ def run(
     Args:
         recorder: A new one, of the same network and plan.
         progress: Told the simulated time [s] now and then.
+        watch: Likewise, told what the engine did until then as well.
         interrupt: Asked now and then; True ends the run between two steps, with a checkpoint.
             Ctrl-C, SIGTERM and SIGHUP do the same.
         resume: The checkpoint of an earlier run of the same plan, which goes on from there as
@@ -91,7 +94,8 @@ def run(
             loop.begin()
         else:
             loop.resume(resume)
-        kind, message = _finish(loop, progress or (lambda time: None), stop)
+        tell = _both(loop, progress, watch)
+        kind, message = _finish(loop, tell, stop)
     failures = recorder.memory.failures
     return Outcome(
         kind,
@@ -108,6 +112,18 @@ def run(
         loop.run_state.queue.ended,
         tuple(sorted(recorder.memory.doubts.found.values(), key=lambda one: one.time)),
     )
+
+
+def _both(loop: RunLoop, progress: Progress | None, watch: Watch | None) -> Progress:
+    """Return what tells the simulated time to whom it concerns."""
+
+    def tell(time: float) -> None:
+        if watch is not None:
+            watch(time, loop.engine.statistics)
+        if progress is not None:
+            progress(time)
+
+    return tell
 
 
 def _finish(loop: RunLoop, progress: Progress, stop: StopRequest) -> tuple[Kind, str]:

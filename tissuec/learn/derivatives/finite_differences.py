@@ -14,7 +14,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
-from tissuec.engine.execution.companion import USUAL
+from tissuec.engine.execution.finer_run import USUAL
 from tissuec.engine.execution.run import run
 from tissuec.engine.execution.signals import interruption
 from tissuec.learn.data.experiment import Series

@@ -61,7 +61,7 @@ class Errors(Struct, frozen=True):
 
     def _allowed(self, trajectory: "Trajectory") -> TimeCurve | None:
         """Return what the tolerance allows; None where a fixed step promises nothing."""
-        from tissuec.engine.execution.companion import USUAL
+        from tissuec.engine.execution.finer_run import USUAL
         from tissuec.engine.state import FLOOR
 
         manifest = trajectory.manifest
