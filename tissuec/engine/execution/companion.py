@@ -247,8 +247,7 @@ class Companion:
         if limit and not interrupt():
             self._method, self._differs = "", False
             found = self._stepped(FINER, interrupt)
-        late = lambda: interrupt() or clock.monotonic() > until  # noqa: E731
-        estimate = self._compared(found, late)
+        estimate = self._compared(found, lambda: interrupt() or clock.monotonic() > until)
         method = self._method or ran.method
         estimate = replace(estimate, method=method, differs=self._differs)
         if limit and estimate.state == "kept":
@@ -261,13 +260,14 @@ class Companion:
         The second result says why it is no check of the whole run, if so.
         """
         used = {change.method for change in ran.changes}
-        if self._process is not None and is_another(self._method, used):
-            self._differs = True
+        is_fixed = self.plan.simulation.step is not None
+        self._differs = is_another(self._method, used)
+        if self._process is not None and (self._differs or is_fixed):
             rows, is_late = self._from_process(interrupt)
             return rows, self._too_dear(ran, rows) if is_late else ""
         self._method = counterpart(ran, self.network, self.plan)
         if not self._method:
-            if self.plan.simulation.step is not None:
+            if is_fixed:
                 return self._stepped(FINER, interrupt), ""
             return self._own, "the run used methods of every kind"
         rows = np.full_like(self._own, np.nan)
