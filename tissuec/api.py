@@ -93,8 +93,7 @@ def run(
         SimulationError: With ``strict``, the run diverged, could not continue, broke its
             promise, or has doubtful numbers.
         ExpectationError: With ``strict``, an expectation failed.
-        KeyboardInterrupt: After Ctrl-C; the file of ``out`` can be resumed. If it comes
-            while the error is estimated, the file is complete.
+        KeyboardInterrupt: After Ctrl-C; the file of ``out`` is complete or can be resumed.
         SystemExit: Likewise after SIGTERM and SIGHUP, with 143 and 129.
     """
     from tissuec.pipeline import simulate

@@ -177,11 +177,10 @@ def simulate(
                 resume=state, threads=threads,
             )  # fmt: skip
             outcome = replace(outcome, wall_time=writer.stop_clock())
-            estimate = None
-            if outcome.kind == "done":
+            is_done, estimate = outcome.kind == "done", None
+            if is_done:
                 estimate = beside.estimate(outcome.statistics, stop)
                 writer.companion(estimate.times, estimate.apart[:, None])
             facts = outcome_facts(plan, outcome, estimate)
-            written = writer.close(outcome.message, outcome.kind == "done", facts)
-            views = writer.views
+            written, views = writer.close(outcome.message, is_done, facts), writer.views
     return Result(replace(outcome, signal=stop.signal), written, estimate, views)
