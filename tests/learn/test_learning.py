@@ -227,7 +227,7 @@ def test_expectations_and_limits_hold(truth, tmp_path):
     entries = FIT + f"adjust spring constant of line around 11.9 N/m by {100 * sure} %\n"
     free = learn(*fit_problem(tmp_path, FIT + "adjust spring constant of line\n", start))
     pulled = learn(*fit_problem(tmp_path, entries, start))
-    known = float(np.log(free.estimates[0].high / free.estimates[0].value)[0]) / 1.96
+    known = 1.0 / free.singular[0]  # of white noise, by which the fit weighs
     share = sure**2 / (sure**2 + known**2)
     expected = np.exp(share * np.log(numbers(free)) + (1 - share) * np.log(11.9))
     assert numbers(pulled) == pytest.approx(expected, rel=2e-4)

@@ -12,6 +12,7 @@ from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.gradient_check import check_gradient
 from tissuec.learn.fit.learning import learn
 from tissuec.learn.fit.misfit import misfit
+from tissuec.learn.fit.residual_structure import residual_structure
 from tissuec.learn.fit.session import prepare
 from tissuec.learn.report.gradient import is_good
 from tissuec.pipeline import compile_request
@@ -23,6 +24,10 @@ FREE = {
     "formula of speed": "viscous force of w = d * w * ((w/(50 mm/s))^2 + 1e-6)^((n-1)/2)",
     "formula of both": "viscous force of e and w = d * exp(n * e / rest length) * w",
 }
+
+
+def structure(problem, theta):
+    return residual_structure(problem, problem.left(theta))
 
 
 def of_text(folder, text):
@@ -130,7 +135,9 @@ def test_an_error_like_that_of_knowing_nothing_is_a_failure(truth, tmp_path):
     session = prepare(*fit_problem(tmp_path, FIT + ADJUST))
     problem, theta = session.problem, np.zeros(5)
     problem.freeze(theta)
-    assert "the fit does not explain the data" in misfit(problem, theta)
+    assert "the fit does not explain the data" in misfit(
+        problem, theta, structure(problem, theta)
+    )
 
 
 def test_a_motion_in_what_is_left_is_a_failure(truth, tmp_path):
@@ -138,9 +145,9 @@ def test_a_motion_in_what_is_left_is_a_failure(truth, tmp_path):
     session = prepare(*fit_problem(tmp_path, FIT + ADJUST, TRUE))
     problem, theta = session.problem, np.full(5, 0.2)
     problem.freeze(theta)
-    assert "not noise" in misfit(problem, theta)
+    assert "not noise" in misfit(problem, theta, structure(problem, theta))
     problem.freeze(np.zeros(5))
-    assert misfit(problem, np.zeros(5)) == ""
+    assert misfit(problem, np.zeros(5), structure(problem, np.zeros(5))) == ""
 
 
 def test_intervals_hold_the_truth_of_exact_data(truth, tmp_path):
@@ -193,5 +200,7 @@ def test_an_experiment_that_is_not_met_is_a_failure_however_well_others_are(trut
     problem, theta = session.problem, np.zeros(5)
     problem.freeze(theta)
     singles = [session.judged([trial], problem) for trial in session.learning]
-    assert misfit(problem, theta) == ""
-    assert "the error of two.csv is " in misfit(problem, theta, singles)
+    assert misfit(problem, theta, structure(problem, theta)) == ""
+    assert "the error of two.csv is " in misfit(
+        problem, theta, structure(problem, theta), singles
+    )

@@ -123,8 +123,8 @@ def test_intervals_by_bootstrap_are_those_of_derivatives(alone, fits):
     assert any(f"bootstrap with {fits} fits" in one for one in found.notes)
     # Noise is white and small, so that the model is linear in its range. The standard error of
     # either percentile of n fits is 2.7 standard deviations / sqrt(n), of a width of 3.9: three
-    # of these. Residuals of 50 rows in blocks of four resemble white noise to about a fifth.
-    close = 3.0 * 2.7 / 3.9 / np.sqrt(fits) + 0.2
+    # of these.
+    close = 3.0 * 2.7 / 3.9 / np.sqrt(fits)
     for one, other in zip(plain.estimates, found.estimates, strict=True):
         assert one.value == other.value
         width, known = other.high - other.low, one.high - one.low
@@ -137,7 +137,7 @@ def test_a_seed_gives_other_resamples(tmp_path, monkeypatch):
     monkeypatch.setattr(
         learning,
         "intervals",
-        lambda evaluator, end, _, done: intervals(evaluator, end, 3, done),
+        lambda evaluator, end, draws, _, done: intervals(evaluator, end, draws, 3, done),
     )
     first, other = (
         numbers(learnt(measured(tmp_path, more=f"bootstrap = 40; seed = {seed}")))
@@ -153,20 +153,23 @@ def test_resampled_data_have_the_gaps_and_the_noise_of_the_measured(tmp_path):
     problem.freeze(theta)
     problem.data[7] = np.nan
     predicted = problem.predicted(theta)
-    many = np.array([resampled(problem, theta, np.random.default_rng(k)) for k in range(400)])
+    noise, slow = 0.3, 0.8
+    many = np.array(
+        [
+            resampled(problem, theta, [(noise, slow, 0.0)], np.random.default_rng(k))
+            for k in range(400)
+        ]
+    )
     assert np.isnan(many[:, 7]).all() and np.isnan(many).sum() == 400
     left = many - predicted
-    size = np.nanstd(problem.data - predicted)
-    count = np.isfinite(problem.data).sum()
-    wider = np.sqrt(count / (count - problem.size))
-    assert np.nanstd(left) == pytest.approx(wider * size, rel=0.03)
-    assert abs(np.nanmean(left)) < 0.1 * size
-    # In blocks: neighbours of a row are mostly those that it was measured with.
-    residuals = wider * (problem.data - predicted - np.nanmean(problem.data - predicted))
-    pairs = np.column_stack([residuals[:-1], residuals[1:]])
-    found = np.column_stack([left[0, :-1], left[0, 1:]])
-    apart = np.nanmin(np.abs(found[:, None] - pairs).max(axis=-1), axis=1, initial=np.inf)
-    assert np.mean(apart < 1e-9 * size) > 0.5
+    # 400 paths of 50 rows that are correlated by 0.8: some 2000 independent numbers.
+    assert np.nanstd(left) == pytest.approx(noise, rel=0.05)
+    assert abs(np.nanmean(left)) < 0.1 * noise
+    for apart in (1, 2):
+        pairs = left[:, 8 + apart :] * left[:, 8:-apart]
+        assert np.mean(pairs) == pytest.approx(noise**2 * slow**apart, rel=0.1)
+    # The gap is two rows long.
+    assert np.mean(left[:, 8] * left[:, 6]) == pytest.approx(noise**2 * slow**2, rel=0.25)
 
 
 class Dying(OwnProcess):

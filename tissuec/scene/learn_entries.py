@@ -92,7 +92,7 @@ class LearnSettings(Struct, frozen=True):
 
     Attributes:
         passes: maximum number of passes of the optimiser
-        bootstrap: number of fits to resampled residuals that give the intervals; by default,
+        bootstrap: number of fits to simulated data that give the intervals; by default,
             derivatives give them
         seed: seed of random numbers
         tolerance: relative change of the error at which learning ends

@@ -152,7 +152,7 @@ class FitProblem(Struct, frozen=True, eq=False):
         last_part: Part of each experiment, at its end, that is held out.
         revise: Names of rules that may be revised.
         passes: How often the optimiser may be begun again from where it came to.
-        bootstrap: How many fits to resampled residuals give the intervals; None: derivatives
+        bootstrap: How many fits to simulated data give the intervals; None: derivatives
             give them.
         tolerance: Relative change of the error at which it is over.
         integrator: "automatic", or the name of the method whose steps are learnt through.

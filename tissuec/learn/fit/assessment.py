@@ -1,6 +1,6 @@
 """What a fit tells: estimates with their intervals, what is left of the data, and remarks."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +10,15 @@ from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.bootstrap import MOST_FAILED, Resampled
 from tissuec.learn.fit.identifiability import SHOWN, Identifiability, judge
-from tissuec.learn.fit.misfit import misfit, remark, too_coarse, units
+from tissuec.learn.fit.linearised import linearised
+from tissuec.learn.fit.misfit import misfit, remarks, too_coarse, units
+from tissuec.learn.fit.noise import NoiseDraws, noise_of
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
 from tissuec.learn.fit.problem import FittedExperiment, Problem
+from tissuec.learn.fit.residual_structure import residual_structure
 from tissuec.learn.fit.search import LEAST_SQUARES, Search, SearchState
 from tissuec.learn.fit.session import LearnSession
+from tissuec.learn.fit.suspicions import contradictions, suspicions
 from tissuec.model.network import Floats
 
 NEAR_LIMIT = 1e-3  # of a parameter: the search stays that far inside
@@ -25,7 +29,7 @@ def assess(
     problem: Problem,
     search: Search,
     end: SearchState,
-    resampled: Resampled | None,
+    resample: Callable[[Sequence[NoiseDraws]], Resampled | None],
 ) -> Learnt:
     """Return the parameters that a search ended with, and how far they can be believed.
 
@@ -36,7 +40,8 @@ def assess(
         problem: What was fitted.
         search: The search.
         end: Where it ended.
-        resampled: Intervals by bootstrap; None if they follow from derivatives.
+        resample: Returns intervals by bootstrap, from the noise of each fit; None if they
+            follow from derivatives.
 
     Raises:
         Diverged: The motion is not finite.
@@ -46,14 +51,20 @@ def assess(
     errors = [trial.model.step_error(theta[: problem.own]) for trial in problem.trials]
     stepping, stepping_error = _stepping(problem, theta, errors)
     first_error, error = _first_error(problem), problem.error_at(theta)
+    near = linearised(problem, theta)
+    draws, names = noise_of(near), _names(session, problem)
+    structure = residual_structure(problem, near.left, near.basis)
+    doubts = (*suspicions(near, theta), *contradictions(near, names[0]))
+    resampled = resample(draws)
+    sureness = judge(near, draws, *names, np.concatenate([np.zeros(0), *errors]))
+    failure = too_coarse(stepping_error) or misfit(problem, theta, structure, singles)
+    remarked = tuple(remarks(problem, theta, structure))
     fitted = tuple(_fitted(session, problem, theta))
-    sureness = judge(
-        problem, theta, *_names(session, problem), np.concatenate([np.zeros(0), *errors])
-    )
-    failure = too_coarse(stepping_error) or misfit(problem, theta, singles)
     notes = (
         *(units(problem) if failure or sureness.blind else ()),
-        *filter(None, [remark(problem, theta), _of_intervals(session, resampled)]),
+        *(remarked if not failure else ()),
+        *doubts,
+        *filter(None, [_of_intervals(session, resampled)]),
         *_notes(session, theta, stepping_error),
     )
     return Learnt(
@@ -229,6 +240,6 @@ def _of_intervals(session: LearnSession, resampled: Resampled | None) -> str:
     if resampled is not None:
         return f"intervals: {resampled.sentence}"
     return (
-        f"more than {MOST_FAILED:.0%} of {fits} fits to resampled residuals failed: the "
+        f"more than {MOST_FAILED:.0%} of {fits} fits to simulated data failed: the "
         "intervals are from derivatives"
     )

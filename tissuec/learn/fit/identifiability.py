@@ -1,16 +1,10 @@
 """Uncertainty of learnt parameters: intervals, and combinations that data does not identify.
 
-With J the derivatives of what was measured, in units of its noise, by the parameters, no
-unbiased estimate has a smaller covariance than (JᵀJ)⁻¹: the bound of Cramér and Rao. Least
-squares come to it where the noise is Gaussian and small enough for the model to be linear.
-Singular vectors of J whose singular values are as good as none are combinations that the data
-does not tell; those with small ones are hidden by its noise. (A. Raue et al., Bioinformatics
-25:1923, 2009, on identifiability.)
-
-To that comes what is no noise: how far the errors of the steps shift the estimates, and, where
-residuals are correlated in time, that they tell less than as many independent ones: with a
-correlation r of neighbours, as if there were (1 - r) / (1 + r) of them (G. V. Bayley, J. M.
-Hammersley, Suppl. J. R. Stat. Soc. 8:184, 1946).
+The covariance of the parameters is ``A Σ Aᵀ`` with the change A of the parameters with the
+measurements and the covariance Σ of these, for which a sample of all noises is taken that the
+residuals allow. The interval of a parameter contains it in 95 % of all cases: it is that of the
+mixture of normal distributions, one for each noise of the sample. (With white noise it is that
+of Student.) To that comes how far the errors of the steps shift the estimates.
 """
 
 from collections.abc import Sequence
@@ -19,19 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, svd
-from scipy.stats import t as student
+from scipy.special import ndtr
 
 from tissuec.core.errors import counted
+from tissuec.learn.fit.linearised import LinearisedFit
+from tissuec.learn.fit.noise import NoiseDraws
 from tissuec.learn.fit.outcome import UnidentifiableCombination
-from tissuec.learn.fit.problem import Problem
 from tissuec.model.network import Floats
 
-ROUNDING = 1e-7  # of the largest singular value: derivatives are no better than that
-VAGUE = 1.0  # standard deviation of a logarithm from which nothing is known: a factor e
 SHARE = 1e-3  # of a parameter's square in blind combinations: less says it is known
 SURE = 0.95
 REMAINING = 4.0 / 3.0  # error of order 2 by what half the steps take away of it; less of others
-MOST_CORRELATED = 0.99
 SHOWN = 6  # names or factors in a sentence
 #: What no position tells but by its ratios, and how several of a kind are called.
 SCALED = {
@@ -49,7 +41,6 @@ class Identifiability(NamedTuple):
 
     Attributes:
         singular: Singular values of J, descending, shape (parameter,).
-        spread: Standard deviations of the parameters, shape (parameter,).
         away: How far the interval reaches to either side, shape (parameter,).
         identified: Whether the data tells a parameter, shape (parameter,).
         blind: Combinations that it does not tell.
@@ -57,7 +48,6 @@ class Identifiability(NamedTuple):
     """
 
     singular: Floats
-    spread: Floats
     away: Floats
     identified: NDArray[np.bool_]
     blind: tuple[UnidentifiableCombination, ...]
@@ -65,84 +55,51 @@ class Identifiability(NamedTuple):
 
 
 def judge(
-    problem: Problem,
-    theta: Floats,
+    fit: LinearisedFit,
+    draws: Sequence[NoiseDraws],
     names: Sequence[str],
     kinds: Sequence[str],
     step_error: Floats | None = None,
 ) -> Identifiability:
-    """Return the identifiability of some parameters.
+    """Return the identifiability of the parameters of a fit.
 
     Args:
-        problem: Residuals of all experiments.
-        theta: Result of the search on the whole horizon, dimensionless, shape (parameter,).
+        fit: The fit, near its result.
+        draws: The noise of its measurements.
         names: Of the parameters.
         kinds: Kind of each, such as "spring constant".
         step_error: Change of all predictions with half the steps, in SI units, shape (number,).
     """
-    left, before = problem.left(theta), problem.noise
-    if not problem.size:
-        none = np.zeros(0)
-        noise, _ = _noise(problem, left, 0)
-        return Identifiability(none, none, none, np.zeros(0, dtype=bool), (), noise)
-    rows = problem.jacobian(theta)
-    noise, freedom = _noise(problem, left, problem.size)
-    weighed = len(left)
-    own = rows[:weighed] * (before / noise)[problem.fits][:, None]
-    others = rows[weighed : weighed + len(problem.priors)]
-    sides, singular, turned = svd(np.concatenate([own, others]), full_matrices=False)
-    singular = np.pad(singular, (0, problem.size - len(singular)))
-    turned = np.concatenate([turned, _completed(turned, problem.size)])
-    is_dark = singular <= ROUNDING * singular[0]
-    is_vague = ~is_dark & (singular * VAGUE <= 1.0)
-    told = ~(is_dark | is_vague)
-    unseen = np.square(turned[~told]).sum(axis=0)
-    inverse = turned[told] / singular[told, None]
-    spread = np.sqrt(np.square(inverse).sum(axis=0))
-    identified = unseen < SHARE
-    spread[~identified] = np.inf
-    blind = [
-        *_blind(turned[is_dark], singular[is_dark], names, kinds),
-        *_hidden(turned[is_vague], singular[is_vague], names),
-    ]
-    quantile = float(student.ppf(0.5 + 0.5 * SURE, max(freedom, 1)))
-    away = quantile * spread * _fewer(problem, theta)
+    dark, vague = fit.is_dark, fit.is_vague
+    identified = np.square(fit.turned[dark | vague]).sum(axis=0) < SHARE
+    away = half_widths(fit, draws, SURE)
     if step_error is not None:
-        shift = np.zeros(len(own) + len(others))
-        shift[:weighed] = (REMAINING * step_error / noise[problem.fit_of])[problem.counted]
-        away += np.abs((sides.T @ shift)[told[: sides.shape[1]]] @ inverse)
-    return Identifiability(singular, spread, away, identified, tuple(blind), noise)
+        away = away + REMAINING * np.abs(fit.answer @ step_error[fit.problem.counted])
+    away[~identified] = np.inf
+    blind = [
+        *_blind(fit.turned[dark], fit.singular[dark], names, kinds),
+        *_hidden(fit.turned[vague], fit.singular[vague], names),
+    ]
+    return Identifiability(fit.singular, away, identified, tuple(blind), fit.noise)
 
 
-def _fewer(problem: Problem, theta: Floats) -> float:
-    """Return by which factor correlated residuals widen an interval."""
-    found = problem.structure(theta)
-    if not found.is_significant:
-        return 1.0
-    correlation = min(found.correlation, MOST_CORRELATED)
-    return float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
+def half_widths(fit: LinearisedFit, draws: Sequence[NoiseDraws], sure: float) -> Floats:
+    """Return how far the interval of each parameter reaches to either side.
 
-
-def _noise(problem: Problem, left: Floats, parameters: int) -> tuple[Floats, int]:
-    """Return the noise of each fit, and from how many free numbers it was found."""
-    total = max(len(left), 1)
-    freedom = max(len(left) - parameters, 1)
-    noise, known = np.empty(len(problem.fit_problem.fits)), True
-    for k, fit in enumerate(problem.fit_problem.fits):
-        mine = left[problem.fits == k]
-        found = np.sqrt(np.sum(mine**2) / max(len(mine) * freedom / total, 1e-300))
-        floor = 1e-13 * problem.spread[k]
-        noise[k] = max(float(found), floor) if fit.noise is None else fit.noise
-        known &= fit.noise is not None
-    return noise, (10**9 if known else freedom)
-
-
-def _completed(turned: Floats, size: int) -> Floats:
-    """Return further directions, at right angles to those that there are."""
-    if len(turned) == size:
-        return turned[:0]
-    found: Any = qr(turned.T, mode="full")
-    return found[0][:, len(turned) :].T
+    Args:
+        fit: The fit, near its result.
+        draws: The noise of its measurements.
+        sure: Probability that an interval contains the parameter.
+    """
+    firm = np.square(fit.firm).sum(axis=1)
+    deviations = np.sqrt(sum((one.variance for one in draws), firm[None]))
+    low, high = deviations.min(axis=0), 2.0 * deviations.max(axis=0)
+    high = np.maximum(high, 1e-300)
+    for _ in range(60):  # twice as near each time, and to 1e-16 in the end
+        middle = 0.5 * (low + high)
+        inside = 2.0 * ndtr(middle / np.maximum(deviations, 1e-300)).mean(axis=0) - 1.0
+        low, high = np.where(inside < sure, middle, low), np.where(inside < sure, high, middle)
+    return high
 
 
 def _blind(

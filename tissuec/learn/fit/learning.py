@@ -1,8 +1,9 @@
 """The whole of learning on one page: data -> search -> identifiability -> result."""
 
 import time as clock
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -17,6 +18,7 @@ from tissuec.learn.fit.bootstrap import Resampled, intervals
 from tissuec.learn.fit.checkpoint import KeptSearch, key_of
 from tissuec.learn.fit.evaluations import Evaluator, LostWorkersError
 from tissuec.learn.fit.identifiability import Identifiability
+from tissuec.learn.fit.noise import NoiseDraws
 from tissuec.learn.fit.outcome import Learnt
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.fit.rule_revision import CandidateScene, revised, with_texts
@@ -43,7 +45,7 @@ class LearnProgress(NamedTuple):
         error, first: The error function now, and at the beginning of this horizon.
         held_out: Relative error of what was held out; None without any.
         seconds: Since the beginning.
-        fits: How many fits to resampled residuals are over, once the search is.
+        fits: How many fits to simulated data are over, once the search is.
     """
 
     passes: int
@@ -96,8 +98,8 @@ def learn(
     fitting = _Fitting.of(scene, workers, progress, began)
     with _told():
         problem, end, search, note = fitting.fitted(state, fresh=fresh)
-        resampled = fitting.resampled(end)
-        learnt = assess(fitting.session, problem, search, end, resampled)
+        resample = partial(fitting.resampled, end)
+        learnt = assess(fitting.session, problem, search, end, resample)
     words, shaping = fitting.session.words, fitting.session.shaping
     if words is not None:
         moving = end.theta[shaping.own : shaping.size]
@@ -183,7 +185,7 @@ class _Fitting(NamedTuple):
             before, note = (kept.before, kept.note) if goes_on else (None, "")
             return _Found(problem, search.go(before or search.begin()), search, note)
 
-    def resampled(self, end: SearchState) -> Resampled | None:
+    def resampled(self, end: SearchState, draws: Sequence[NoiseDraws]) -> Resampled | None:
         """Return the intervals by bootstrap; None if none are wanted, or fits fail."""
         fits = self.session.fit_problem.bootstrap
         if fits is None or not len(end.theta):
@@ -193,7 +195,7 @@ class _Fitting(NamedTuple):
             if self.progress is not None:
                 self.progress(self._standing(end, 0.0, None)._replace(fits=count))
 
-        return intervals(self.evaluator, end, fits, done)
+        return intervals(self.evaluator, end, draws, fits, done)
 
     def _standing(
         self, now: SearchState, first: float, held_out: float | None
@@ -218,7 +220,7 @@ def rehearsal(compiled: Compiled, fit_problem: FitProblem, request: Request) -> 
     shaping, problem = session.shaping, session.problem
     theta, many = np.zeros(problem.size), len(fit_problem.fits)
     told = np.ones(problem.size, dtype=bool)
-    sureness = Identifiability(theta, theta, theta, told, (), np.zeros(many))
+    sureness = Identifiability(theta, theta, told, (), np.zeros(many))
     words = session.words
     return Learnt(
         fit_problem=replace(fit_problem, demands=()),

@@ -1,12 +1,13 @@
 """Detects residuals so large that the search, or the model, has failed."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tissuec.core.errors import TissueError
+from tissuec.core.errors import TissueError, counted
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.fit.problem import LIMIT, Problem
+from tissuec.learn.fit.problem import Problem
+from tissuec.learn.fit.residual_structure import ResidualStructure, residual_structure
 from tissuec.learn.fit.search import MET
 from tissuec.learn.fit.shown import percent
 from tissuec.model.network import Floats
@@ -18,12 +19,18 @@ COARSE = 0.05  # error of steps from which on a fit is none
 TOLD = 0.02  # size from which on they are told
 
 
-def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> str:
+def misfit(
+    problem: Problem,
+    theta: Floats,
+    structure: ResidualStructure,
+    singles: Sequence[Problem] = (),
+) -> str:
     """Return why some parameters are no solution, as a sentence; empty if they may be one.
 
     Args:
         problem: Residuals of all experiments.
         theta: Result of the search on the whole horizon, dimensionless, shape (parameter,).
+        structure: Of the residuals.
         singles: The same problem for each experiment by itself.
     """
     if _is_met(problem, theta):
@@ -34,14 +41,14 @@ def misfit(problem: Problem, theta: Floats, singles: Sequence[Problem] = ()) -> 
             f"the error is {percent(error)}; the mean of the data alone gives "
             "100 %, so the fit does not explain the data"
         )
-    if problem.structure(theta, LIMIT).exceeds(STRUCTURED):
+    if structure.exceeds(STRUCTURED):
         return (
             f"the error is {percent(error)}, and the residuals are correlated, so they are not "
             "noise: the fit found a wrong minimum, or the scene does not describe the "
             "experiment"
         )
     for one in singles:
-        found = one.structure(theta, LIMIT)
+        found = residual_structure(one, one.left(theta))
         share = found.size * float((one.spread / problem.spread).max(initial=0.0))
         if found.exceeds(NOTHING) and share >= TOLD:
             name = one.trials[0].experiment.name
@@ -66,16 +73,32 @@ def too_coarse(error: float) -> str:
     )
 
 
-def remark(problem: Problem, theta: Floats) -> str:
-    """Return a remark on residuals that are small but correlated; empty if they are not."""
-    found = problem.structure(theta, LIMIT)
-    if _is_met(problem, theta) or not found.exceeds(TOLD):
-        return ""
-    return (
-        f"the residuals are not noise: their neighbours correlate by {found.correlation:.2f} "
-        f"({percent(found.size)} without outliers); the scene differs from the experiment, "
-        "and parameters may be off by more than their intervals"
-    )
+def remarks(problem: Problem, theta: Floats, structure: ResidualStructure) -> Iterator[str]:
+    """Yield remarks on residuals that do not look like noise, or are large.
+
+    Args:
+        problem: Residuals of all experiments.
+        theta: Result of the search on the whole horizon, dimensionless, shape (parameter,).
+        structure: Of the residuals.
+    """
+    if _is_met(problem, theta):
+        return
+    if problem.noise_is_given:
+        yield f"the residuals are {problem.rms(theta):.3g} times as large as the given noise"
+    error = problem.relative(theta)
+    if structure.exceeds(TOLD):
+        yield (
+            f"the residuals are not white noise: they correlate from row to row by "
+            f"{structure.correlation:.2f} ({percent(structure.size)} without outliers); "
+            "intervals allow for that if it is noise, but not if the scene differs from the "
+            "experiment"
+        )
+    elif error >= STRUCTURED:
+        count = counted(int(problem.counted.sum()), "number")
+        yield (
+            f"the error is {percent(error)}; {count} do not tell whether that is noise or a "
+            "wrong model: compare with held-out data"
+        )
 
 
 def units(problem: Problem) -> list[str]:

@@ -8,7 +8,6 @@ that the data does not determine at their start.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -23,9 +22,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.script.fit_problem import FitProblem
 
 REACH = 2.0  # of logarithms: a factor of 7
-LIMIT = 3.0  # standard deviations of what is left, beyond which it counts as such
 CONSTANT = 1e-9  # of data: a deviation from the mean that is rounding
-CORRELATED = 0.3  # of neighbouring residuals: more is structure, if it is significant
 
 
 class FittedExperiment(Struct, frozen=True, eq=False):
@@ -33,29 +30,6 @@ class FittedExperiment(Struct, frozen=True, eq=False):
 
     experiment: Experiment
     model: Model
-
-
-class ResidualStructure(NamedTuple):
-    """Statistics of residuals.
-
-    Attributes:
-        correlation: Of a residual with the one in the next row.
-        pairs: How many of them there are.
-        size: Root of the mean square of residuals.
-    """
-
-    correlation: float
-    pairs: int
-    size: float
-
-    @property
-    def is_significant(self) -> bool:
-        """Return whether the correlation is more than that of noise may well be."""
-        return self.correlation > CORRELATED + 3.0 / np.sqrt(max(self.pairs, 1))
-
-    def exceeds(self, least: float) -> bool:
-        """Return whether correlated residuals, a sign of a wrong model, exceed a size."""
-        return self.size >= least and self.is_significant
 
 
 class Problem:
@@ -67,6 +41,7 @@ class Problem:
     Attributes:
         fit_of: Place in the fit problem of the fit of each number, shape (number,).
         rows: Number of the row of each number in its series, shape (number,).
+        times: Time of each number [s], or displacement [m], shape (number,).
         part: Which numbers are in use, shape (number,).
         noise: Standard deviation by which each fit is measured, by its place in the problem.
         reaches: By how much each parameter may well differ from its start, shape (parameter,):
@@ -94,7 +69,7 @@ class Problem:
             [np.zeros(0), *(measured(t.experiment.series) for t in trials)]
         )
         self.fit_of = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_fits()])
-        self._time = np.concatenate([np.zeros(0), *self._of_times()])
+        self.times = np.concatenate([np.zeros(0), *self._of_times()])
         self.rows = np.concatenate([np.zeros(0, dtype=np.int64), *self._of_rows()])
         self.part = np.ones(len(self.data), dtype=bool)
         self.spread = np.array([self._deviation(k) for k in range(len(fit_problem.fits))])
@@ -124,7 +99,7 @@ class Problem:
     @property
     def duration(self) -> float:
         """Return the last time of all experiments [s], or the greatest displacement [m]."""
-        return float(self._time.max(initial=0.0))
+        return float(self.times.max(initial=0.0))
 
     def limit(self, stop: float) -> None:
         """Use only measurements up to a time [s]."""
@@ -144,7 +119,7 @@ class Problem:
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Return which numbers were measured and are within the horizon, shape (number,)."""
-        return np.isfinite(self.data) & (self._time <= self.stop) & self.part
+        return np.isfinite(self.data) & (self.times <= self.stop) & self.part
 
     @property
     def fits(self) -> NDArray[np.int64]:
@@ -154,9 +129,16 @@ class Problem:
         """
         return self.fit_of[self.counted]
 
+    @property
+    def scale(self) -> Floats:
+        """Return √w / σ of each counted number, shape (counted,)."""
+        fits = self.fit_problem.fits
+        each = np.array([np.sqrt(fit.weight) for fit in fits]) / self.noise
+        return each[self.fits]
+
     def many_until(self, time: float) -> int:
         """Return how many numbers were measured up to a time [s]."""
-        return int((np.isfinite(self.data) & (self._time <= time) & self.part).sum())
+        return int((np.isfinite(self.data) & (self.times <= time) & self.part).sum())
 
     def predicted(self, theta: Floats) -> Floats:
         """Return all predictions with their zeros, in SI units, shape (number,)."""
@@ -176,35 +158,8 @@ class Problem:
 
     def rms(self, theta: Floats) -> float:
         """Return the root mean square of residuals in units of the noise."""
-        left = self._scale * self.left(theta)
+        left = self.scale * self.left(theta)
         return float(np.sqrt(np.mean(np.square(left)))) if len(left) else 0.0
-
-    def structure(self, theta: Floats, limit: float = np.inf) -> ResidualStructure:
-        """Return statistics of residuals, in units of the deviation of data from its mean.
-
-        Args:
-            theta: Parameters, dimensionless, shape (parameter,).
-            limit: Residuals are clipped to so many robust standard deviations, so that outliers
-                do not hide a structure.
-        """
-        left = np.full(len(self.data), np.nan)
-        left[self.counted] = self.left(theta) / self.spread[self.fits]
-        products, squares, pairs = 0.0, 0.0, 0
-        clipped: list[Floats] = []
-        for rows in self.of_series(left):
-            known = rows[np.isfinite(rows)]
-            size = 1.4826 * float(np.median(np.abs(known))) if len(known) else 0.0
-            rows = np.clip(rows, -limit * size, limit * size) if size > 0.0 else rows
-            product, square = rows[1:] * rows[:-1], 0.5 * (rows[1:] ** 2 + rows[:-1] ** 2)
-            both = np.isfinite(product)
-            products, squares = products + product[both].sum(), squares + square[both].sum()
-            pairs += int(both.sum())
-            clipped.append(rows[np.isfinite(rows)])
-        every = np.concatenate([np.zeros(0), *clipped])
-        size = float(np.sqrt(np.mean(every**2))) if len(every) else 0.0
-        return ResidualStructure(
-            float(products / squares) if squares > 0.0 else 0.0, pairs, size
-        )
 
     def residuals(self, theta: Floats) -> Floats:
         """Return the residuals whose sum of squares is 2 E, dimensionless.
@@ -212,7 +167,7 @@ class Problem:
         The shape is (counted + priors,).
         """
         expected = [self.trust * (theta[p.place] - p.value) / p.spread for p in self.priors]
-        return np.concatenate([self._scale * self.left(theta), expected, self.faint * theta])
+        return np.concatenate([self.scale * self.left(theta), expected, self.faint * theta])
 
     def error(self, theta: Floats) -> float:
         """Return E; infinite where it overflows."""
@@ -224,16 +179,18 @@ class Problem:
         self.freeze(theta)
         return self.error(theta)
 
+    def derivatives(self, theta: Floats) -> Floats:
+        """Return the derivatives of predictions in SI units, shape (counted, parameter)."""
+        rows = np.concatenate([t.model.jacobian(theta[: self.own]) for t in self.trials])
+        zeros = (self.fits[:, None] == self.zeroed) * self.unit_of_zero[self.zeroed]
+        return np.concatenate([rows[self.counted], zeros], axis=1)
+
     def jacobian(self, theta: Floats) -> Floats:
         """Return the derivatives of the residuals, shape (residual, parameter)."""
-        rows = np.concatenate([t.model.jacobian(theta[: self.own]) for t in self.trials])
-        counted = self.counted
-        first = int(counted.sum())
+        rows = self.derivatives(theta)
+        first = len(rows)
         found = np.zeros((first + len(self.priors) + self.size, self.size))
-        found[:first, : self.own] = self._scale[:, None] * rows[counted]
-        for k, fit in enumerate(self.zeroed):
-            found[:first, self.own + k] = self._scale * (self.fit_of[counted] == fit)
-            found[:first, self.own + k] *= self.unit_of_zero[fit]
+        found[:first] = self.scale[:, None] * rows
         for k, prior in enumerate(self.priors):
             found[first + k, prior.place] = self.trust / prior.spread
         found[first + len(self.priors) :] = np.diag(self.faint)
@@ -241,7 +198,7 @@ class Problem:
 
     def gradient(self, theta: Floats) -> tuple[float, Floats]:
         """Return E and its derivatives, dimensionless, shape (parameter,)."""
-        counted, scale = self.counted, self._scale
+        counted, scale = self.counted, self.scale
         left = scale * self.left(theta)
         weights = np.zeros(len(self.data))
         weights[counted] = scale * left
@@ -266,8 +223,7 @@ class Problem:
 
         It is the root of the mean square, in units of how far the data deviates from its mean.
         """
-        rows = self.jacobian(theta)[: int(self.counted.sum())]
-        rows *= (self.noise / self.spread)[self.fits][:, None]
+        rows = self.derivatives(theta) / self.spread[self.fits][:, None]
         return np.sqrt(np.mean(np.square(rows), axis=0))
 
     def with_zeros(self, theta: Floats) -> Floats:
@@ -309,13 +265,6 @@ class Problem:
                 start += size
 
     # --- parts --------------------------------------------------------------------------------
-
-    @property
-    def _scale(self) -> Floats:
-        """Return √w / σ of each counted number."""
-        fits = self.fit_problem.fits
-        each = np.array([np.sqrt(fit.weight) for fit in fits]) / self.noise
-        return each[self.fit_of[self.counted]]
 
     def _zeros(self, theta: Floats) -> Floats:
         found = np.zeros(len(self.fit_problem.fits))

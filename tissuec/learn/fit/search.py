@@ -23,7 +23,8 @@ from scipy.optimize import least_squares, minimize
 
 from tissuec.core.errors import TissueError
 from tissuec.learn.derivatives.motion import Diverged
-from tissuec.learn.fit.problem import LIMIT, Problem
+from tissuec.learn.fit.problem import Problem
+from tissuec.learn.fit.residual_structure import residual_structure
 from tissuec.model.network import Floats
 
 LEAST_SQUARES, LBFGS = "least squares", "l-bfgs-b"
@@ -331,7 +332,7 @@ class Search:
                 return True
             if problem.noise_is_given:
                 return problem.rms(theta) < MET
-            found = problem.structure(theta, LIMIT)
+            found = residual_structure(problem, problem.left(theta))
         except (Diverged, TissueError):
             return False
         return found.size < FAR or (found.size < FITTING and not found.is_significant)

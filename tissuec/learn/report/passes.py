@@ -13,7 +13,7 @@ class Passes(ProgressLine):
 
     def _text(self, at: LearnProgress) -> str:
         if at.fits is not None:
-            return f"{at.fits} fits to resampled residuals, {at.seconds:.0f} s"
+            return f"{at.fits} fits to simulated data, {at.seconds:.0f} s"
         parts = [f"pass {at.passes} of at most {at.most}"]
         if at.horizon < 1.0:
             parts.append(f"first {100 * at.horizon:.0f} % of the data")
