@@ -10,7 +10,7 @@ from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.bootstrap import MOST_FAILED, Resampled
 from tissuec.learn.fit.identifiability import SHOWN, Identifiability, judge
-from tissuec.learn.fit.linearised import linearised
+from tissuec.learn.fit.linearised import LinearisedFit, linearised
 from tissuec.learn.fit.misfit import misfit, remarks, too_coarse, units
 from tissuec.learn.fit.noise import NoiseDraws, noise_of
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
@@ -53,16 +53,13 @@ def assess(
     first_error, error = _first_error(problem), problem.error_at(theta)
     near = linearised(problem, theta)
     draws, names = noise_of(near), _names(session, problem)
-    structure = residual_structure(problem, near.left, near.basis)
-    doubts = (*suspicions(near, theta), *contradictions(near, names[0]))
     resampled = resample(draws)
     sureness = judge(near, draws, *names, np.concatenate([np.zeros(0), *errors]))
-    failure = too_coarse(stepping_error) or misfit(problem, theta, structure, singles)
-    remarked = tuple(remarks(problem, theta, structure))
+    failure, doubts = _doubts(near, theta, names[0], singles)
+    failure = too_coarse(stepping_error) or failure
     fitted = tuple(_fitted(session, problem, theta))
     notes = (
         *(units(problem) if failure or sureness.blind else ()),
-        *(remarked if not failure else ()),
         *doubts,
         *filter(None, [_of_intervals(session, resampled)]),
         *_notes(session, theta, stepping_error),
@@ -88,6 +85,20 @@ def assess(
         wall_time=0.0,
         notes=notes,
     )
+
+
+def _doubts(
+    near: LinearisedFit, theta: Floats, names: Sequence[str], singles: Sequence[Problem]
+) -> tuple[str, list[str]]:
+    """Return why a fit is no solution, empty if it may be one, and what is doubtful about it.
+
+    The motion is that of the result: after this, models may be frozen anew.
+    """
+    problem = near.problem
+    structure = residual_structure(problem, near.left, near.basis)
+    doubts = [*suspicions(near, theta), *contradictions(near, names)]
+    failure = misfit(problem, theta, structure, singles)
+    return failure, doubts if failure else [*remarks(problem, theta, structure), *doubts]
 
 
 def _names(session: LearnSession, problem: Problem) -> tuple[list[str], list[str]]:

@@ -86,6 +86,8 @@ def judge(
 def half_widths(fit: LinearisedFit, draws: Sequence[NoiseDraws], sure: float) -> Floats:
     """Return how far the interval of each parameter reaches to either side.
 
+    It is dimensionless and has the shape (parameter,).
+
     Args:
         fit: The fit, near its result.
         draws: The noise of its measurements.

@@ -121,6 +121,11 @@ def white_noise(problem: Problem, left: Floats, parameters: int) -> Floats:
     """Return the standard deviation of each fit in SI units, shape (fit,).
 
     Those that were not given are those of the residuals, of which the parameters take a part.
+
+    Args:
+        problem: Residuals of all experiments.
+        left: Predictions less measurements in SI units, shape (counted,).
+        parameters: How many parameters were fitted.
     """
     total = max(len(left), 1)
     freedom = max(len(left) - parameters, 1)

@@ -75,7 +75,10 @@ class Chains(NamedTuple):
         return int(np.diff(starts).max(initial=1))
 
     def neighbours(self, correlation: float) -> Floats:
-        """Return the correlation of each number with the one before, shape (number,)."""
+        """Return the dimensionless correlation of each number with the one before.
+
+        The shape is (number,).
+        """
         known = np.isfinite(self.apart)
         found = np.zeros(len(self.apart))
         found[known] = np.power(correlation, self.apart[known])
@@ -84,7 +87,14 @@ class Chains(NamedTuple):
     def path(
         self, size: float, correlation: float, white: float, random: np.random.Generator
     ) -> Floats:
-        """Return errors of such a noise, in the order of the chains, shape (number,)."""
+        """Return errors of such a noise, in the order of the chains, shape (number,).
+
+        Args:
+            size: Standard deviation in SI units, which are those of the errors.
+            correlation: Factor from row to row.
+            white: Share of white noise.
+            random: Source of random numbers.
+        """
         near, both = self.neighbours(correlation), random.standard_normal((2, len(self.order)))
         own = 1.0 / np.sqrt(1.0 - near**2)
         bands = np.stack([own, -np.append(near[1:] * own[1:], 0.0)])

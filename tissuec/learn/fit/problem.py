@@ -131,7 +131,7 @@ class Problem:
 
     @property
     def scale(self) -> Floats:
-        """Return √w / σ of each counted number, shape (counted,)."""
+        """Return √w / σ of each counted number in SI units, shape (counted,)."""
         fits = self.fit_problem.fits
         each = np.array([np.sqrt(fit.weight) for fit in fits]) / self.noise
         return each[self.fits]
