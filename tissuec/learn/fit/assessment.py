@@ -47,7 +47,6 @@ def assess(
         Diverged: The motion is not finite.
     """
     theta, fits = end.theta, session.fit_problem.fits
-    singles = [session.judged([trial], problem) for trial in session.learning]
     errors = [trial.model.step_error(theta[: problem.own]) for trial in problem.trials]
     stepping, stepping_error = _stepping(problem, theta, errors)
     first_error, error = _first_error(problem), problem.error_at(theta)
@@ -55,9 +54,8 @@ def assess(
     draws, names = noise_of(near), _names(session, problem)
     resampled = resample(draws)
     sureness = judge(near, draws, *names, np.concatenate([np.zeros(0), *errors]))
-    failure, doubts = _doubts(near, theta, names[0], singles)
+    failure, doubts = _doubts(near, theta, names[0], session)
     failure = too_coarse(stepping_error) or failure
-    fitted = tuple(_fitted(session, problem, theta))
     notes = (
         *(units(problem) if failure or sureness.blind else ()),
         *doubts,
@@ -70,7 +68,7 @@ def assess(
         zeros={fits[k].text: problem.zero(theta, k) for k in problem.zeroed},
         error=error,
         first_error=first_error,
-        fitted=fitted,
+        fitted=tuple(_fitted(session, problem, theta)),
         noise={fit.text: float(s) for fit, s in zip(fits, sureness.noise, strict=True)},
         singular=sureness.singular,
         blind=sureness.blind,
@@ -88,13 +86,14 @@ def assess(
 
 
 def _doubts(
-    near: LinearisedFit, theta: Floats, names: Sequence[str], singles: Sequence[Problem]
+    near: LinearisedFit, theta: Floats, names: Sequence[str], session: LearnSession
 ) -> tuple[str, list[str]]:
     """Return why a fit is no solution, empty if it may be one, and what is doubtful about it.
 
     The motion is that of the result: after this, models may be frozen anew.
     """
     problem = near.problem
+    singles = [session.judged([trial], problem) for trial in session.learning]
     structure = residual_structure(problem, near.left, near.basis)
     doubts = [*suspicions(near, theta), *contradictions(near, names)]
     failure = misfit(problem, theta, structure, singles)
