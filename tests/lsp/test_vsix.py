@@ -9,6 +9,8 @@ from zipfile import ZipFile
 
 import pytest
 
+from tissuec.cli.lsp import _write
+from tissuec.core.errors import TissueError
 from tissuec.core.resources import grammar
 from tissuec.lsp import vsix
 from tissuec.lsp.vsix import CLIENT, write_vsix
@@ -112,3 +114,9 @@ def test_the_command_says_what_it_wrote(tmp_path):
         cwd=ROOT,
     )
     assert run.returncode == 2 and "cannot write" in run.stderr
+
+
+def test_a_file_of_the_extension_that_cannot_be_read_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(vsix, "_WRITTEN", ("absent.js",))
+    with pytest.raises(TissueError, match=r'cannot read ".*absent\.js"'):
+        _write(tmp_path / "t.vsix", None)

@@ -47,7 +47,9 @@ def _write(target: Path, settings: Settings) -> int:
     try:
         has_client = write_vsix(target)
     except OSError as error:
-        raise TissueError(f'cannot write "{target}": {error.strerror}') from None
+        place = Path(error.filename or target)
+        what = "write" if place == target else "read"
+        raise TissueError(f'cannot {what} "{place}": {error.strerror}') from None
     if settings.json:
         print_json({"file": str(target), "client": has_client})
         return DONE
