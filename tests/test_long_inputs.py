@@ -12,7 +12,6 @@ from tissuec.core.text_tables.column_units import unit_of
 from tissuec.core.text_tables.dialect import find_dialect
 from tissuec.core.units import UnitError
 from tissuec.meshes.formats import FormatError, read
-from tissuec.meshes.formats.vtu import cells_announced
 from tissuec.pipeline import check_request
 from tissuec.scene.request import Request
 
@@ -28,6 +27,11 @@ def text(content):
 
 def stl(content):
     return refused(lambda: read(STL % content, Path("long.stl")))
+
+
+def vtu(content):
+    head = b'<VTKFile type="UnstructuredGrid"><UnstructuredGrid>'
+    return refused(lambda: read(head + content, Path("long.vtu")))
 
 
 def refused(work):
@@ -55,10 +59,8 @@ CASES = {
     "blanks of an STL": lambda n: stl(b" " * n),
     "blanks in a vertex of an STL": lambda n: stl(b"vertex" + b" " * n + b"x"),
     "solids of an STL": lambda n: stl(b"solid " * n),
-    "pieces of a VTU": lambda n: lambda: cells_announced(b"<Piece " * n),
-    "attributes of a VTU": lambda n: (
-        lambda: cells_announced(b"<Piece " + b"NumberOfCells " * n)
-    ),
+    "pieces of a VTU": lambda n: vtu(b"<Piece " * n),
+    "attributes of a VTU": lambda n: vtu(b"<Piece " + b"NumberOfCells " * n),
     "brackets of a header": lambda n: refused(lambda: find_dialect("a (" * n + "\n1 2\n")),
     "quotes of a header": lambda n: refused(lambda: find_dialect('a "' * n + "\n1 2\n")),
     "brackets of a name": lambda n: refused(lambda: unit_of("(" * n)),
