@@ -116,7 +116,10 @@ def retype(dice: random.Random, file: h5py.File) -> None:
     data, about = file[path][()], dict(file[path].attrs)
     kind = dice.choice(["f4", "f8", "i1", "i8", "u2", "S5", h5py.string_dtype(), "c16", "b1"])
     try:
-        data = np.asarray(data).astype(kind)
+        with np.errstate(all="ignore"):
+            data = np.asarray(data).astype(kind)
+        if h5py.check_string_dtype(np.dtype(kind)):  # numbers are no texts
+            data = np.array([str(one) for one in data.reshape(-1)], kind).reshape(data.shape)
     except (ValueError, TypeError, OverflowError):
         data = np.zeros(np.shape(data), "i4")
     del file[path]

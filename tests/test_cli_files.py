@@ -60,9 +60,13 @@ def test_a_run_does_not_replace_its_scene_by_the_name_of_an_unfinished_result(sc
 def test_a_run_replaces_results_only(scene):
     notes = scene.with_name("notes.txt")
     notes.write_text("keep me")
-    said = refused("run", scene, "-o", "notes.txt", cwd=scene.parent)
+    assert "a result is an HDF5 file" in refused(
+        "run", scene, "-o", "notes.txt", cwd=scene.parent
+    )
+    kept = notes.rename(notes.with_suffix(".vtkhdf"))
+    said = refused("run", scene, "-o", kept.name, cwd=scene.parent)
     assert "not a result of tissuec; give another file" in said
-    assert notes.read_text() == "keep me"
+    assert kept.read_text() == "keep me"
     assert tissuec("run", scene, cwd=scene.parent).returncode == 0
     assert tissuec("run", scene, cwd=scene.parent).returncode == 0
 

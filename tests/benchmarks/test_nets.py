@@ -9,7 +9,7 @@ from tissuec.pipeline import compile_request
 
 def compiled(scene):
     found, warnings = compile_request(scene.request())
-    assert not warnings
+    assert {one.code for one in warnings} <= {"W413"}  # that a run of extreme nets takes long
     return found
 
 

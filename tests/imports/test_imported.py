@@ -348,7 +348,8 @@ def test_an_organ_inside_out_is_turned(tmp_path):
     position, triangles = blob(2)
     write_obj(tmp_path / "a.obj", position, triangles[:, ::-1])
     mesh = imported(tmp_path / "a.obj")
-    assert mesh.remarks == ("320 triangles flipped to face the same way as the others",)
+    said = "the surface turned inside out: all of its triangles faced inwards"
+    assert mesh.remarks == (said,)
     assert volume(mesh.position, mesh.skin.astype(np.int64)) > 0
 
 

@@ -218,7 +218,7 @@ expect count(a) = 3
 
 def test_the_inside_of_a_block_with_a_bad_head_is_looked_at():
     assert codes_and_lines("body is = {\n a = 3,5\n b { c = 1 }\n}\nd = 4,5\n") == [
-        ("TIS100", 2), ("TIS108", 3), ("TIS108", 6),
+        ("TIS312", 2), ("TIS108", 3), ("TIS108", 6),
     ]  # fmt: skip
 
 

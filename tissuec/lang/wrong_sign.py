@@ -38,7 +38,7 @@ def is_before_number(m: Mistake) -> Diagnostic | None:
     """Recognise ``friction is 0.4``, and a test such as ``x is 3 mm``."""
     if m.previous != "IS" or m.found.type not in _VALUES or m.statement.is_head:
         return None
-    if m.next == "WORD":
+    if m.next == "WORD" and m.found.type != "LSQB":
         return None
     sign, name = m.before[-1], m.before[:-1]
     if m.first == "IF":
