@@ -24,7 +24,8 @@ GROUPS = {
     "tissuec/view/plots": "tissuec.plot",
 }
 
-TETRAHEDRON = "OFF\n4 4 0\n0 0 0\n9 0 0\n0 9 0\n0 0 9\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
+#: Corners of triangles, a line for each.
+TETRAHEDRON = "0 0 0 0 9 0 9 0 0\n0 0 0 9 0 0 0 0 9\n0 0 0 0 0 9 0 9 0\n9 0 0 0 9 0 0 0 9\n"
 
 
 def install(folder, name, version, groups):
@@ -203,7 +204,7 @@ VALIDATED = {"magnet.tis", "limit.tis"}
     ("command", "names"), [("run", scenes().keys() - VALIDATED), ("validate", VALIDATED)]
 )
 def test_scenes_use_members_of_an_installed_package(command, names, site, tmp_path):
-    (tmp_path / "tetrahedron.off").write_text(TETRAHEDRON)
+    (tmp_path / "tetrahedron.raw").write_text(TETRAHEDRON)
     for name in names:
         (tmp_path / name).write_text(scenes()[name], encoding="utf-8")
     printed = call_python(tmp_path, site, ONE_AFTER_ANOTHER, command, *sorted(names))
