@@ -65,7 +65,9 @@ function show(value, units, digits = 3) {
   for (const [size, name] of value === 0 ? [] : units) {
     if (Math.abs(value) >= size * (1 - 0.5 * 10 ** -digits)) [factor, unit] = [size, name];
   }
-  return `${general(value / factor, digits)} ${unit}`.trimEnd();
+  // 1050 and not 1.05e+03.
+  const rounded = Number((value / factor).toPrecision(digits));
+  return `${general(rounded, Math.max(digits, 6))} ${unit}`.trimEnd();
 }
 
 /** The text of a value at a share of a scale, no longer than a slider can be set to. */
