@@ -10,9 +10,9 @@ from tissuec.compiler.clauses import ClauseReader
 from tissuec.core.errors import CompileError
 from tissuec.core.hints import Edit, Hint, insertion
 from tissuec.core.interpolation import monotone_slopes
-from tissuec.core.text_tables.column_units import unit_of
 from tissuec.core.text_tables.columns import BadRow, line_number, read_columns
-from tissuec.core.text_tables.dialect import Dialect, find_dialect
+from tissuec.core.text_tables.dialect import Dialect
+from tissuec.core.text_tables.heads import find_dialect
 from tissuec.core.units import LENGTH, TIME, Unit, UnitError, describe, parse_unit, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
@@ -142,7 +142,7 @@ class _ProfileTable:
         column = f'the first column of {self.path}, "{dialect.names[0]}",'
         hint = "name it with a unit of time, such as t_ms, or without a unit for seconds"
         try:
-            unit = unit_of(dialect.names[0])
+            unit = dialect.unit(0)
         except UnitError as error:
             self.reject("TIS104", f"{column} has an unknown unit: {error}", hint)
         if unit is None:
@@ -156,12 +156,13 @@ class _ProfileTable:
         """Reject names of columns that contradict the sentence, which gives their unit."""
         where = "in the sentence" if self.unit is None else "after in"
         hint = f"write the unit {where}; the name of the column needs none"
-        for name in dialect.names[1:] if dialect.named else ():
-            if len(name) == 1 and name.islower():  # m, s or g are symbols here
+        for number, name in enumerate(dialect.names if dialect.named else ()):
+            is_symbol = len(name) == 1 and name.islower() and not dialect.units
+            if not number or is_symbol:  # m, s or g are symbols here
                 continue
             column = f'the column "{name}" of {self.path}'
             try:
-                unit = unit_of(name)
+                unit = dialect.unit(number)
             except UnitError as error:
                 if self.unit is None:  # such as factor (relative)
                     continue

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives, nearby_file
 from tissuec.core.source import Source, Span
+from tissuec.core.units import TIME
 from tissuec.lang import syntax as s
 from tissuec.scene.declarations import without
 from tissuec.scene.learn_entries import SENTENCES
@@ -17,7 +18,7 @@ from tissuec.scene.library import LINK, LINKED, SUFFIX, Library
 from tissuec.scene.parameters import Constants
 from tissuec.script.fit_problem import Data
 
-DATA = "data"
+DATA, FROM = "data", "from"
 
 
 class Held(Struct, frozen=True):
@@ -56,22 +57,27 @@ class DataReader:
     def _read(self, item: s.Assign | s.Sentence | s.Block) -> bool:
         overrides: tuple[str, ...] = ()
         if isinstance(item, s.Assign):
-            value, extra = item.value, (*item.clauses, *((item.bounds,) if item.bounds else ()))
+            value, extra = item.value, item.bounds
             names = list(value.items) if isinstance(value, s.Listing) else [value]
         else:
-            name, extra = without(item.name, DATA), item.clauses
+            name, extra = without(item.name, DATA), item.phrase
             names = [name] if name is not None else []
-        if not names or extra or (not isinstance(item, s.Assign) and item.phrase is not None):
+        if not names or extra is not None or [c.word for c in item.clauses] not in ([], [FROM]):
             return False
+        start = 0.0
+        for clause in item.clauses:
+            time = self.scope.number(clause.value)
+            self.scope.expect(time, TIME, clause.value.span, what="the start of the run")
+            start = float(time.amount)
         if isinstance(item, s.Block):
             overrides = self._overrides(item)
         with self.findings.together():
             for one in names:
                 with self.findings.item():
-                    self._enter(one, overrides)
+                    self._enter(one, overrides, start)
         return True
 
-    def _enter(self, node: s.Expression, overrides: tuple[str, ...]) -> None:
+    def _enter(self, node: s.Expression, overrides: tuple[str, ...], start: float) -> None:
         if not isinstance(node, s.Name) or not node.quoted or node.words:
             self.findings.reject(
                 "TIS312", "the name of a file must be in quotes", node.span,
@@ -88,7 +94,7 @@ class DataReader:
                     'name', node.span,
                     hint="the report names data by file; rename one of the files",
                 )  # fmt: skip
-        self.files[node.quoted] = Data(self.find(node), overrides, False, node.span)
+        self.files[node.quoted] = Data(self.find(node), overrides, False, node.span, start)
 
     def _inside(self, name: str, span: Span) -> Path:
         """Return the place of a file beside the text, which need not be there."""

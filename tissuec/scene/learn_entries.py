@@ -19,15 +19,21 @@ SCALED, ABSOLUTE = "scaled", "absolute"
 
 SENTENCES: dict[str, Sentences] = {
     "data": Sentences(
-        ('data = ["one.csv", "two.csv"]', 'data "three.csv" { NAME = 2 mm }'),
+        (
+            'data = ["one.csv", "two.csv"]',
+            'data "three.csv" { NAME = 2 mm }',
+            'data "four.csv" from 12.4 s',
+        ),
         "Files of measurements beside the scene: tables, results of runs (HDF5), or H5MD. A"
-        " block after the name gives the params of the scene that differ in this experiment.",
+        " block after the name gives the params of the scene that differ in this experiment."
+        " ``from`` is the time of the file at which the run begins; earlier rows are not used.",
         is_needed=True,
     ),
     "time": Sentences(
-        ('time using column "t_ms" in ms',),
-        "The column of times. By default the first column, in seconds"
-        " or in the unit that its name ends with.",
+        ('time using column "t_ms" in ms', 'time using column "frame" in 10 ms'),
+        "The column of times, or of the numbers of pictures and the time between them. By"
+        " default the first column (in TRC files the column of times), in seconds or in the"
+        " unit that its name ends with.",
         is_single=True,
     ),
     "displacement": Sentences(

@@ -1,7 +1,5 @@
 """The factors of a study: ``vary`` lines, and the columns of a file of rows."""
 
-import csv
-import io
 import math
 import re
 from collections.abc import Sequence
@@ -11,6 +9,8 @@ from tissuec.core.files import read_bytes
 from tissuec.core.hints import proposal
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
+from tissuec.core.text_tables.dialect import as_number, cells_of, decoded, lines_of
+from tissuec.core.text_tables.heads import find_dialect
 from tissuec.core.units import (
     NUMBER,
     Dimension,
@@ -38,6 +38,7 @@ LARGEST_ROWS = 100_000_000  # [bytes]
 DIGITS = 14  # of the values of a range, so that 3 steps of 0.1 are 0.3
 #: Numbers of a distribution: how many, and which are lengths of time or others, not shares.
 _PARAMETERS = {"uniform": 2, "normal": 2, "lognormal": 2, "triangular": 3}
+_SEPARATORS = ("\t", ";", ",")  # of files of rows; words such as "slightly hard" have blanks
 _HEAD = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\])?$")
 
 
@@ -296,30 +297,33 @@ class FactorReader:
         if library is not None and library.kept is not None:
             return None
         try:
-            text = read_bytes(place, LARGEST_ROWS).decode("utf-8-sig")
-        except (OSError, UnicodeDecodeError) as error:
-            message = (
-                f'cannot read "{name.quoted}": {getattr(error, "strerror", None) or error}'
-            )
+            text = decoded(read_bytes(place, LARGEST_ROWS))
+        except OSError as error:
+            message = f'cannot read "{name.quoted}": {error.strerror or error}'
             self.findings.reject("TIS604", message.lower(), item.span)
-        lines = [line for line in csv.reader(io.StringIO(text, newline="")) if any(line)]
-        if len(lines) < 2:
+        dialect = None if text is None else find_dialect(text, _SEPARATORS)
+        if text is None or dialect is None:
+            message = f'"{name.quoted}" is not text, or empty'
+            self.findings.reject("TIS604", message, item.span)
+        head, lines = dialect.names, list(lines_of(text, dialect.start))
+        if not lines:
             message = f'"{name.quoted}" has no rows'
-            hint = "the first line names the factors: lift [mm],hardness of fallopian tube"
+            hint = "the first line names the factors: lift [mm],hardness of liver"
             self.findings.reject("TIS604", message, item.span, hint=hint)
-        head, *body = lines
-        for number, line in enumerate(body, 2):
+        body = [cells_of(line.text, dialect.delimiter) for line in lines]
+        numbers = [1 + text.count("\n", 0, line.start) for line in lines]
+        for number, line in zip(numbers, body, strict=True):
             if len(line) != len(head):
                 self._bad_row(
                     name, number, f"has {len(line)} cells instead of {len(head)}", item
                 )
-        columns = [[line[n].strip() for line in body] for n in range(len(head))]
+        columns = [[line[n] for line in body] for n in range(len(head))]
         factors = [
             self._column(title.strip(), cells, name, item)
             for title, cells in zip(head, columns, strict=True)
         ]
         values = [
-            self._cells(factor, cells, name, item)
+            self._cells(factor, cells, numbers, name, item)
             for factor, cells in zip(factors, columns, strict=True)
         ]
         return factors, list(zip(*values, strict=True))
@@ -336,7 +340,7 @@ class FactorReader:
             self.findings.reject(
                 "TIS312", f"wrong name of {where}", item.span,
                 hint="a column has the name of a factor, and its unit in square brackets: "
-                "lift [mm]; commas separate columns",
+                "lift [mm]; commas, semicolons or tabs separate columns",
             )  # fmt: skip
         own, dimension = self._own(name, item.name.span, f"{where}: ")
         is_text = not unit and not all(map(_is_number, cells))
@@ -368,16 +372,20 @@ class FactorReader:
         return True
 
     def _cells(
-        self, factor: Factor, cells: Sequence[str], name: s.Name, item: s.Sentence
-    ) -> list[Cell]:
+        self, factor: Factor, cells: Sequence[str], lines: Sequence[int], name: s.Name,
+        item: s.Sentence,
+    ) -> list[Cell]:  # fmt: skip
         if factor.is_text:
             return list(cells)
-        for number, cell in enumerate(cells, 2):
-            if not _is_number(cell):
+        values: list[Cell] = []
+        for number, cell in zip(lines, cells, strict=True):
+            value = as_number(cell)
+            if value is None or math.isnan(value):
                 self._bad_row(name, number, f'"{cell}" is not a number of {factor.name}', item)
-        return [float(cell) for cell in cells]
+            values.append(value)
+        return values
 
-    def _bad_row(self, name: s.Name, number: int, what: str, item: s.Sentence) -> None:
+    def _bad_row(self, name: s.Name, number: int, what: str, item: s.Sentence) -> NoReturn:
         self.findings.reject("TIS121", f'line {number} of "{name.quoted}": {what}', item.span)
 
 
@@ -396,10 +404,8 @@ def _worded(
 
 
 def _is_number(cell: str) -> bool:
-    try:
-        return math.isfinite(float(cell))
-    except ValueError:
-        return False
+    value = as_number(cell)
+    return value is not None and not math.isnan(value)
 
 
 def _flaw(kind: str, numbers: Sequence[float]) -> str:

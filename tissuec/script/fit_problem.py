@@ -105,12 +105,14 @@ class Data(Struct, frozen=True, eq=False):
     Attributes:
         overrides: As of ``--set``: "depth = 2 mm".
         held_out: Whether it is only used to judge what was learnt.
+        start: Time of its clock at which the run begins [s]; earlier rows are not used.
     """
 
     path: Path
     overrides: tuple[str, ...]
     held_out: bool
     span: Span
+    start: float = 0.0
 
 
 class DataAxis(Struct, frozen=True, eq=False):

@@ -24,6 +24,8 @@ def unit_of(name: str) -> Unit | None:
         UnitError: What stands in brackets is none.
     """
     name = name.strip()[-_LONGEST:]
+    if name in ("[]", "[-]"):
+        return None
     if bracketed := _BRACKETS.search(name):
         return _unit(bracketed[1].strip())
     behind = _BEHIND.search(name)
@@ -31,6 +33,15 @@ def unit_of(name: str) -> Unit | None:
         return _unit(behind[1]) if behind else None
     except UnitError:
         return None
+
+
+def is_unit(cell: str) -> bool:
+    """Return whether a cell of a row of units is one: "(s)", "[mN]", "mm", "%", or empty."""
+    text = cell.strip("()[] ")
+    try:
+        return not text or text in ("%", "-") or _unit(text) is not None
+    except UnitError:
+        return False
 
 
 def _unit(text: str) -> Unit:

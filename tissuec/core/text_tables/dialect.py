@@ -1,20 +1,27 @@
-"""The dialect of a table: separators of its cells, and names of its columns.
+"""The dialect of a table: separators of its cells, names and units of its columns.
 
 Cells are parted by tabs, semicolons, commas or blanks; where commas part none of them, decimals
 may have commas. Lines that begin with ``#`` are remarks; the last one above rows without a
 header is the header if it has as many names.
 """
 
+import codecs
 import csv
 import math
 import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from tissuec.core.text_tables.column_units import unit_of
+from tissuec.core.units import Unit
+
 BLANK = " "
-_DELIMITERS = ("\t", ";", ",", BLANK)
-#: What stands where nothing was measured.
-GAPS = frozenset(("", "nan", "-nan", "+nan", "na", "n/a", "-", "null"))
+DELIMITERS = ("\t", ";", ",", BLANK)
+#: What stands where nothing was measured, as instruments, spreadsheets and programs write it.
+GAPS = frozenset((
+    "", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "n.a.", "-", "--", "null", "none",
+    "1.#qnan", "-1.#ind",
+))  # fmt: skip
 # A unit in brackets, which is short, belongs to the name before it.
 _CELL = re.compile(r'"[^"]*"?|[^\s"]+(?:\s+[\[(][^\])]{0,99}[\])])?')
 
@@ -27,12 +34,24 @@ class Dialect(NamedTuple):
         names: Of the columns; their numbers from 1 if there is no header.
         named: Whether there is a header.
         start: Offset in the text behind the header.
+        units: Of the columns, where a row of them stands below the names; "" for none.
+        clock: Number of the column of times, unless another is named.
     """
 
     delimiter: str
     names: tuple[str, ...]
     named: bool
     start: int
+    units: tuple[str, ...] = ()
+    clock: int = 0
+
+    def unit(self, column: int) -> Unit | None:
+        """Return the unit of a column, from the row of units or the end of its name.
+
+        Raises:
+            UnitError: It is unknown.
+        """
+        return unit_of(f"[{self.units[column]}]" if any(self.units) else self.names[column])
 
 
 class TableLine(NamedTuple):
@@ -86,49 +105,16 @@ def as_number(cell: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def find_dialect(text: str) -> Dialect | None:
-    """Return how a table is written; None if there is no line in it."""
-    rows = lines_of(text)
-    first = next(rows, None)
-    if first is None:
+def decoded(data: bytes) -> str | None:
+    """Return the text of a file, whose lines end with one sign; None if it is no text."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        text = data.decode("utf-16", errors="replace")
+    else:
+        data = data.removeprefix(codecs.BOM_UTF8)
+        try:
+            text = data.decode()
+        except UnicodeDecodeError:  # names of columns with letters of older instruments
+            text = data.decode("latin-1")
+    if "\0" in text:
         return None
-    # Of a row of numbers: "0,5 1,5" are two cells, and "0,5" too: commas come before decimals.
-    numeric = [(cells_of(first.text, d), d) for d in _DELIMITERS]
-    numeric = [(cells, d) for cells, d in numeric if _are_numbers(cells)]
-    if numeric:
-        cells, delimiter = max(numeric, key=lambda pair: len(pair[0]))
-        names = _remark_above(text, first.start, delimiter, len(cells))
-        numbers = tuple(str(i + 1) for i in range(len(cells)))
-        return Dialect(delimiter, names or numbers, bool(names), first.start)
-    second = next(rows, None)
-    delimiter = _of_header(first.text, first.text if second is None else second.text)
-    return Dialect(delimiter, tuple(cells_of(first.text, delimiter)), True, first.end + 1)
-
-
-def _are_numbers(cells: list[str]) -> bool:
-    """Return whether cells are numbers and gaps, and not gaps alone."""
-    return all(map(_is_number, cells)) and any(cell.lower() not in GAPS for cell in cells)
-
-
-def _of_header(header: str, row: str) -> str:
-    """Return what parts a header and the row below it into as many cells, most of them numbers.
-
-    Names may hold commas and blanks, and so may numbers with decimal commas.
-    """
-    widths = {d: len(cells_of(header, d)) for d in _DELIMITERS}
-    found = [(cells_of(row, d), d) for d in _DELIMITERS if widths[d] > 1]
-    agree = [(cells, d) for cells, d in found if len(cells) == widths[d]]
-    if agree:
-        return max(agree, key=lambda pair: sum(map(_is_number, pair[0])))[1]
-    return found[0][1] if found else BLANK
-
-
-def _is_number(cell: str) -> bool:
-    return as_number(cell) is not None
-
-
-def _remark_above(text: str, end: int, delimiter: str, width: int) -> tuple[str, ...]:
-    """Return the names in the remark that ends before an offset, if there are so many."""
-    above = text[:end].rstrip("\n").rpartition("\n")[2].strip()
-    names = cells_of(above.lstrip("#").strip(), delimiter) if above[:1] == "#" else []
-    return tuple(names) if len(names) == width and not _are_numbers(names) else ()
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text

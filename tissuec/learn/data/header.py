@@ -7,7 +7,6 @@ from msgspec import Struct
 
 from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
-from tissuec.core.text_tables.column_units import unit_of
 from tissuec.core.text_tables.dialect import Dialect
 from tissuec.core.units import LENGTH, TIME, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import Complaints, first_few
@@ -39,7 +38,7 @@ def find_columns(
         CompileError: The table has not all of them; every one that is missing is told.
     """
     header = _Header(dialect, complaints)
-    numbers, spans, factor = [0], [complaints.data.span], 1.0
+    numbers, spans, factor = [dialect.clock], [complaints.data.span], 1.0
     places: dict[DataColumn, int] = {}
     with complaints.part():
         if axis.column is None:
@@ -66,7 +65,7 @@ class _Header:
     """The names of the columns of a table."""
 
     def __init__(self, dialect: Dialect, complaints: Complaints):
-        self.names, self.is_named = dialect.names, dialect.named
+        self.names, self.is_named, self.dialect = dialect.names, dialect.named, dialect
         self.complaints = complaints
 
     def find(self, column: DataColumn) -> int:
@@ -93,12 +92,12 @@ class _Header:
     def first_unit(self, axis: DataAxis) -> float:
         """Return what one of the unit of the first column is in SI, as its name says."""
         wanted = TIME if axis.nodes is None else LENGTH
-        name = self.names[0]
+        name = self.names[self.dialect.clock]
         entry = "time" if axis.nodes is None else "displacement of …"
         hint = f'write, with its own unit: {entry} using column "NAME" in {si_unit(wanted)}'
         first = f'the first column of {self.complaints.file}, "{name}",'
         try:
-            unit = unit_of(name)
+            unit = self.dialect.unit(self.dialect.clock)
         except UnitError as error:
             message = f"{first} has an unknown unit: {error}"
             self.complaints.reject("TIS104", message, hint=hint)

@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from msgspec.structs import replace
+
 from tissuec.core.errors import Diagnostic
 from tissuec.core.files import open_regular
 from tissuec.core.hints import nearby_file
@@ -46,6 +49,10 @@ def read_experiment(data: Data, fit_problem: FitProblem, network: Network) -> Ex
         series = _read_hdf5(fit_problem.axis, fit_problem.fits, network, complaints)
     else:
         series = read_table(fit_problem.axis, fit_problem.fits, network, complaints)
+    if data.start:
+        if fit_problem.axis.nodes is not None:
+            complaints.reject("TIS306", "rows over a displacement have no time")
+        series = [_started(one, data.start) for one in series]
     for one in series:
         if not one.known.any():
             complaints.found.append(_empty(one, complaints))
@@ -72,15 +79,35 @@ def check_times(experiment: Experiment, duration: float) -> None:
         complaints.reject(
             "TIS703",
             f"{name} begins at {show(first, TIME)}, and a run begins at 0 s",
-            hint="remove earlier measurements, or count times from the start of the run",
+            hint=f"count times from the start of the run: {_from(experiment, first)}; or "
+            "remove earlier measurements",
         )
     if last > duration * (1 + _ROUNDING):
+        # As long as the run, but later: another clock.
+        is_late = first > 0.0 and last - first <= duration * (1 + _ROUNDING)
+        longer = f"write in simulate: duration = {show(last, TIME, digits=6)}"
+        hint = (
+            f"count times from the start of the run: {_from(experiment, first)}"
+            if is_late
+            else f"{longer}, or remove later measurements"
+        )
         complaints.reject(
             "TIS703",
             f"{name} ends at {show(last, TIME)}, and the run at {show(duration, TIME)}",
-            hint=f"write in simulate: duration = {show(last, TIME, digits=6)}, or remove "
-            "later measurements",
+            hint=hint,
         )
+
+
+def _from(experiment: Experiment, first: float) -> str:
+    """Return how data is written that begins at another time."""
+    start = experiment.data.start + first
+    return f'data "{experiment.name}" from {show(start, TIME, digits=6)}'
+
+
+def _started(one: Series, start: float) -> Series:
+    """Return a series whose times count from another one [s]."""
+    kept = one.at(one.times >= start - _ROUNDING * abs(start))
+    return replace(kept, times=np.maximum(kept.times - start, 0.0))
 
 
 def _is_hdf5(path: Path) -> bool:

@@ -1,13 +1,13 @@
 """Tables as text: selection of columns, and evaluation of their rows."""
 
-import codecs
 from collections.abc import Sequence
 
 import numpy as np
 
 from tissuec.core.files import read_bytes
 from tissuec.core.text_tables.columns import BadRow, read_columns
-from tissuec.core.text_tables.dialect import find_dialect
+from tissuec.core.text_tables.dialect import decoded
+from tissuec.core.text_tables.heads import find_dialect
 from tissuec.learn.data.complaints import Complaints
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.header import Wanted, find_columns
@@ -19,7 +19,6 @@ from tissuec.model.network import Floats, Network
 from tissuec.script.fit_problem import DataAxis, Fit
 
 LARGEST_TABLE = 1 << 30  # bytes
-_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def read_table(
@@ -54,19 +53,12 @@ def _text(complaints: Complaints) -> str:
         raw = read_bytes(complaints.data.path, LARGEST_TABLE)
     except OSError as error:
         complaints.reject("TIS604", f"cannot read {complaints.file}: {error.strerror}")
-    if raw.startswith(_UTF16):
-        text = raw.decode("utf-16", errors="replace")
-    else:
-        raw = raw.removeprefix(codecs.BOM_UTF8)
-        try:
-            text = raw.decode()
-        except UnicodeDecodeError:  # names of columns with letters of older instruments
-            text = raw.decode("latin-1")
-    if "\0" in text:
+    text = decoded(raw)
+    if text is None:
         message = f"{complaints.file} is neither text nor HDF5"
         hint = "data is a table as text (CSV), a result of tissuec or an H5MD file"
         complaints.reject("TIS604", message, hint=hint)
-    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
+    return text
 
 
 def _rows(table: Text, wanted: Wanted, *, timed: bool) -> DataRows:

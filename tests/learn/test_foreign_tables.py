@@ -1,0 +1,90 @@
+"""Tables as instruments and programs write them: heads, rows of units, clocks and gaps."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from tests.learn.lessons import NET, column, data, fit, fit_problem
+from tissuec.core.errors import CompileError
+from tissuec.core.text_tables.heads import find_dialect
+from tissuec.core.units import FORCE, TIME
+from tissuec.learn.data.reading import check_times, read_experiment
+
+ROWS = [(0.0, 10.0), (0.02, 15.5), (0.04, 21.0)]
+BODY = "".join(f"{t:.2f},{f:.4f}\n" for t, f in ROWS)
+TABBED = BODY.replace(",", "\t")
+HEADS = {
+    "preamble": f'Specimen label,liver 5\nRate,"5 mm/s"\n\nTime,Force\n{BODY}',
+    "sto": f"force\nversion=1\nnRows=3\nnColumns=2\ninDegrees=no\nendheader\nTime\tForce\n{TABBED}",
+    "units": f"Time,Force\n(s),(mN)\n{BODY}",
+    "instron": '"Test","A 7"\n\n"Time","Force"\n"(s)","(N)"\n' + BODY.replace(".", "."),
+    "semicolons": "Probe;7\n\nTime;Force\ns;N\n" + BODY.replace(",", ";").replace(".", ","),
+}
+TRC = (
+    "PathFileType\t4\t(X/Y/Z)\tgait.trc\n"
+    "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\n100\t100\t3\t2\tmm\t100\n"
+    "Frame#\tTime\tknee\t\t\ttoe\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n"
+    + "".join(f"{k + 1}\t{0.01 * k:.2f}\t1\t2\t3\t4\t{5 + k}\t6\t\n" for k in range(3))
+)
+
+
+def experiment(folder, text, one, start=0.0, **axis):
+    path = folder / "bench.csv"
+    path.write_text(text)
+    return read_experiment(replace(data(path), start=start), fit_problem(one, **axis), NET)
+
+
+@pytest.mark.parametrize("name", HEADS)
+def test_tables_are_found_below_their_heads(name, tmp_path):
+    found = experiment(tmp_path, HEADS[name], fit("force", "Force")).series[0]
+    assert found.times.tolist() == [t for t, _ in ROWS]
+    assert found.values.tolist() == [f for _, f in ROWS]
+
+
+def test_a_row_of_units_gives_the_unit_of_times(tmp_path):
+    dialect = find_dialect(HEADS["units"].replace("(s)", "(ms)"))
+    assert dialect is not None
+    time, force = dialect.unit(0), dialect.unit(1)
+    assert (time.factor, time.dimension) == (1e-3, TIME)
+    assert (force.factor, force.dimension) == (1e-3, FORCE)
+    text = HEADS["units"].replace("(s)", "(ms)")
+    found = experiment(tmp_path, text, fit("force", "Force")).series[0]
+    assert found.times == pytest.approx([1e-3 * t for t, _ in ROWS])
+
+
+def test_markers_of_a_trc_file_have_a_column_for_each_axis(tmp_path):
+    found = experiment(tmp_path, TRC, fit("force", "toe_y")).series[0]
+    assert found.times == pytest.approx([0.0, 0.01, 0.02])
+    assert found.values.tolist() == [5.0, 6.0, 7.0]
+
+
+def test_body_parts_of_deeplabcut_have_columns(tmp_path):
+    text = "scorer,net,net,net\nbodyparts,tip,tip,tip\ncoords,x,y,likelihood\n"
+    text += "".join(f"{k},{10 + k},0,0.99\n" for k in range(3))
+    found = experiment(tmp_path, text, fit("force", "tip_x"), time=column("frame", 0.01))
+    assert found.series[0].times == pytest.approx([0.0, 0.01, 0.02])
+    assert found.series[0].values.tolist() == [10.0, 11.0, 12.0]
+
+
+@pytest.mark.parametrize("gap", ["#N/A", "--", "None", "1.#QNAN", "n.a."])
+def test_gaps_as_programs_write_them(gap, tmp_path):
+    text = f"t_s,Force\n0,1\n1,{gap}\n2,3\n"
+    values = experiment(tmp_path, text, fit("force", "Force")).series[0].values
+    assert np.array_equal(values, [1.0, np.nan, 3.0], equal_nan=True)
+
+
+def test_a_head_without_rows_is_refused(tmp_path):
+    with pytest.raises(CompileError, match="contains no row of numbers"):
+        experiment(tmp_path, "t_s,Force\n", fit("force", "Force"))
+
+
+def test_a_clock_that_begins_later(tmp_path):
+    text = "t_s,Force\n" + "".join(f"{12.4 + t:.2f},{f}\n" for t, f in ROWS)
+    late = experiment(tmp_path, text, fit("force", "Force"))
+    with pytest.raises(CompileError) as caught:
+        check_times(late, 0.04)
+    assert 'data "bench.csv" from 12.4 s' in str(caught.value.diagnostics[0].hint)
+    found = experiment(tmp_path, text, fit("force", "Force"), start=12.42)
+    check_times(found, 0.04)
+    assert found.series[0].times == pytest.approx([0.0, 0.02])
+    assert found.series[0].values.tolist() == [15.5, 21.0]
