@@ -15,9 +15,9 @@ BODY = "".join(f"{t:.2f},{f:.4f}\n" for t, f in ROWS)
 TABBED = BODY.replace(",", "\t")
 HEADS = {
     "preamble": f'Specimen label,liver 5\nRate,"5 mm/s"\n\nTime,Force\n{BODY}',
-    "sto": f"force\nversion=1\nnRows=3\nnColumns=2\ninDegrees=no\nendheader\nTime\tForce\n{TABBED}",
+    "sto": f"force\nversion=1\nnRows=3\nnColumns=2\nendheader\nTime\tForce\n{TABBED}",
     "units": f"Time,Force\n(s),(mN)\n{BODY}",
-    "instron": '"Test","A 7"\n\n"Time","Force"\n"(s)","(N)"\n' + BODY.replace(".", "."),
+    "instron": '"Test","A 7"\n\n"Time","Force"\n"(s)","(N)"\n' + BODY,
     "semicolons": "Probe;7\n\nTime;Force\ns;N\n" + BODY.replace(",", ";").replace(".", ","),
 }
 TRC = (

@@ -112,8 +112,7 @@ def test_rows_come_from_a_file(tmp_path):
         ("lift [mm]\n2,3\n", "has 2 cells instead of 1"),
         ("lift [mm]\n", "has no rows"),
         ("lift (mm)\n2\n", 'wrong name of column "lift (mm)" of "points.csv"'),
-        ("lift [mm];tissue of bar\n2;spring\n", "lift [mm]; commas separate columns"),
-        ("lift [mm]\ttolerance\n2\t1e-4\n", "commas separate columns"),
+        ("lift [mm] tolerance\n2 1e-4\n", "commas, semicolons or tabs separate columns"),
         ("lift [mm],\n2,1\n", 'wrong name of column "" of "points.csv"'),
         ("lift = 2 mm\n2\n", 'wrong name of column "lift = 2 mm"'),
         ("lfit [mm]\n2\n", 'column "lfit [mm]" of "points.csv": '),
@@ -127,6 +126,19 @@ def test_wrong_rows_are_told_with_their_numbers(tmp_path, rows, said):
     with pytest.raises(CompileError) as error:
         prepare(request(text, tmp_path))
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_rows_have_any_separator(tmp_path, separator, end):
+    rows = [("lift [mm]", "tolerance"), ("2", "1e-4"), ("3.5", "1e-3")]
+    lines = [separator.join(row) for row in rows]
+    (tmp_path / "points.csv").write_bytes(end.join([*lines, ""]).encode())
+    text = SCENE + f'study rows {{ rows "points.csv"; {MEASURE} }}\n'
+    assert [one.overrides for one in prepare(request(text, tmp_path)).planned] == [
+        ("lift = 2 mm", "tolerance = 0.0001"),
+        ("lift = 3.5 mm", "tolerance = 0.001"),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,8 @@ SENTENCES: dict[str, Sentences] = {
     "rows": Sentences(
         ('rows "points.csv"',),
         "A CSV file with one row for each run and a column for each factor, with its unit in"
-        " the head: ``lift [mm]``. Commas separate columns.",
+        " the head: ``lift [mm]``. Commas, semicolons or tabs"
+        " separate columns.",
         is_single=True,
     ),
     "measure": Sentences(

@@ -52,10 +52,15 @@ def find_dialect(text: str, delimiters: Sequence[str] = DELIMITERS) -> Dialect |
     delimiter = _of_header(first, second, delimiters)
     names, below = cells_of(first, delimiter), cells_of(second, delimiter)
     if len(names) != len(below) or not _is_any_number(below):
-        body = _first_body(lines, delimiters)
+        body = None if _is_bad_row(first, second, delimiter) else _first_body(lines, delimiters)
         if body is not None:
             return _above(lines, *body)
     return Dialect(delimiter, tuple(names), True, lines[0].end + 1)
+
+
+def _is_bad_row(header: str, row: str, delimiter: str) -> bool:
+    """Return whether a row below names is one of numbers, too few or too many of them."""
+    return len(cells_of(header, delimiter)) > 1 and _are_numbers(cells_of(row, delimiter))
 
 
 def _first_body(
@@ -67,10 +72,11 @@ def _first_body(
         for delimiter in delimiters:
             cells = cells_of(line.text, delimiter)
             below = cells if behind is None else cells_of(behind.text, delimiter)
-            if len(cells) > 1 and len(cells) == len(below):
-                found += [(len(cells), delimiter)] * (
-                    _are_numbers(cells) and _is_any_number(below)
-                )
+            # A single row of numbers is a table only below as many names.
+            above = len(cells_of(lines[place - 1].text, delimiter))
+            fits = len(cells) > 1 and len(cells) == (above if behind is None else len(below))
+            if fits and _are_numbers(cells) and _is_any_number(below):
+                found.append((len(cells), delimiter))
         if found:
             return place, max(found)[1]
     return None
