@@ -21,12 +21,12 @@ SENTENCES: dict[str, Sentences] = {
     "data": Sentences(
         (
             'data = ["one.csv", "two.csv"]',
-            'data "three.csv" { NAME = 2 mm }',
-            'data "four.csv" from 12.4 s',
+            'data "three.csv" from 12.4 s { NAME = 2 mm }',
         ),
         "Files of measurements beside the scene: tables, results of runs (HDF5), or H5MD. A"
         " block after the name gives the params of the scene that differ in this experiment."
-        " ``from`` is the time of the file at which the run begins; earlier rows are not used.",
+        " ``from`` is the time of the file at which the run begins, by default 0 s; earlier rows"
+        " are not used.",
         is_needed=True,
     ),
     "time": Sentences(
