@@ -25,8 +25,8 @@ SENTENCES: dict[str, Sentences] = {
         ),
         "Files of measurements beside the scene: tables, results of runs (HDF5), or H5MD. A"
         " block after the name gives the params of the scene that differ in this experiment."
-        " ``from`` is the time of the file at which the run begins, by default 0 s; earlier rows"
-        " are not used.",
+        " ``from`` is the time of the file at which the run begins (by default 0 s); earlier"
+        " rows are not used.",
         is_needed=True,
     ),
     "time": Sentences(
