@@ -180,9 +180,9 @@ def _scene(facts: dict[str, Any], filling: tuple[str, str], name: str, unit: str
     regions += "  # interface is mean\n" if regions else ""
     parts = facts["parts"]
     part = f'    # part "{parts[0]}"  # for this part of the file alone\n' if parts[1:] else ""
-    bottom = units.show(float(low[2] + 0.1 * (high[2] - low[2])), units.LENGTH)
+    bottom = units.show(float(low[2] + 0.1 * (high[2] - low[2])), units.LENGTH, digits=9)
     if not high[2] > low[2]:
-        bottom = units.show(float(low[2]) + 1e-6, units.LENGTH)
+        bottom = units.show(float(low[2]) + 1e-6, units.LENGTH, digits=9)
     lines = [*_lines(facts, unit), *([filling[1]] if filling[1] else [])]
     return SCENE.format(
         name=name,

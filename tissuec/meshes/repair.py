@@ -105,7 +105,7 @@ def repair(
     draft = _Draft(raw.position * scale, list(raw.cells), groups, list(raw.remarks))
     _check(draft, raw)
     _divide_polygons(draft)
-    _drop_unused(draft, raw)
+    _drop_unused(draft, raw, is_whole=part is None)
     _merge(draft, close)
     shape = _Shape.of(draft)
     if not (len(shape.triangles) or len(shape.tetrahedra)):
@@ -206,14 +206,15 @@ def _divide_polygons(draft: _Draft) -> None:
         draft.remarks.append(f"{counted(many, 'face')} of five corners or more divided")
 
 
-def _drop_unused(draft: _Draft, raw: RawMesh) -> None:
+def _drop_unused(draft: _Draft, raw: RawMesh, *, is_whole: bool) -> None:
+    """Leave out nodes that no cell has; those of other parts without a word."""
     used = _used(draft)
     unused = len(draft.position) - len(used)
     if raw.curved:
         draft.remarks.append(
             f"{counted(raw.curved, 'curved cell')} made straight: only corners are nodes"
         )
-    elif unused:
+    elif unused and is_whole:
         draft.remarks.append(f"{counted(unused, 'node')} without a surface or cell removed")
     if unused:
         number = np.full(len(draft.position), -1)
