@@ -168,10 +168,15 @@ BOUNDS = 0.90, 0.99
 )
 def test_intervals_contain_the_truth(case):
     rows, noise, options = CASES[case]
-    found = coverage(rows, noise, REPEATS, **options)
-    # A sum of squares in SI units ignores the second fit, which says much of the noise of the
-    # first: intervals are those of a poor estimate, and about a third wider than they must be.
-    assert BOUNDS[0] <= found <= (1.0 if "absolute" in case else BOUNDS[1])
+    assert BOUNDS[0] <= coverage(rows, noise, REPEATS, **options) <= BOUNDS[1]
+
+
+def test_a_fit_without_weight_changes_no_interval_of_another():
+    """A sum of squares in SI units ignores the second fit: its intervals are those of one."""
+    one = problem_of(50, white, np.random.default_rng(1))
+    both = problem_of(50, white, np.random.default_rng(1), fits=2, scaled=False)
+    alone, together = (judged(p, fitted(p)).away for p in (one, both))
+    assert together == pytest.approx(alone, rel=0.01)
 
 
 def test_intervals_of_given_white_noise_are_those_of_least_squares():

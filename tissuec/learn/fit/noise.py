@@ -11,8 +11,8 @@ parameters do not change. It is not biased by the parameters that were fitted, a
 correlation of residuals is. 17 rows cannot tell ρ well; so no single noise is used, but a
 sample of all that the residuals allow, from a prior that is uniform in arcsin ρ and in log σ
 (H. Jeffreys, Theory of Probability, 1961, for ρ of a stationary process), with a quarter for
-white noise, which is common. The noise of several fits is found in turn, each with the others
-as likely as can be.
+white noise, which is common. Of several fits, each is judged with what the others tell the
+parameters by their weights.
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ ENOUGH = 5.0  # cells that share what is likely: more are no better
 UNLIKELY = 14.0  # below the most likely logarithm: less than a millionth
 DRAWS = 2000  # of the noise
 ITERATIONS = 6  # of a standard deviation, with what it changes of the parameters
-SWEEPS = 2  # over fits whose noise depends on that of the others
+MOST_CLAIMED = 1e5  # times its noise: a fit with next to no weight still tells a bit
 DEAREST = 1e8  # products for one noise; beyond, parameters take what they do of white noise
 ROUNDING = 1e-13  # of data: errors are no smaller
 
@@ -181,7 +181,12 @@ class _Fit(NamedTuple):
 
 
 class _Others(NamedTuple):
-    """What other fits, and expected values, tell of the parameters: matrix and slope."""
+    """What other fits, and expected values, tell of the parameters.
+
+    Attributes:
+        matrix: JᵀJ in units of standard deviations, shape (direction, direction).
+        slope: Jᵀe likewise, shape (direction,).
+    """
 
     matrix: Floats
     slope: Floats
@@ -227,31 +232,28 @@ def noise_of(fit: LinearisedFit) -> list[NoiseDraws]:
         floor, given = ROUNDING * float(problem.spread[k]), problem.fit_problem.fits[k].noise
         known, answer = None if is_dear else own, fit.answer[:, mine].T
         fits.append(_Fit(chains, known, taken, fit.left[mine], answer, given, floor))
-    ahead = fit.expected @ fit.directions
-    firm = _Others(ahead.T @ ahead, ahead.T @ fit.surprise)
-    best = [_white(one, size) for one, size in zip(fits, fit.noise.tolist(), strict=True)]
-    every: list[list[_Cell]] = [[] for _ in fits]
-    for _ in range(SWEEPS if len(fits) > 1 else 1):
-        for k, one in enumerate(fits):
-            others = _told(firm, [cell for j, cell in enumerate(best) if j != k])
-            every[k] = _cells(one, others, best[k].size)
-            best[k] = max(every[k], key=lambda cell: cell.likely)
     random = np.random.default_rng(problem.fit_problem.seed)
-    return [_drawn(fit, some, random) for fit, some in zip(fits, every, strict=True)]
+    found = list[NoiseDraws]()
+    for k, one in enumerate(fits):
+        cells = _cells(one, _others(fit, rows, k), float(fit.noise[k]))
+        found.append(_drawn(one, cells, random))
+    return found
 
 
-def _told(firm: _Others, cells: Sequence[_Cell]) -> _Others:
-    matrix, slope = firm
-    for one in cells if len(cells) and cells[0].matrix.size else ():
-        matrix = matrix + one.matrix / one.size**2
-        slope = slope + one.slope / one.size**2
-    return _Others(matrix, slope)
+def _others(fit: LinearisedFit, rows: Floats, k: int) -> _Others:
+    """Return what else tells the parameters, as far as weights let it.
 
-
-def _white(fit: _Fit, size: float) -> _Cell:
-    """Return white noise of a known size, with what the fit tells then."""
-    rows = np.zeros((len(fit.left), 0)) if fit.rows is None else fit.rows
-    return _Cell(0.0, 0.0, 0.0, size, 1.0, rows.T @ rows, rows.T @ fit.left)
+    With ``error is absolute``, a precise fit in a large unit may count for nothing. It would
+    still show by how much the estimate is wrong, and make intervals wide where that is much:
+    they would contain the truth too often. So each fit has the noise that its weight claims.
+    """
+    ahead, problem = fit.expected @ fit.directions, fit.problem
+    scales = problem.scales
+    claimed = np.minimum(fit.noise[k] * scales[k] / scales, MOST_CLAIMED * fit.noise)
+    claimed[k] = np.inf
+    own = rows / claimed[problem.fits][:, None]
+    left = fit.left / claimed[problem.fits]
+    return _Others(own.T @ own + ahead.T @ ahead, own.T @ left + ahead.T @ fit.surprise)
 
 
 def _cells(fit: _Fit, others: _Others, size: float) -> list[_Cell]:

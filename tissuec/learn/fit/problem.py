@@ -130,11 +130,14 @@ class Problem:
         return self.fit_of[self.counted]
 
     @property
+    def scales(self) -> Floats:
+        """Return √w / σ of each fit in SI units, shape (fit,)."""
+        return np.sqrt([fit.weight for fit in self.fit_problem.fits]) / self.noise
+
+    @property
     def scale(self) -> Floats:
         """Return √w / σ of each counted number in SI units, shape (counted,)."""
-        fits = self.fit_problem.fits
-        each = np.array([np.sqrt(fit.weight) for fit in fits]) / self.noise
-        return each[self.fits]
+        return self.scales[self.fits]
 
     def many_until(self, time: float) -> int:
         """Return how many numbers were measured up to a time [s]."""
