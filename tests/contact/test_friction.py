@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from tests.contact.scenes import ball, bodies, gap_of_balance, play
+from tests.validate.scenes import validated
 from tissuec.forces.contact_kernel import LARGEST, SHARPNESS, bristle_ahead
 
 GRAVITY, FRICTION, STIFFNESS, LAYER, MASS = 9.81, 0.5, 1e3, 0.1e-3, 1e-3
@@ -258,6 +259,21 @@ def test_a_ball_without_friction_slides_and_does_not_turn():
     found, _, turned, _ = rolled(2, 20.0, "0")
     assert found == pytest.approx(GRAVITY * np.sin(np.radians(20.0)), rel=1e-4)
     assert abs(turned) < 1e-3
+
+
+def test_friction_where_nothing_can_touch_changes_nothing():
+    text = """language 1
+tissue wire { spring constant = 40 N/m; viscosity = 0 N*s/m; mass = 1 g }
+body rod { mesh is explicit; tissue is wire; spin = (0, 0, 9) rad/s }
+table nodes of rod in mm with columns "x y" { 0 0; 10 0; 0 10 }
+table springs of rod with columns "a b" { 1 2; 2 3; 3 1 }
+environment { gravity = (0, 0, -9.81) m/s^2; contact is everywhere; friction = 0.3 }
+simulate { duration = 50 ms }
+output { trajectory every 10 ms }
+"""
+    alone = text.replace("contact is everywhere; friction = 0.3", "contact is off")
+    assert np.array_equal(play(text).position, play(alone).position)
+    assert validated(text).verdict == "kept"
 
 
 # --- implicit stages ------------------------------------------------------------------------

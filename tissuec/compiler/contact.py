@@ -43,11 +43,11 @@ ONE_GRAM = 1e-3  # mass of what no force moves [kg]
 def with_tools(network: Network, tools: Sequence[Tool], environment: Environment) -> Network:
     """Return a network with the nodes that carry the shapes of tools, and bristles.
 
-    Each node of a body has a bristle that stores the state of friction.
+    Each node of a body has a bristle that stores the state of friction, where things can touch.
     """
     law = environment.contact
-    rubbed = law is not None and law.friction > 0.0
     shaped = [tool for tool in tools if tool.shapes]
+    rubbed = law is not None and law.friction > 0.0 and _can_touch(network, shaped, law)
     if not shaped and not rubbed:
         return network
     points = [np.concatenate([shape.points for shape in tool.shapes]) for tool in shaped]
@@ -71,6 +71,13 @@ def with_tools(network: Network, tools: Sequence[Tool], environment: Environment
         return known
     origin = Origin(environment.span, "friction")
     return known.with_memory(FRICTION, network.position, ONE_GRAM, origin)
+
+
+def _can_touch(network: Network, tools: Sequence[Tool], law: ContactLaw) -> bool:
+    """Return whether a scene has shapes that touch nodes."""
+    if any(tool.may_touch for tool in tools):
+        return True
+    return bool(len(_of_threads(network).kind) or len(_of_skins(network, law).kind))
 
 
 class Faces(Struct, frozen=True, eq=False):
