@@ -36,6 +36,7 @@ Indices = NDArray[np.int64]
 
 SMALL = 4000  # numbers of a matrix that is no faster if it is sparse
 ROUNDING = 4.0 * np.finfo(float).eps
+WEAKEST = 1e-200  # breaking force by which any tension can be divided [N]
 _NONE: Floats = np.zeros(0)
 
 
@@ -152,7 +153,8 @@ class Equations:
             )
             for reeling in state.reelings.values()
         ]
-        self.strength = state.strength[self.springs]
+        # A spring without stiffness may have none; it breaks under any tension, and under none.
+        self.strength = np.maximum(state.strength[self.springs], WEAKEST)
         self.crush = state.crush[self.springs]
         ends = network.ends[self.springs]
         places = ends.T.astype(np.intp)
