@@ -8,13 +8,13 @@ each spring gets.
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.compiler.bending_springs import with_bending
 from tissuec.compiler.drawn_bodies import Drawing
-from tissuec.compiler.matter import Matter, MatterReader
 from tissuec.compiler.poisson import Poisson, poisson_of
 from tissuec.compiler.shells import hinges_of
 from tissuec.compiler.spring_laws import SpringLaws
@@ -27,7 +27,6 @@ from tissuec.core.units import suggested_unit
 from tissuec.forces.branches import PAIRS, TIMES, VISCOSITY
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
-from tissuec.matter.breaking import force_at_energy
 from tissuec.model.hinges import Hinges
 from tissuec.model.network import Explained, Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
@@ -40,6 +39,9 @@ from tissuec.scene.quantities import (
     SHARES,
     YOUNGS_MODULUS,
 )
+
+if TYPE_CHECKING:  # nets of numbers need none of it
+    from tissuec.compiler.matter import Matter, MatterReader
 
 #: The origin of limits of springs that cannot rupture.
 NOT_ALLOWED = "rupture is not allowed"
@@ -326,6 +328,8 @@ class MaterialReader:
             case "breaking strain":
                 return self._behaviour.pull(given.value * rest)
             case "toughness":
+                from tissuec.matter.breaking import force_at_energy
+
                 section = constant * self.length / self.parts.modulus_beside(given)
                 energy = self._matter(given).tearing * given.value * section
                 return force_at_energy(self._behaviour, energy)
@@ -338,7 +342,7 @@ class MaterialReader:
         (constant, _), (rest, _), (law, laws) = self.stiffness, self.rest, self.laws()
         return Behaviour(laws, law, constant, np.zeros_like(constant), rest)
 
-    def _matter(self, given: AssignedQuantity, added: float | None = None) -> Matter:
+    def _matter(self, given: AssignedQuantity, added: float | None = None) -> "Matter":
         """Return how the matter of the body is shared out, which a quantity asks for.
 
         Args:
@@ -350,6 +354,8 @@ class MaterialReader:
             added = self.parts.added_by_fibres(given) if has else 0.0
         if added not in self._shared_out:
             if self._reader is None:
+                from tissuec.compiler.matter import MatterReader
+
                 self._reader = MatterReader(self.drawing, given.span, self.findings)
             if (fibres := self.parts.beside(given).get(FIBRE_MODULUS)) and added:
                 self._reader.fibres = fibres.span

@@ -16,7 +16,6 @@ from tissuec.core.names import key_of
 from tissuec.core.units import FORCE, LENGTH, MASS, STIFFNESS, TIME, VELOCITY, show
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.stability import damping_radius, damping_ratio, spectral_radius
-from tissuec.matter.breaking import breaking_strains
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import rests_pressed
 from tissuec.mechanics.state import State
@@ -254,6 +253,8 @@ def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
     network = compiled.network
     if not np.isfinite(network.strength).any():
         return
+    from tissuec.matter.breaking import breaking_strains
+
     strain = breaking_strains(network.behaviour(), network.strength)
     for body in network.bodies:
         springs = numbers_in(body.springs)

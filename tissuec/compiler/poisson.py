@@ -11,15 +11,18 @@ is made of springs for μ, and of cells with the bulk modulus (see ``forces.volu
 """
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from tissuec.compiler.matter import Matter
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity, Body
+
+if TYPE_CHECKING:
+    from tissuec.compiler.matter import Matter
 
 _LEAVE_OUT = "remove it"
 _NEAR = 0.01  # of a wall, whose springs have 1/3: no more than this is told apart
@@ -41,7 +44,7 @@ class Poisson(Struct, frozen=True):
 
 def poisson_of(
     body: Body,
-    matter: Matter,
+    matter: "Matter",
     ratios: Sequence[AssignedQuantity | None],
     moduli: Sequence[AssignedQuantity | None],
     findings: Findings,
@@ -81,7 +84,7 @@ def _shown(ratio: float) -> str:
 
 
 def _flaw(
-    matter: Matter,
+    matter: "Matter",
     ratio: float,
     ratios: Sequence[AssignedQuantity | None],
     moduli: Sequence[AssignedQuantity | None],

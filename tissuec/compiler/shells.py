@@ -1,11 +1,11 @@
 """Walls of matter that resist bending by their thickness: their hinges in numbers."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tissuec.compiler.drawn_bodies import Drawing
-from tissuec.compiler.matter import Matter
 from tissuec.core.hints import leaving_out
 from tissuec.forces.bending import hinges_at
 from tissuec.model.hinges import Hinges
@@ -14,13 +14,16 @@ from tissuec.model.topology import springs_between
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity
 
+if TYPE_CHECKING:
+    from tissuec.compiler.matter import Matter
+
 #: Pairs of nodes of a hinge that springs may join: all but its two tips.
 _SIDES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]])
 
 
 def hinges_of(
     drawing: Drawing,
-    matter: Matter | None,
+    matter: "Matter | None",
     moduli: Sequence[AssignedQuantity | None],
     stiffness: Floats,
     damping: Floats,

@@ -37,7 +37,6 @@ from tissuec.engine.execution.finer_run import USUAL, Allowance, keep, largest, 
 from tissuec.engine.execution.recorder import sample_times
 from tissuec.engine.method import Samples, Statistics
 from tissuec.engine.state import FLOOR
-from tissuec.matter.elasticity import wall_springs
 from tissuec.model.network import BodyPart, Floats, Network
 from tissuec.script.plan import Plan
 
@@ -442,6 +441,8 @@ def _is_limp(network: Network, body: BodyPart) -> bool:
     skin = network.skin_of(body)
     if not len(skin) or body.bending:
         return False
+    from tissuec.matter.elasticity import wall_springs
+
     hinges = network.hinges
     if hinges is not None and np.isin(hinges.nodes, skin).any():
         return False

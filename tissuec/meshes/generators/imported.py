@@ -2,7 +2,7 @@
 
 from functools import cached_property
 from hashlib import sha256
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from msgspec import Struct
@@ -15,17 +15,19 @@ from tissuec.core.files import read_bytes
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.meshes.formats import FormatError, read
 from tissuec.meshes.generators import MESHES, FileOrigin, Mesh
-from tissuec.meshes.generators.filling import Filling, Interior
 from tissuec.meshes.generators.joining import springs
 from tissuec.meshes.generators.lattice import CRYSTALS, REACH
 from tissuec.meshes.generators.limits import require_limits
-from tissuec.meshes.repair import RepairedMesh, place, repair
 from tissuec.meshes.stiffness_sharing import (
     area_shares,
     filled_volumes,
     node_volumes,
     volume_shares,
 )
+
+if TYPE_CHECKING:  # scenes without a file need neither repair nor fillings
+    from tissuec.meshes.filling import Filling, Interior
+    from tissuec.meshes.repair import RepairedMesh
 
 TETRAHEDRA = "tetrahedra"
 ON, OFF = "on", "off"
@@ -96,8 +98,10 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             raise self._error(f"the file cannot be read: {reason}") from error
 
     @cached_property
-    def shape(self) -> RepairedMesh:
+    def shape(self) -> "RepairedMesh":
         """Return the repaired contents of the file; raises MeshFileError."""
+        from tissuec.meshes.repair import repair
+
         try:
             raw = read(self._bytes, self.file.path)
             with np.errstate(over="ignore"):  # numbers out of range merge into one node
@@ -149,8 +153,10 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             tetrahedra=self._tetrahedra(filling),
         )
 
-    def _interior(self, *, for_matter: bool = False) -> Interior:
+    def _interior(self, *, for_matter: bool = False) -> "Interior":
         """Return the closed surface; raises FormatError if there is none."""
+        from tissuec.meshes.filling import Interior
+
         shape = self.shape
         assert self.cell is not None
         if shape.is_volume:
@@ -162,6 +168,8 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
 
     def _open(self, edges: Edges) -> FormatError:
         """Return why a surface cannot be filled, and where the first defect is."""
+        from tissuec.meshes.repair import place
+
         position = self.shape.position
         free, many = (int(n) for n in ((edges.count == 1).sum(), (edges.count > 2).sum()))
         message = "the surface is not closed and cannot be filled: "
@@ -182,7 +190,9 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         hint = "where closed parts touch, keep their nodes apart: merging is off"
         return FormatError(message, hint + alone)
 
-    def _filled(self, for_matter: bool) -> Filling:
+    def _filled(self, for_matter: bool) -> "Filling":
+        from tissuec.meshes.filling import Filling
+
         if self.filling == "none":
             none = np.zeros((0, 3))
             return Filling(none, none[:, :2].astype(int), np.zeros((0, 4), int), ())
@@ -190,12 +200,12 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             return self._interior(for_matter=for_matter).with_tetrahedra()
         return self._interior(for_matter=for_matter).with_lattice(self.filling, self.reach)
 
-    def _tetrahedra(self, filling: Filling) -> Indices | None:
+    def _tetrahedra(self, filling: "Filling") -> Indices | None:
         """Return the tetrahedra that divide a solid; None of surfaces."""
         cells = self.shape.tetrahedra if self.shape.is_volume else filling.tetrahedra
         return cells if len(cells) else None
 
-    def _volume(self, position: Floats, filling: Filling) -> Floats | None:
+    def _volume(self, position: Floats, filling: "Filling") -> Floats | None:
         """Return what nodes of a solid stand for [m³]; NaN where that is not known."""
         shape = self.shape
         if not (shape.is_volume or len(filling.pairs)):
@@ -207,7 +217,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         return filled_volumes(position, shape.skin, filling.tetrahedra)
 
     def _shares(
-        self, position: Floats, ends: NDArray[np.int32], filling: Filling
+        self, position: Floats, ends: NDArray[np.int32], filling: "Filling"
     ) -> Floats | None:
         shape = self.shape
         if self.stiffness == EVEN:
