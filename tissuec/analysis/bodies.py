@@ -18,11 +18,13 @@ from tissuec.analysis.vibration.modes import modes_of
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.solid_nets import SolidNet, acting_springs, steepness_as_drawn
 from tissuec.core.errors import SimulationError, TissueError, counted
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.matter.breaking import breaking_strains
-from tissuec.matter.elasticity import Elasticity, Unit, of_solid, of_wall, wall_springs
+from tissuec.matter.coarseness import Coarseness
+from tissuec.matter.elasticity import Elasticity, Unit, of_wall, wall_springs
 from tissuec.mechanics.state import State
 from tissuec.meshes.stiffness_sharing import node_areas
 from tissuec.model.network import BodyPart, Indices
@@ -31,7 +33,6 @@ Kind: TypeAlias = Literal["solid", "wall", "thread", "bars", "points"]
 LARGEST = 300_000  # springs of a body whose elastic constants are computed: some seconds
 LARGEST_TO_VIBRATE = 5_000  # free nodes of a body whose frequencies are computed: likewise
 FREQUENCIES = 3
-_SLIGHT = 1e-6  # strain
 _ALIKE = 1e-9  # of bars: rounding
 _ABOUT = 0.1  # of breaking strains and moduli that make one stress
 
@@ -85,6 +86,8 @@ class BodyProperties(Struct, frozen=True):
         area: Of a wall [m²].
         length: Of a thread, or of all bars together [m].
         elasticity: None where it could not be found.
+        coarseness: How much too stiff its cells make a solid of one tissue in bending and
+            torsion.
         retardation_time: Median of viscosity over spring constant [s].
         breaking: None where rupture is not allowed.
         vibrations: The lowest ones that something resists.
@@ -101,6 +104,7 @@ class BodyProperties(Struct, frozen=True):
     area: float | None = None
     length: float | None = None
     elasticity: Elasticity | None = None
+    coarseness: Coarseness | None = None
     retardation_time: float | None = None
     breaking: BreakingStrength | None = None
     vibrations: tuple[Vibration, ...] = ()
@@ -182,14 +186,10 @@ class _Examined:
     def __init__(self, part: BodyPart, drawing: Drawing, state: State):
         self.part, self.drawing, self.state = part, drawing, state
         self.mesh, self.notes = drawing.mesh, list[str]()
-        is_there = state.alive[part.springs] & (drawing.length > 0.0)
-        self.own = np.flatnonzero(is_there)  # springs, numbered within the body
+        self.own, self.behaviour = acting_springs(part, drawing, state)
         self.ends, self.length = self.mesh.ends[self.own], drawing.length[self.own]
         self.springs = part.springs.start + self.own
-        self.behaviour = state.behaviour(self.springs)
-        # A little longer than drawn, so that springs count which resist tension only.
-        stretched = self.length * (1.0 + _SLIGHT) - self.behaviour.rest
-        self.constant = self.behaviour.steepness(stretched)
+        self.constant = steepness_as_drawn(self.behaviour, self.length)
         self.kind: Kind = self._kind()
 
     def _kind(self) -> Kind:
@@ -222,6 +222,7 @@ class _Examined:
             area=area,
             length=length,
             elasticity=elasticity,
+            coarseness=self._coarseness(elasticity),
             retardation_time=self._retardation_time(),
             breaking=self._breaking(elasticity),
             vibrations=tuple(self._vibrations(rest, frequencies)),
@@ -274,23 +275,21 @@ class _Examined:
             return None
         match self.kind:
             case "solid":
-                return self._of_solid()
+                return SolidNet.of(self.part, self.drawing, self.state).elasticity()
             case "wall":
                 return self._of_wall()
             case "thread" | "bars":
                 return self._of_bars()
 
-    def _of_solid(self) -> Elasticity:
-        mesh, part = self.mesh, self.part
-        assert mesh.volume is not None
-        cells = None
-        if (enclosure := self.state.enclosure(part.name)) is not None:
-            number = np.full(self.state.network.node_count, -1)
-            size = part.nodes.stop - part.nodes.start
-            number[part.nodes] = np.arange(size)
-            cells = enclosure.resistance(self.state.network.position, number, size)
-        volume, boundary = float(mesh.volume.sum()), np.unique(mesh.skin)
-        return of_solid(mesh.position, self.ends, self.constant, cells, boundary, volume)
+    def _coarseness(self, elasticity: Elasticity | None) -> Coarseness | None:
+        if self.kind != "solid" or elasticity is None:
+            return None
+        if not all((*elasticity.young, *elasticity.shear)):
+            return None
+        if len(tuple(self._tissues())) > 1:
+            self.notes.append("bending and torsion are not compared in several tissues")
+            return None
+        return SolidNet.of(self.part, self.drawing, self.state).coarseness(elasticity)
 
     def _of_wall(self) -> Elasticity:
         grid = self.mesh.grid

@@ -5,6 +5,7 @@ All of them are warnings about scenes that can be run but may not mean what thei
 
 from collections.abc import Callable, Iterator
 
+from tissuec.compiler.coarse_bodies import coarse
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.net_checks import (
     dangling,
@@ -70,4 +71,4 @@ CHECKS: tuple[Check, ...] = (
     out_of_balance,
     costly,
 )
-THOROUGH: tuple[Check, ...] = (late_breaking, floppy, unstable)
+THOROUGH: tuple[Check, ...] = (late_breaking, coarse, floppy, unstable)

@@ -9,6 +9,7 @@ from typing import Any, NoReturn
 import numpy as np
 from msgspec import Struct
 
+from tissuec.compiler.coarse_bodies import coarse
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.net_checks import floppy, late_breaking, unstable, unstable_node
 from tissuec.core.errors import CompileError, Diagnostic
@@ -56,7 +57,7 @@ def check(documents: OpenDocuments, path: Path, *, thorough: bool = True) -> Che
     count = partial(_modes, documents.memory, thorough)
     find = unstable_node if thorough else _not_now
     is_whole = thorough or not compiled.scene.studies
-    further = tuple(late_breaking(compiled))
+    further = (*late_breaking(compiled), *coarse(compiled))
     try:
         further += tuple(floppy(compiled, count))
         further += tuple(unstable(compiled, find))

@@ -18,6 +18,7 @@ from tissuec.core.units import (
     Dimension,
     show,
 )
+from tissuec.matter.coarseness import Coarseness
 from tissuec.matter.elasticity import Elasticity
 from tissuec.results.wording import net
 
@@ -42,6 +43,8 @@ def rows(body: BodyProperties) -> Iterator[Row]:
     yield "mass", show(body.mass, MASS), _size(body)
     if body.elasticity is not None:
         yield from _elastic(body.elasticity)
+    if body.coarseness is not None:
+        yield from _coarse(body.coarseness)
     if body.elasticity is not None and body.wave_speeds:
         value, remark = _by_direction(body.wave_speeds, body.elasticity, VELOCITY)
         yield "wave speed", value, remark
@@ -82,6 +85,14 @@ def _elastic(one: Elasticity) -> Iterator[Row]:
     elif one.anisotropy is not None:
         remark = "ratio of the largest to the smallest Young's modulus over all directions"
         yield "anisotropy", f"{one.anisotropy:.3g}", remark
+
+
+def _coarse(one: Coarseness) -> Iterator[Row]:
+    """Yield how many times as stiff cells make a body as matter that has none."""
+    remark = "its cells against its moduli, along its longest axis"
+    yield "in bending", f"{one.bending:.3g} times as stiff", remark
+    value = f"{one.torsion:.3g} times as stiff" if one.torsion else "no resistance"
+    yield "in torsion", value, ""
 
 
 def _by_direction(
