@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 
 from msgspec.structs import replace
 
+from tissuec.core import arguments
 from tissuec.core.errors import (
     CompileError,
     Diagnostic,
@@ -100,7 +101,8 @@ def run(
     from tissuec.results.places import result_place
 
     _check_companion(companion)
-    _check_threads(threads)
+    if threads is not None:
+        arguments.count(threads, "threads")
     compiled, request = _compiled(scene, {**(params or {}), **more}, libraries, strict=strict)
     name, duration = request.source.name, compiled.plan.simulation.duration
     with result_place(out, name) as path:
@@ -137,7 +139,8 @@ def start(
     from tissuec.pipeline import compile_request
     from tissuec.stepping.stepped_run import SteppedRun
 
-    _check_threads(threads)
+    if threads is not None:
+        arguments.count(threads, "threads")
     request = _request(scene, {**(params or {}), **more}, libraries)
     compiled, found = compile_request(request)
     # What the script does not use may be used later.
@@ -258,11 +261,15 @@ def modes(
         CompileError: The text is wrong; the message is all findings with their places.
         SimulationError: What happens at 0 s ends a run, or the modes could not be computed.
         TissueError: There is no such body, or nothing can move.
+        TypeError, ValueError: ``count`` is no whole number of 1 or more, ``above`` no number.
         PlaceError: The result cannot be written there.
     """
     from tissuec.analysis.vibration.scene import scene_modes
     from tissuec.compiler.manifest import manifest_of
 
+    arguments.count(count, "count")
+    if above is not None:
+        arguments.number(above, "above")
     compiled, request = _compiled(scene, {**(params or {}), **more}, libraries)
     result = scene_modes(compiled, body=body, count=count, above=above)
     if out is not None and len(result):
@@ -291,9 +298,11 @@ def properties(
     Raises:
         CompileError: The text is wrong; the message is all findings with their places.
         TissueError: There is no such body.
+        TypeError, ValueError: ``frequencies`` is no whole number of 0 or more.
     """
     from tissuec.analysis.bodies import properties_of
 
+    arguments.count(frequencies, "frequencies", least=0)
     compiled, _ = _compiled(scene, {**(params or {}), **more}, libraries)
     return list(properties_of(compiled, body=body, frequencies=frequencies))
 
@@ -320,11 +329,15 @@ def examine(
     Raises:
         CompileError: The text is wrong, or no coupon can be made of a tissue.
         TissueError: There is no such tissue, or nothing of it can be measured.
+        TypeError, ValueError: ``spacing`` or ``thickness`` is no number above 0.
     """
     from tissuec.analysis.lab.laboratory import SPACING, chosen
     from tissuec.analysis.lab.laboratory import examine as examine_one
     from tissuec.pipeline import read_words
 
+    for what, length in (("spacing", spacing), ("thickness", thickness)):
+        if length is not None:
+            arguments.number(length, what, above=0)
     request = _request(scene, {**(params or {}), **more}, libraries)
     words, found = read_words(request)
     _warn(*map(str, found))
@@ -373,7 +386,8 @@ def study(
         CompileError: The text is wrong, or values do not go with the scene.
         TissueError: There is no such study, or the scheduler cannot be used.
         PlaceError: The table cannot be written there.
-        ValueError: ``vary`` is not understood.
+        TypeError, ValueError: ``vary`` is not understood, or ``workers`` is no whole number of
+            1 or more.
     """
     from tissuec.studies.progress import StudyProgress
     from tissuec.studies.study import prepare, run_study
@@ -381,14 +395,17 @@ def study(
     from tissuec.view.study_table import with_methods
     from tissuec.workers.selection import workers_of
 
+    crew = workers_of(workers, scheduler)
     request = _request(scene, params or {}, libraries)
     varied = _texts_of(vary, request) if isinstance(vary, Mapping) else vary
     written = sentences_of(varied, measure, design=design, runs=runs, seed=seed)
-    prepared = prepare(request, name, sentences=[*written, *sentences])
+    prepared = prepare(
+        request, name, sentences=[*written, *arguments.several(sentences, "sentences")]
+    )
     _warn(*map(str, prepared.warnings))
     with StudyProgress(prepared.study.name, shown=progress, anywhere=True) as line:
         result = run_study(
-            prepared, workers_of(workers, scheduler), out=None if out is None else Path(out),
+            prepared, crew, out=None if out is None else Path(out),
             fresh=fresh, progress=line.at,
         )  # fmt: skip
     failed = [verdict for verdict in result.verdicts if not verdict.holds]
@@ -402,11 +419,6 @@ def _check_companion(companion: str) -> None:
     if companion not in MODES:
         known = ", ".join(f'"{mode}"' for mode in MODES)
         raise ValueError(f'companion must be one of {known}, not "{companion}"')
-
-
-def _check_threads(threads: int | None) -> None:
-    if threads is not None and threads < 1:
-        raise ValueError(f"threads must be 1 or more, not {threads}")
 
 
 def _texts_of(
@@ -445,11 +457,12 @@ def _request(
     """Return what is to be compiled; CompileError if the scene cannot be read."""
     from tissuec.lang.characters import normalise
     from tissuec.pipeline import compile_request, read_words
-    from tissuec.scene.imports import read_source
+    from tissuec.scene.imports import ParsedOnce, read_source
     from tissuec.scene.request import Request
 
     source = normalise(scene, TEXT) if _is_text(scene) else read_source(Path(scene))
-    request = Request(source, (), tuple(map(Path, libraries)), strict)
+    folders = tuple(map(Path, arguments.several(libraries, "libraries")))
+    request = Request(source, (), folders, strict, ParsedOnce())
     if not given:
         return request
     from tissuec.scene.overrides import overrides

@@ -81,8 +81,8 @@ def test_a_number_takes_the_dimension_of_its_param(unit, value, shown):
 
 
 WRONG = [
-    ({"pull": float("nan")}, "pull = nan is not a usable number"),
-    ({"pull": np.inf}, "pull = inf is not a usable number"),
+    ({"pull": float("nan")}, "pull must be a finite number, not nan"),
+    ({"pull": np.inf}, "pull must be a finite number, not inf"),
     ({"pull": True}, "pull = True is not a text"),
     ({"pull": None}, "pull = None is not a text"),
     ({"way": (1, 2)}, r"way = \(1, 2\) is not a text"),

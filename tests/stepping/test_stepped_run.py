@@ -252,7 +252,7 @@ def test_orders_that_are_wrong_say_where_and_leave_the_run_as_it_is():
         sim.order("leap")
     with pytest.raises(ValueError, match="not a text"):
         sim.push("tip", with_=(0, 0))
-    with pytest.raises(ValueError, match="usable number"):
+    with pytest.raises(ValueError, match="finite number, not nan"):
         sim.push("tip", with_=(0, 0, np.nan))
     with pytest.raises(AttributeError, match='no "leap"'):
         sim.leap("tip")
@@ -276,7 +276,7 @@ def test_orders_that_are_wrong_say_where_and_leave_the_run_as_it_is():
 
 def test_what_is_no_time_and_no_state_is_refused():
     sim = tissuec.start(rope())
-    with pytest.raises(ValueError, match="must be a number of seconds, not NaN"):
+    with pytest.raises(ValueError, match="a time in seconds must be a number, not nan"):
         sim.step(float("nan"))
     with pytest.raises(TypeError, match="restore takes what save returned, not NoneType"):
         sim.restore(None)

@@ -19,6 +19,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.initial_state import state_at_start
 from tissuec.compiler.solid_nets import SolidNet, acting_springs, steepness_as_drawn
+from tissuec.core import arguments
 from tissuec.core.errors import SimulationError, TissueError, counted
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
@@ -157,7 +158,7 @@ def properties_of(
     """
     parts = {key_of(part.name): part for part in compiled.network.bodies}
     if body is not None:
-        if key_of(body) not in parts:
+        if key_of(arguments.text(body, "body")) not in parts:
             names = [part.name for part in compiled.network.bodies]
             hint = alternatives(body, names, what="bodies")
             raise TissueError(f'there is no body "{body}"; {hint}')

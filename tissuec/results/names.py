@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tissuec.core import arguments
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.model.network import Indices, Network, numbers_in
@@ -22,9 +23,10 @@ def members(network: Network, groups: Sequence[NamedGroup], name: str, what: str
         what: "nodes" or "springs"; springs of a set of nodes are those with both ends in it.
 
     Raises:
+        TypeError: The name is no text.
         ValueError: There is no such name.
     """
-    key, of_springs = key_of(name), what == SPRINGS
+    key, of_springs = key_of(arguments.text(name, "a name")), what == SPRINGS
     parts = network.parts if of_springs else network.bodies
     for part in parts:
         if key_of(part.name) == key:

@@ -4,6 +4,7 @@ import os.path
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
+from typing import Self
 
 from msgspec import Struct
 
@@ -113,6 +114,22 @@ class Files:
 
 
 DISK = Files()
+
+
+class ParsedOnce(Files):
+    """Files from disk for several readings of one text, which is parsed for the first only."""
+
+    def __init__(self) -> None:
+        self._modules: dict[tuple[str, str, Path | None], s.Module] = {}
+
+    def __reduce__(self) -> tuple[type[Self], tuple[()]]:
+        return type(self), ()  # another process parses what it needs
+
+    def parse(self, source: Source) -> s.Module:
+        key = source.name, source.text, source.path
+        if key not in self._modules:
+            self._modules[key] = super().parse(source)
+        return self._modules[key]
 
 
 class StoredTexts(Files):

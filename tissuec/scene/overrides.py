@@ -2,12 +2,12 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from math import isfinite
 from numbers import Real
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from tissuec.core import arguments
 from tissuec.core.names import key_of
 from tissuec.core.units import NUMBER, Dimension, written_unit
 from tissuec.scene.parameters import Parameter
@@ -28,12 +28,13 @@ def overrides(given: Mapping[str, Given], known: Sequence[Parameter]) -> tuple[s
         known: The params of the scene. A name that is none of them is that of an entry.
 
     Raises:
+        TypeError: A name is no text.
         ValueError: A value is no text, number or vector, or one name is given twice.
     """
     by_key = {parameter.item.name.key: parameter for parameter in known}
     found: dict[str, str] = {}
     for name, value in given.items():
-        key = key_of(name)
+        key = key_of(arguments.text(name, "the name of a param"))
         if key not in by_key:
             key = key_of(name.replace("_", " "))
         if key in found:
@@ -112,17 +113,18 @@ def without_unit(value: Given, name: str) -> str:
     if isinstance(value, str):
         return value
     if not isinstance(value, bool) and isinstance(value, Real):
-        numbers, form = [float(value)], "{}"
+        numbers, form = [value], "{}"
     else:
         numbers, form = _vector(value, name), "({}, {}, {})"
-    if not all(map(isfinite, numbers)):
-        raise ValueError(f"{name} = {value} is not a usable number")
+    numbers = [arguments.number(each, name) for each in numbers]
     return form.format(*(repr(number).removesuffix(".0") for number in numbers))
 
 
 def _vector(value: object, name: str) -> list[float]:
     try:
         numbers = np.asarray(value, dtype=float)
+    except OverflowError:  # a whole number of hundreds of digits
+        raise ValueError(f"{name} is too large for a floating-point number") from None
     except (TypeError, ValueError):
         numbers = np.zeros(0)
     if numbers.shape != (3,) or isinstance(value, bool):

@@ -11,6 +11,7 @@ import gymnasium  # pyright: ignore[reportMissingImports, reportMissingTypeStubs
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core import arguments
 from tissuec.core.errors import SimulationError, counted
 from tissuec.model.network import Floats
 from tissuec.stepping.stepped_run import SteppedRun
@@ -57,7 +58,8 @@ class TissueEnv(gymnasium.Env[Floats, Floats]):  # pyright: ignore
         ends: str = "",
     ):
         self.run, self._reward, self._step, self._ends = run, reward, step, ends
-        self._observed, self._sentences = tuple(observations), tuple(actions)
+        self._observed = tuple(arguments.several(observations, "observations"))
+        self._sentences = tuple(arguments.several(actions, "actions"))
         for sentence in actions:
             if sentence.count(PLACE) != 1:
                 raise ValueError(f'the action "{sentence}" needs one {PLACE} for its number')

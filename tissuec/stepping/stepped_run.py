@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.quantities import ObservedExpression
+from tissuec.core import arguments
 from tissuec.core.errors import SimulationError, TissueError
 from tissuec.core.processors import permitted
 from tissuec.engine.execution.stepwise import SavedRun, StepwiseRun, rounded
@@ -317,7 +318,7 @@ class SteppedRun:
         when = f"at {begin!r} s"
         if over is not None:
             when = f"from {begin!r} s to {rounded(begin + self._texts.seconds(over))!r} s"
-        text = f"{when}: {sentence}"
+        text = f"{when}: {arguments.text(sentence, 'a sentence')}"
         self._run.order(self._texts.events(text, self._run.actions))
         self._sentences.append(text)
         self._snapshot = None

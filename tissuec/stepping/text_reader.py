@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from math import isnan
 from typing import cast
 
 from tissuec.compiler.compile import Compiled
@@ -11,6 +10,7 @@ from tissuec.compiler.conditions import Condition, Conditions
 from tissuec.compiler.holds import check_holds
 from tissuec.compiler.quantities import ObservedExpression, QuantityReader
 from tissuec.compiler.script import ScriptReader
+from tissuec.core import arguments
 from tissuec.core.errors import TissueWarning
 from tissuec.core.source import Source
 from tissuec.core.units import TIME, Dimension
@@ -51,12 +51,11 @@ class TextReader:
 
         Raises:
             CompileError: The text is no time.
+            TypeError: It is neither a text nor a number.
             ValueError: The number is NaN.
         """
         if not isinstance(span, str):
-            if isnan(span):
-                raise ValueError("a time must be a number of seconds, not NaN")
-            return float(span)
+            return arguments.number(span, "a time in seconds", finite=False)
         if span not in self._times:
             node = _value(span).value
             with self._reporting():
@@ -71,7 +70,7 @@ class TextReader:
         Raises:
             CompileError: The text is no condition.
         """
-        if what not in self._read_conditions:
+        if arguments.text(what, "a condition") not in self._read_conditions:
             items = parse(Source(ORDERED, f"expect {what}"), has_heading=False).items
             with self._reporting():
                 node = cast(s.Expect, items[0]).condition
@@ -84,7 +83,7 @@ class TextReader:
         Raises:
             CompileError: The text measures nothing, or not the present.
         """
-        if what not in self._quantities:
+        if arguments.text(what, "a measure") not in self._quantities:
             item = _value(what)
             with self._reporting():
                 self._quantities[what] = self._read_quantity(item)

@@ -16,6 +16,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.manifest import digests, sources_of
 from tissuec.compiler.study_expectations import Verdict, judge
 from tissuec.compiler.study_measures import compile_measures
+from tissuec.core import arguments
 from tissuec.core.errors import Diagnostic, TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
@@ -275,7 +276,7 @@ def _name(program: Program, name: str | None, request: Request, *, is_written: b
     by_key = {key_of(one): one for one in found}
     scene = request.source.name
     if name is not None:
-        if key_of(name) in by_key:
+        if key_of(arguments.text(name, "the name of a study")) in by_key:
             return by_key[key_of(name)]
         if is_written:
             return name

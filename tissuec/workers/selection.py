@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from tissuec.core import arguments
 from tissuec.core.processors import permitted
 from tissuec.workers.workers import OwnProcess, Workers
 
@@ -19,13 +20,14 @@ def workers_of(
         tell: Is told if a scheduler has lost all workers; a warning by default.
 
     Raises:
+        TypeError, ValueError: The count is no whole number of 1 or more.
         TissueError: The scheduler cannot be used.
     """
     if scheduler is not None:
         from tissuec.workers.cluster import Cluster, warn  # late: few use dask
 
         return Cluster(scheduler, tell or warn)
-    count = count or permitted()
+    count = permitted() if count is None else arguments.count(count, "workers")
     if count == 1:
         return OwnProcess()
     from tissuec.workers.processes import Processes

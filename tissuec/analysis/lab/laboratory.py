@@ -11,7 +11,7 @@ from tissuec.analysis.lab.bench import TestBench, Unmeasured
 from tissuec.analysis.lab.coupon import Coupon
 from tissuec.analysis.lab.statics import StressStrainCurve, TensionTest
 from tissuec.compiler.provenance import used_tissues
-from tissuec.core import units
+from tissuec.core import arguments, units
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import did_you_mean
 from tissuec.core.names import key_of
@@ -100,7 +100,7 @@ def chosen(words: ResolvedProgram, name: str | None, source: Source) -> list[Tis
         TissueError: There is none.
     """
     known = words.tissues
-    if name is not None and key_of(name) not in known:
+    if name is not None and key_of(arguments.text(name, "tissue")) not in known:
         hint = did_you_mean(key_of(name), known) or f"tissues: {', '.join(known)}"
         raise TissueError(f'there is no tissue "{name}"; {hint}')
     if name is not None:

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from tissuec.analysis.vibration.modes import Modes, modes_of
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.initial_state import state_at_start
+from tissuec.core import arguments
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
@@ -43,7 +44,7 @@ def scene_modes(
 def _nodes(network: Network, body: str | None) -> NDArray[np.bool_]:
     """Return which nodes may move, shape (node,); those of all bodies without a name."""
     parts = {key_of(part.name): part for part in network.bodies}
-    if body is not None and key_of(body) not in parts:
+    if body is not None and key_of(arguments.text(body, "body")) not in parts:
         names = [part.name for part in network.bodies]
         hint = alternatives(body, names, what="bodies")
         raise TissueError(f'there is no body "{body}"; {hint}')
