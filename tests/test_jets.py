@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from scipy.integrate import quad
+from scipy.integrate import quad, trapezoid
 from scipy.special import erf
 
 from tests.contact.scenes import play
@@ -424,7 +424,7 @@ def test_momentum_and_energy_come_from_the_jet():
     jet = bench.state.jets["nozzle"]
     pushed = np.zeros_like(ran.position)
     jet.add_forces(ran.time, ran.position, ran.velocity, pushed)
-    given = np.trapezoid(pushed[:, :-2].sum(axis=1), ran.time, axis=0)
+    given = trapezoid(pushed[:, :-2].sum(axis=1), ran.time, axis=0)
     # The trapezoidal rule over 40 samples of a smooth force knows it to 1e-3.
     assert moved[-1].sum(axis=0) == pytest.approx(given, abs=2e-3 * np.abs(given).max())
 

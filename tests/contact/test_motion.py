@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad, solve_ivp, trapezoid
 
 from tests.contact.scenes import ball, bodies, gap_of_balance, play
 from tissuec.engine import engine
@@ -111,7 +111,7 @@ def test_a_bouncing_mass_keeps_every_tolerance(tolerance):
 def test_impulse_of_the_floor_is_the_change_of_momentum():
     played = play(dropped(duration=0.06, frames="1 ms", forces="20 us"))
     moment, force = played.log("force of floor")
-    impulse = np.trapezoid(-force, moment, axis=0)
+    impulse = trapezoid(-force, moment, axis=0)
     change = 1e-3 * played.velocity[-1, 0] + [0.0, 0.0, 1e-3 * GRAVITY * 0.06]
     assert change == pytest.approx(-impulse, abs=1e-4 * abs(change[2]))
 
@@ -214,7 +214,7 @@ def test_momentum_that_a_free_body_gets_is_what_the_probe_gives(friction):
     mass = played.compiled.network.mass[bodies(played), None]
     momentum = (mass * played.velocity[-1, bodies(played)]).sum(axis=0)
     time, force = played.log("force of probe")
-    given = -np.trapezoid(-force, time, axis=0)
+    given = -trapezoid(-force, time, axis=0)
     assert np.linalg.norm(momentum) > 1e-3
     # The trapezoidal rule with 1200 points of a smooth force.
     assert momentum == pytest.approx(given, abs=1e-4 * np.linalg.norm(momentum))

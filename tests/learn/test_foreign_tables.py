@@ -1,11 +1,14 @@
 """Tables as instruments and programs write them: heads, rows of units, clocks and gaps."""
 
+import warnings
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from tests.learn.lessons import NET, column, data, fit, fit_problem
 from tissuec.core.errors import CompileError
+from tissuec.core.text_tables.columns import BadRow, read_columns
 from tissuec.core.text_tables.heads import find_dialect
 from tissuec.core.units import FORCE, TIME
 from tissuec.learn.data.reading import check_times, read_experiment
@@ -88,3 +91,16 @@ def test_a_clock_that_begins_later(tmp_path):
     check_times(found, 0.04)
     assert found.series[0].times == pytest.approx([0.0, 0.02])
     assert found.series[0].values.tolist() == [15.5, 21.0]
+
+
+@pytest.mark.parametrize("last", ["2x", "x", "2 3", "0x10", "1e"])
+def test_what_follows_the_last_number_is_found_and_filters_stay(monkeypatch, last):
+    def refused(*_, **__):
+        raise AssertionError("filters of warnings belong to all threads")
+
+    monkeypatch.setattr(warnings, "catch_warnings", refused)
+    text = f"t,f\n0,1\n1,{last}\n"
+    with pytest.raises(BadRow):
+        read_columns(text, find_dialect(text), (0, 1))
+    good = text.replace(last, "2")
+    assert read_columns(good, find_dialect(good), (0, 1)).tolist() == [[0, 1], [1, 2]]

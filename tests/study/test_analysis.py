@@ -1,5 +1,9 @@
 """Answers of tables: sensitivities, orders of convergence, quantiles and effects."""
 
+import threading
+import time as clock
+import warnings
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -363,3 +367,27 @@ def test_all_kinds_of_lack_are_counted():
         "left out of 9 runs: 9 not done yet"
     )
     assert str(completed(tables.sample()).left_out) == "left out of 80 runs: none"
+
+
+def test_filters_of_warnings_are_changed_by_one_thread_at_a_time(monkeypatch):
+    inside, together, bootstrap = [], [], stats.bootstrap
+
+    def slowly(*args, **options):
+        inside.append(warnings.filters)
+        together.append(len(inside))
+        clock.sleep(0.05)
+        try:
+            return bootstrap(*args, **options)
+        finally:
+            inside.pop()
+
+    monkeypatch.setattr(stats, "bootstrap", slowly)
+    before = list(warnings.filters)
+    table = tables.indices(8)
+    several = [threading.Thread(target=table.sobol_indices, args=("m0",)) for _ in range(3)]
+    for one in several:
+        one.start()
+    for one in several:
+        one.join()
+    assert together == [1, 1, 1]
+    assert list(warnings.filters) == before

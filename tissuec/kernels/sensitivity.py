@@ -9,8 +9,8 @@ the state changes it by
 where T' = ∂(f + g)/∂e. ``push_forward`` does that for many changes at once, ``pull_back`` is
 its transpose, and ``blocks`` are the matrices of single springs.
 
-To be translated, as ``scalar`` is; laws that are not linear are called by their addresses, with
-the number of a law as the first argument, and of the constant as well for ``by_constant``.
+Laws that are not linear are called by their addresses, with the number of a law as the first
+argument, and of the constant as well for ``by_constant``.
 
 Shared arguments:
     s: Index of the spring in ``forces.links``.

@@ -71,7 +71,7 @@ def _contents(prefix: Prefix) -> Iterator[tuple[str, ...]]:
 def _meaning(prefix: Prefix, content: Sequence[str]) -> Expected:
     """Return what a part of a form stands for in a sentence."""
     first = content[0] if content else ""
-    if prefix.has_verb and first.isupper() and first not in ("PROFILE", "COURSE"):
+    if prefix.has_verb and first.isupper() and first != "PROFILE":
         names = kinds_for(prefix.head, prefix.object, first)
         of_number = number()._replace(dimension=_dimension(prefix, first))
         return Expected(names=names) if names else of_number
@@ -88,7 +88,7 @@ def _meaning(prefix: Prefix, content: Sequence[str]) -> Expected:
 def stands_for(content: Sequence[str]) -> Expected:
     """Return what a part of a form stands for in any sentence."""
     first, *more = (*content, "")
-    if first in ("PROFILE", "COURSE"):
+    if first == "PROFILE":
         return Expected((v.profiles(),))
     if first.isupper():
         return _STANDS_FOR.get(first, Expected())

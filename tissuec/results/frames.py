@@ -100,9 +100,9 @@ class FrameRecorder:
         data = np.asarray(data)
         check_shape(data, (frames, self._network.node_count, 3), name)
         # Frames that do not wait for others are written before anybody changes them.
-        waits = True if self._file.batch > 1 else None
+        waits = self._file.batch > 1
         with np.errstate(over="ignore"):  # such a number is reported as not finite
-            return np.array(data[:, self._nodes], dtype=self._file.kind, copy=waits)
+            return data[:, self._nodes].astype(self._file.kind, copy=waits)
 
     def _at_lines(self, tension: ArrayLike, frames: int) -> NDArray[Any]:
         """Return the tensions of the lines, shape (frame, line)."""

@@ -110,15 +110,12 @@ def _sobol_indices(study: Study) -> list[Point]:
 
 def _sobol_points(study: Study, width: int) -> Floats:
     """Return points of a scrambled Sobol sequence in the unit cube, shape (run, factor)."""
-    import warnings
-
     from scipy.stats import qmc
 
     sampler: Any = qmc.Sobol(width, scramble=True, **_seeded(study))
-    with warnings.catch_warnings():
-        # Balance is lost where runs are no power of two; the manual says so.
-        warnings.simplefilter("ignore", UserWarning)
-        return sampler.random(study.settings.runs)
+    # A part of a power of two is not balanced; the manual says so.
+    count = study.settings.runs
+    return sampler.random_base2((count - 1).bit_length())[:count]
 
 
 def _seeded(study: Study) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """Columns of numbers from the text of a table: fast for plain rows, exact about bad ones."""
 
-import warnings
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -153,12 +152,11 @@ def _converted(rows: str, count: int) -> Floats | None:
         for _ in range(2):  # the second time for every other gap of several side by side
             cells = cells.replace(f",{gap},", ",nan,")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", DeprecationWarning)
-            numbers = np.fromstring(cells[1:-1], sep=",")
+        # NumPy stops at what is no number; a last one tells whether it came so far.
+        numbers = np.fromstring(cells[1:-1] + ",0", sep=",")
     except (ValueError, DeprecationWarning):
         return None
-    return None if numbers.size != count or np.isinf(numbers).any() else numbers
+    return None if numbers.size != count + 1 or np.isinf(numbers).any() else numbers[:-1]
 
 
 # --- rows of anything -------------------------------------------------------------------------

@@ -66,7 +66,7 @@ class Irrigate(Struct, frozen=True):
         "irrigate BODY with FLOW through NOZZLE",
         "irrigate SET with FLOW through NOZZLE",
         "irrigate with FLOW through NOZZLE",
-        "irrigate BODY with FLOW through NOZZLE using COURSE",
+        "irrigate BODY with FLOW through NOZZLE using PROFILE",
     )
     group: Group | None  # None for all that has a surface
     nozzle: str

@@ -71,7 +71,7 @@ class Inflate(Struct, frozen=True):
 
     forms: ClassVar[tuple[str, ...]] = (
         "inflate BODY to VOLUME",
-        "inflate BODY to VOLUME using COURSE",
+        "inflate BODY to VOLUME using PROFILE",
     )
     group: Group
     volume: float  # [m³]

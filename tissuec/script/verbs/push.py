@@ -47,7 +47,7 @@ class Push(Struct, frozen=True):
         "push SET with FORCES",
         "push SET with FORCE along VECTOR",
         "push SET with FORCES on each node",
-        "push SET with FORCES using COURSE",
+        "push SET with FORCES using PROFILE",
     )
     group: Group
     force: Floats  # [N] on each node, shape (3,)

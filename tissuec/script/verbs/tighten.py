@@ -114,8 +114,8 @@ class Tighten:
 
     forms: ClassVar[tuple[str, ...]] = (
         "tighten THREAD to LENGTH",
-        "tighten THREAD to LENGTH using COURSE",
-        "tighten JOINT to LENGTH using COURSE",
+        "tighten THREAD to LENGTH using PROFILE",
+        "tighten JOINT to LENGTH using PROFILE",
     )
 
     @classmethod
@@ -129,8 +129,8 @@ class Loosen:
 
     forms: ClassVar[tuple[str, ...]] = (
         "loosen THREAD to LENGTH",
-        "loosen THREAD to LENGTH using COURSE",
-        "loosen JOINT to LENGTH using COURSE",
+        "loosen THREAD to LENGTH using PROFILE",
+        "loosen JOINT to LENGTH using PROFILE",
     )
 
     @classmethod

@@ -12,6 +12,7 @@ no study with runs that failed.) Intervals are bias-corrected and accelerated bo
 intervals over the rows of A, B and all AB_i together.
 """
 
+import threading
 import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -28,6 +29,7 @@ from tissuec.studies.table import Column, StudyTable
 CONFIDENCE = 0.95
 RESAMPLES = 999
 FEWEST = 4  # base runs
+_FILTERS = threading.Lock()
 
 Interval = tuple[float, float]
 
@@ -166,8 +168,10 @@ def _intervals(values: Floats, seed: int) -> list[Interval | None]:
         return np.concatenate(_estimates(values[:, rows]))
 
     rows: Any = (np.arange(values.shape[1]),)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # where all resamples are equal, which is told below
+    # Where all resamples are equal, which is told below. Filters belong to the process: two
+    # threads that restore them in the wrong order would leave them changed.
+    with _FILTERS, warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore", stats.DegenerateDataWarning)
         # One resample at a time in memory for 1e6 values; SciPy 1.15 has renamed the seed.
         bootstrap: Any = stats.bootstrap
         found = bootstrap(
