@@ -101,8 +101,7 @@ def run(
     from tissuec.results.places import result_place
 
     _check_companion(companion)
-    if threads is not None:
-        arguments.count(threads, "threads")
+    _check_threads(threads)
     compiled, request = _compiled(scene, {**(params or {}), **more}, libraries, strict=strict)
     name, duration = request.source.name, compiled.plan.simulation.duration
     with result_place(out, name) as path:
@@ -139,8 +138,7 @@ def start(
     from tissuec.pipeline import compile_request
     from tissuec.stepping.stepped_run import SteppedRun
 
-    if threads is not None:
-        arguments.count(threads, "threads")
+    _check_threads(threads)
     request = _request(scene, {**(params or {}), **more}, libraries)
     compiled, found = compile_request(request)
     # What the script does not use may be used later.
@@ -386,8 +384,7 @@ def study(
         CompileError: The text is wrong, or values do not go with the scene.
         TissueError: There is no such study, or the scheduler cannot be used.
         PlaceError: The table cannot be written there.
-        TypeError, ValueError: ``vary`` is not understood, or ``workers`` is no whole number of
-            1 or more.
+        TypeError, ValueError: ``vary`` or ``workers`` is not understood.
     """
     from tissuec.studies.progress import StudyProgress
     from tissuec.studies.study import prepare, run_study
@@ -395,19 +392,15 @@ def study(
     from tissuec.view.study_table import with_methods
     from tissuec.workers.selection import workers_of
 
-    crew = workers_of(workers, scheduler)
+    more, crew = arguments.several(sentences, "sentences"), workers_of(workers, scheduler)
     request = _request(scene, params or {}, libraries)
     varied = _texts_of(vary, request) if isinstance(vary, Mapping) else vary
     written = sentences_of(varied, measure, design=design, runs=runs, seed=seed)
-    prepared = prepare(
-        request, name, sentences=[*written, *arguments.several(sentences, "sentences")]
-    )
+    prepared = prepare(request, name, sentences=[*written, *more])
     _warn(*map(str, prepared.warnings))
     with StudyProgress(prepared.study.name, shown=progress, anywhere=True) as line:
-        result = run_study(
-            prepared, crew, out=None if out is None else Path(out),
-            fresh=fresh, progress=line.at,
-        )  # fmt: skip
+        path = None if out is None else Path(out)
+        result = run_study(prepared, crew, out=path, fresh=fresh, progress=line.at)
     failed = [verdict for verdict in result.verdicts if not verdict.holds]
     _warn(*(f"{v.span.place}: {v.expect}\n  failed: {v.measured}" for v in failed))
     return with_methods(result.table)
@@ -419,6 +412,11 @@ def _check_companion(companion: str) -> None:
     if companion not in MODES:
         known = ", ".join(f'"{mode}"' for mode in MODES)
         raise ValueError(f'companion must be one of {known}, not "{companion}"')
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None:
+        arguments.count(threads, "threads")
 
 
 def _texts_of(

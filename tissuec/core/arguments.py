@@ -36,6 +36,11 @@ def several(values: Sequence[T], what: str) -> Sequence[T]:
 def count(value: object, what: str, least: int = 1) -> int:
     """Return a whole number.
 
+    Args:
+        value: What was given.
+        what: What messages call it.
+        least: The smallest one that is allowed.
+
     Raises:
         TypeError: It is no whole number.
         ValueError: It is below ``least``.
@@ -50,7 +55,13 @@ def count(value: object, what: str, least: int = 1) -> int:
 def number(
     value: object, what: str, *, above: float | None = None, finite: bool = True
 ) -> float:
-    """Return a number, of which only those that need not be finite may be infinite.
+    """Return a number.
+
+    Args:
+        value: What was given.
+        what: What messages call it.
+        above: The number must be above this one.
+        finite: Whether it must not be infinite.
 
     Raises:
         TypeError: It is no number.

@@ -329,8 +329,8 @@ def test_extremes_of_logs_are_told_in_numbers(result, page):
         for number, column in enumerate(log.columns):
             cells = [cell.text for cell in rows[f"{log.name}: {column}"].children[1:]]
             value = log.with_jumps()[1][:, number]
-            numbers = (value.min(), value.max(), value[-1])
-            assert cells == [*(f"{one:.4g}" for one in numbers), "N"]
+            numbers = np.array([value.min(), value.max(), value[-1]]) / 1e-3
+            assert cells == [*(f"{one:.4g}" for one in numbers), "mN"]
 
 
 def test_without_matplotlib_the_page_says_what_brings_it(result, monkeypatch):

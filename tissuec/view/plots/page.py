@@ -22,7 +22,7 @@ from tissuec.core.printable import printable
 if TYPE_CHECKING:
     from tissuec.view.plots import drawing
 
-MILLIMETRE = 1.0 / 25.4  # [inch]
+INCH = 25.4  # [mm]
 DPI = 150
 _DIGITS = 6  # of places, as parts of the page
 _LAYOUTS, _SETTLED = 6, 1e-4  # at most, and until places of axes move by no more than this
@@ -77,7 +77,7 @@ class Canvas(Struct):
     def height(self) -> float:
         """Return the height of the sheet [mm]."""
         dots: Any = self.figure
-        return dots.bbox.height / dots.dpi / MILLIMETRE
+        return dots.bbox.height / dots.dpi * INCH
 
     def part(self, figure: "drawing.Figure") -> "Canvas":
         """Return a part of this sheet."""
@@ -143,7 +143,7 @@ def new_sheet(width: float, height: float) -> Generator[Canvas]:
     """
     need_matplotlib()
     with style():
-        size = (width * MILLIMETRE, height * MILLIMETRE)
+        size = (width / INCH, height / INCH)  # exact, for whole numbers of pixels
         figure = _page_class()(figsize=size, dpi=DPI, layout="constrained")
         sheet = Canvas(figure)
         yield sheet
