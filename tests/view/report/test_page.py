@@ -6,6 +6,7 @@ from contextlib import nullcontext
 from hashlib import sha256
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
