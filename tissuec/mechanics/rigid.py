@@ -293,7 +293,9 @@ def _velocities(x: Floats) -> Floats:
 
 def _null_space(matrix: Floats, limit: float) -> Floats:
     """Return an orthonormal basis of what a matrix makes no larger than a limit."""
-    _, sizes, modes = np.linalg.svd(matrix, full_matrices=True)
+    # The other side of many rows, which is not needed, would be as large as their square.
+    is_wide = len(matrix) < matrix.shape[1]
+    _, sizes, modes = np.linalg.svd(matrix, full_matrices=is_wide)
     sizes = np.concatenate((sizes, np.zeros(len(modes) - len(sizes))))
     return modes[sizes <= limit].T
 

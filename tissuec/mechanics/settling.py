@@ -51,7 +51,9 @@ BUCKLED = "the net buckled to one of several possible sides"
 UNKNOWN = Remark("the stability of this equilibrium could not be determined")
 
 
-def settle(state: State, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
+def settle(
+    state: State, chosen: NDArray[np.bool_], guess: Floats | None = None
+) -> tuple[Remark, ...]:
     """Move the chosen free nodes to where the forces on them balance, at rest.
 
     Forces are as small then as rounding leaves them, or 1e-12 of the largest force.
@@ -59,6 +61,8 @@ def settle(state: State, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
     Args:
         state: Changed in place; held nodes must be where they belong.
         chosen: Which nodes may move, shape (node,).
+        guess: Where the equilibrium may be [m], shape (node, 3); without, it is looked for from
+            where the nodes are. What nothing resists stays as it is in the state.
 
     Raises:
         Unsettled: The state is as it was.
@@ -67,7 +71,7 @@ def settle(state: State, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
     if not len(balance.free):
         return ()
     refuse_falling(balance)
-    x, remarks = _minimum(balance)
+    x, remarks = _minimum(balance, balance.start if guess is None else guess[balance.free])
     state.position[balance.free] = NeutralMotions.of(balance, x).restored(x, balance.start)
     state.velocity[balance.free] = 0.0
     state.forget_friction(balance.free)
@@ -88,9 +92,12 @@ def _let_relax(state: State, balance: Balance) -> None:
     state.inelastic.let_relax(state.velocity, e, springs)
 
 
-def _minimum(balance: Balance) -> tuple[Floats, tuple[Remark, ...]]:
-    """Return a minimum of the energy [m], shape (free, 3), and what is to be known of it."""
-    (x, remarks), node = _equilibrium(balance, balance.start), 0
+def _minimum(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...]]:
+    """Return a minimum of the energy near x, and what is to be known of it.
+
+    Both are positions of the free nodes [m], shape (free, 3).
+    """
+    (x, remarks), node = _equilibrium(balance, x), 0
     for _ in range(TURNS):
         free = _free_pieces(NeutralMotions.of(balance, x))
         mode = softest(balance, x)

@@ -49,6 +49,7 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         chosen: Which nodes may move if nobody holds them, shape (node,).
         way: How far nodes that are held went since the stand before [m], shape (node, 3); 0 of
             all others.
+        places: Where nodes were in it when it was frozen [m], shape (node, 3).
         remarks: What is to be known of it.
     """
 
@@ -56,6 +57,7 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
     free: Indices
     chosen: NDArray[np.bool_]
     way: Floats
+    places: Floats
     remarks: tuple[Remark, ...]
 
     @property
@@ -83,7 +85,7 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         state.loads = {str(number): load for number, load in enumerate(leg.loads)}
         state.position[:] = before + self.way
         state.velocity[:] = 0.0
-        _settle(state, self.chosen)
+        _settle(state, self.chosen, self.places)
         return state.position
 
 
@@ -149,12 +151,15 @@ def _stand(
     reached = np.zeros_like(held)
     reached[state.network.ends[state.alive]] = True
     leg = leg_of(state, state.time, changes)
-    return EquilibriumStage(leg, np.flatnonzero(chosen & ~held & reached), chosen, way, remarks)
+    free = np.flatnonzero(chosen & ~held & reached)
+    return EquilibriumStage(leg, free, chosen, way, state.position.copy(), remarks)
 
 
-def _settle(state: State, chosen: NDArray[np.bool_]) -> tuple[Remark, ...]:
+def _settle(
+    state: State, chosen: NDArray[np.bool_], guess: Floats | None = None
+) -> tuple[Remark, ...]:
     try:
-        return settle(state, chosen)
+        return settle(state, chosen, guess)
     except Unsettled as failure:
         node = state.network.node_ids[failure.node]
         when = show(state.time, TIME)

@@ -152,9 +152,10 @@ class StaticModel:
             vector = self.shaping.vector(theta)
             found: list[Equilibrium] = []
             places = order.array(vector, "position").reshape(-1, 3)
+            is_frozen = self._theta is not None and np.array_equal(theta, self._theta)
             for stand in self._stands:
                 values = stand.leg.present(order.values(vector))
-                places = stand.balanced(network, values, places)
+                places = stand.places if is_frozen else stand.balanced(network, values, places)
                 view = StateView(stand.leg, values, places.ravel(), np.zeros(places.size))
                 found.append(Equilibrium(stand, view, self.laws))
             self._known = key, found
