@@ -207,7 +207,7 @@ def tried(name: str, share: float, folder: Path) -> Result:
         k: v if k in family.known else v * np.exp(random.uniform(-far, far))
         for k, v in truth.items()
     } | (family.blank or {})
-    _measure(family, truth, share, folder, random)
+    write_measured(family, truth, share, folder, random)
     (folder / "scene.tis").write_text(family.text.format(**start))
     request = Request.file(folder / "scene.tis")
     compiled, _ = compile_request(request)
@@ -245,7 +245,7 @@ def _in_si(family: Family, name: str, value: float) -> float:
     return value * units.get(name, 1.0)
 
 
-def _measure(
+def write_measured(
     family: Family, truth: dict[str, float], share: float, folder: Path, random
 ) -> None:
     """Write a table of what is measured of the truth."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.learn.known_truths import FAMILIES, SHAKEN
+from tests.learn.known_truths import FAMILIES, SHAKEN, write_measured
 from tests.learn.test_learning import ADJUST, FIT, TRUE, fit_problem, measure, numbers, truth
 from tissuec.laws.formula import Variable
 from tissuec.learn.derivatives.motion import Diverged
@@ -204,3 +204,41 @@ def test_an_experiment_that_is_not_met_is_a_failure_however_well_others_are(trut
     assert "the error of two.csv is " in misfit(
         problem, theta, structure(problem, theta), singles
     )
+
+
+# --- cost -------------------------------------------------------------------------------------
+
+
+def costs_of(family, truth, start, folder, swap=("", "")):
+    """Return the learning of noisy data of a family of known truths."""
+    write_measured(family, truth, 0.0, folder, np.random.default_rng(1))
+    text = family.text.format(**{**truth, **start})
+    assert swap[0] in text
+    (folder / "scene.tis").write_text(text.replace(*swap))
+    request = Request.file(folder / "scene.tis")
+    compiled, _ = compile_request(request)
+    return learn(compiled, compiled.fit_problems[0], request)
+
+
+@pytest.mark.parametrize(
+    ("name", "start"),
+    [
+        ("kicked", {"c": 20.4, "d": 78.4, "m": 30.6}),
+        ("kicked", {"c": 27.0, "d": 60.0, "m": 40.0}),
+        ("drawn", {"c": 40.8, "s": 5.9}),
+    ],
+)
+def test_a_start_near_the_truth_costs_one_pass(name, start, tmp_path):
+    """Noise of 1 %, and numbers that are 2 % or a third off: one Gauss-Newton search is all."""
+    family = FAMILIES[name]
+    learnt = costs_of(family, family.usual, start, tmp_path)
+    assert learnt.converged and not learnt.failure
+    assert learnt.passes == 1 and learnt.evaluations < 20
+
+
+def test_two_starts_that_agree_on_a_wrong_scene_are_enough(tmp_path):
+    """A mass that is a third off, and is not learnt: the minimum explains all but 24 %."""
+    family, swap = FAMILIES["kicked"], (", mass]", "]")
+    learnt = costs_of(family, family.usual, {"m": 40.0}, tmp_path, swap)
+    assert "not noise" in learnt.failure and learnt.converged
+    assert learnt.passes <= 12 and learnt.evaluations < 100

@@ -88,8 +88,9 @@ class DynamicModel:
 
     def limit(self, stop: float) -> None:
         """Predict only up to a time [s]."""
-        self._stop = min(stop, self.stop)
-        self._motion, self._known = None, None
+        if min(stop, self.stop) != self._stop:
+            self._stop = min(stop, self.stop)
+            self._motion, self._known = None, None
 
     def predict(self, theta: Floats) -> Floats:
         """Return the predictions; raises Diverged."""

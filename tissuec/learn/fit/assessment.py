@@ -49,7 +49,7 @@ def assess(
     theta, fits = end.theta, session.fit_problem.fits
     errors = [trial.model.step_error(theta[: problem.own]) for trial in problem.trials]
     stepping, stepping_error = _stepping(problem, theta, errors)
-    first_error, error = _first_error(problem), problem.error_at(theta)
+    error = problem.error_at(theta)
     near = linearised(problem, theta)
     draws, names = noise_of(near), _names(session, problem)
     resampled = resample(draws)
@@ -67,8 +67,8 @@ def assess(
         estimates=tuple(estimates(session, theta, sureness, resampled)),
         zeros={fits[k].text: problem.zero(theta, k) for k in problem.zeroed},
         error=error,
-        first_error=first_error,
         fitted=tuple(_fitted(session, problem, theta)),
+        first_error=_first_error(problem),  # last: models are frozen elsewhere for it
         noise={fit.text: float(s) for fit, s in zip(fits, sureness.noise, strict=True)},
         singular=sureness.singular,
         blind=sureness.blind,

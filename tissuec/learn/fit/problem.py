@@ -79,6 +79,9 @@ class Problem:
         self.reaches = np.concatenate([own, np.full(len(self.zeroed), np.inf)])
         self.stop, self.faint, self.trust = np.inf, np.zeros(self.size), 1.0
         self.evaluations = 0
+        self._frozen: Floats | None = None
+        self._predicted: tuple[bytes, Floats] | None = None
+        self._rows: tuple[bytes, Floats] | None = None
 
     def first_noise(self) -> Floats:
         """Return the scale of residuals at first, in SI units, shape (fit,)."""
@@ -103,6 +106,8 @@ class Problem:
 
     def limit(self, stop: float) -> None:
         """Use only measurements up to a time [s]."""
+        if stop != self.stop:
+            self._predicted = self._rows = None
         self.stop = stop
         for trial in self.trials:
             trial.model.limit(stop)
@@ -113,6 +118,8 @@ class Problem:
 
     def freeze(self, theta: Floats) -> None:
         """Keep the events of all experiments as they are for these parameters."""
+        if self._frozen is None or not np.array_equal(theta, self._frozen):
+            self._frozen, self._predicted, self._rows = theta.copy(), None, None
         for trial in self.trials:
             trial.model.freeze(theta[: self.own])
 
@@ -145,9 +152,12 @@ class Problem:
 
     def predicted(self, theta: Floats) -> Floats:
         """Return all predictions with their zeros, in SI units, shape (number,)."""
-        self.evaluations += 1
-        parts = [trial.model.predict(theta[: self.own]) for trial in self.trials]
-        return np.concatenate([np.zeros(0), *parts]) + self._zeros(theta)[self.fit_of]
+        key = theta[: self.own].tobytes()
+        if self._predicted is None or self._predicted[0] != key:
+            self.evaluations += 1
+            parts = [trial.model.predict(theta[: self.own]) for trial in self.trials]
+            self._predicted = key, np.concatenate([np.zeros(0), *parts])
+        return self._predicted[1] + self._zeros(theta)[self.fit_of]
 
     def left(self, theta: Floats) -> Floats:
         """Return predictions less measurements in SI units, shape (counted,)."""
@@ -184,7 +194,11 @@ class Problem:
 
     def derivatives(self, theta: Floats) -> Floats:
         """Return the derivatives of predictions in SI units, shape (counted, parameter)."""
-        rows = np.concatenate([t.model.jacobian(theta[: self.own]) for t in self.trials])
+        key = theta[: self.own].tobytes()
+        if self._rows is None or self._rows[0] != key:
+            parts = [trial.model.jacobian(theta[: self.own]) for trial in self.trials]
+            self._rows = key, np.concatenate(parts)
+        rows = self._rows[1]
         zeros = (self.fits[:, None] == self.zeroed) * self.unit_of_zero[self.zeroed]
         return np.concatenate([rows[self.counted], zeros], axis=1)
 

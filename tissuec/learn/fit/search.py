@@ -5,16 +5,18 @@ optimiser anew there. Only the state of the search goes from pass to pass, so th
 interrupted one goes on to the same result. Where the first prediction is far off, the beginning
 of the data is learnt first: over many periods of an oscillation, an error function has a
 minimum for each period that is missed. (H. U. Voss, J. Timmer, J. Kurths, Int. J. Bifurcation
-and Chaos 14:1905, 2004.) The beginning alone tells some parameters next to nothing, and noise
-would carry them far away: there, all are pulled towards where they start.
+and Chaos 14:1905, 2004.) It is near enough if a step by derivatives on the whole horizon makes
+the error as small as these promise. The beginning alone tells some parameters next to nothing,
+and noise would carry them far away: there, all are pulled towards where they start.
 
 If what is left on the whole horizon does not look like noise, further starts are tried: the
-same on the whole horizon at once, then the best of a random sample. The best minimum of all is
-refined. No pass ends at a larger error than it began with.
+same with the other kind of horizons, then the best of a random sample. The best minimum of all
+is refined. No pass ends at a larger error than it began with, and the last one is not repeated
+if predictions hardly change once events are found anew.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -33,9 +35,11 @@ ENTRIES = 4e7  # of the matrix of sensitivities, up to which it is made
 ROUNDS, ITERATIONS = 50, 60  # of either optimiser in a pass
 HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)  # parts of the data, from the beginning
 WHOLE = len(HORIZONS) - 1
-FAR = 0.02  # of the data's own deviation: an error from which on horizons grow
+FAR = 0.02  # of the data's own deviation: an error from which on horizons may grow
+KEPT = 0.75  # of the decrease that derivatives promise: their step is to be relied on
 NEAR, WIDE = 1.0, 3.0  # how far a pass goes in any parameter, before and on the last horizon
 LOOKS = 3  # at the noise, at most
+SAME_NOISE = 0.05  # change of the noise for which nothing is weighed anew
 TRIES = 3  # passes at most, before the last horizon
 LOOSE = 1e-3  # tolerance of a start, before the best one is refined
 HALVINGS = 4  # of the way of a pass whose end is worse once events are found anew
@@ -66,8 +70,9 @@ class SearchState(Struct, frozen=True, eq=False):
         error: E over this horizon.
         noise: By which residuals are measured, shape (fit,).
         best, best_error: The best parameters on the whole horizon so far, and their E.
-        start: Number of the start in use: 0 with growing horizons, 1 the same on the whole
-            horizon, from 2 on those of ``sample``.
+        start: Number of the start in use: 0 is the scene as it is written, 1 the same with
+            growing horizons instead of the whole one, or the reverse; from 2 on those of
+            ``sample``.
         sample: Further starts, shape (start, parameter); made when they are needed.
         refined: Whether all starts are over, and the best minimum is refined.
         rounds: How often the noise was taken from what was left.
@@ -96,6 +101,19 @@ class SearchState(Struct, frozen=True, eq=False):
 
 
 Keep = Callable[[SearchState], None]
+
+
+class _Reached(NamedTuple):
+    """Where an optimiser came to.
+
+    Attributes:
+        error: E with the events of these parameters.
+        is_final: Whether a further pass would find nothing better within the tolerance.
+    """
+
+    theta: Floats
+    error: float
+    is_final: bool
 
 
 class Search:
@@ -175,7 +193,7 @@ class Search:
             _, start = self._begun(np.clip(np.zeros(self.problem.size), *self.bounds))
             self._limit(WHOLE)
             self.problem.freeze(start)
-            return self._improved(start, self.problem.error(start), LOOSE, WIDE)[0]
+            return self._improved(start, self.problem.error(start), LOOSE, WIDE).theta
 
     def refit(self, end: SearchState) -> Floats:
         """Return the result of a single pass from the end of a search, with other data.
@@ -185,7 +203,7 @@ class Search:
         tolerance = self.problem.fit_problem.tolerance
         with np.errstate(all="ignore"):
             before = self.problem.error(end.theta)
-            return self._improved(end.theta, before, tolerance, WIDE)[0]
+            return self._improved(end.theta, before, tolerance, WIDE).theta
 
     # --- parts --------------------------------------------------------------------------------
 
@@ -201,24 +219,54 @@ class Search:
         self._limit(WHOLE)
         problem.freeze(theta)
         best = problem.with_zeros(theta)
-        is_still = problem.fit_problem.axis.nodes is not None or not problem.duration
-        if is_still or self._is_near(best):
+        if self._is_near(best):
             return WHOLE, best
+        return self._growing(theta)
+
+    def _growing(self, theta: Floats) -> tuple[int, Floats]:
+        """Return the least horizon that tells all parameters, and zeros that suit it."""
+        problem = self.problem
         enough = [
             k
             for k, part in enumerate(HORIZONS)
             if problem.many_until(part * problem.duration) >= 4 * problem.size
         ]
-        horizon = min(enough, default=WHOLE)
+        horizon = WHOLE if self._is_still else min(enough, default=WHOLE)
         self._limit(horizon)
         return horizon, problem.with_zeros(theta)
 
+    @property
+    def _is_still(self) -> bool:
+        """Return whether there is no time, so that horizons do not grow."""
+        return self.problem.fit_problem.axis.nodes is not None or not self.problem.duration
+
     def _is_near(self, theta: Floats) -> bool:
-        """Return whether a prediction, with events as they are frozen, is near the data."""
+        """Return whether the whole horizon, with events as they are frozen, can be learnt."""
         try:
-            return self.problem.relative(theta) < FAR
+            return (
+                self._is_still
+                or self.problem.relative(theta) < FAR
+                or self._keeps_promise(theta)
+            )
         except (Diverged, TissueError):
             return False
+
+    def _keeps_promise(self, theta: Floats) -> bool:
+        """Return whether a step by derivatives decreases the error as much as it should."""
+        problem = self.problem
+        if self.method != LEAST_SQUARES or not problem.size:
+            return False
+        residuals, rows = problem.residuals(theta), problem.jacobian(theta)
+        if not (np.isfinite(residuals).all() and np.isfinite(rows).all()):
+            return False
+        step: Floats = np.linalg.lstsq(rows, -residuals, rcond=FAINT)[0]
+        step = np.clip(theta + step, *self.bounds) - theta
+        if (np.abs(step) > np.where(np.isfinite(problem.reaches), NEAR, np.inf)).any():
+            return False
+        before, promised = (
+            0.5 * float(np.square(some).sum()) for some in (residuals, residuals + rows @ step)
+        )
+        return before - problem.error(theta + step) >= KEPT * (before - promised)
 
     def enter(self, state: SearchState) -> None:
         """Measure residuals as they are at a state of the search."""
@@ -238,7 +286,9 @@ class Search:
     def _pass(self, old: SearchState) -> SearchState:
         """Return where one pass comes to."""
         problem, last = self.problem, old.horizon == WHOLE
-        tolerance = problem.fit_problem.tolerance if old.refined else LOOSE
+        # The first start is refined at once: mostly it is near the only minimum.
+        is_fine = old.refined or (last and old.start == 0)
+        tolerance = problem.fit_problem.tolerance if is_fine else LOOSE
         self.enter(old)
         before = self._error_at(old.theta)
         if not np.isfinite(before):
@@ -246,69 +296,87 @@ class Search:
         if not last:
             problem.faint = problem.rms(old.theta) / problem.reaches
             before = problem.error(old.theta)
-        theta, error = self._improved(old.theta, before, tolerance, WIDE if last else NEAR)
+        reached = self._improved(old.theta, before, tolerance, WIDE if last else NEAR)
+        theta, error = reached.theta, reached.error
         new = replace(old, theta=theta, passes=old.passes + 1, error=error, tries=old.tries + 1)
-        calm = before - error <= tolerance * before or error <= PERFECT * len(problem.data)
+        calm = (
+            reached.is_final
+            or before - error <= tolerance * before
+            or error <= PERFECT * len(problem.data)
+        )
         if new.passes >= problem.fit_problem.passes and not (calm and last):
             return self._ended(new)
         if not last:
-            over = calm or new.tries == (TRIES if old.start == 0 else 1)
+            over = calm or new.tries == (TRIES if old.start <= 1 else 1)
             return replace(new, horizon=old.horizon + 1, tries=0) if over else new
         if not old.refined and (calm or new.tries == TRIES):
-            return self._next_start(new)
-        if not calm:
-            return new
-        if self._measures_noise(new):
-            return self._weighed(new)
-        return replace(new, reason="the error no longer decreases", converged=True)
+            new = self._next_start(new)
+        is_best = new.refined and np.array_equal(new.theta, theta)
+        return self._finished(new) if calm and is_fine and is_best else new
+
+    def _finished(self, old: SearchState) -> SearchState:
+        """Return the end of a search; the same with other noise where that changes a result."""
+        if self._measures_noise(old):
+            new = self._weighed(old)
+            if self._differ(old, new):
+                return new
+        return replace(old, reason="the error no longer decreases", converged=True)
 
     def _improved(
         self, theta: Floats, before: float, tolerance: float, reach: float
-    ) -> tuple[Floats, float]:
-        """Return where the optimiser comes to and its E, with events found anew there.
+    ) -> _Reached:
+        """Return where the optimiser comes to, with events found anew there.
 
         They may make it worse than the frozen ones promised: then half of the way is tried.
         """
-        pull = self.problem.faint
+        problem, pull = self.problem, self.problem.faint
         try:
-            there = self._optimised(theta, tolerance, reach)
+            there, expected = self._optimised(theta, tolerance, reach)
         except (Diverged, TissueError):
-            return theta, before
+            return _Reached(theta, before, is_final=False)
         finally:
-            self.problem.faint = pull
-        for _ in range(HALVINGS):
+            problem.faint = pull
+        for halved in range(HALVINGS):
             error = self._error_at(there)
             if error <= before:
-                return there, error
+                is_final = False
+                if expected is not None and not halved:
+                    # No step of a linear model gains more, without what was faint then, too.
+                    gain = 0.5 * float(np.square(problem.residuals(there) - expected).sum())
+                    is_final = gain <= tolerance * error
+                return _Reached(there, error, is_final)
             there = 0.5 * (theta + there)
-        return theta, before
+        return _Reached(theta, before, is_final=False)
 
     # --- starts -------------------------------------------------------------------------------
 
     def _next_start(self, old: SearchState) -> SearchState:
         """Return the next start, or the best minimum to be refined where no more is needed."""
         again = (
-            old.start > 1
+            old.start > 0
             and abs(old.error - old.best_error) <= SAME_ERROR * old.best_error
             and np.abs(old.theta - old.best).max(initial=0.0) <= SAME_PLACE
         )
         if old.error < old.best_error:
             old = replace(old, best=old.theta, best_error=old.error)
-        if again or self._is_good(old.best):
-            return self._refined(old)
-        if old.start == 1 and self.sample is not None:
-            old = replace(old, sample=self.sample())
-        if (
-            old.start > len(old.sample)
-            or old.passes > SEARCHING * self.problem.fit_problem.passes
-        ):
+        # Two ways from one place may miss the same periods; then little is explained.
+        is_sure = again and (old.start > 1 or self._explains(old.best))
+        if is_sure or self._is_good(old.best):
             return self._refined(old)
         start = old.start + 1
-        theta = np.zeros(self.problem.size) if start == 1 else old.sample[start - 2]
-        theta = np.clip(theta, *self.bounds)
-        horizon, theta = self._begun(theta)
         if start == 1:
-            horizon = WHOLE
+            theta = np.clip(np.zeros(self.problem.size), *self.bounds)
+            horizon, whole = self._begun(theta)
+            horizon, theta = self._growing(theta) if horizon == WHOLE else (WHOLE, whole)
+            if not self._is_still:
+                return replace(old, theta=theta, horizon=horizon, start=start, tries=0)
+            start = 2
+        if start == 2 and self.sample is not None:
+            old = replace(old, sample=self.sample())
+        is_late = old.passes > SEARCHING * self.problem.fit_problem.passes
+        if start > len(old.sample) + 1 or is_late:
+            return self._refined(old)
+        horizon, theta = self._begun(np.clip(old.sample[start - 2], *self.bounds))
         return replace(old, theta=theta, horizon=horizon, start=start, tries=0)
 
     def _refined(self, old: SearchState) -> SearchState:
@@ -321,6 +389,15 @@ class Search:
         if old.refined:
             return replace(old, reason="the motion is not finite")
         return self._next_start(replace(old, error=np.inf))
+
+    def _explains(self, theta: Floats) -> bool:
+        """Return whether parameters explain most of the data on the whole horizon."""
+        self._limit(WHOLE)
+        try:
+            self.problem.freeze(theta)
+            return self.problem.relative(theta) < FITTING
+        except (Diverged, TissueError):
+            return False
 
     def _is_good(self, theta: Floats) -> bool:
         """Return whether what is left on the whole horizon may well be noise."""
@@ -364,6 +441,17 @@ class Search:
         matters = len(problem.fit_problem.fits) > 1 or bool(problem.priors)
         return not problem.noise_is_given and matters and state.rounds < LOOKS
 
+    def _differ(self, old: SearchState, new: SearchState) -> bool:
+        """Return whether other noise may give other parameters."""
+        if not old.rounds and self.problem.priors:
+            return True  # expected values count from now on
+        if not self.problem.fit_problem.scaled:
+            return abs(new.rest - old.rest) > SAME_NOISE * old.rest
+        change = np.log(new.noise / old.noise)
+        if not self.problem.priors:
+            change -= change.mean()  # of fits, only the ratio counts
+        return bool(np.abs(change).max(initial=0.0) > SAME_NOISE)
+
     def _weighed(self, old: SearchState) -> SearchState:
         """Return the same with the noise that was left, or at least that of rounding."""
         problem, left = self.problem, self.problem.left(old.theta)
@@ -378,11 +466,13 @@ class Search:
                 found[k] = max(float(np.sqrt(np.mean(mine**2))), 1e-9 * problem.spread[k])
         return replace(new, noise=found)
 
-    def _optimised(self, theta: Floats, tolerance: float, farthest: float) -> Floats:
+    def _optimised(
+        self, theta: Floats, tolerance: float, farthest: float
+    ) -> tuple[Floats, Floats | None]:
         """Return where the optimiser comes to, at most so far away in any parameter.
 
         Data that is noisy or short may tell next to nothing of some parameters, which then
-        would go anywhere in one step.
+        would go anywhere in one step. If there is the minimum, its residuals are returned, too.
         """
         low, high = self.bounds
         reach = np.where(
@@ -391,18 +481,20 @@ class Search:
         bounds = np.maximum(low, theta - reach), np.minimum(high, theta + reach)
         step = self._by_least_squares if self.method == LEAST_SQUARES else self._by_lbfgs
         if not self.problem.size:
-            return theta  # only rules are revised
-        return step(theta, bounds, tolerance)
+            return theta, None  # only rules are revised
+        there, left = step(theta, bounds, tolerance)
+        is_inside = (np.abs(there - theta) < 0.9 * reach).all()
+        return there, left if is_inside else None
 
     def _by_least_squares(
         self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
-    ) -> Floats:
+    ) -> tuple[Floats, Floats | None]:
         """Return where SciPy's trust region of least squares comes to."""
         problem, pull = self.problem, self.problem.faint
         problem.faint = np.zeros(problem.size)
         columns = np.sqrt(np.square(problem.jacobian(theta)).sum(axis=0))
         if not columns.any():
-            return theta  # nothing that is looked at depends on anything
+            return theta, None  # nothing that is looked at depends on anything
         if not np.isfinite(columns).all():
             raise InfiniteError(problem.stop)
         problem.faint = np.maximum(FAINT * columns.max(), pull)
@@ -423,12 +515,12 @@ class Search:
             "max_nfev": self.rounds,
         }
         found: Any = least_squares(residuals, theta, **options)
-        return np.asarray(found.x)
+        return np.asarray(found.x), np.asarray(found.fun) if found.status > 0 else None
 
     def _by_lbfgs(
         self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
-    ) -> Floats:
-        """Return where SciPy's L-BFGS-B comes to."""
+    ) -> tuple[Floats, None]:
+        """Return where SciPy's L-BFGS-B comes to; how exactly, it does not say."""
         scale = max(self.problem.error(theta), 1e-300)
 
         def value(at: Floats) -> tuple[float, Floats]:
@@ -450,4 +542,4 @@ class Search:
             bounds=limits,
             options=options,
         )
-        return np.asarray(found.x)
+        return np.asarray(found.x), None

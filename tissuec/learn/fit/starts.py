@@ -42,11 +42,11 @@ def sample(
     reaches = np.where(np.isfinite(problem.reaches), problem.reaches, 0.0)
     points = np.clip(drawn[:, groups] * reaches, *bounds)
     chosen: list[int] = []
-    every = evaluator.all([StartError(point, part) for part in parts for point in points])
+    every = evaluator.all([StartError(point, part) for point in points for part in parts])
     if any(error is None for error in every):
         raise LostWorkersError("workers died while they compared starts")
     problem.evaluations += 2 * len(every)
-    for errors in np.array(every, dtype=float).reshape(len(parts), -1):
+    for errors in np.array(every, dtype=float).reshape(-1, len(parts)).T:
         order = [
             k for k in np.argsort(errors, kind="stable").tolist() if np.isfinite(errors[k])
         ]
