@@ -4,6 +4,7 @@ Every mistake is a replacement in a scene that is right. Where the hint proposes
 it gives a text without errors.
 """
 
+import shlex
 from collections.abc import Iterable
 
 import pytest
@@ -14,7 +15,7 @@ from tests.magnitudes import keeps_magnitudes
 from tests.mistakes import Mistake, habits, layers
 from tests.scene.test_mistakes_together import SCENE as TOGETHER
 from tissuec.cli import group
-from tissuec.core.errors import CompileError, Diagnostic
+from tissuec.core.errors import CompileError, Diagnostic, TissueError
 from tissuec.core.source import Source
 from tissuec.pipeline import check_request
 from tissuec.scene.request import Request
@@ -311,13 +312,46 @@ def test_a_file_beside_the_scene_is_proposed_with_its_dot(tmp_path):
     assert [edit.text for edit in found.edits] == ["./other"]
 
 
-def test_a_value_whose_blanks_part_it_is_answered_once(tmp_path):
+COMMAND_LINES = [
+    ("--set lift = 8 mm", '--set "lift = 8 mm"'),
+    ("--set lift = -8 mm --strict", '--set "lift = -8 mm"'),
+    ("--set hardness of skin is soft", '--set "hardness of skin is soft"'),
+    ("--tolerance 1e-6", '--set "tolerance = 1e-6"'),
+    ("--tolerance=1e-6", '--set "tolerance = 1e-6"'),
+    ("--step -1e-6 --quiet", '--set "step = -1e-6"'),
+    ("--breaking-force 3 N", '--set "breaking force = 3 N"'),
+    ("--gravity '(0, 0, 0) m/s^2'", '--set "gravity = (0, 0, 0) m/s^2"'),
+    ("--title 'a \"b\"'", "--set 'title = a \"b\"'"),
+    ("--tolerance", '--set "tolerance = …"'),
+]
+
+
+@pytest.mark.parametrize("place", ["before", "behind"])
+@pytest.mark.parametrize(("words", "proposed"), COMMAND_LINES)
+def test_what_is_no_option_is_answered_once_by_what_sets_it(tmp_path, words, proposed, place):
     scene = tmp_path / "scene.tis"
     scene.write_text(TOGETHER)
-    said = CliRunner().invoke(group, ["check", str(scene), "--set", "lift", "=", "8", "mm"])
+    line = [*shlex.split(words), str(scene)] if place == "before" else None
+    said = CliRunner().invoke(group, ["check", *(line or [str(scene), *shlex.split(words)])])
     assert said.exit_code == 2
     assert said.output.count("Error") == 1
-    assert '--set "lift = 8 mm"' in said.output
+    assert said.output.rstrip().endswith(proposed)
+
+
+MISSING = [
+    ("meshes/liver.obj", "tissuec library copy meshes/liver"),
+    ("liver.obj", "tissuec library copy meshes/liver"),
+    ("spleeen.stl", 'did you mean "spleen.stl"?'),
+]
+
+
+@pytest.mark.parametrize(("name", "hint"), MISSING)
+def test_a_mesh_that_is_not_there_may_be_one_of_the_library(tmp_path, monkeypatch, name, hint):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "spleen.stl").touch()
+    with pytest.raises(TissueError) as caught:
+        CliRunner().invoke(group, ["import", name], catch_exceptions=False)
+    assert str(caught.value).endswith(hint)
 
 
 def test_numbers_above_a_call_are_told_how_to_be_declared():

@@ -1,9 +1,11 @@
 """Code that commands share: global flags, output and exit codes."""
 
 import os
+import re
+import shlex
 import sys
 from collections.abc import Callable, Sequence
-from itertools import takewhile
+from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,6 +19,7 @@ from tissuec.core.printable import printable
 
 DONE, FAILED, WRONG_TEXT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
 PAGES = (".html", ".htm")  # endings of pages
+FILES = (".tis", ".vtkhdf", ".csv", ".h5")  # endings of what commands are given
 F = TypeVar("F", bound=Callable[..., Any])
 
 #: The global flags: name -> (spellings, help).
@@ -91,35 +94,31 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the command line.
 
-        ``--set lift = 8 mm``, which blanks split into four words, is reported with the correct
-        form.
+        ``--set lift = 8 mm``, which the shell splits into four words, and ``--lift 8mm``, which
+        is no option, are reported with the correct form.
 
         Raises:
-            UsageError: An option is written in this form.
+            UsageError: An option is written in one of these forms.
         """
-        for place, word in enumerate(args[:-2]):
-            if (
-                word == "--set"
-                and args[place + 2].startswith("=")
-                and "=" not in args[place + 1]
-            ):
-                value = takewhile(lambda one: not one.startswith("-"), args[place + 2 :])
-                parted = " ".join(
-                    [args[place + 1], *(w for w in value if not w.endswith(".tis"))]
+        written = tuple(args)  # which click uses up
+        for place, word in enumerate(written):
+            parted = _value_at(written, place + 1) if word == "--set" else []
+            if any(part == "is" or part.startswith("=") for part in parted[1:]):
+                raise click.UsageError(
+                    f"put a value with blanks in quotes: --set {_quoted(' '.join(parted))}"
                 )
-                raise click.UsageError(f'put a value with blanks in quotes: --set "{parted}"')
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            if not any(one.name == "overrides" for one in self.params) or error.possibilities:
+            is_long = error.option_name.startswith("--")
+            if not is_long or all(one.name != "overrides" for one in self.params):
                 raise
-            name = error.option_name.lstrip("-")
-            at = next((i for i, word in enumerate(args) if word.startswith(f"--{name}")), None)
-            given = [] if at is None else args[at].partition("=")[2:] or args[at + 1 :]
-            value = next((word for word in (*given, *args[(at or 0) + 1 :]) if word), "…")
+            name, value = _unknown(written, error.option_name)
+            assignment = f"{name.replace('-', ' ')} = {value}"
+            meant = f" (did you mean {' or '.join(error.possibilities or ())}?)"
             raise click.UsageError(
-                f"there is no option --{name}; to set an entry or a param of the scene: "
-                f'--set "{name.replace("-", " ")} = {value}"'
+                f"there is no option --{name}{meant if error.possibilities else ''}; to set an "
+                f"entry or a param of the scene: --set {_quoted(assignment)}"
             ) from error
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -133,6 +132,27 @@ class Command(click.Command):
         except CompileError as error:
             tell_mistakes(error, settings)
             return WRONG_TEXT
+
+
+def _unknown(written: Sequence[str], option: str) -> tuple[str, str]:
+    """Return the name of an option that there is not, and what was written as its value."""
+    for place, word in enumerate(written):
+        head, _, value = word.partition("=")
+        if head == option:
+            return head[2:], value or " ".join(_value_at(written, place + 1)) or "…"
+    return option[2:], "…"
+
+
+def _value_at(written: Sequence[str], start: int) -> list[str]:
+    """Return the words of a value: up to an option or the name of a file; "-1" is no option."""
+    among = islice(written, start, None)
+    value = takewhile(lambda word: re.match(r"-(?![\d.])", word) is None, among)
+    return [word for word in value if Path(word).suffix not in FILES]
+
+
+def _quoted(text: str) -> str:
+    """Return a text as one word of a command line."""
+    return shlex.quote(text) if set(text) & set('"$`\\!') else f'"{text}"'
 
 
 class CommandGroup(Command, click.Group):

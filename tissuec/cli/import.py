@@ -9,9 +9,10 @@ import click
 import numpy as np
 
 from tissuec.cli.common import DONE, Command, Settings, echo, print_json
-from tissuec.core import units
+from tissuec.core import resources, units
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.fields import LocatedFile
+from tissuec.core.hints import nearby_file
 
 if TYPE_CHECKING:
     from tissuec.meshes.generators.imported import Imported
@@ -67,7 +68,8 @@ def command(settings: Settings, file: Path, unit: str) -> int:
     try:
         shape = mesh.shape
     except MeshFileError as error:
-        raise TissueError(str(error) + (f"; {error.hint}" if error.hint else "")) from error
+        hint = error.hint or _elsewhere(file)
+        raise TissueError(f"{error}; {hint}" if hint else str(error)) from error
     facts = _facts(shape)
     filling = _filling(mesh, facts)
     scene = _scene(facts, filling, file.name, unit)
@@ -77,6 +79,15 @@ def command(settings: Settings, file: Path, unit: str) -> int:
     else:
         click.echo(scene, nl=False)
     return DONE
+
+
+def _elsewhere(file: Path) -> str:
+    """Return which other file may be meant, of the library or of a similar name, or ""."""
+    if file.exists():
+        return ""
+    if (resources.library() / "meshes" / f"{file.stem}.obj").exists():
+        return f"to copy the mesh of the library: tissuec library copy meshes/{file.stem}"
+    return nearby_file(file, file.suffix)
 
 
 def _warn_of_size(facts: dict[str, Any], unit: str) -> None:
