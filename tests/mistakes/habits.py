@@ -425,7 +425,7 @@ MISTAKES = {
         'write a range: "between 4 mN and 6 mN"',
     ),
     "expect at the end": M(
-        "> 1 mN at 0.3 s", "> 1 mN at end", "TIS301", "end", "numbers: lift, side"
+        "> 1 mN at 0.3 s", "> 1 mN at end", "TIS301", "end", "let end = 0.5 s (of exp"
     ),
     "expect always": M(
         "> 1 mN at 0.3 s", "< 1 N always", "TIS312", " always", 'write "over run"'

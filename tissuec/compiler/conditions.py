@@ -186,7 +186,7 @@ class Conditions:
             elif time is None and len(subjects) == measure.subjects and not argument.clauses:
                 time = self._pinned(argument)
             else:
-                self._no_subject(argument.value.span.text, argument.span)
+                self._unknown_subject(argument)
         if len(subjects) != measure.subjects:
             hint = f"the form is {measure.form}"
             self.findings.reject("TIS702", f"wrong form of {key}", node.span, hint=hint)
@@ -232,6 +232,12 @@ class Conditions:
 
     def _is_subject(self, name: s.Name) -> bool:
         return name.key in self.tools or self.groups.is_known(name)
+
+    def _unknown_subject(self, argument: s.Argument) -> NoReturn:
+        if isinstance(argument.value, s.Name):
+            tools = (tool.name for tool in self.tools.values())
+            self.groups.refuse_parted(argument.value, tools)
+        self._no_subject(argument.value.span.text, argument.span)
 
     def _no_subject(self, text: str, span: Span) -> NoReturn:
         if text.startswith("["):
@@ -329,7 +335,7 @@ class Conditions:
 
     def _pinned(self, argument: s.Argument) -> float:
         if isinstance(argument.value, s.Name) and not self.scope.has(argument.value):
-            self._no_subject(argument.value.span.text, argument.span)
+            self._unknown_subject(argument)
         return self.time(argument.value)
 
     # --- times --------------------------------------------------------------------------------

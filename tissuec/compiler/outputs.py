@@ -142,8 +142,10 @@ class OutputReader:
         value = clause.value
         if clause.word == "along":
             return _FORCE_ALONG
-        if clause.word not in ("at", "per", "after") or not isinstance(value, s.Quantity):
+        if clause.word not in ("at", "per", "after"):
             return ""
+        if not isinstance(value, s.Quantity):
+            return "write how often, such as: every 10 ms; a log has the end of the run, too"
         unit = parse_unit(value.unit)
         amount = value.value * unit.factor
         if unit.dimension == TIME:

@@ -47,6 +47,9 @@ _EXAMPLES = {
     "hedge": "hedge very = shift(50 %, outward)",
     "property": "property NAME from 0 to 1 { … }",
     "quantity": "quantity NAME from 1 N/m to 9 N/m { … }",
+    "environment": "environment { gravity = (0, 0, -9.81) m/s^2 }",
+    "simulate": "simulate { duration = 1 s }",
+    "output": "output { trajectory every 10 ms }",
     **{kind: f"{kind} NAME {{ … }}" for kind in _BLOCKS},
 }
 

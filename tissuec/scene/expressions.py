@@ -60,10 +60,9 @@ _MULTIPLIED = re.compile(rf"({NUMBER_PATTERN})\s*(\*?)\s*((?:[^\W\d][\w^]*[*/])*
 #: What overflows or has no value is found in the result.
 _quietly = np.errstate(all="ignore")
 
+_ENDS = ("end", "the end", "start", "the start")  # of the run, which have no names
 #: What else may be meant by letters that name axes only in conditions of sets.
 _AXES = {
-    **dict.fromkeys(("end", "start"), "; a time is a number, such as 0.5 s, or: over run"),
-} | {
     name: f"; a direction is a vector, such as {vector}"
     for name, vector in (("x", "(1, 0, 0)"), ("y", "(0, 1, 0)"), ("z", "(0, 0, 1)"))
 }
@@ -104,10 +103,19 @@ class Scope:
                 "text in quotes is a name; write numbers without quotes", *_unquoted(name)
             )
             if not name.words
-            else alternatives(name.text, self.names(), what="numbers")
-            or f'declare it: "param {name.text} = …" or "let {name.text} = …"'
-            + _AXES.get(name.key, ""),
+            else self._otherwise(name),
         )
+
+    def _otherwise(self, name: s.Name) -> Hint:
+        """Return which number is meant by a name that stands for none, or how to declare it."""
+        if name.key in _ENDS:
+            return Hint(
+                "a time is a number, such as 0.5 s, or one with a name: "
+                "let end = 0.5 s (of expectations also: over run)"
+            )
+        declared = f'declare it: "param {name.text} = …" or "let {name.text} = …"'
+        found = alternatives(name.text, self.names(), what="numbers") or Hint(declared)
+        return Hint(found + _AXES.get(name.key, ""), *found.edits)
 
     def call(self, call: s.Call) -> Value:
         """Return the value of a call that is no mathematical function, or reject it."""

@@ -431,7 +431,10 @@ def _read_from_to(entry: Entry, kind: FromTo, item: s.Item, scope: Scope) -> tup
 def _no_clauses(item: s.Assign | s.Sentence | s.Block, scope: Scope) -> None:
     if item.clauses:
         clause = item.clauses[0]
-        scope.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
+        hint = Hint(
+            f'an entry ends behind its value: remove "{clause.span.one_line}"', Edit("")
+        )
+        scope.findings.reject("TIS303", f'unexpected "{clause.word}"', clause.span, hint=hint)
     if isinstance(item, s.Assign) and (item.keyword or item.bounds):
         scope.findings.reject(
             "TIS303", "param and let are not allowed inside a block", item.span
