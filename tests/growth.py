@@ -5,10 +5,11 @@ import sys
 from collections.abc import Callable
 from time import process_time
 
-LONGER = 4
-MOST = 8.0  # times the effort for what is LONGER times as long; its square would take 16 times
+LONGER = 8
+MOST = 24.0  # times the effort for what is LONGER times as long; its square would take 64 times
 NOTHING = 0.02  # of the processor's time [s]: less is not told from chance
-ATTEMPTS = 3  # of which chance may spoil two
+ATTEMPTS = 5  # other programs only add to the time, so that the least ones are compared
+FEW = 1.5  # times LONGER: most calls for what is LONGER times as long
 
 
 def effort(work: Callable[[], object]) -> float:
@@ -48,7 +49,20 @@ def grows_in_proportion(work: Callable[[int], Callable[[], object]], length: int
     """
     work(LONGER)()  # imports and caches
     long, short = work(length), work(length // LONGER)
-    return any(
-        (taken := effort(long)) < NOTHING or taken < MOST * effort(short)
-        for _ in range(ATTEMPTS)
-    )
+    taken = brief = float("inf")
+    for _ in range(ATTEMPTS):
+        taken, brief = min(taken, effort(long)), min(brief, effort(short))
+        if taken < NOTHING or taken < MOST * brief:
+            return True
+    return False
+
+
+def calls_grow_in_proportion(work: Callable[[int], Callable[[], object]], length: int) -> bool:
+    """Tell whether the number of calls grows as a length does, whatever else is running.
+
+    Args:
+        work: Makes what is counted, of a length.
+        length: The greater one.
+    """
+    work(LONGER)()  # imports and caches
+    return calls(work(length)) < FEW * LONGER * calls(work(length // LONGER))

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from tests import test_docs
+from tissuec.cli import explain
 from tissuec.cli.guard import run_guarded
 
 # Found also in a checkout that was never installed.
@@ -202,6 +203,15 @@ def test_explain_names_rule_line_and_degree_of_each_quantity_of_the_tube(reposit
         assert 0.0 < first["degree"] <= 1.0
         assert first["place"].startswith("fuzzy/soft_tissue.tis:")
         assert first["facts"]
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_explain_fits_the_terminal_and_loses_no_word(repository, monkeypatch, width):
+    wide = tissuec("explain", "library/scenes/sterilisation.tis", cwd=repository).stdout
+    monkeypatch.setattr(explain, "_width", lambda: width)
+    narrow = tissuec("explain", "library/scenes/sterilisation.tis", cwd=repository).stdout
+    assert narrow.split() == wide.split()
+    assert max(map(len, narrow.splitlines())) <= width < max(map(len, wide.splitlines()))
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

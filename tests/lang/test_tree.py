@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.growth import grows_in_proportion
+from tests.growth import calls_grow_in_proportion, grows_in_proportion
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.lang.characters import normalise
@@ -153,6 +153,7 @@ MILLION, MANY = 1_000_000, 100_000
 @pytest.mark.parametrize(
     ("before", "repeated", "behind", "count"),
     [*(("", part, "", MILLION) for part in ("(", "}", ")", "[", "{", " ", '"', "“", "#", "1")),
+     ("", "5±1 ", "", MANY), ("", "5±1\n", "", MANY),
      ("", "\n" * 10, "", MILLION), ("", "\n(", "", MILLION), ("", "table x { ", "", MANY),
      ("", "is table ", "", MANY), ("x = 1 ", " ", "y", MILLION), ("a = ", "-", "1", MANY),
      ("expect ", "not ", "a", MANY), ("a = 1 ", "m*", "m", MANY), ("a = 1 m^", "9", "", MANY),
@@ -171,4 +172,5 @@ def test_effort_for_hostile_texts_grows_as_their_length(before, repeated, behind
 
         return read
 
+    assert calls_grow_in_proportion(reading, 4000)
     assert grows_in_proportion(reading, count // share)

@@ -1,6 +1,9 @@
 """Rows of cells in aligned columns."""
 
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Iterator, Sequence
+
+_DEEPER = 4 * " "  # before what has no room in its line
 
 
 def aligned(
@@ -21,3 +24,33 @@ def aligned(
         (indent + "".join(c.ljust(widths.get(n, 0)) for n, c in enumerate(row))).rstrip()
         for row in rows
     ]
+
+
+def fitted(
+    rows: Sequence[Sequence[str]], least: Sequence[int], heads: int, width: int
+) -> Iterator[str]:
+    """Yield rows in columns, or where these are too wide, with lines for what is behind.
+
+    Args:
+        rows: Their cells.
+        least: The least width of each column, two blanks to the next one included.
+        heads: How many cells of a row stay in columns.
+        width: The longest line; only single words may be longer.
+    """
+    lines = aligned(rows, least)
+    if all(len(line) <= width for line in lines):
+        yield from lines
+        return
+    columns = aligned([(*row[:heads], "") for row in rows])
+    widest = max(map(len, columns)) + 2
+    for row, head in zip(rows, columns, strict=True):
+        rest = "  ".join(filter(None, row[heads:]))
+        if head and widest + len(rest) <= width:
+            yield f"{head.ljust(widest)}{rest}".rstrip()
+            continue
+        if head:
+            yield head
+        yield from textwrap.wrap(
+            rest, width, initial_indent=_DEEPER, subsequent_indent=f"{_DEEPER}  ",
+            break_long_words=False, break_on_hyphens=False,
+        )  # fmt: skip

@@ -17,6 +17,7 @@ _UNIT = r"[^\W\d_][\w*/^]*"
 
 #: Signs that people group digits with, and how far to look for those.
 _GROUPING = "'‘’`´\u00a0\u2009\u202f"
+_LONGEST_LINE = 200  # of which the start is looked for, so that effort grows as the length
 _MOST_DIGITS = 20
 
 _AMOUNT_BEFORE = re.compile(rf"([0-9.]+(?:[eE][+-]?[0-9]+)?)[ \t]*({_UNIT})?[ \t]*\Z")
@@ -154,16 +155,18 @@ def _temperature(span: Span) -> str:
 
 def _tolerance(span: Span) -> Hint | str:
     """Return a hint about the tolerance of a number, if it has one."""
-    text = span.source.text
-    before = _AMOUNT_BEFORE.search(text[: span.start])
-    behind = _AMOUNT_BEHIND.match(text, span.end)
-    if span.text != "±" or before is None or behind is None:
+    if span.text != "±":
         return ""
-    if _TESTED.match(text, text.rfind("\n", 0, span.start) + 1):
+    text, nearby = span.source.text, max(span.start - _LONGEST_LINE, 0)
+    before = _AMOUNT_BEFORE.search(text[nearby : span.start])
+    behind = _AMOUNT_BEHIND.match(text, span.end)
+    if before is None or behind is None:
+        return ""
+    if _TESTED.match(text, text.rfind("\n", nearby, span.start) + 1):
         return 'write the range: "between … and …"'
     unit = before[2] or ("" if behind[1] == "%" else behind[1])
     amount = f"{before[1]} {unit}".rstrip()
-    place = Span(span.source, before.start(), behind.end())
+    place = Span(span.source, nearby + before.start(), behind.end())
     hint = f'a number has no tolerance: write "{amount}", and vary it in a study'
     return Hint(hint, Edit(amount, place))
 
