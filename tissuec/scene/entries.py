@@ -6,7 +6,7 @@ import numpy as np
 
 from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, Whole
 from tissuec.core.markdown import code, table
-from tissuec.core.units import describe, show
+from tissuec.core.units import FREQUENCY, Dimension, describe, show, written_unit
 from tissuec.scene.schema import Entry, Kind
 
 
@@ -46,7 +46,7 @@ def kind_in_words(kind: Kind) -> str:
         case Real(dimension, above, at_least, at_most):
             limits = (("above", above), ("at least", at_least), ("at most", at_most))
             return describe(dimension) + "".join(
-                f", {word} {show(limit, dimension)}"
+                f", {word} {_writable(limit, dimension)}"
                 for word, limit in limits
                 if limit is not None
             )
@@ -79,4 +79,11 @@ def default_in_words(entry: Entry) -> str:
     dimension = entry.kind.dimension if isinstance(entry.kind, Real) else None
     if dimension is None or not np.any(dimension):
         return code(f"{entry.default:g}")
-    return code(show(entry.default, dimension))
+    return code(_writable(entry.default, dimension))
+
+
+def _writable(value: float, dimension: Dimension) -> str:
+    """Return a value as it can stand in a scene, where no number stands before ``1/s``."""
+    if dimension == FREQUENCY:
+        return f"{value:g} {written_unit(dimension)}"
+    return show(value, dimension)
