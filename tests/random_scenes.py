@@ -132,7 +132,8 @@ def random_scene(seed, *, extra_output="", view=None):
     )
     bodies = [_body(draft, f"body {name}") for name in "ab"[: 1 + draft.chance(0.3)]]
     _sets(draft)
-    script = "\n".join(f"  {line}" for line in _script(draft))
+    fixed = [f"at 0 s: fix {draft.pick(draft.sets)}"] if draft.chance(0.6) else []
+    script = script_of(draft, fixed, 8)
     return "\n".join(
         [
             "language 1",
@@ -141,9 +142,9 @@ def random_scene(seed, *, extra_output="", view=None):
             "tool forceps A { kind is forceps }",
             "tool shears { kind is scissors }",
             _environment(draft),
-            f"script {{\n{script}\n}}",
+            script,
             _simulate(draft),
-            _output(draft, extra_output),
+            output_of(draft, extra_output),
             "",
         ]
     )
@@ -281,16 +282,14 @@ def _environment(draft):
     return f"environment {{ gravity = {pull} m/s^2; contact is off; damping = {drag!r} N*s/m }}"
 
 
-def _script(draft):
-    lines = []
-    if draft.chance(0.6):
-        lines.append(f"at 0 s: fix {draft.pick(draft.sets)}")
-    lines.extend(_timed(draft) for _ in range(int(draft.random.integers(0, 8))))
+def script_of(draft, lines, most):
+    """Return the text of a script of given lines and of less than so many others."""
+    lines = [*lines, *(_timed(draft) for _ in range(int(draft.random.integers(0, most))))]
     if draft.chance(0.35):
         # What follows is one order at once and one later.
         inner = f"{{ {_order(draft)}; after {0.1 * draft.time!r} s: {_order(draft)} }}"
         lines.append(f"when {_condition(draft)}: {inner}")
-    return lines
+    return "script {\n  " + "\n  ".join(lines) + "\n}"
 
 
 def _timed(draft):
@@ -431,7 +430,8 @@ def _simulate(draft):
     )
 
 
-def _output(draft, extra):
+def output_of(draft, extra):
+    """Return the text of the output block, with further lines."""
     every = draft.time / draft.random.uniform(5.0, 60.0)
     if draft.chance(0.3):
         every = draft.time / int(draft.random.integers(3, 40))
