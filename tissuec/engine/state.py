@@ -28,7 +28,9 @@ TINIEST = 1e-290  # [m], so that nothing is divided by zero
 # in time; explicit ones may miss forces that swing as they grow.
 GROWTH = 0.5
 INSIDE = 0.5  # of the tolerance: errors of samples within steps
-ROUNDING = 8 * float(np.finfo(float).eps)
+# What errors of a step are put down to rounding, of the coordinates. Fine tolerances would be
+# missed by what slow motions add up of it; less than half of a unit in the last place is noise.
+ROUNDING, LEAST_ROUNDING = 8 * float(np.finfo(float).eps), 0.5 * float(np.finfo(float).eps)
 
 
 def new_work(integrator: type[Integrator], network: Network, team: Team) -> Work:
@@ -191,6 +193,7 @@ def new_task(
     size = extent or float(network.rest.max(initial=0.0))
     coordinates = float(np.abs(network.position).max(initial=0.0))
     floor = max(FLOOR * size, TINIEST)
+    rounding = min(max(FLOOR * tolerance, LEAST_ROUNDING), ROUNDING)
     return Task(
         until=0.0,
         evaluations=0,
@@ -207,7 +210,7 @@ def new_task(
         inside=INSIDE * tolerance,
         jolt=JOLT * tolerance if integrator.promises else inf,
         floor=floor,
-        noise=max(ROUNDING * max(coordinates, size), TINIEST),
+        noise=max(rounding * max(coordinates, size), TINIEST),
         least=max(_least_energy(network, least * size, duration), TINIEST),
         bound=1e6 * size if size and network.spring_count else inf,
     )

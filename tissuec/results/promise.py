@@ -19,6 +19,8 @@ class Promise(Struct, frozen=True):
         seconds: Wall time that the check took after the run [s].
         method: Of the companion run that checked it; "" without one.
         differs: Whether that is of another kind than all methods of the run.
+        least: What the error is relative to [m] if the net moves less than a millionth of its
+            size; None otherwise.
     """
 
     state: str
@@ -29,6 +31,7 @@ class Promise(Struct, frozen=True):
     seconds: float = 0.0
     method: str = ""
     differs: bool = False
+    least: float | None = None
 
     @classmethod
     def of(cls, manifest: Mapping[str, Any]) -> Self:

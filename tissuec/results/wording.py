@@ -8,7 +8,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from tissuec.core.errors import counted
-from tissuec.core.units import TIME, show
+from tissuec.core.units import LENGTH, TIME, show
 from tissuec.results.promise import Promise
 
 if TYPE_CHECKING:
@@ -83,7 +83,12 @@ def failure(one: "ExpectationResult") -> tuple[str, str]:
 def accuracy(promise: Promise) -> str:
     """Return how accurate positions are, in one line."""
     allowed = promise.tolerance
-    error = "" if promise.error is None else f"{promise.error:.1e} of the largest displacement"
+    scale = "the largest displacement"
+    if promise.least is not None:
+        scale = (
+            f"{show(promise.least, LENGTH)}, a millionth of the size, as nothing moves further"
+        )
+    error = "" if promise.error is None else f"{promise.error:.1e} of {scale}"
     limit = f" (tolerance {allowed:g})" if isfinite(allowed) else ""
     if promise.state == "not checked":
         reason = f": {promise.reason}" if promise.reason else ""

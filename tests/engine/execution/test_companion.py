@@ -1,7 +1,9 @@
 """The companion run tells the error of a run, and whether anybody can know better."""
 
 import os
+import re
 import time
+import warnings
 
 import h5py
 import numpy as np
@@ -14,6 +16,7 @@ from tests.hand_plan import make_plan
 from tissuec.cli import companion as command
 from tissuec.core.errors import SimulationError, TissueWarning
 from tissuec.core.source import Source
+from tissuec.engine import state
 from tissuec.engine.execution import companion
 from tissuec.engine.execution.companion import Companion, launcher
 from tissuec.engine.execution.memory_recorder import MemoryRecording
@@ -23,6 +26,7 @@ from tissuec.kernels import loading
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory
+from tissuec.results.wording import accuracy
 from tissuec.scene.request import Request
 
 
@@ -301,3 +305,51 @@ def test_a_net_at_rest_has_no_energy_that_could_drift(tmp_path):
     resting = resting.replace("1 mN*s/m", "2 N*s/m") + "expect energy drift < 1e-6 over run\n"
     outcome = simulated(tmp_path, scene=resting).outcome
     assert len(outcome.held) == 1 and not outcome.failures
+
+
+BLOCK = """language 1
+tissue gum { spring constant = 200 N/m; viscosity = 0 N*s/m; mass = 0.2 g }
+body block {
+  mesh is lattice { kind is sodium chloride; cell = 5 mm; reach is second neighbours
+                    box from (0, 0, 0) mm to (20, 10, 10) mm }
+  tissue is gum
+}
+set base = nodes of block where x < 0.1 mm
+set tip = nodes of block where x > 19.9 mm
+environment { gravity = (0, 0, 0) m/s^2 }
+script { at 0 s: { fix base; change velocity of tip to (0, 0, SPEED) m/s } }
+simulate { duration = 20 ms; tolerance = 1e-9 }
+output { trajectory every 0.4 ms }
+"""
+
+
+def promise_of(text):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return tissuec.run(text, companion="inline").promise
+
+
+def test_steps_of_small_motions_are_put_down_to_rounding_no_more_than_tolerances_allow(
+    monkeypatch,
+):
+    text = BLOCK.replace("SPEED", "1e-3")
+    assert promise_of(text).state == "kept"
+    monkeypatch.setattr(state, "LEAST_ROUNDING", state.ROUNDING)
+    assert promise_of(text).state == "broken"  # of the companion, where the run is right
+
+
+def test_rounding_is_told_from_chaos():
+    text = BLOCK.replace("SPEED", "1e-5")
+    found = promise_of(text)
+    assert found.state == "unknown"
+    assert "rounding errors of the coordinates" in found.reason
+    (way_out,) = re.findall(r"write tolerance = (\S+)", found.reason)
+    assert promise_of(text.replace("1e-9", way_out)).state == "kept"
+
+
+def test_errors_of_a_net_that_hardly_moves_are_told_to_be_relative_to_its_size():
+    found = promise_of(PAIR.replace("2 11", "2 10.0000000000001"))
+    assert found.state == "kept"
+    assert found.least == pytest.approx(1e-8)  # of 10 mm
+    assert "of 0.01 um, a millionth of the size" in accuracy(found)
+    assert promise_of(PAIR).least is None

@@ -32,6 +32,7 @@ from msgspec.structs import replace
 from tissuec.core.arrays import evenly
 from tissuec.core.processors import permitted
 from tissuec.core.resources import PACKAGE
+from tissuec.core.units import LENGTH, show
 from tissuec.engine.execution.counterpart import LEAST, MOST, counterpart, foreseen, is_another
 from tissuec.engine.execution.finer_run import USUAL, Allowance, keep, largest, stepped
 from tissuec.engine.execution.recorder import sample_times
@@ -43,6 +44,8 @@ from tissuec.script.plan import Plan
 FINER = 4.0  # times; where errors fall as much, the difference is 3/4 of the error at least
 FINEST_FINER = 100.0  # times: of the third run
 FALLEN = 0.25  # of the difference: what must be left of it where steps were too large
+RESOLUTION = 16.0 * np.finfo(float).eps  # of coordinates: differences that do not count
+ROUNDED = 1e4 * np.finfo(float).eps  # of coordinates: differences that roundings may add up to
 MOST_ROWS = 200
 MOST_BYTES = 2e8
 POLLED = 0.1  # how often a process is looked after [s]
@@ -98,6 +101,8 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
         seconds: Wall time that the companion took after the run [s].
         method: Of the companion; "" without one.
         differs: Whether that is of another kind than all that stepped the run.
+        least: What ``relative`` is relative to [m], where displacements stay below it; None
+            where they do not, or where nothing moves.
     """
 
     state: State
@@ -110,6 +115,7 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
     seconds: float
     method: str = ""
     differs: bool = False
+    least: float | None = None
 
     @classmethod
     def unchecked(cls, reason: str, allowed: float) -> "ErrorEstimate":
@@ -138,6 +144,7 @@ class ErrorEstimate(Struct, frozen=True, eq=False):
             "seconds": round(self.seconds, 3),
             "method": self.method,
             "differs": self.differs,
+            "least": self.least,
         }
 
 
@@ -365,17 +372,28 @@ class Companion:
             reason = "the companion run ended before the run did"
         seconds = clock.monotonic() - self._began
         times = self.times[known]
+        is_small = 0.0 < self._moved(known).max(initial=0.0) < self._floor
         return ErrorEstimate(
-            state, reason, since, times, apart, relative, self.allowed, seconds
-        )
+            state, reason, since, times, apart, relative, self.allowed, seconds,
+            least=self._floor if is_small else None,
+        )  # fmt: skip
+
+    @property
+    def _floor(self) -> float:
+        """Return the displacement below which errors are relative to it [m]."""
+        return FLOOR * (self.network.extent or 1.0)
+
+    def _moved(self, known: Any) -> Floats:
+        """Return the largest displacement until each of some times [m], shape (row,)."""
+        # What has come back by the first of the times counts, too.
+        moved = largest(self._own[known] - self.network.position)
+        return np.maximum.accumulate(np.maximum(moved, self._reach[known]))
 
     def _apart(self, one: Floats, other: Floats, known: Any) -> tuple[Floats, Floats]:
         """Return how far two motions are apart until the known times, relative and [m]."""
-        drawn, floor = self.network.position, FLOOR * (self.network.extent or 1.0)
-        # What has come back by the first of the times counts, too.
-        moved = np.maximum(largest(self._own[known] - drawn), self._reach[known])
-        scale = np.maximum.accumulate(np.maximum(moved, floor))
+        scale = np.maximum(self._moved(known), self._floor)
         apart = largest(one[known] - other[known])
+        apart = np.maximum(apart - RESOLUTION * self._coordinates, 0.0)
         return np.maximum.accumulate(apart / scale), np.maximum.accumulate(apart)
 
     def _tried(
@@ -387,13 +405,12 @@ class Companion:
         both = asked & np.isfinite(finest).all(axis=(1, 2))
         if not both.any():
             return "unknown", "the test with smaller steps did not finish in time", since
-        own, _ = self._apart(self._own, finest, both)
+        own, apart = self._apart(self._own, finest, both)
         left, _ = self._apart(other, finest, both)
         beyond = np.flatnonzero(own > (1.0 - 1.0 / FINEST_FINER) * self.allowed)
         small = np.maximum(FALLEN * own, 0.1 * self.allowed)
         if len(beyond) and not (left <= small).all():
-            chaos = "the result does not converge with smaller steps: the motion is chaotic"
-            return "unknown", chaos + _limp(self.network), since
+            return "unknown", self._why_unknown(own[-1], apart[-1]), since
         if len(beyond):
             since = float(self.times[both][beyond[0]])
             way_out = f"write tolerance = {self.allowed / FINER:.2g}"
@@ -403,6 +420,21 @@ class Companion:
         if not np.array_equal(both, asked):
             return "unknown", "the test with smaller steps did not finish in time", since
         return "kept", "", None
+
+    def _why_unknown(self, relative: float, apart: float) -> str:
+        """Return why smaller steps do not help, from the largest difference of them [m]."""
+        if apart < ROUNDED * self._coordinates:
+            return (
+                f"rounding errors of the coordinates, of {show(apart, LENGTH)}, are larger "
+                f"than the tolerance allows: write tolerance = {2.0 * relative:.1g}"
+            )
+        chaos = "the result does not converge with smaller steps: the motion is chaotic"
+        return chaos + _limp(self.network)
+
+    @property
+    def _coordinates(self) -> float:
+        """Return the largest coordinate as drawn [m]."""
+        return float(np.abs(self.network.position).max(initial=0.0))
 
     def __enter__(self) -> Self:
         return self
