@@ -10,6 +10,7 @@ from tests.contact.scenes import by_loops
 from tests.every import every
 from tests.random_contacts import touching_scene
 from tests.validate.scenes import compiled_scene
+from tissuec.core.errors import CompileError
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
@@ -22,8 +23,14 @@ FINER = 100.0  # times: the tolerance of what a run is compared with
 
 @cache
 def played(seed):
-    """Return the scene of a seed, its frames, what ran, and the state of the promise."""
-    compiled, recording = compiled_scene(touching_scene(seed)), MemoryRecording()
+    """Return the scene of a seed, its frames, what ran, and the state of the promise.
+
+    It is None of scenes that contradict themselves.
+    """
+    try:
+        compiled, recording = compiled_scene(touching_scene(seed)), MemoryRecording()
+    except CompileError:
+        return None
     network, plan = compiled.network, compiled.plan
     beside = Companion(network, plan, "inline")
     outcome = run(network, plan, Recorder(network, plan, recording, tap=beside.take))
@@ -53,7 +60,9 @@ def error(compiled, found, exact):
 
 
 def verdict_of(seed):
-    """Return "kept" or "told", and fail if neither is true."""
+    """Return "kept", "told" or "refused", and fail if none of it is true."""
+    if played(seed) is None:
+        return "refused"
     compiled, (_, position, *_), ran, state = played(seed)
     if state != "kept":
         return "told"
@@ -64,6 +73,8 @@ def verdict_of(seed):
 
 def touches(seed):
     """Return when something touches: "from 0 s", "later" or "never"."""
+    if played(seed) is None:
+        return "never"
     compiled, (_, position, velocity, *_), *_ = played(seed)
     contact, network = compiled.plan.contact, compiled.network
     hidden = ((0, 0), (0, network.node_count - network.shown_nodes), (0, 0))
