@@ -1,5 +1,7 @@
 """What a run is said to do before it runs is what it does."""
 
+import math
+
 import pytest
 
 import tissuec
@@ -8,6 +10,7 @@ from tissuec.core.resources import library
 from tissuec.core.source import Source
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
+from tissuec.view.summaries.plan import cost
 
 SCENE = """language 1
 tissue gum { spring constant = 40 N/m; viscosity = 0.01 N*s/m; mass = 10 mg }
@@ -87,3 +90,24 @@ def test_every_choice_of_a_procedure_is_stated(method, choices):
     text = SCENE.replace("GRAVITY", "-9.81")
     text = text.replace("tolerance = 1e-2", f"step = 1 ms; integrator is {method}")
     assert list(predict(compiled(text)).choices) == choices
+
+
+@pytest.mark.parametrize("method", ["esdirk43", "trbdf2"])
+def test_implicit_steps_cost_about_what_is_said_and_their_number_is_not_estimated(method):
+    """What they cost depends on how many iterations and factorisations motions need."""
+    text = SCENE.replace("GRAVITY", "-9.81").replace("1e-2", f"1e-2; integrator is {method}")
+    plan = predict(compiled(text))
+    assert math.isnan(plan.steps)
+    assert math.isnan(plan.seconds)
+    assert "no estimate of the computing time" in cost(plan)
+    counts = tissuec.run(text, companion="off").manifest["statistics"]
+    assert 0.2 < counts["cost"] / counts["accepted"] / plan.step_seconds < 5.0
+
+
+def test_explicit_steps_cost_their_evaluations():
+    text = SCENE.replace("GRAVITY", "-9.81").replace("1e-2", "1e-2; integrator is dop853")
+    plan = predict(compiled(text))
+    assert plan.seconds == pytest.approx(plan.steps * plan.step_seconds)
+    counts = tissuec.run(text, companion="off").manifest["statistics"]
+    per_step = counts["cost"] / counts["accepted"]
+    assert plan.step_seconds == pytest.approx(per_step, rel=0.5)

@@ -3,6 +3,7 @@
 import pytest
 
 import tissuec
+from tissuec.compiler import start_checks
 
 STRIP = """language 1
 tissue cord {{ spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 mg; prestress = {p} }}
@@ -80,3 +81,26 @@ simulate { duration = 100 s; integrator is dop853 }
     (found,) = (one for one in tissuec.check(text) if one.code == "W413")
     assert found.notes[0].span.line == 3
     assert "W413" not in codes(text.replace("100 s;", "10 ms;"))
+
+
+def test_expensive_implicit_steps_name_the_largest_body(monkeypatch):
+    text = """language 1
+tissue soft { Young's modulus = 5 kPa; density = 1000 kg/m^3; retardation time = 50 ms }
+tissue stiff { Young's modulus = 72 kPa; density = 1000 kg/m^3; retardation time = 50 ms }
+body small { mesh is LATTICE to (10, 10, 4) mm }; tissue is stiff }
+body large { mesh is LATTICE to (20, 20, 10) mm }; tissue is soft }
+environment { gravity = (0, 0, 0) m/s^2; contact is off }
+simulate { duration = 1 ms; integrator is esdirk43 }
+""".replace(
+        "LATTICE",
+        "lattice { kind is sodium chloride; cell = 2 mm; reach is second neighbours; "
+        "box from (0, 0, 0) mm",
+    )
+    assert "W413" not in codes(text)
+    monkeypatch.setattr(start_checks, "MANY_SPRINGS", 100)
+    assert "W413" not in codes(text)  # 100 steps take less than a minute
+    monkeypatch.setattr(start_checks, "LONG", 1e-2)
+    (found,) = (one for one in tissuec.check(text) if one.code == "W413")
+    assert "a step of esdirk43 takes about" in found.message
+    assert "of large" in found.message
+    assert found.notes[0].span.line == 2

@@ -15,7 +15,7 @@ from tissuec.engine.integrators.procedures import stated
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose, measured_facts
-from tissuec.engine.method_trial import evaluation_time
+from tissuec.engine.method_trial import evaluation_time, step_time
 from tissuec.model.network import Network
 from tissuec.model.topology import join_nodes_of
 from tissuec.results.size import file_size
@@ -37,7 +37,9 @@ class Prediction(Struct, frozen=True):
         skipped: What the scene does not need and the run does not do.
         steps: At the stability limit, or of the fixed step; a tolerance may need more.
         evaluations: Force evaluations for these steps.
-        seconds: What these take on one core of a present-day machine, compiled.
+        seconds: What these take on one core of a present-day machine, compiled; NaN where
+            only the tolerance decides how many steps there are, as with implicit methods.
+        step_seconds: What one step takes [s].
         bytes: About those of the result file, before compression.
     """
 
@@ -50,6 +52,7 @@ class Prediction(Struct, frozen=True):
     steps: float
     evaluations: float
     seconds: float
+    step_seconds: float
     bytes: int
 
 
@@ -75,7 +78,13 @@ def predict(compiled: Compiled) -> Prediction:
     # Of an unlimited method only the tolerance decides; without motion one step does.
     unknown = np.nan if facts["omega"] else 1.0
     steps = float(np.ceil(simulation.duration / step)) if np.isfinite(step) else unknown
-    evaluations = steps * (SWEEPS if integrator is None else integrator.evaluations)
+    springs = len(layout.springs.ids)
+    one = evaluation_time(state, springs)
+    if integrator is None:
+        each, step_seconds = SWEEPS, SWEEPS * one
+    else:
+        each = integrator.evaluations
+        step_seconds = step_time(choice.name, one, springs, layout.solver)
     return Prediction(
         arrays=_arrays(network),
         method=choice.name,
@@ -84,8 +93,9 @@ def predict(compiled: Compiled) -> Prediction:
         facts=facts,
         skipped=tuple(skipped(compiled)),
         steps=steps,
-        evaluations=evaluations,
-        seconds=evaluations * evaluation_time(state, len(layout.springs.ids)),
+        evaluations=steps * each,
+        seconds=steps * step_seconds,
+        step_seconds=step_seconds,
         bytes=file_size(network, wishes(network, plan), plan.output, simulation.duration),
     )
 

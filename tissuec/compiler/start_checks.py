@@ -1,17 +1,18 @@
 """Checks of how a scene starts: bodies that fall, prestress out of balance, and the cost."""
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.initial_state import state_at_start
 from tissuec.core.errors import Diagnostic, Note, counted
-from tissuec.core.units import FORCE, STIFFNESS, show
+from tissuec.core.units import FORCE, STIFFNESS, TIME, show
 from tissuec.core.vectors import norm
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import AT_REST, pulls
-from tissuec.model.network import BodyPart, Indices
+from tissuec.model.network import BodyPart, Indices, Network
 from tissuec.model.topology import pieces
 from tissuec.script.plan import RELAXATION, ScheduledAction
 from tissuec.script.verbs import Shifting, follows
@@ -19,12 +20,17 @@ from tissuec.script.verbs.holding import Driven, Fixed, Holding, Taken
 from tissuec.script.verbs.push import Push
 from tissuec.script.verbs.settle import Settle
 
+if TYPE_CHECKING:
+    from tissuec.compiler.prediction import Prediction
+
 UNSTRETCHED = ("none", "table")  # how rest lengths are given without prestress
 #: What to write about a body that ``falling`` yields.
 FALLS = "nothing holds {}, so that it falls: write in the script what does, such as at 0 s: fix"
 LONG = 60.0  # [s]: a run that takes longer is announced
 # [s] for a spring in a step at the limit of stability: less than docs/numerics.md measures.
 SPRING = 2e-9
+MANY_SPRINGS = 50_000  # of a net whose implicit steps may be expensive
+FEW_STEPS = 100  # of an implicit method, which takes at least about 30 in any motion
 _MOST_AT_A_NODE = 20  # springs as stiff as the stiffest
 
 
@@ -129,23 +135,46 @@ def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     share = network.sudden / network.mass[network.ends].T
     stiffest = share.max(axis=0)
     omega = np.sqrt(2.0 * _MOST_AT_A_NODE * float(stiffest.max()))
-    if simulation.duration * omega * network.spring_count * SPRING < LONG:
+    is_long = simulation.duration * omega * network.spring_count * SPRING >= LONG
+    if not (is_long or network.spring_count > MANY_SPRINGS):
         return
     from tissuec.compiler.prediction import predict  # where it may be long
 
     expected = predict(compiled)
-    if not expected.seconds > LONG:
-        return
-    spring = int(stiffest.argmax())
+    if expected.seconds > LONG:
+        yield _too_many_steps(network, int(stiffest.argmax()), expected.seconds)
+    elif np.isnan(expected.seconds) and FEW_STEPS * expected.step_seconds > LONG:
+        yield _expensive_steps(network, expected)
+
+
+def _too_many_steps(network: Network, spring: int, seconds: float) -> Diagnostic:
+    """Return a warning of a run of explicit steps that a spring makes short."""
     owner, origin = network.owner(spring), network.provenance["stiffness"][spring]
-    yield Diagnostic(
+    return Diagnostic(
         "W413",
-        f"the run takes about {_minutes(expected.seconds)} at the steps that it needs, "
+        f"the run takes about {_minutes(seconds)} at the steps that it needs, "
         f"mainly for spring {network.spring_ids[spring]} of {owner.name} with "
         f"{show(float(network.sudden[spring]), STIFFNESS)}",
         owner.span,
         "use softer tissue or larger cells there, a wall with a thickness for a thin stiff "
         "layer, a shorter duration, or settle for equilibria",
+        (Note("the stiffness", origin.span),),
+    )
+
+
+def _expensive_steps(network: Network, expected: "Prediction") -> Diagnostic:
+    """Return a warning of a run whose steps solve the equations of a large body."""
+    largest = max(network.parts, key=lambda part: part.springs.stop - part.springs.start)
+    origin = network.provenance["stiffness"][largest.springs.start]
+    steps = f"{FEW_STEPS} steps take {_minutes(FEW_STEPS * expected.step_seconds)}"
+    size = counted(largest.springs.stop - largest.springs.start, "spring")
+    return Diagnostic(
+        "W413",
+        f"the run takes long: a step of {expected.method} takes about "
+        f"{show(expected.step_seconds, TIME, digits=2)}, mainly for the {size} of "
+        f"{largest.name}; {steps}, and the tolerance decides how many there are",
+        largest.span,
+        "use larger cells there, or settle for equilibria",
         (Note("the stiffness", origin.span),),
     )
 

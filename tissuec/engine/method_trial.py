@@ -265,6 +265,23 @@ def candidate_for(
     return "esdirk43"
 
 
+def step_time(
+    name: str, evaluation: float, springs: int, solver: Callable[[], Solver]
+) -> float:
+    """Return the predicted time of a compiled step [s].
+
+    Args:
+        name: Name of the integrator.
+        evaluation: Predicted time of a force evaluation [s].
+        springs: Number of springs that act.
+        solver: Returns the matrix of implicit steps.
+    """
+    member = INTEGRATORS[name]
+    if not member.implicit:
+        return member.evaluations * evaluation
+    return trial_cost(name, evaluation, springs, solver()) / (2 * STEPS)
+
+
 def trial_cost(name: str, evaluation: float, springs: int, solver: Solver) -> float:
     """Return the predicted time of both windows of a trial [s].
 

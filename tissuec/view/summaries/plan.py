@@ -39,7 +39,12 @@ def cost(plan: Prediction) -> list[str]:
     """Return the number of steps, their time, and the size of the file."""
     file = f"result file of about {size(plan.bytes)} before compression"
     if not isfinite(plan.steps):
-        return ["as many steps as the tolerance needs", file]
+        each = show(plan.step_seconds, TIME, digits=2)
+        return [
+            f"as many steps as the tolerance needs, each of about {each}",
+            "no estimate of the computing time",
+            file,
+        ]
     return [
         f"about {plan.steps:.3g} steps, {plan.evaluations:.3g} force evaluations",
         f"about {show(plan.seconds, TIME, digits=2)} of computing time, without compilation",
