@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 import tissuec
+from tests.engine.execution.test_doubts import SOLID
 from tests.study.scenes import SCENE, STUDY, carried_out, prepared
+from tests.test_cli import tissuec as command
 from tissuec.studies.study import run_study
+from tissuec.studies.summary import summary
+from tissuec.view.report.study import render_study
+from tissuec.view.study_table import read_table
 from tissuec.workers.workers import OwnProcess
 
 pytestmark = pytest.mark.filterwarnings("ignore::tissuec.TissueWarning")
@@ -166,3 +171,16 @@ def test_the_end_of_the_run_is_told_from_that_of_a_motion():
     assert table.outcome == ("done", "ended")
     assert table.column("ended").numbers == pytest.approx([np.nan, 0.075], nan_ok=True)
     assert table.column("moved").numbers == pytest.approx([0.1, np.nan], nan_ok=True)
+
+
+def test_doubtful_runs_are_marked_in_table_summary_command_and_report(tmp_path):
+    """A block that is pressed flat turns inside out; one that is pressed less does not."""
+    study = "study pressing { vary depth = [1 mm, 7 mm]; measure pull = max(force of lid) }"
+    (tmp_path / "press.tis").write_text(f"{SOLID}{study}\n")
+    path = tmp_path / "press.pressing.csv"
+    done = command("study", "press.tis", "--workers", "1", cwd=tmp_path)
+    assert "doubtful: 1 run (inside out: 1)" in done.stderr
+    table = read_table(path)
+    assert table.doubts == ("", "inside out")
+    assert summary(table, path)["doubtful"] == {"runs": 1, "inside out": 1}
+    assert "Doubtful: 1 run (1 inside out)." in render_study(table, path)

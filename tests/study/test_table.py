@@ -7,6 +7,7 @@ from contextlib import suppress
 import h5py
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests import damage
 from tests.study.tables import HEAD, ROWS, table
@@ -18,7 +19,7 @@ from tissuec.view.study_table import StudyTable, read_table
 
 def assert_equal(one: StudyTable, other: StudyTable) -> None:
     assert one.head == other.head
-    for name in ("outcome", "promise", "digests"):
+    for name in ("outcome", "promise", "digests", "doubts"):
         assert getattr(one, name) == getattr(other, name), name
     assert np.array_equal(one.runs, other.runs)
     assert np.array_equal(one.error, other.error, equal_nan=True)
@@ -43,6 +44,24 @@ def test_what_is_written_is_what_is_read(tmp_path, name):
 
 def test_a_table_has_its_rows_and_head_again():
     assert as_csv(HEAD, rows_of(table())) == as_csv(HEAD, ROWS)
+
+
+@pytest.mark.parametrize("name", ["table.csv", "table.h5"])
+def test_doubts_are_written_and_read(tmp_path, name):
+    path = tmp_path / name
+    doubtful = StudyTable.of(HEAD, (*ROWS[:2], replace(ROWS[2], doubts="inside out"), ROWS[3]))
+    (doubtful.to_csv if name.endswith("csv") else doubtful.to_hdf5)(path)
+    assert_equal(read_table(path), doubtful)
+    assert read_table(path).doubts == ("", "", "inside out", "")
+
+
+def test_tables_of_the_first_format_are_read_without_doubts(tmp_path):
+    path = tmp_path / "table.csv"
+    first, names, *lines = as_csv(HEAD, ROWS).splitlines()
+    first = first.replace('"format": 2', '"format": 1')
+    shorter = [names.removesuffix(",doubts"), *(line.removesuffix(",") for line in lines)]
+    path.write_text("\n".join([first, *shorter, ""]), "utf-8")
+    assert_equal(read_table(path), table())
 
 
 def test_lines_in_any_order_give_one_table(tmp_path):
@@ -86,7 +105,7 @@ def test_a_column_is_found_by_name_and_knows_its_kind():
     ("text", "message"),
     [
         ("lift,pull\n1,2\n", "no table of a study"),
-        (head_lines(HEAD).replace('"format": 1', '"format": 9'), "another version"),
+        (head_lines(HEAD).replace('"format": 2', '"format": 9'), "another version"),
         (
             head_lines(HEAD) + "0,2,soft\n",
             "damaged table: line 3: the row of run 0 has 3 cells",

@@ -199,6 +199,7 @@ def _tell(
     """Say on stderr what came out."""
     from tissuec.scene.study_model import called
     from tissuec.studies.analysis.completed import completed
+    from tissuec.studies.summary import doubtful
 
     table = result.table
     taken = f", {result.taken_over} of them done before" if result.taken_over else ""
@@ -213,6 +214,9 @@ def _tell(
     for promise in ("broken", "unknown"):
         if promises[promise]:
             settings.say(f"  accuracy {promise}: {counted(promises[promise], 'run')}")
+    if found := doubtful(table):
+        each = ", ".join(f"{kind}: {count}" for kind, count in found.items() if kind != "runs")
+        settings.say(f"  doubtful: {counted(found['runs'], 'run')} ({each})")
     for verdict in result.verdicts:
         if not verdict.holds:
             echo(f"  FAILED {verdict.span.place}: {verdict.expect}", err=True)
@@ -231,12 +235,15 @@ def _tell(
 
 def _document(result: "StudyResult", target: Path) -> dict[str, Any]:
     """Return what came out for programs."""
+    from tissuec.studies.summary import doubtful
+
     table = result.table
     return {
         "table": str(target),
         "runs": len(table),
         "taken_over": result.taken_over,
         "outcomes": dict(Counter(table.outcome)),
+        "doubtful": doubtful(table),
         "expectations": [
             {"expect": one.expect, "holds": one.holds, "measured": one.measured}
             for one in result.verdicts

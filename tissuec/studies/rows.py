@@ -77,6 +77,7 @@ class Row(Struct, frozen=True):
         promise: "kept", "broken from T", "unknown from T" or "not checked".
         error: Estimated error of positions, relative to displacements; NaN if not known.
         digest: Of all that the row follows from.
+        doubts: Kinds of what makes its numbers doubtful, such as "inside out"; "" for none.
     """
 
     run: int
@@ -87,6 +88,7 @@ class Row(Struct, frozen=True):
     promise: str
     error: float
     digest: str = ""
+    doubts: str = ""
 
 
 def title(name: str, unit: str) -> str:

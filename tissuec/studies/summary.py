@@ -28,6 +28,7 @@ def summary(table: StudyTable, path: Path) -> dict[str, Any]:
         "runs": f"{len(table)} of {head.planned}",
         "outcomes": dict(Counter(table.outcome)),
         "accuracy": promises(table),
+        "doubtful": doubtful(table),
         "factors": {one.title: values_of(one) for one in table.factors},
         "measures": {one.title: range_of(table, one) for one in table.measures},
         "curves": {title(one.name, one.unit): f"every {one.every:g} s" for one in table.curves},
@@ -37,6 +38,13 @@ def summary(table: StudyTable, path: Path) -> dict[str, Any]:
 def promises(table: StudyTable) -> dict[str, int]:
     """Return how many runs kept their tolerance, broke it, or do not know."""
     return dict(Counter(promise.split(" from ")[0] for promise in table.promise))
+
+
+def doubtful(table: StudyTable) -> dict[str, int]:
+    """Return how many runs have doubts of each kind, and of any kind as "runs"."""
+    found = [doubts for doubts in table.doubts if doubts]
+    each = Counter(kind for doubts in found for kind in doubts.split(", "))
+    return {"runs": len(found), **each} if found else {}
 
 
 def values_of(factor: Column) -> str:

@@ -96,6 +96,7 @@ class StudyTable(Struct, frozen=True, eq=False):
         error: Estimated error of positions, relative to displacements, shape (row,); NaN
             if not known.
         digests: Of all that each row follows from.
+        doubts: Kinds of what makes the numbers of each row doubtful, "" for none.
     """
 
     head: StudyHead
@@ -108,6 +109,7 @@ class StudyTable(Struct, frozen=True, eq=False):
     promise: tuple[str, ...]
     error: NDArray[np.float64]
     digests: tuple[str, ...]
+    doubts: tuple[str, ...]
 
     @classmethod
     def of(cls, head: StudyHead, rows: Iterable[Row]) -> Self:
@@ -133,6 +135,7 @@ class StudyTable(Struct, frozen=True, eq=False):
             promise=tuple(row.promise for row in ordered),
             error=np.array([row.error for row in ordered], dtype=float),
             digests=tuple(row.digest for row in ordered),
+            doubts=tuple(row.doubts for row in ordered),
         )
 
     def __len__(self) -> int:
@@ -187,6 +190,7 @@ def rows_of(table: StudyTable) -> Iterator[Row]:
             table.promise[n],
             float(table.error[n]),
             table.digests[n],
+            table.doubts[n],
         )
 
 

@@ -19,6 +19,7 @@ def to_pandas(table: StudyTable) -> "pandas.DataFrame":
     """Return a table; see `view.study_table.StudyTable.to_pandas`."""
     columns: dict[str, Any] = {column.title: column.values for column in table.columns}
     columns |= {"outcome": table.outcome, "reason": table.reason, "promise": table.promise}
+    columns |= {"doubts": table.doubts}
     index = package("pandas", "to_pandas").Index(table.runs, name=RUN)
     frame = package("pandas", "to_pandas").DataFrame(columns | {"error": table.error}, index)
     frame.attrs.update(_about(table))
@@ -51,7 +52,7 @@ def to_xarray(table: StudyTable) -> "xarray.Dataset":
         coordinates[along] = (along, curve.times, {"units": "s"})
         values = curve.values.reshape((*shape, len(curve.times)))
         data[curve.name] = ([*axes, along], values, {"units": curve.unit})
-    for name in ("outcome", "reason", "promise", "error"):
+    for name in ("outcome", "reason", "promise", "error", "doubts"):
         data[name] = (axes, np.array(getattr(table, name)).reshape(shape))
     return xarray.Dataset(data, coordinates, _about(table))
 

@@ -40,6 +40,8 @@ def _write(table: StudyTable, file: h5py.File) -> None:
     file["runs"], file["error"] = table.runs, table.error
     for name in _TEXTS:
         _add_texts(file, name, getattr(table, name))
+    if any(table.doubts):
+        _add_texts(file, "doubts", table.doubts)
     for kind in ("factors", "measures", "curves"):
         group = file.create_group(kind)
         for column in getattr(table, kind):
@@ -90,6 +92,7 @@ def _read(file: Any, path: Path) -> StudyTable:
         raise ValueError(f"there are other runs than {head.planned}")
     count = len(runs)
     texts = {name: _texts(file[name], count) for name in _TEXTS}
+    texts["doubts"] = _texts(file["doubts"], count) if "doubts" in file else ("",) * count
     singles = [one for one in head.measures if one.every is None]
     curves = [one for one in head.measures if one.every is not None]
     return StudyTable(

@@ -23,10 +23,11 @@ from tissuec.scene.study_model import Cell
 from tissuec.studies.rows import MeasureHead, Row, StudyHead, title
 from tissuec.studies.table import StudyTable, rows_of
 
-FORMAT = 1
+FORMAT = 2
+READABLE = (1, FORMAT)  # the first format has no doubts
 MARK = "# tissuec study "
 _LONGEST = (1 << 31) - 1  # characters of a cell that every system allows
-_LAST = ("outcome", "reason", "promise", "error", "digest")
+_LAST = ("outcome", "reason", "promise", "error", "digest", "doubts")
 
 
 def write_csv(table: StudyTable, path: Path) -> None:
@@ -58,7 +59,7 @@ def head_lines(head: StudyHead) -> str:
 def row_line(row: Row) -> str:
     """Return the line of a run."""
     values = map(_written, (*row.values, *row.measures))
-    last = (row.outcome, row.reason, row.promise, _written(row.error), row.digest)
+    last = (row.outcome, row.reason, row.promise, _written(row.error), row.digest, row.doubts)
     return _line([str(row.run), *values, *last])
 
 
@@ -106,7 +107,8 @@ def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
         raise ResultError(f'"{path}" is no table of a study: its first line is not "{MARK}…"')
     try:
         facts: dict[str, Any] = json.loads(first.removeprefix(MARK))
-        if facts.pop("format", None) != FORMAT:
+        written = facts.pop("format", None)
+        if written not in READABLE:
             raise ResultError(f'"{path}" was written by another version of tissuec')
         head = msgspec.convert(facts, StudyHead)
     except Exception as error:  # whatever damaged data make of JSON
@@ -116,7 +118,8 @@ def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
     lines = csv.reader(io.StringIO(rest, newline=""))
     try:
         next(lines, None)
-        return head, [_row(head, cells) for cells in lines]
+        more = [] if written == FORMAT else [""]
+        return head, [_row(head, [*cells, *more]) for cells in lines]
     except Exception as error:
         raise ResultError(
             f'"{path}" is a damaged table: line {lines.line_num + 1}: {error}; without that '
@@ -132,7 +135,7 @@ def _row(head: StudyHead, cells: Sequence[str]) -> Row:
         raise ValueError(f"there is no run {cells[0]} of {head.planned}")
     values = zip(head.factors, cells[1:], strict=False)
     measured = zip(head.measures, cells[1 + factors :], strict=False)
-    outcome, reason, promise, error, digest = cells[1 + factors + measures :]
+    outcome, reason, promise, error, digest, doubts = cells[1 + factors + measures :]
     return Row(
         int(cells[0]),
         tuple(cell if factor.is_text else _number(cell) for factor, cell in values),
@@ -142,6 +145,7 @@ def _row(head: StudyHead, cells: Sequence[str]) -> Row:
         promise,
         _number(error),
         digest,
+        doubts,
     )
 
 

@@ -18,6 +18,7 @@ from tissuec.compiler.study_measures import StudyMeasure, compile_measures, obse
 from tissuec.core.errors import CompileError, TissueError
 from tissuec.engine.execution.signals import asked_to_stop, interruption
 from tissuec.model.network import Floats
+from tissuec.results.doubts import kinds
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
 from tissuec.scene.request import Request
@@ -154,6 +155,7 @@ def _run(
         "not checked" if estimate is None else estimate.promise,
         _NOTHING if estimate is None or estimate.error is None else estimate.error,
         planned.digest,
+        kinds(outcome.doubts),
     )
 
 

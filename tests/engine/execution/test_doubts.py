@@ -1,6 +1,7 @@
 """Doubts: what is found, when, how often, and that looking changes nothing."""
 
 import json
+import re
 import warnings
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import tissuec
+from tests.matter.shapes import as_vtk, tetrahedra
 from tests.whole_runs import AfterAsking, carried_out
 from tissuec.cli import group
 from tissuec.engine.execution.doubts import WATCHES, DoubtMemory, Finding
@@ -108,6 +110,31 @@ def test_cells_are_counted_one_by_one():
         corner = np.isclose(x[:, 2], 0.01) & (x[:, 0] < 0.006) & (x[:, 1] < 0.006)
         x[corner, 2] = 0.005 + height
         assert sum(one.count for one in seen(scene, x)) == count
+
+
+@pytest.mark.parametrize("depth", [0.2, 1.5])
+def test_tetrahedra_are_counted_one_by_one(depth, tmp_path):
+    """A node inside that is pushed through the opposite faces inverts those around it."""
+    x, cells = tetrahedra((20.0, 20.0, 10.0), 5.0, 0.0)
+    (tmp_path / "bar.vtk").write_text(as_vtk(x, cells))
+    path = tmp_path / "bar.tis"
+    mesh = 'mesh is imported { file "bar.vtk" in mm }'
+    path.write_text(re.sub(r"mesh is lattice \{.*?\) mm \}", mesh, SOLID, flags=re.DOTALL))
+    scene = compiled(path)
+    drawn = scene.network.position
+    assert not list(seen(scene, drawn))
+    node = int(np.argmin(np.linalg.norm(drawn - drawn.mean(axis=0), axis=1)))
+    moved = drawn.copy()
+    moved[node, 2] += depth * 5e-3
+    at = {tuple(np.round(1e3 * place, 6)): n for n, place in enumerate(drawn)}
+    corners = np.array([at[tuple(np.round(place, 6))] for place in x])[cells]
+    content = [
+        np.linalg.det(place[corners[:, 1:]] - place[corners[:, :1]]) for place in (drawn, moved)
+    ]
+    count = int(np.count_nonzero(content[0] * content[1] <= 0.0))
+    found = seen(scene, moved)
+    assert [one.count for one in found] == ([count] if count else [])
+    assert bool(count) is (depth > 1.0)
 
 
 def test_what_is_moved_and_turned_is_not_inside_out():

@@ -12,7 +12,7 @@ from tissuec.studies.analysis.answer import Answer
 from tissuec.studies.analysis.quantiles import PARTS, quantiles
 from tissuec.studies.analysis.sobol import ends, sobol_indices
 from tissuec.studies.rows import DONE, ENDED
-from tissuec.studies.summary import promises, range_of, values_of
+from tissuec.studies.summary import doubtful, promises, range_of, values_of
 from tissuec.studies.table import StudyTable
 from tissuec.view.plots import PLOTS, USUAL, draw
 from tissuec.view.report.markup import Content, Html, Section, element, html, row
@@ -54,7 +54,8 @@ def verdict(table: StudyTable) -> str:
 
 
 def _head(table: StudyTable, path: Path) -> Html:
-    tone = "good" if table.is_complete and table.finished.all() else "warned"
+    is_good = table.is_complete and table.finished.all() and not any(table.doubts)
+    tone = "good" if is_good else "warned"
     head = table.head
     return element(
         "header",
@@ -68,7 +69,11 @@ def _head(table: StudyTable, path: Path) -> Html:
 def _sentence(table: StudyTable) -> str:
     outcomes = ", ".join(f"{count} {name}" for name, count in Counter(table.outcome).items())
     kept = ", ".join(f"{count} {name}" for name, count in promises(table).items())
-    return f"Design: {table.head.design}; outcomes: {outcomes}; accuracy: {kept}."
+    sentence = f"Design: {table.head.design}; outcomes: {outcomes}; accuracy: {kept}."
+    if found := doubtful(table):
+        each = ", ".join(f"{count} {kind}" for kind, count in found.items() if kind != "runs")
+        sentence += f" Doubtful: {counted(found['runs'], 'run')} ({each})."
+    return sentence
 
 
 def _factors(table: StudyTable) -> Section:
@@ -180,13 +185,20 @@ def _failures(table: StudyTable) -> Section | None:
 
 def _runs(table: StudyTable) -> Section:
     shown = min(len(table), MOST_ROWS)
-    heads = ["run", *(column.title for column in table.columns), "outcome", "accuracy"]
+    heads = [
+        "run",
+        *(column.title for column in table.columns),
+        "outcome",
+        "accuracy",
+        "doubts",
+    ]
     rows = [
         row(
             str(table.runs[n]),
             *(_cell(column.values[n]) for column in table.columns),
             table.outcome[n],
             table.promise[n],
+            table.doubts[n],
         )
         for n in range(shown)
     ]
