@@ -1,6 +1,7 @@
 """How much too stiff cells make solids in bending and torsion, and who is warned of it."""
 
 import math
+import re
 import warnings
 
 import numpy as np
@@ -116,6 +117,20 @@ def test_cells_that_keep_their_volume_do_not_lock(ratio):
     found = ratios(text(lattice("sodium chloride", 4.0), f"; Poisson's ratio = {ratio}"))
     assert 1.02 < found.bending < 1.06  # springs alone: 1.058
     assert found.torsion == pytest.approx(1.216, abs=0.002)  # it keeps volumes
+
+
+def test_the_page_shows_bending_and_torsion_of_turned_ends(repository):
+    """Also for two cells, of which a sentence below the table tells."""
+    page = (repository / "docs" / "choosing.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^\| ([46]) \| 1\.000 \| (\S+) \| (\S+) \|$", page, re.MULTILINE)
+    sentence = r"two cells across, bending is (\S+) times.*?about (\S+) times"
+    two = re.search(sentence, page, re.DOTALL)
+    for cells, *numbers in (*shown, ("2", *two.groups())):
+        network = tissuec.compile(text(lattice("sodium chloride", SIDE / int(cells)))).network
+        places = len(numbers[0].partition(".")[2])
+        expected = turned_ends(network)
+        assert expected == pytest.approx(tuple(map(float, numbers)), abs=10.0**-places)
+    assert len(shown) == 2
 
 
 def test_axes_are_those_of_the_body(tmp_path):

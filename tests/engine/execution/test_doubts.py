@@ -93,7 +93,7 @@ def test_a_block_that_is_pressed_flat_is_inside_out_and_one_that_is_pressed_less
     assert 0.05 < found.time <= 0.15
     assert found.unit == "cell"
     assert found.place.endswith(":4")
-    assert doubts(SOLID, depth="2 mm") == ()
+    assert doubts(SOLID, depth="6 mm") == ()  # as docs/choosing.md says
 
 
 def test_cells_are_counted_one_by_one():
