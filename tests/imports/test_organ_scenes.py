@@ -144,6 +144,40 @@ def test_import_prints_a_scene_that_passes_the_check(organ: Path) -> None:
     assert "no such file" in tissuec("import", "orgam.obj").stderr
 
 
+def imported(folder: Path, points: np.ndarray, *words: str) -> Result:
+    """Import a box whose corners are those of the unit cube, moved to other places."""
+    corners = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in points.tolist())
+    faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
+    (folder / "box.obj").write_text(corners + faces)
+    command = ["import", str(folder / "box.obj"), *words]
+    return CliRunner().invoke(group, command, standalone_mode=False)
+
+
+CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
+
+
+def test_a_filling_of_a_flat_part_is_as_coarse_as_its_box_or_left_out(tmp_path: Path) -> None:
+    for thickness in (0.2, 1.0, 5.0):
+        done = imported(tmp_path, CUBE * (100.0, 80.0, thickness))
+        (tmp_path / "made.tis").write_text(done.stdout)
+        assert ("filling is" in done.stdout) != ("its walls are thin" in done.stdout)
+        compiled, _ = compile_request(Request.file(tmp_path / "made.tis"))
+        assert compiled.network.node_count <= 40_000 + 8
+
+
+@pytest.mark.parametrize(("large", "unit"), [(0.16, "m"), (1.6e5, "um"), (160.0, None)])
+def test_an_organ_of_the_size_of_a_crumb_or_a_house_is_asked_about(
+    tmp_path: Path, large: float, unit: str | None
+) -> None:
+    done = imported(tmp_path, CUBE * large)
+    if unit is None:
+        assert not done.stderr
+    else:
+        assert done.stderr.startswith("warning: the mesh is ")
+        assert done.stderr.endswith(f"if it is 160 mm large, write: --unit {unit}\n")
+        assert not imported(tmp_path, CUBE * large, "--unit", unit).stderr
+
+
 def test_the_shipped_organ_is_what_its_script_writes(repository: Path) -> None:
     space: dict = {"__file__": str(repository / "docs" / "make_organ.py"), "__name__": "organ"}
     script = (repository / "docs" / "make_organ.py").read_text(encoding="utf-8")
