@@ -233,6 +233,20 @@ def test_a_command_that_a_signal_ends_exits_with_128_and_its_number(name, capsys
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
+LOADING = OSError("Could not find/load shared object file 'libllvmlite.so': cannot allocate")
+
+
+@pytest.mark.parametrize("error", [MemoryError(), LOADING], ids=["anywhere", "while loading"])
+def test_a_lack_of_memory_is_told_as_such(monkeypatch, capsys, error):
+    def fail():
+        raise error
+
+    monkeypatch.setattr("sys.argv", ["tissuec"])
+    assert run_guarded(click.Command("work", callback=fail)) == 3
+    said = capsys.readouterr().err
+    assert "there is not enough memory" in said and "report" not in said
+
+
 def test_a_run_by_relaxation_tells_its_method(scene):
     timeless = "integrator is relaxation; step = 10 ms"
     scene.write_text(OSCILLATOR.replace("tolerance = 1e-6", timeless))

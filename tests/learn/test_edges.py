@@ -1,5 +1,6 @@
 """Learning where there is little to learn from, or where it cannot go on."""
 
+import io
 import warnings
 
 import numpy as np
@@ -103,3 +104,21 @@ def test_data_without_any_change_have_an_error_of_their_own_size(tmp_path):
     problem.freeze(theta)
     assert problem.relative(theta) < 1.0
     assert problem.spread[0] > 1e-5
+
+
+@pytest.mark.parametrize(
+    ("place", "byte"),
+    [(8, 1), (10, 99), (16, 77), (42, 200)],
+    ids=["encrypted", "unknown compression", "checksum", "offset"],
+)
+def test_a_state_with_one_wrong_byte_is_told_and_learning_begins_again(tmp_path, place, byte):
+    content = io.BytesIO()
+    np.savez(content, key="key")
+    damaged = bytearray(content.getvalue())
+    central = damaged.index(b"PK\x01\x02")  # the directory of the archive
+    damaged[central + place] = byte
+    damaged[6 if place == 8 else 8] = byte if place in (8, 10) else damaged[8]
+    (tmp_path / "state").write_bytes(damaged)
+    with KeptSearch(tmp_path / "state", "key") as kept:
+        assert kept.before is None
+        assert kept.note == f'"{tmp_path / "state"}" is damaged, so learning has begun again'
