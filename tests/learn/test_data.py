@@ -63,7 +63,7 @@ def written_tables(draw):
         text = draw(st.sampled_from(gaps)) if value is None else repr(value)
         return f"{quote}{text.replace('.', ',') if comma else text}{quote}"
 
-    names = draw(st.permutations(["u (mm)", "force, N", "strain", "comment #1"]))[:width]
+    names = draw(st.permutations(["u (left)", "force, left", "strain", "comment #1"]))[:width]
     header = delimiter.join(['"t"', *(f'"{name}"' for name in names)])
     lines = [header]
     for i, row in enumerate(rows):
@@ -471,3 +471,36 @@ def test_parts_are_those_of_rows_where_there_is_no_time_and_gaps_do_not_count():
 def test_tables_are_read_without_hdf5():
     code = "import sys; import tissuec.learn.data.reading; assert 'h5py' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+# --- units ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("head", "unit"),
+    [
+        ("t_s,force_N", 1e-3),
+        ("t_s,force [mN]", 1.0),
+        ("Time,force\n(s),(mN)", 1.0),
+        ("t_s,force_kg", 1.0),
+    ],
+)
+def test_a_column_in_another_unit_than_the_sentence_is_refused(folder, head, unit):
+    """Newtons that are read as millinewtons are wrong a thousand times."""
+    name = head.partition("\n")[0].partition(",")[2]
+    (told,) = refused(folder, f"{head}\n0,1\n1,2\n", fit("force", name, unit=unit))
+    assert "has another unit than the one after in" in told and told.endswith('number, "2"')
+
+
+@pytest.mark.parametrize(
+    "head", ["t_s,force_mN", "t_s,F", "t_s,force (filtered)", "t_s,specimen A", "t_s,m"]
+)
+def test_a_column_in_the_same_unit_or_in_none_is_read(folder, head):
+    name = head.partition(",")[2]
+    experiment = read(folder, f"{head}\n0,1\n1,2\n", fit("force", name, unit=1e-3))
+    assert experiment.series[0].values == pytest.approx([1e-3, 2e-3])
+
+
+def test_a_unit_that_is_wrong_in_a_file_is_avoided_by_the_number_of_its_column(folder):
+    experiment = read(folder, "t_s,force_N\n0,1\n1,2\n", fit("force", "2", unit=1e-3))
+    assert experiment.series[0].values == pytest.approx([1e-3, 2e-3])

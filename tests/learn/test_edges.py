@@ -8,6 +8,7 @@ import pytest
 from scipy import sparse
 
 from tests.learn.test_learning import FIT, START, fit_problem
+from tissuec.core.errors import CompileError
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.checkpoint import KeptSearch
 from tissuec.learn.fit.learning import Unlearnable, learn
@@ -35,6 +36,22 @@ def test_what_is_measured_at_the_beginning_only_tells_the_beginning(tmp_path):
     rows = "".join(f"0,{node},{10 * node - 8},0,0\n" for node in (2, 3, 4))
     learnt = learn(*begin(tmp_path, rows, "adjust start position of inner along (1, 0, 0)\n"))
     assert learnt.estimates[0].value - learnt.estimates[0].start == pytest.approx(2e-3)
+
+
+def test_a_row_where_nothing_has_moved_tells_nothing(tmp_path):
+    learnt = learn(*begin(tmp_path, "0,2,10,0,0\n", ADJUST))
+    assert learnt.blind[0].sentence == (
+        "1 parameter has no influence on the measurements: spring constant of line"
+    )
+    assert learnt.passes <= 2  # no further start can help
+
+
+def test_fewer_numbers_than_parameters_are_refused_at_once(tmp_path):
+    entries = "adjust spring constant of chain per spring\n"
+    with pytest.raises(CompileError) as refused:
+        prepare(*begin(tmp_path, "0.1,2,10,0,0\n", entries))
+    (found,) = refused.value.diagnostics
+    assert found.message == "measured.csv: 3 numbers, fewer than the 4 parameters of the fit"
 
 
 def test_nodes_that_were_never_measured_are_left_aside_in_silence(tmp_path):

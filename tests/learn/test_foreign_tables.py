@@ -39,9 +39,10 @@ def experiment(folder, text, one, start=0.0, **axis):
 
 @pytest.mark.parametrize("name", HEADS)
 def test_tables_are_found_below_their_heads(name, tmp_path):
-    found = experiment(tmp_path, HEADS[name], fit("force", "Force")).series[0]
+    unit = 1e-3 if "(mN)" in HEADS[name] else 1.0
+    found = experiment(tmp_path, HEADS[name], fit("force", "Force", unit=unit)).series[0]
     assert found.times.tolist() == [t for t, _ in ROWS]
-    assert found.values.tolist() == [f for _, f in ROWS]
+    assert found.values.tolist() == [f * unit for _, f in ROWS]
 
 
 def test_a_row_of_units_gives_the_unit_of_times(tmp_path):
@@ -51,14 +52,14 @@ def test_a_row_of_units_gives_the_unit_of_times(tmp_path):
     assert (time.factor, time.dimension) == (1e-3, TIME)
     assert (force.factor, force.dimension) == (1e-3, FORCE)
     text = HEADS["units"].replace("(s)", "(ms)")
-    found = experiment(tmp_path, text, fit("force", "Force")).series[0]
+    found = experiment(tmp_path, text, fit("force", "Force", unit=1e-3)).series[0]
     assert found.times == pytest.approx([1e-3 * t for t, _ in ROWS])
 
 
 def test_markers_of_a_trc_file_have_a_column_for_each_axis(tmp_path):
-    found = experiment(tmp_path, TRC, fit("force", "toe_y")).series[0]
+    found = experiment(tmp_path, TRC, fit("distance", "toe_y", unit=1e-3)).series[0]
     assert found.times == pytest.approx([0.0, 0.01, 0.02])
-    assert found.values.tolist() == [5.0, 6.0, 7.0]
+    assert found.values == pytest.approx([5e-3, 6e-3, 7e-3])
 
 
 def test_body_parts_of_deeplabcut_have_columns(tmp_path):

@@ -320,7 +320,8 @@ def test_forces_are_in_one_column_or_three(fit_problem):
 def test_plain_numbers_need_no_unit(fit_problem):
     (bare,) = fit_of(fit_problem, 'strain(liver) using column "e"').columns
     (percent,) = fit_of(fit_problem, 'strain(liver) using column "e" in 1 %').columns
-    assert (bare.unit, percent.unit) == (1.0, 0.01)
+    (alone,) = fit_of(fit_problem, 'strain(liver) using column "e" in %').columns
+    assert (bare.unit, percent.unit, alone.unit) == (1.0, 0.01, 0.01)
 
 
 # --- what may change --------------------------------------------------------------------------

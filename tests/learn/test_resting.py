@@ -60,7 +60,7 @@ def model(tmp_path):
         shaping = Parametrisation(compiled, fit_problem)
         laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
         looks = tuple(look_of(one.fit, one.nodes, laws) for one in experiment.series)
-        found = StaticModel(shaping, experiment.series, looks, fit_problem.axis.nodes, laws)
+        found = StaticModel(shaping, experiment.series, looks, fit_problem.axis, laws)
         found.freeze(np.zeros(shaping.size))
         return found, Problem(
             fit_problem, [FittedExperiment(experiment, found)], shaping.size, []
@@ -327,6 +327,28 @@ def test_a_row_beyond_the_motion_is_refused(model, u, told):
         forces(model, PULLED, [u, 1.0])
     assert told in str(caught.value)
     assert "from 0 m to 4 mm" in str(caught.value)
+
+
+@pytest.mark.parametrize("least", [-4.0, 0.0])
+def test_tension_and_compression_have_a_sign_along_a_line(model, least):
+    """All nodes but the held one are moved, so that nothing buckles: one spring resists."""
+    to_and_fro = """at 0 s: fix left
+from 0 s to 0.4 s: move inner by (2, 0, 0) mm using constant speed
+from 0.4 s to 1 s: move inner by (-6, 0, 0) mm using constant speed"""
+    signed = DISPLACED.replace("of right", "of inner along (1, 0, 0)")
+    force = FORCE.replace("force(right)", "force(left)")
+    u = np.linspace(least, 2.0, 5)
+    text = chain(to_and_fro, f"{signed}; {force}; adjust spring constant of gum")
+    found, _ = model(text.replace("cord in [2]", "cord in [1, 2, 3, 4]"), csv(u))
+    expected = -C * 1e-3 * u
+    assert found.predict(np.zeros(1)) == pytest.approx(expected, rel=1e-11, abs=1e-13)
+    assert found.jacobian(np.zeros(1))[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+def test_a_negative_displacement_without_a_line_is_refused_with_the_way_out(model):
+    with pytest.raises(CompileError) as refused:
+        model(chain(PULLED, f"{DISPLACED}; {FORCE}; adjust spring constant of gum"), csv([-1]))
+    assert "displacement of SET along (1, 0, 0)" in refused.value.diagnostics[0].hint
 
 
 def test_nodes_that_nothing_moves_are_refused(model):

@@ -43,7 +43,7 @@ class FitReader:
             return DataAxis(None, None, where)
         entry = item.name.key
         self.is_timeless = entry != "time"
-        allowed = ("of", "using", "in") if self.is_timeless else ("using", "in")
+        allowed = ("of", "along", "using", "in") if self.is_timeless else ("using", "in")
         clauses = Clauses(entry, item.clauses, self.scope, allowed=allowed, where=item.span)
         names, dimension = clauses.names("using"), LENGTH if self.is_timeless else TIME
         if not names:
@@ -57,7 +57,8 @@ class FitReader:
         if not moved:
             clauses.reject("TIS304", "the displaced set is missing")
         self._refuse_tool(moved[0], "a displacement belongs to nodes of bodies")
-        return DataAxis(self.groups.nodes(moved[0]).indices, column, item.span)
+        nodes = self.groups.nodes(moved[0]).indices
+        return DataAxis(nodes, column, item.span, clauses.direction())
 
     def fit(self, item: s.Assign, against: s.Sentence | None) -> Fit:
         """Return one thing that was measured, or reject it."""

@@ -111,7 +111,7 @@ def tokens(
         stop: End of the part; None is the end of the text.
         scanned: The text without odd characters, where that is known.
     """
-    scanned = scanned or without_odd_characters(text)
+    scanned, before = scanned or without_odd_characters(text), ""
     for found in _pattern().finditer(scanned, start, len(text) if stop is None else stop):
         kind = found.lastgroup
         if kind is None:
@@ -124,6 +124,9 @@ def tokens(
                 kind, written = _RESERVED[lower], lower  # as "Set", as mail programs write it
         elif kind == "SIGN":
             kind = _SIGNS[written]
+        elif written == "%" and before == "IN":
+            kind = "WORD"  # the unit of a column
+        before = kind
         yield Token(kind, written, first, last)
 
 

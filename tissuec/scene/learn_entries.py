@@ -37,9 +37,13 @@ SENTENCES: dict[str, Sentences] = {
         is_single=True,
     ),
     "displacement": Sentences(
-        ('displacement of SET using column "u_mm" in mm',),
+        (
+            'displacement of SET using column "u_mm" in mm',
+            'displacement of SET along (1, 0, 0) using column "u_mm" in mm',
+        ),
         "Instead of a time: the displacement of the set in each row, where the net is in"
-        " equilibrium.",
+        " equilibrium. It counts to where the script moves the set; ``along`` gives it a sign, for"
+        " tension and compression in one table.",
         is_single=True,
     ),
     "fit": Sentences(

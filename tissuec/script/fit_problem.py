@@ -122,11 +122,14 @@ class DataAxis(Struct, frozen=True, eq=False):
         nodes: Where there is no time: the moved nodes whose displacement the column holds, and
             the net is in equilibrium in each row. None for a time.
         column: None: the first column, in seconds or as its name ends (``t_ms``).
+        along: Unit vector along which displacements have a sign, shape (3,); None: they count
+            from where nodes are drawn to where they end.
     """
 
     nodes: Indices | None
     column: DataColumn | None
     span: Span
+    along: Floats | None = None
 
 
 #: Errors that an expectation can ask for: "held out", or the name of a file, or "data".

@@ -1,5 +1,6 @@
 """Which columns of a table are read."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
@@ -8,9 +9,12 @@ from msgspec import Struct
 from tissuec.core.hints import alternatives
 from tissuec.core.source import Span
 from tissuec.core.text_tables.dialect import Dialect
-from tissuec.core.units import LENGTH, TIME, UnitError, describe, si_unit
+from tissuec.core.units import LENGTH, TIME, Dimension, Unit, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import Complaints, first_few
+from tissuec.learn.data.long import is_long
 from tissuec.script.fit_problem import DataAxis, DataColumn, Fit
+
+_LETTER = re.compile(r"(?:^|[\s_/])[^\W\d_]$")
 
 
 class Wanted(Struct, frozen=True, eq=False):
@@ -46,6 +50,7 @@ def find_columns(
         else:
             numbers[0], spans[0] = header.find(axis.column), axis.column.span
             factor = axis.column.unit
+            header.check_unit(axis.column, numbers[0], TIME if axis.nodes is None else LENGTH)
     for fit in fits:
         with complaints.part():
             if not fit.columns:
@@ -53,6 +58,8 @@ def find_columns(
         for column in fit.columns:
             with complaints.part():
                 number = header.find(column)
+                if not (is_long(fit) and column is fit.columns[0]):  # ids have no unit
+                    header.check_unit(column, number, fit.dimension)
                 if number not in numbers:
                     numbers.append(number)
                     spans.append(column.span)
@@ -87,6 +94,33 @@ class _Header:
             f'{self.complaints.file} has no column "{name}"',
             column.span,
             hint=alternatives(name, listed, what=what),
+        )
+
+    def check_unit(self, column: DataColumn, number: int, dimension: Dimension) -> None:
+        """Reject a name, or a row of units, that contradicts the unit in the sentence.
+
+        Args:
+            column: As it is asked for; by its number, whatever its name says holds.
+            number: Its place in the table, from 0.
+            dimension: Of what it holds.
+        """
+        try:
+            unit = self.dialect.unit(number)
+        except UnitError:
+            return  # brackets hold many things, such as (filtered)
+        name = self.names[number]
+        if unit is None or column.name.strip() != name or unit == Unit(column.unit, dimension):
+            return
+        is_letter = not any(self.dialect.units) and _LETTER.search(name) is not None
+        if is_letter and (len(name) == 1 or unit.dimension != dimension):
+            return  # a symbol, or a label as in "specimen A"
+        self.complaints.reject(
+            "TIS502",
+            f'column "{column.name}" of {self.complaints.file} has another unit than the '
+            "one after in",
+            column.span,
+            hint="write the unit of the column after in; if that is wrong in the file, name "
+            f'the column by its number, "{number + 1}"',
         )
 
     def first_unit(self, axis: DataAxis) -> float:

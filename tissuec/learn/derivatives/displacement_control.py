@@ -3,7 +3,8 @@
 The script is gone through once without any physics: driven nodes are on their paths, all
 others stay where they are drawn. The displacement of a row is the mean one of the moved nodes,
 along the line to where they are in the end; what counts is the first way out, as far as it
-never turns back.
+never turns back. Along a given line it has a sign, as in a test of tension and compression;
+there, what counts is when the nodes are first so far to that side.
 """
 
 from collections.abc import Callable, Iterator
@@ -42,13 +43,17 @@ class TravelledDistance:
 
     Args:
         nodes: That the script moves, shape (node,).
+        along: Unit vector along which displacements have a sign, shape (3,).
 
     Attributes:
-        greatest: Displacement where they first turn back, or end [m]; 0 if nothing moves them.
+        least, greatest: Displacements between which there is a time [m]; 0 if nothing moves the
+            nodes. Without a line the greatest is where they first turn back, or end.
         released: When they are first let go of [s]; infinite if never.
     """
 
-    def __init__(self, network: Network, plan: Plan, nodes: Indices):
+    def __init__(
+        self, network: Network, plan: Plan, nodes: Indices, along: Floats | None = None
+    ):
         self.near = SAME * plan.simulation.duration
         self.released = np.inf
         pieces = list(self._pieces(network, plan, nodes))
@@ -57,33 +62,35 @@ class TravelledDistance:
         self._pieces_of = np.repeat(np.arange(len(pieces)), looks + 1)
         self._list, times = pieces, np.concatenate([np.zeros(0), *grids])
         means = [pieces[p].at(t)[0] for p, t in zip(self._pieces_of, times, strict=True)]
-        self._direction = _direction(np.array(means).reshape(-1, 3))
-        self._times, self._sizes = times, np.array(means).reshape(-1, 3) @ self._direction
-        self.greatest = 0.0
+        ways = np.array(means).reshape(-1, 3)
+        self._direction = _direction(ways) if along is None else along
+        self._times, self._sizes = times, ways @ self._direction
         far = float(np.abs(self._sizes).max(initial=0.0))
-        if far > 0.0:
+        if far > ROUNDING * float(np.abs(ways).max(initial=0.0)) and along is None:
             first = int(np.argmax(np.abs(self._sizes) > ROUNDING * far))
             if self._sizes[first] < 0.0:  # the way out counts, wherever it ends
                 self._direction, self._sizes = -self._direction, -self._sizes
             self._end_where_it_turns(ROUNDING * far)
-            self.greatest = float(self._sizes.max())
+        self.greatest = float(self._sizes.max(initial=0.0))
+        self.least = 0.0 if along is None else float(self._sizes.min(initial=0.0))
 
     def time(self, displacement: float) -> float | None:
         """Return when the nodes are first displaced so far [s]; None if they never are.
 
         Of no displacement it is the time at which they set out.
         """
-        close = ROUNDING * self.greatest
-        if not -close <= displacement <= self.greatest + close:
+        close = ROUNDING * max(self.greatest, -self.least)
+        if not self.least - close <= displacement <= self.greatest + close:
             return None
-        if displacement <= close:
+        if abs(displacement) <= close:
             return self._departure(close)
-        wanted = min(displacement, self.greatest)
-        place = int(np.argmax(self._sizes >= wanted))
+        side = np.sign(displacement)
+        wanted = min(abs(displacement), float((side * self._sizes).max()))
+        place = int(np.argmax(side * self._sizes >= wanted))
         low, high = self._times[max(place - 1, 0)], self._times[place]
         piece = self._list[int(self._pieces_of[place])]
         while low < (middle := 0.5 * (low + high)) < high:
-            if self._size(piece, middle) >= wanted:
+            if side * self._size(piece, middle) >= wanted:
                 high = middle
             else:
                 low = middle
@@ -132,7 +139,7 @@ class TravelledDistance:
 
     def _departure(self, close: float) -> float:
         """Return the start of the piece on which the nodes set out [s]."""
-        away = np.flatnonzero(self._sizes > close)
+        away = np.flatnonzero(np.abs(self._sizes) > close)
         place = int(away[0]) if len(away) else 0
         return self._list[int(self._pieces_of[place])].start
 

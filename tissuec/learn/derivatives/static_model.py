@@ -24,6 +24,7 @@ from tissuec.learn.derivatives.response import UnresistedMotion
 from tissuec.learn.derivatives.views import Observable, StateView
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats, Indices
+from tissuec.script.fit_problem import DataAxis
 
 CHANGES = 256  # that are carried from equilibrium to equilibrium at once
 
@@ -33,7 +34,7 @@ class StaticModel:
 
     Args:
         looks: What each series is of.
-        axis_nodes: The moved nodes whose displacement rows are sorted by, shape (node,).
+        axis: The moved nodes whose displacement rows are sorted by.
 
     Attributes:
         notes: What is to be known of the equilibria, as sentences.
@@ -50,14 +51,14 @@ class StaticModel:
         shaping: Parametrisation,
         series: tuple[Series, ...],
         looks: tuple[Observable, ...],
-        axis_nodes: Indices,
+        axis: DataAxis,
         laws: Laws,
     ):
         self.shaping, self.series, self.looks, self.laws = shaping, series, looks, laws
         self.slots, self.size = slots_of(series), len(measured(series))
         self.notes: tuple[str, ...] = ()
         _refuse(shaping, series, looks)
-        self._times, self._rows = _rows_of(shaping, series, axis_nodes)
+        self._times, self._rows = _rows_of(shaping, series, axis)
         self._theta: Floats | None = None  # at which everything is frozen
         self._stands: list[EquilibriumStage] = []
         self._looked: list[int] = []
@@ -209,12 +210,13 @@ def _refuse(
 
 
 def _rows_of(
-    shaping: Parametrisation, series: Sequence[Series], axis_nodes: Indices
+    shaping: Parametrisation, series: Sequence[Series], axis: DataAxis
 ) -> tuple[Floats, list[Indices]]:
     """Return all times that rows belong to [s], ascending, and which one each row has."""
-    compiled = shaping.compiled
-    travel = TravelledDistance(compiled.network, compiled.plan, axis_nodes)
-    if not travel.greatest:
+    compiled, nodes = shaping.compiled, axis.nodes
+    assert nodes is not None  # without, there is a time
+    travel = TravelledDistance(compiled.network, compiled.plan, nodes, axis.along)
+    if travel.least == travel.greatest:
         message = "the script does not move the nodes whose displacement is measured"
         hint = "for example: from 0 s to 1 s: move SET by (5, 0, 0) mm using smooth profile"
         raise CompileError([Diagnostic("TIS703", message, series[0].fit.span, hint)])
@@ -223,13 +225,7 @@ def _rows_of(
         for displacement in one.times.tolist():
             time = travel.time(displacement)
             if time is None:
-                there = show(travel.greatest, LENGTH, digits=6)
-                message = (
-                    f"a row has a displacement of {show(displacement, LENGTH, digits=6)}, and "
-                    f"the script moves the nodes from 0 m to {there}"
-                )
-                hint = "extend the motion in the script, or remove such rows"
-                raise CompileError([Diagnostic("TIS703", message, one.fit.span, hint)])
+                raise CompileError([_unreached(travel, displacement, axis, one)])
             times[displacement] = time
     known = np.unique(list(times.values()))
     rows = [
@@ -237,3 +233,20 @@ def _rows_of(
         for one in series
     ]
     return known, rows
+
+
+def _unreached(
+    travel: TravelledDistance, displacement: float, axis: DataAxis, one: Series
+) -> Diagnostic:
+    """Return the finding about a row with a displacement that the script does not reach."""
+    there, least, greatest = (
+        show(u, LENGTH, digits=6) for u in (displacement, travel.least, travel.greatest)
+    )
+    message = f"a row has a displacement of {there}, and the script moves the nodes from "
+    hint = "extend the motion in the script, or remove such rows"
+    if displacement < 0.0 and axis.along is None:
+        hint = (
+            "for displacements with a sign, write the direction after the set, for example: "
+            f"displacement of SET along (1, 0, 0) using …; otherwise {hint}"
+        )
+    return Diagnostic("TIS703", f"{message}{least} to {greatest}", one.fit.span, hint)

@@ -113,8 +113,11 @@ class Problem:
             trial.model.limit(stop)
 
     def limit_to(self, part: float) -> None:
-        """Use only a part of the data, from its beginning; 1 is all of it."""
-        self.limit(np.inf if part == 1.0 else part * self.duration)
+        """Use only a part of the data, from its beginning; 1 is all of it.
+
+        What was measured at 0 s alone has no parts.
+        """
+        self.limit(np.inf if part == 1.0 or not self.duration else part * self.duration)
 
     def freeze(self, theta: Floats) -> None:
         """Keep the events of all experiments as they are for these parameters."""

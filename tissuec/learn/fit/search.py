@@ -134,7 +134,7 @@ class Search:
         sample: Callable[[], Floats] | None = None,
     ):
         self.problem, self.bounds, self.keep, self.sample = problem, bounds, keep, sample
-        self.rounds = ROUNDS
+        self.rounds, self._is_blind = ROUNDS, False
         fit_problem = problem.fit_problem
         entries = problem.size * len(problem.data)
         self.method = fit_problem.method
@@ -361,7 +361,7 @@ class Search:
             old = replace(old, best=old.theta, best_error=old.error)
         # Two ways from one place may miss the same periods; then little is explained.
         is_sure = again and (old.start > 1 or self._explains(old.best))
-        if is_sure or self._is_good(old.best):
+        if is_sure or self._is_blind or self._is_good(old.best):
             return self._refined(old)
         start = old.start + 1
         if start == 1:
@@ -493,7 +493,8 @@ class Search:
         problem, pull = self.problem, self.problem.faint
         problem.faint = np.zeros(problem.size)
         columns = np.sqrt(np.square(problem.jacobian(theta)).sum(axis=0))
-        if not columns.any():
+        self._is_blind = not columns.any()
+        if self._is_blind:
             return theta, None  # nothing that is looked at depends on anything
         if not np.isfinite(columns).all():
             raise InfiniteError(problem.stop)

@@ -8,7 +8,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
-from tissuec.core.errors import TissueError
+from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.data.reading import check_times, read_experiment
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
@@ -76,6 +76,7 @@ def prepare(compiled: Compiled, fit_problem: FitProblem, request: Request) -> Le
         CompileError: Data is wrong, or the scene is, as an experiment has it.
     """
     session = _prepared(compiled, fit_problem, request, {})
+    _check_size(session)
     scales = _scales(session)
     return _prepared(compiled, fit_problem, request, scales) if scales else session
 
@@ -100,6 +101,29 @@ def _prepared(
             held.append(FittedExperiment(last, mine.model(last)))
         learning.append(FittedExperiment(experiment, mine.model(experiment)))
     return LearnSession(fit_problem, shaping, words, tuple(learning), tuple(held))
+
+
+def _check_size(session: LearnSession) -> None:
+    """Refuse fewer measurements and expected values than parameters.
+
+    Raises:
+        CompileError: There are fewer.
+    """
+    problem = session.problem
+    many = int(np.isfinite(problem.data).sum())
+    if many + len(problem.priors) < problem.size:
+        files = " and ".join(trial.experiment.name for trial in session.learning)
+        raise CompileError(
+            [
+                Diagnostic(
+                    "TIS802",
+                    f"{files}: {counted(many, 'number')}, fewer than the {problem.size} "
+                    "parameters of the fit",
+                    session.fit_problem.span,
+                    "measure more, adjust less, or write expected values: around … by …",
+                )
+            ]
+        )
 
 
 def _scales(session: LearnSession) -> dict[int, float]:
@@ -148,7 +172,7 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
         if fit_problem.axis.nodes is not None:
             from tissuec.learn.derivatives.static_model import StaticModel
 
-            return StaticModel(shaping, series, known, fit_problem.axis.nodes, laws)
+            return StaticModel(shaping, series, known, fit_problem.axis, laws)
         if not whole or plan.simulation.integrator == RELAXATION:
             from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 
