@@ -42,8 +42,8 @@ SENTENCES: dict[str, Sentences] = {
             'displacement of SET along (1, 0, 0) using column "u_mm" in mm',
         ),
         "Instead of a time: the displacement of the set in each row, where the net is in"
-        " equilibrium. It counts to where the script moves the set; ``along`` gives it a sign, for"
-        " tension and compression in one table.",
+        " equilibrium. It counts to where the script moves the set; ``along`` gives it a sign,"
+        " for tension and compression in one table.",
         is_single=True,
     ),
     "fit": Sentences(
