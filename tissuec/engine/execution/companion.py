@@ -280,8 +280,8 @@ class Companion:
         if not self._is_dear(ran):
             rows = self._stepped(FINER, interrupt, most=self._most)
         self._differs = True
-        known = np.isfinite(rows).all(axis=(1, 2))
-        asked = np.isfinite(self._own).all(axis=(1, 2))
+        known: Any = np.isfinite(rows).all(axis=(1, 2))
+        asked: Any = np.isfinite(self._own).all(axis=(1, 2))
         relative, _ = self._apart(self._own, rows, known & asked)
         is_enough = known[asked].all() or (relative > self._agreed).any()
         return rows, "" if is_enough else self._too_dear(ran, rows)
