@@ -46,6 +46,7 @@ function round125(value) {
 // Return round numbers within an interval, at most about so many, and at least two.
 function ticks(low, high, count) {
   if (!(high > low)) return [low];
+  count = Math.max(1, count);  // a page that is hidden has no room
   let step = round125((high - low) / count);
   while ((high - low) / step > count + 0.5) step = round125(step * 2.5);
   const within = () => {
