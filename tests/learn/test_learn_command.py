@@ -105,6 +105,17 @@ def test_what_is_not_identified_is_written_only_if_told_so(here, call, anyway):
     assert (here / "learned/gum.tis.learning").exists() is not anyway
 
 
+@pytest.mark.parametrize("strict", [False, True])
+def test_a_doubtful_result_is_a_failure_where_warnings_are(here, call, strict):
+    said = "the data and the expected value of spring constant differ by 245 of its deviations"
+    text = (here / "scene.tis").read_text()
+    (here / "scene.tis").write_text(text.replace('write "learned/gum.tis"', ""))  # no W801
+    learner = Learner(notes=(said,), doubts=(said,))
+    code, _, err = call(learner, "scene.tis", *(["--strict"] if strict else []))
+    assert code == int(strict)
+    assert (f"FAILED: {said}" in err) is strict
+
+
 def test_what_is_no_answer_exits_with_1_and_is_not_written(here, call):
     learner = Learner(failure="the error is 98 %, and so on")
     code, _, err = call(learner, "scene.tis")

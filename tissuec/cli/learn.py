@@ -98,8 +98,8 @@ def command(
     with confidence intervals and written as a preset, which any scene can use. After an
     interruption, the same command resumes. Exit code: 0 done; 1 an expectation failed, the
     passes ran out, or the fit failed (the data does not identify all parameters, or the error
-    is too large), and no preset is written; 2 the text or the data is wrong; 3 the motion could
-    not be computed; 130 interrupted.
+    is too large; with --strict, a result that a note doubts), and no preset is written; 2 the
+    text or the data is wrong; 3 the motion could not be computed; 130 interrupted.
     """
     from tissuec.pipeline import compile_request
     from tissuec.scene.request import Request
@@ -249,6 +249,8 @@ def _learn(task: _Task, wishes: LearnOptions, settings: Settings) -> tuple[int, 
     doubt = learnt.failure
     if not doubt and not is_identified(learnt):
         doubt = "the data does not identify all parameters"
+    if not doubt and request.strict and learnt.doubts:
+        doubt = learnt.doubts[0]
     may_write = wishes.anyway or not doubt
     document["written"] = _write(
         learnt, compiled, request, target if may_write else None, wishes, settings

@@ -82,6 +82,7 @@ def assess(
         failure=failure,
         wall_time=0.0,
         notes=notes,
+        doubts=tuple(doubts),
     )
 
 

@@ -93,6 +93,7 @@ class Learnt(Struct, frozen=True, eq=False):
             empty if it is one.
         wall_time: [s].
         notes: What else is to be known.
+        doubts: Those of the notes that question the result.
         words: New text of vocabularies by the name of their file, where words were adjusted or
             rules revised.
     """
@@ -115,5 +116,6 @@ class Learnt(Struct, frozen=True, eq=False):
     converged: bool
     wall_time: float
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
     failure: str = ""
     words: Mapping[str, str] = field(default_factory=dict[str, str])
