@@ -39,15 +39,22 @@ def played(seed):
     return compiled, recording.frame_arrays(), outcome.statistics, state
 
 
-def by_another_method(compiled, ran):
-    """Return positions in the frames by a method that the run did not use [m]."""
+def by_another_method(compiled, time, ran):
+    """Return positions at times [s] by a method that the run did not use [m]."""
     name = "rkn4" if {change.method for change in ran.changes} == {"dop853"} else "dop853"
     simulation = compiled.plan.simulation
     simulation = replace(simulation, integrator=name, tolerance=simulation.tolerance / FINER)
     plan, recording = replace(compiled.plan, simulation=simulation), MemoryRecording()
     outcome = run(compiled.network, plan, Recorder(compiled.network, plan, recording))
-    assert outcome.kind == "done", outcome.message
-    return recording.frame_arrays()[1]
+    # Low orders cannot step over every corner of contact at such tolerances, and say so.
+    return recording.frame_arrays()[1] if outcome.kind == "done" else by_scipy(compiled, time)
+
+
+def by_scipy(compiled, time):
+    """Return positions at times [s] [m]."""
+    network, plan = compiled.network, compiled.plan
+    rtol = 1e-3 * plan.simulation.tolerance
+    return reference(network, plan, time, method="DOP853", rtol=rtol).position
 
 
 def error(compiled, found, exact):
@@ -63,10 +70,10 @@ def verdict_of(seed):
     """Return "kept", "told" or "refused", and fail if none of it is true."""
     if played(seed) is None:
         return "refused"
-    compiled, (_, position, *_), ran, state = played(seed)
+    compiled, (time, position, *_), ran, state = played(seed)
     if state != "kept":
         return "told"
-    found = error(compiled, position, by_another_method(compiled, ran))
+    found = error(compiled, position, by_another_method(compiled, time, ran))
     assert found < 1.0, f"{found:.2g} tolerances off, without a word"
     return "kept"
 
@@ -124,7 +131,4 @@ def test_scipy_agrees_on_more(seed):
 
 def agrees(seed):
     compiled, (time, position, *_), *_ = played(seed)
-    network, plan = compiled.network, compiled.plan
-    rtol = 1e-3 * plan.simulation.tolerance
-    known = reference(network, plan, time, method="DOP853", rtol=rtol).position
-    assert error(compiled, position, known) < 1.0
+    assert error(compiled, position, by_scipy(compiled, time)) < 1.0
