@@ -53,7 +53,7 @@ def written_tables(draw):
     rows = draw(
         st.lists(st.lists(st.none() | FINITE, min_size=width, max_size=width), max_size=8)
     )
-    rows = [[1.0] * width, *rows]
+    rows = [[1.0] * width, *rows, [2.0] * width]  # no column is constant
     delimiter = draw(st.sampled_from([",", ";", "\t", " ", "   "]))
     quote = draw(st.sampled_from(["", '"']))
     comma = draw(st.booleans()) and (delimiter != "," or quote == '"')
@@ -227,7 +227,14 @@ def test_a_first_column_of_something_else_is_refused(folder):
         ),
         (
             "t_s,force_N\n0,\n1,NA\n",
-            "bench.csv contains no value of force(net); every cell of its column is empty",
+            'column "force_N" is empty from line 2 to line 3 of bench.csv: force(net) has no '
+            "value; name another column, or remove the fit",
+        ),
+        (
+            "t_s,force_N\n0,\n# off\n1,0.50\n2,0.5\n3,5e-1\n4,0.5\n5,\n",
+            'column "force_N" is constant from line 2 to line 8 of bench.csv: force(net) does '
+            "not change; a sensor that is off or out of range shows this: name another column, "
+            "or remove the fit; if the quantity is at rest, keep its value in one row only",
         ),
         (
             "t_s;force_N\n0;1,5\n1;1.5\n",
@@ -281,6 +288,26 @@ def test_rows_the_fast_way_takes_are_those_the_exact_way_takes(folder, rest):
                 outcomes.append(str(error))
             patch.setattr(columns, "_plain", lambda *_: None)
     assert outcomes[0] == outcomes[1]
+
+
+def test_components_and_few_rows_may_be_constant(folder):
+    rows = "".join(f"{t},7,{t * t},{t}\n" for t in range(9))
+    plane = fit("position", "x", "y", "z", nodes=(0,))
+    (one,) = read(folder, f"t,x,y,z\n{rows}", plane).series
+    assert one.values[:, 0].tolist() == [7.0] * 9
+    (one,) = read(folder, "t,x\n0,7\n1,7\n2,7\n3,\n", fit("distance", "x")).series
+    assert one.values[:3].tolist() == [7.0] * 3
+    rest = "".join(f"{t},{node},1,2,{node}\n" for t in range(4) for node in (100, 101))
+    message = 'columns "node x y z" are constant from line 2 to line 9 of bench.csv: '
+    (told,) = refused(folder, f"t,node,x,y,z\n{rest}", fit("positions", "node", *"xyz"))
+    assert told.startswith(message)
+
+
+def test_rows_that_all_come_before_the_run_are_told(folder):
+    path = folder / "bench.csv"
+    path.write_text("t_s,force_N\n0,1\n1,2\n")
+    with pytest.raises(CompileError, match=r"no value of force\(net\) from 5 s on"):
+        read_experiment(replace(data(path), start=5.0), fit_problem(FORCE), NET)
 
 
 def test_every_missing_column_is_told(folder):

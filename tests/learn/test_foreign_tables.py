@@ -21,6 +21,8 @@ HEADS = {
     "sto": f"force\nversion=1\nnRows=3\nnColumns=2\nendheader\nTime\tForce\n{TABBED}",
     "units": f"Time,Force\n(s),(mN)\n{BODY}",
     "instron": '"Test","A 7"\n\n"Time","Force"\n"(s)","(N)"\n' + BODY,
+    "properties": f"Width,10.0\nLength,25.0\n\nTime,Force\n(s),(N)\n{BODY}",
+    "tabs": f"Rate:\t100\nGain\t2.0\n\nTime\tForce\nSec\tN\n{TABBED}",
     "semicolons": "Probe;7\n\nTime;Force\ns;N\n" + BODY.replace(",", ";").replace(".", ","),
 }
 TRC = (
@@ -68,6 +70,35 @@ def test_body_parts_of_deeplabcut_have_columns(tmp_path):
     found = experiment(tmp_path, text, fit("force", "tip_x"), time=column("frame", 0.01))
     assert found.series[0].times == pytest.approx([0.0, 0.01, 0.02])
     assert found.series[0].values.tolist() == [10.0, 11.0, 12.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "columns"),
+    [("instron", "Time, Force  (the table begins in line 3"), ("properties", "Time, Force  (")],
+)
+def test_columns_are_those_of_the_table_below_its_head(name, columns, tmp_path):
+    with pytest.raises(CompileError) as caught:
+        experiment(tmp_path, HEADS[name], fit("force", "Load"))
+    assert f"columns: {columns}" in str(caught.value.diagnostics[0].hint)
+
+
+def test_columns_of_markers_are_listed_without_a_word_on_the_head(tmp_path):
+    with pytest.raises(CompileError) as caught:
+        experiment(tmp_path, TRC, fit("distance", "hip_y"))
+    hint = str(caught.value.diagnostics[0].hint)
+    assert hint.endswith("columns: frame, time, knee_x, knee_y, knee_z, toe_x, toe_y, toe_z")
+
+
+def test_a_factor_before_the_unit_of_a_name_is_meant(tmp_path):
+    text = f"t_s,f_mN\n{BODY}"
+    doubled = fit("force", "f_mN", unit=2e-3)
+    with pytest.raises(CompileError, match="has another unit"):
+        experiment(tmp_path, text, doubled)
+    (column,) = doubled.columns
+    meant = replace(doubled, columns=(replace(column, factor=2.0),))
+    assert experiment(tmp_path, text, meant).series[0].values.tolist() == pytest.approx(
+        [2e-3 * f for _, f in ROWS], rel=1e-14
+    )
 
 
 @pytest.mark.parametrize("gap", ["#N/A", "--", "None", "1.#QNAN", "n.a."])

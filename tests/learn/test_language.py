@@ -324,6 +324,25 @@ def test_plain_numbers_need_no_unit(fit_problem):
     assert (bare.unit, percent.unit, alone.unit) == (1.0, 0.01, 0.01)
 
 
+@pytest.mark.parametrize(
+    ("unit", "hint"),
+    [
+        ("mm/1.03", "in 0.970874 mm"),
+        ("mm * 2.5", "in 2.5 mm"),
+        ("mm/0", "in 0.97 m"),
+        ("lenghts", "in 0.97 m"),
+    ],
+)
+def test_a_factor_stands_before_the_unit_of_a_column(fit_problem, unit, hint):
+    line = 'fit = position(cart) along (1, 0, 0) using column "x" in'
+    with pytest.raises(CompileError) as caught:
+        fit_problem(f"{line} {unit}")
+    (finding,) = [one for one in caught.value.diagnostics if one.code == "TIS104"]
+    assert str(finding.hint).endswith(hint)
+    (column,) = fit_problem(f"{line} 0.97 mm").fits[-1].columns
+    assert (column.unit, column.factor) == (pytest.approx(0.97e-3, rel=1e-15), 0.97)
+
+
 # --- what may change --------------------------------------------------------------------------
 
 

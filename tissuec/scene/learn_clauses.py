@@ -1,12 +1,20 @@
 """Clauses of the sentences of a learn block: each word once, columns with their units."""
 
+import re
 from collections.abc import Sequence
 from typing import NoReturn
 
 from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, Dimension, UnitError, describe, parse_unit
+from tissuec.core.units import (
+    NUMBER,
+    Dimension,
+    UnitError,
+    describe,
+    parse_unit,
+    si_unit,
+)
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope
@@ -15,6 +23,7 @@ from tissuec.scene.values import unit_vector
 from tissuec.script.fit_problem import DataColumn
 
 COLUMN, COLUMNS = "column", "columns"
+_FACTOR = re.compile(r"(.+?)\s*([*/·])\s*(\d+\.?\d*)\s*")
 
 
 class Clauses:
@@ -138,33 +147,57 @@ class Clauses:
         kind = s.key_of(name.words)
         if kind not in (COLUMN, COLUMNS) or not (name.quoted or "").strip():
             self.reject("TIS312", "wrong form of a column", name.span)
-        unit, texts = self._unit(dimension, what), [name.quoted or ""]
+        factor, unit = self._unit(dimension, what)
+        texts = [name.quoted or ""]
         if kind == COLUMNS:
             texts = texts[0].split()
         for text in texts:
             if texts.count(text) > 1:
                 self.findings.reject("TIS307", f'duplicate column "{text}"', name.span)
         # What comes before x, y and z is the number of a node.
-        units = [1.0 if len(texts) == 4 and place == 0 else unit for place in range(len(texts))]
-        return tuple(DataColumn(*one, name.span) for one in zip(texts, units, strict=True))
+        first_id = len(texts) == 4
+        return tuple(
+            DataColumn(text, 1.0, name.span)
+            if first_id and not place
+            else DataColumn(text, factor * unit, name.span, factor)
+            for place, text in enumerate(texts)
+        )
 
-    def _unit(self, dimension: Dimension, what: str) -> float:
-        """Return what one of the unit behind ``in`` is in SI units."""
+    def _unit(self, dimension: Dimension, what: str) -> tuple[float, float]:
+        """Return the number behind ``in``, 1 without one, and its unit in SI units."""
         clause = self.get("in")
         if clause is None:
             if dimension == NUMBER:
-                return 1.0
+                return 1.0, 1.0
             self.reject("TIS304", "the unit of the column is missing")
         span = clause.value.span
         if isinstance(clause.value, s.Quantity):  # in 1 %, for no unit stands alone there
             value = self.scope.number(clause.value)
             self.scope.expect(value, dimension, span, what=what)
-            return float(value.amount)
+            return clause.value.value, float(value.amount) / (clause.value.value or 1.0)
         try:
             unit = parse_unit(span.text)
         except UnitError as error:
-            self.findings.reject("TIS104", str(error), span)
+            hint = _factor_before(span.text) or (
+                "write a unit, or a number and a unit: in "
+                f"{f'0.97 {si_unit(dimension)}' if dimension != NUMBER else '0.97'}"
+            )
+            self.findings.reject("TIS104", str(error), span, hint=hint)
         if unit.dimension != dimension:
             wanted, found = describe(dimension), describe(unit.dimension)
             self.findings.reject("TIS502", f"{what} is {wanted}; {span.text} is {found}", span)
-        return unit.factor
+        return 1.0, unit.factor
+
+
+def _factor_before(text: str) -> Hint | None:
+    """Return a unit with the factor that stands behind it in front: "mm/2" is 0.5 mm."""
+    found = _FACTOR.fullmatch(text)
+    number = float(found[3]) if found else 0.0
+    if found is None or not number:
+        return None
+    try:
+        parse_unit(found[1])
+    except UnitError:
+        return None
+    written = f"{1.0 / number if found[2] == '/' else number:.6g} {found[1]}"
+    return Hint(f"write a factor before the unit: in {written}", Edit(written))

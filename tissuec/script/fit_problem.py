@@ -28,11 +28,19 @@ Per = Literal["tissue", "region", "spring", "node", "set", "word"]
 
 
 class DataColumn(Struct, frozen=True, eq=False):
-    """A column of tables of data: how it is called, and what one of its units is in SI."""
+    """A column of tables of data: ``column "x_px" in 0.2 mm``.
+
+    Attributes:
+        name: As it is called.
+        unit: What one in the column is in SI units, 0.0002.
+        span: Where it is named.
+        factor: The number before the unit, 0.2; 1 without one.
+    """
 
     name: str
     unit: float
     span: Span
+    factor: float = 1.0
 
 
 class Fit(Struct, frozen=True, eq=False):

@@ -36,6 +36,7 @@ class Dialect(NamedTuple):
         start: Offset in the text behind the header.
         units: Of the columns, where a row of them stands below the names; "" for none.
         clock: Number of the column of times, unless another is named.
+        above: How many lines of text stand above the names of the columns.
     """
 
     delimiter: str
@@ -44,6 +45,7 @@ class Dialect(NamedTuple):
     start: int
     units: tuple[str, ...] = ()
     clock: int = 0
+    above: int = 0
 
     def unit(self, column: int) -> Unit | None:
         """Return the unit of a column, from the row of units or the end of its name.

@@ -51,10 +51,12 @@ def find_dialect(text: str, delimiters: Sequence[str] = DELIMITERS) -> Dialect |
     second = lines[1].text if lines[1:] else first
     delimiter = _of_header(first, second, delimiters)
     names, below = cells_of(first, delimiter), cells_of(second, delimiter)
-    if len(names) != len(below) or not _is_any_number(below):
+    # "Width,10" above "Length,25" are remarks.
+    is_remark = _is_any_number(names) and as_number(below[0]) is None
+    if len(names) != len(below) or not _is_any_number(below) or is_remark:
         body = None if _is_bad_row(first, second, delimiter) else _first_body(lines, delimiters)
         if body is not None:
-            return _above(lines, *body)
+            return _above(text, lines, *body)
     return Dialect(delimiter, tuple(names), True, lines[0].end + 1)
 
 
@@ -77,12 +79,12 @@ def _first_body(
             fits = len(cells) > 1 and len(cells) == (above if behind is None else len(below))
             if fits and _are_numbers(cells) and _is_any_number(below):
                 found.append((len(cells), delimiter))
-        if found:
-            return place, max(found)[1]
+        if found:  # of several that divide it alike the first, for names can hold blanks
+            return place, max(found, key=lambda pair: pair[0])[1]
     return None
 
 
-def _above(lines: Sequence[TableLine], place: int, delimiter: str) -> Dialect:
+def _above(text: str, lines: Sequence[TableLine], place: int, delimiter: str) -> Dialect:
     """Return the dialect of a table whose numbers begin further down."""
     width, start = len(cells_of(lines[place].text, delimiter)), lines[place].start
     head = [cells_of(line.text, delimiter) for line in lines[:place]]
@@ -97,11 +99,11 @@ def _above(lines: Sequence[TableLine], place: int, delimiter: str) -> Dialect:
         and all(map(is_unit, head[-1]))
     ):
         units = tuple(cell.strip("()[] ") for cell in head.pop())
-    names = head[-1]
-    if len(names) != width:
-        numbers = tuple(str(i + 1) for i in range(width))
-        return Dialect(delimiter, numbers, False, start)
-    return Dialect(delimiter, tuple(names), True, start, units)
+    names, named = tuple(head[-1]), len(head[-1]) == width
+    if not named:
+        names = tuple(str(i + 1) for i in range(width))
+    begin = lines[len(head) - 1].start if named else start
+    return Dialect(delimiter, names, named, start, units, above=text.count("\n", 0, begin))
 
 
 def _of_markers(lines: Sequence[TableLine]) -> Dialect | None:

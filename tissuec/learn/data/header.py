@@ -2,14 +2,15 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from math import isclose
 from typing import NoReturn
 
 from msgspec import Struct
 
-from tissuec.core.hints import alternatives
+from tissuec.core.hints import Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.core.text_tables.dialect import Dialect
-from tissuec.core.units import LENGTH, TIME, Dimension, Unit, UnitError, describe, si_unit
+from tissuec.core.units import LENGTH, TIME, Dimension, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import Complaints, first_few
 from tissuec.learn.data.long import is_long
 from tissuec.script.fit_problem import DataAxis, DataColumn, Fit
@@ -75,6 +76,15 @@ class _Header:
         self.names, self.is_named, self.dialect = dialect.names, dialect.named, dialect
         self.complaints = complaints
 
+    @property
+    def begin(self) -> str:
+        """Return the end of a hint that says where the table begins, if text stands above."""
+        if not self.dialect.above:
+            return ""
+        return (
+            f"  (the table begins in line {self.dialect.above + 1}; what stands above is text)"
+        )
+
     def find(self, column: DataColumn) -> int:
         """Return the number of a column; one that no name is may be its number from 1."""
         name = column.name.strip()
@@ -89,15 +99,18 @@ class _Header:
             return int(name) - 1
         listed = first_few([one for one in self.names if one])
         what = "columns" if self.is_named else "there is no header; columns are numbered"
+        hint = alternatives(name, listed, what=what)
         self.complaints.reject(
             "TIS301",
             f'{self.complaints.file} has no column "{name}"',
             column.span,
-            hint=alternatives(name, listed, what=what),
+            hint=Hint(f"{hint}{self.begin}", *hint.edits),
         )
 
     def check_unit(self, column: DataColumn, number: int, dimension: Dimension) -> None:
         """Reject a name, or a row of units, that contradicts the unit in the sentence.
+
+        A factor before the unit is meant as it is written, and contradicts nothing.
 
         Args:
             column: As it is asked for; by its number, whatever its name says holds.
@@ -109,7 +122,10 @@ class _Header:
         except UnitError:
             return  # brackets hold many things, such as (filtered)
         name = self.names[number]
-        if unit is None or column.name.strip() != name or unit == Unit(column.unit, dimension):
+        if unit is None or column.name.strip() != name:
+            return
+        is_same = isclose(unit.factor * column.factor, column.unit, rel_tol=1e-12)
+        if is_same and unit.dimension == dimension:
             return
         is_letter = not any(self.dialect.units) and _LETTER.search(name) is not None
         if is_letter and (len(name) == 1 or unit.dimension != dimension):
@@ -149,5 +165,5 @@ class _Header:
             "TIS304",
             f"{self.complaints.file} is a table; the column of {fit.text} is not given",
             fit.span,
-            hint=f'write after it: using column "NAME" in UNIT  columns: {listed}',
+            hint=f'write after it: using column "NAME" in UNIT  columns: {listed}{self.begin}',
         )

@@ -132,9 +132,8 @@ def _read_hdf5(
 
 
 def _empty(one: Series, complaints: Complaints) -> Diagnostic:
-    """Return the finding about a fit of which nothing was measured."""
-    message = f"{complaints.file} contains no value of {one.fit.text}"
-    if one.fit.columns:
-        span = one.fit.columns[0].span.to(one.fit.columns[-1].span)
-        return Diagnostic("TIS313", message, span, "every cell of its column is empty")
-    return Diagnostic("TIS313", message, one.fit.span)
+    """Return the finding about a fit of which nothing was measured during the run."""
+    message, start = f"{complaints.file} contains no value of {one.fit.text}", ""
+    if complaints.data.start:
+        start = f" from {show(complaints.data.start, TIME, digits=6)} on"
+    return Diagnostic("TIS313", message + start, one.fit.span)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissuec.core.files import read_bytes
-from tissuec.core.text_tables.columns import BadRow, read_columns
+from tissuec.core.text_tables.columns import BadRow, line_number, read_columns
 from tissuec.core.text_tables.dialect import decoded
 from tissuec.core.text_tables.heads import find_dialect
 from tissuec.learn.data.complaints import Complaints
@@ -19,6 +19,7 @@ from tissuec.model.network import Floats, Network
 from tissuec.script.fit_problem import DataAxis, Fit
 
 LARGEST_TABLE = 1 << 30  # bytes
+FEWEST_EQUAL = 4  # values; fewer may agree by rounding
 
 
 def read_table(
@@ -43,6 +44,7 @@ def read_table(
         with complaints.part():
             columns = np.array([rows.values[:, wanted.places[c]] for c in fit.columns])
             one = _series(fit, columns * _units(fit), rows, network, is_once=is_once)
+            _check_varies(one, rows)
             series.append(_thinned(one) if rows.timed else one)
     return series
 
@@ -108,6 +110,44 @@ def _series(
         return Series(fit, times, None, columns[0])
     values = columns.T.copy() if fit.along is None else fit.along @ columns
     return Series(fit, times, None, values)
+
+
+def _check_varies(one: Series, rows: DataRows) -> None:
+    """Check that a fit has values, which are not all the same.
+
+    One component may well be constant, such as a coordinate of what moves in a plane.
+
+    Raises:
+        CompileError: There is none, or ``FEWEST_EQUAL`` rows and more have the same value.
+    """
+    fit, columns = one.fit, one.fit.columns
+    known = np.flatnonzero(one.known)
+    if len(known):
+        values = one.values[known].reshape(len(known), -1)
+        # A gap differs from no value.
+        same = np.isnan(values) | (values == np.nanmax(values, axis=0, initial=-np.inf))
+        if len(known) < FEWEST_EQUAL or not same.all():
+            return
+    table = rows.table
+    first, last = (
+        line_number(table.text, table.dialect, int(row))
+        for row in (rows.number.min(), rows.number.max())
+    )
+    lines = f"from line {first} to line {last} of {table.file}"
+    called = " ".join(column.name for column in columns)
+    plural = len(columns) > 1
+    name = f'columns "{called}" are' if plural else f'column "{called}" is'
+    span = columns[0].span.to(columns[-1].span)
+    if not len(known):
+        message = f"{name} empty {lines}: {fit.text} has no value"
+        hint = "name another column, or remove the fit"
+    else:
+        message = f"{name} constant {lines}: {fit.text} does not change"
+        hint = (
+            "a sensor that is off or out of range shows this: name another column, or remove "
+            "the fit; if the quantity is at rest, keep its value in one row only"
+        )
+    table.complaints.reject("TIS313", message, span, hint)
 
 
 def _thinned(one: Series) -> Series:
