@@ -33,7 +33,7 @@ SCRIPTS = (
     "flat.js", "marks.js", "curves.js", "panel.js", "hands.js", "player.js",
 )  # fmt: skip
 #: What only readers of the source need: indents and comments.
-_LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n", re.MULTILINE)
+_LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n", re.MULTILINE)
 SHADERS = ("shared", "lines", "skin", "solids", "arrows", "plane")
 _TENSIONS, _FORCES = 127, 2000  # steps of the scale, either way
 _LEVELS = 65534  # of a curve; one more number stands for none
@@ -56,10 +56,10 @@ def render_film(film: PlayerData, trajectory: Trajectory, options: Options = DEF
         title=html.escape(facts.title(trajectory)),
         about=html.escape(facts.about(trajectory)),
         version=html.escape(__version__),
-        style=Template(_web("player.css")).substitute(_colours()),
+        style=Template(_compact(_web("player.css"))).substitute(_colours()),
         film=as_script(described | {"arrays": pack.specs}),
         arrays=pack.packed(),
-        script=_LAYOUT.sub("", "\n".join(map(_web, SCRIPTS))),
+        script=_compact("\n".join(map(_web, SCRIPTS))),
     )
 
 
@@ -223,6 +223,10 @@ def _curve(curve: LogCurve, number: int, pack: Pack) -> dict[str, Any]:
         "step": step,
         "empty": not finite.size,
     }
+
+
+def _compact(text: str) -> str:
+    return _LAYOUT.sub("", text)
 
 
 def _web(name: str) -> str:
