@@ -10,7 +10,7 @@ from tests.validate.scenes import quantity, validated
     [
         # Fine ones, at which errors of contacts show; nodes leave a rod faster than damping
         # lets go of them, ...
-        ("edge", "1e-8"),
+        pytest.param("edge", "1e-8", marks=pytest.mark.slow),
         # ... and slip on faces whose pressure sinks.
         ("contact", "1e-6"),
         pytest.param("edge", "1e-7", marks=pytest.mark.slow),

@@ -157,7 +157,7 @@ CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0
 
 
 def test_a_filling_of_a_flat_part_is_as_coarse_as_its_box_or_left_out(tmp_path: Path) -> None:
-    for thickness in (0.2, 1.0, 5.0):
+    for thickness in (0.2, 5.0):
         done = imported(tmp_path, CUBE * (100.0, 80.0, thickness))
         (tmp_path / "made.tis").write_text(done.stdout)
         assert ("filling is" in done.stdout) != ("its walls are thin" in done.stdout)
