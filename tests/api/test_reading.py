@@ -356,3 +356,12 @@ def test_a_missing_package_is_named_with_what_brings_it(
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(ImportError, match=rf'{ask} needs {package}.*"tissuec\[{extra}\]"'):
         getattr(pulled, ask)()
+
+
+def test_modes_and_properties_are_a_few_lines():
+    first, *rest = repr(tissuec.modes(PULL, count=3)).splitlines()
+    assert first.startswith("3 modes of ") and [line[:10] for line in rest] == [
+        f"  <mode {number}:" for number in (1, 2, 3)
+    ]
+    (body,) = tissuec.properties(PULL)
+    assert repr(body).startswith(f'<{body.kind} "{body.name}"') and len(repr(body)) < 100

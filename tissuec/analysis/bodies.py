@@ -23,6 +23,7 @@ from tissuec.core import arguments
 from tissuec.core.errors import SimulationError, TissueError, counted
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
+from tissuec.core.units import MASS, show
 from tissuec.matter.breaking import breaking_strains
 from tissuec.matter.coarseness import Coarseness
 from tissuec.matter.elasticity import Elasticity, Unit, of_wall, wall_springs
@@ -110,6 +111,11 @@ class BodyProperties(Struct, frozen=True):
     breaking: BreakingStrength | None = None
     vibrations: tuple[Vibration, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        made = f" of {', '.join(self.tissues)}" if self.tissues else ""
+        net = f"{counted(self.nodes, 'node')}, {counted(self.springs, 'spring')}"
+        return f'<{self.kind} "{self.name}"{made}: {net}, {show(self.mass, MASS)}>'
 
     @property
     def density(self) -> float | None:

@@ -58,6 +58,12 @@ class Mode(Struct, frozen=True, eq=False):
         """Return the period [s]; None if it does not vibrate."""
         return 1.0 / self.frequency if self.frequency else None
 
+    def __repr__(self) -> str:
+        value = f"grows by {self.growth:.3g} 1/s" if self.growth is not None else ""
+        if self.frequency:
+            value = f"{self.frequency:.4g} Hz"
+        return f"<mode {self.number}: {self.kind}{', ' if value else ''}{value}>"
+
 
 class Modes(Struct, frozen=True, eq=False):
     """Modes of a scene or a body: unstable ones, then rigid ones, then by frequency.
@@ -73,6 +79,10 @@ class Modes(Struct, frozen=True, eq=False):
     state: State
     free_nodes: int
     notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        head = f"{counted(len(self), 'mode')} of {counted(self.free_nodes, 'free node')}"
+        return "\n".join([head, *(f"  {mode}" for mode in self.modes)])
 
     def __len__(self) -> int:
         return len(self.modes)
