@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from tests import test_docs
-from tissuec.cli import explain
+from tissuec.cli import common, explain
 from tissuec.cli.guard import run_guarded
 
 # Found also in a checkout that was never installed.
@@ -319,3 +319,12 @@ output { trajectory every 50 ms }
     done = tissuec("run", "pull.tis", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "; relaxation, " in done.stderr
+
+
+def test_lines_break_between_words_at_the_edge_of_a_terminal(monkeypatch):
+    monkeypatch.setattr(common, "get_terminal_size", lambda: os.terminal_size((30, 24)))
+    said = "  accuracy: 3.7e-07 of the largest displacement (tolerance 0.0001)"
+    lines = common._wrapped(f"done\n\n{said}").split("\n")
+    assert lines[:2] == ["done", ""] and max(map(len, lines)) <= 30
+    assert lines[2].startswith("  accuracy") and all(line[:4] == "    " for line in lines[3:])
+    assert " ".join(" ".join(lines[2:]).split()) == said.strip()

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from itertools import islice, takewhile
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import Any, TypeVar
 
 import click
@@ -65,7 +66,22 @@ class Settings(Struct, frozen=True):
     def say(self, text: str = "") -> None:
         """Print to stderr, unless output is suppressed."""
         if not self.quiet:
-            echo(text, err=True)
+            echo(_wrapped(text) if sys.stderr.isatty() else text, err=True)
+
+
+def _wrapped(text: str) -> str:
+    """Return text whose lines break between words at the edge of the terminal."""
+    from textwrap import wrap  # which few commands need
+
+    return "\n".join(
+        part
+        for line in text.split("\n")
+        for part in wrap(
+            line, get_terminal_size().columns, break_long_words=False, break_on_hyphens=False,
+            subsequent_indent=(len(line) - len(line.lstrip()) + 2) * " ",
+            replace_whitespace=False,
+        ) or [""]
+    )  # fmt: skip
 
 
 def echo(text: str, *, err: bool = False) -> None:
