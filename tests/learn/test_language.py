@@ -10,6 +10,7 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.core.units import FORCE, LENGTH, NUMBER, STIFFNESS, VELOCITY
 from tissuec.lang.printer import format_source
+from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.pipeline import compile_request
 from tissuec.scene.imports import StoredTexts, read_source
 from tissuec.scene.learn_entries import SENTENCES
@@ -357,6 +358,25 @@ def test_limits_and_what_was_expected_are_in_si_units(fit_problem):
     )
     assert (found.low, found.high, found.prior) == (1.0, 1000.0, (20.0, 0.3))
     assert (found.dimension, found.per, len(found.members)) == (STIFFNESS, "tissue", 0)
+
+
+@pytest.mark.parametrize("around", ["initial value", "4 mm"])
+def test_each_spring_may_be_expected_where_it_starts(compiled, fit_problem, around):
+    text = f"adjust rest length of cart per spring around {around} by 50 %"
+    priors = Parametrisation(compiled(""), fit_problem(adjust=text)).priors()
+    # Springs of 11 and 2 mm; parameters are logarithms over their starts.
+    values = [0.0, 0.0] if around == "initial value" else np.log([4 / 11, 4 / 2]).tolist()
+    assert [one.place for one in priors] == [0, 1]
+    assert [one.value for one in priors] == pytest.approx(values, rel=1e-12, abs=0.0)
+    assert [one.spread for one in priors] == pytest.approx([np.log(1.5)] * 2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text", ["spring constant of gum", "start position of cart along (1, 0, 0)"]
+)
+def test_a_single_number_and_a_place_have_no_initial_value(fit_problem, text):
+    adjust = f"adjust {text} around initial value by 50 %"
+    assert refused(fit_problem, adjust=adjust) == ["TIS312"]
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,7 @@
-"""Limits of what is adjusted, and what was expected of it: ``around 20 N/m by 30 %``."""
+"""Limits of what is adjusted, and what was expected of it: ``around 20 N/m by 30 %``.
+
+Each of many springs can be expected where it starts: ``around initial value by 30 %``.
+"""
 
 from math import inf
 from typing import NoReturn
@@ -16,6 +19,7 @@ from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, Adjust, P
 
 #: Words of clauses that are read here.
 LIMITING = ("from", "to", "around", "by", "along")
+INITIAL = "initial value"
 
 
 class Found(Struct, frozen=True):
@@ -51,7 +55,7 @@ def limited(found: Found, clauses: Clauses, span: Span) -> Adjust:
             f"the lower limit of {found.what} is not below the upper one",
             (clauses.get("from") or clauses.all[0]).value.span,
         )
-    prior = _prior(clauses, dimension, found.what, (low, high))
+    prior = _prior(clauses, found, (low, high))
     return Adjust(
         found.what, found.of, found.per, found.members, along, dimension, low, high, prior,
         span,
@@ -80,9 +84,10 @@ def _within(clauses: Clauses, word: str, found: Found, least: float, most: float
 
 
 def _prior(
-    clauses: Clauses, dimension: Dimension, what: str, limits: tuple[float, float]
-) -> tuple[float, float] | None:
-    """Return what was expected, and by which part the truth may differ."""
+    clauses: Clauses, found: Found, limits: tuple[float, float]
+) -> tuple[float | None, float] | None:
+    """Return what was expected, None for each start, and by which part the truth may differ."""
+    what, dimension = found.what, found.kind.dimension
     around, by = clauses.get("around"), clauses.get("by")
     if around is None and by is None:
         return None
@@ -93,16 +98,31 @@ def _prior(
             "TIS304", f'"{there.word}" needs "{other}"', there.span,
             hint="for example: around 20 N/m by 30 %",
         )  # fmt: skip
-    value = clauses.number("around", dimension, what=f"the expected value of {what}")
     part = clauses.above_zero("by", NUMBER, what="the expected relative deviation")
-    assert value is not None
     assert part is not None
+    if isinstance(around.value, s.Name) and around.value.key == INITIAL:
+        _check_starts(clauses, around, found)
+        return None, part
+    value = clauses.number("around", dimension, what=f"the expected value of {what}")
+    assert value is not None
     if value == 0.0:
         message = "a relative deviation from 0 is not possible"
         clauses.findings.reject("TIS308", message, around.value.span)
     if not limits[0] <= value <= limits[1]:
         _outside(clauses, around, what, dimension, limits)
     return value, part
+
+
+def _check_starts(clauses: Clauses, around: s.Clause, found: Found) -> None:
+    """Check that values start above 0, and that they are no single number to be written."""
+    if found.what in (START_POSITION, START_VELOCITY):
+        message = f"a {found.what} has no relative deviation from where it starts"
+    elif found.per == "tissue":
+        message = f'"{INITIAL}" is for values of springs, nodes, regions and sets'
+    else:
+        return
+    hint = "write the expected value: around … by …"
+    clauses.findings.reject("TIS312", message, around.span, hint=hint)
 
 
 def _outside(

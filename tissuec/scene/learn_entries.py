@@ -66,7 +66,7 @@ SENTENCES: dict[str, Sentences] = {
         (
             "adjust = [spring constant, viscosity]",
             "adjust spring constant of TISSUE from 1 N/m to 1 kN/m around 20 N/m by 30 %",
-            "adjust spring constant of SET per spring",
+            "adjust spring constant of SET per spring around initial value by 50 %",
             "adjust start position of SET along (1, 0, 0)",
             "adjust words of QUANTITY",
         ),
@@ -76,7 +76,7 @@ SENTENCES: dict[str, Sentences] = {
         " ``per spring``, ``per node`` or ``per region``; where a set starts, and how fast; or"
         " the words of a quantity or property, whose order is kept. ``from … to …`` are limits,"
         " ``around … by …`` is the expected value and its relative deviation"
-        " (one standard deviation).",
+        " (one standard deviation); ``around initial value`` expects each where it starts.",
         is_needed=True,
     ),
     "revise rules": Sentences(

@@ -90,8 +90,8 @@ class Adjust(Struct, frozen=True, eq=False):
         along: Of positions and velocities: the unit vector along which; None for all axes.
         dimension: Of its value.
         low, high: Limits, in SI units; infinite (or zero, of what is positive) where none are.
-        prior: Value that was expected, in SI units, and by which part of it the truth may
-            differ (one standard deviation); None without one.
+        prior: Value that was expected, in SI units (None: where each starts), and by which part
+            of it the truth may differ (one standard deviation); None without one.
         span: The entry.
     """
 
@@ -103,7 +103,7 @@ class Adjust(Struct, frozen=True, eq=False):
     dimension: Dimension
     low: float
     high: float
-    prior: tuple[float, float] | None
+    prior: tuple[float | None, float] | None
     span: Span
 
 

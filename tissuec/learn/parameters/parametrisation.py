@@ -152,10 +152,17 @@ class Parametrisation:
             if block.adjust.prior is None:
                 continue
             value, part = block.adjust.prior
-            spread = np.log1p(part) if block.scale is None else part * abs(value) / block.scale
-            places = range(where.start, where.stop)
-            expected = np.broadcast_to(block.theta(value), len(places)).tolist()
-            found += [Prior(k, e, float(spread)) for k, e in zip(places, expected, strict=True)]
+            value = block.start if value is None else value
+            spread = (
+                np.log1p(part) if block.scale is None else part * np.abs(value) / block.scale
+            )
+            size = where.stop - where.start
+            pairs = zip(
+                np.broadcast_to(block.theta(value), size).tolist(),
+                np.broadcast_to(spread, size).tolist(),
+                strict=True,
+            )
+            found += [Prior(where.start + k, *pair) for k, pair in enumerate(pairs)]
         return found
 
     def network(self, theta: Floats) -> Network:
