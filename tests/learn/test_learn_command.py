@@ -13,7 +13,8 @@ from tissuec.cli import group
 from tissuec.cli.guard import run_guarded
 from tissuec.core import progress as progress_lines
 from tissuec.core.errors import CompileError, Diagnostic
-from tissuec.learn.fit import gradient_check, learning
+from tissuec.learn.data.reading import read_experiment
+from tissuec.learn.fit import gradient_check, learning, session
 from tissuec.learn.fit.gradient_check import Compared
 from tissuec.learn.fit.learning import LearnProgress, Unlearnable
 from tissuec.pipeline import check_request
@@ -36,7 +37,9 @@ class Learner:
         self.changes, self.calls, self.error = changes, [], None
         self.told = ()
 
-    def __call__(self, compiled, fit_problem, request, *, state, fresh, progress, workers):
+    def __call__(
+        self, compiled, fit_problem, request, *, session, state, fresh, progress, workers
+    ):
         self.calls.append((fit_problem.name, state, fresh))
         for one in self.told:
             progress(one)
@@ -83,6 +86,26 @@ def test_what_was_learnt_is_told_and_written(here, call):
     assert err.endswith("\nexpectations: 1 of 1 hold\nwrote learned/gum.tis\n")
     assert check_request(Request.file(here / "learned/gum.tis", strict=True)) == (None, ())
     assert not (here / "learned/gum.tis.learning").exists()
+
+
+def test_each_file_is_read_once(here, call, monkeypatch):
+    files = []
+
+    def read(data, *others):
+        files.append(data.path.name)
+        return read_experiment(data, *others)
+
+    # The scale of what starts at 0 is chosen with the data.
+    text = (
+        (here / "scene.tis")
+        .read_text()
+        .replace("mass = 10 mg", "mass = 10 mg; prestress = 0 %")
+    )
+    text = text.replace("adjust spring constant of gum", "adjust prestress of gum")
+    (here / "scene.tis").write_text(text)
+    monkeypatch.setattr(session, "read_experiment", read)
+    assert call(learning.learn, "scene.tis", "--anyway", "-q")[0] in (0, 1)
+    assert files == ["one.csv", "two.csv"]
 
 
 def test_a_failed_expectation_exits_with_1(here, call):

@@ -214,6 +214,7 @@ def _carry_out(
 def _learn(task: _Task, wishes: LearnOptions, settings: Settings) -> tuple[int, dict[str, Any]]:
     from tissuec.learn.fit.expectations import judged
     from tissuec.learn.fit.learning import learn, rehearsal
+    from tissuec.learn.fit.session import prepare
     from tissuec.learn.presets.placing import refuse_others
     from tissuec.learn.presets.preset import compose
     from tissuec.learn.report.data import as_dict, is_identified
@@ -224,7 +225,9 @@ def _learn(task: _Task, wishes: LearnOptions, settings: Settings) -> tuple[int, 
     target = wishes.output or fit_problem.write
     if target is not None:
         _keep_others(target, compiled, force=wishes.force)
-        planned = compose(rehearsal(compiled, fit_problem, request), compiled, request, target)
+    session = prepare(compiled, fit_problem, request)
+    if target is not None:
+        planned = compose(rehearsal(session), compiled, request, target)
         if not wishes.force:
             refuse_others(planned.files)
     state = _state(target, fit_problem, request)
@@ -236,8 +239,8 @@ def _learn(task: _Task, wishes: LearnOptions, settings: Settings) -> tuple[int, 
     shown = settings.shows_progress
     with Passes(f"learn {fit_problem.name}", shown=shown) as line:
         learnt = learn(
-            compiled, fit_problem, request, state=state, fresh=wishes.fresh, progress=line.at,
-            workers=workers,
+            compiled, fit_problem, request, session=session, state=state, fresh=wishes.fresh,
+            progress=line.at, workers=workers,
         )  # fmt: skip
     scene = compiled.scene
     moved = drifts(scene, learnt.words)

@@ -1,5 +1,7 @@
 """The measurements of one experiment: values in time, in SI units."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
@@ -57,6 +59,17 @@ class Experiment(Struct, frozen=True, eq=False):
     def duration(self) -> float:
         """Return the last time [s]; 0 without rows."""
         return max((float(one.times[-1]) for one in self.series if len(one.times)), default=0.0)
+
+    def of(self, data: Data, fits: Sequence[Fit]) -> "Experiment":
+        """Return the same for the sentences of another text with the same learn block.
+
+        Args:
+            data: The sentence of the file.
+            fits: Of the block, in their order.
+        """
+        pairs = zip(self.series, fits, strict=True)
+        series = tuple(replace(one, fit=fit) for one, fit in pairs)
+        return replace(self, data=data, series=series)
 
     def split(self, last_part: float) -> "tuple[Experiment, Experiment]":
         """Return the experiment to learn from, and its end that is held out.

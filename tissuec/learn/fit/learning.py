@@ -5,7 +5,7 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -66,6 +66,7 @@ def learn(
     fit_problem: FitProblem,
     request: Request,
     *,
+    session: LearnSession | None = None,
     state: Path | None = None,
     fresh: bool = False,
     progress: Tell | None = None,
@@ -76,6 +77,7 @@ def learn(
     Args:
         compiled: The scene with the block.
         request: What it was compiled from.
+        session: Prepared from these, so that data is not read again.
         state: Where each pass is kept; a learning that was interrupted goes on from there.
         fresh: Whether it begins anew all the same.
         progress: Told after each pass, and after each fit to resampled residuals.
@@ -90,12 +92,16 @@ def learn(
     """
     began = clock.monotonic()
     scene = CandidateScene(compiled, fit_problem, request)
+    session = session or prepare(*scene)
     texts, sentences = dict[str, str](), tuple[str, ...]()
     if fit_problem.revise:
-        changed = revised(scene)
+        changed = revised(scene, session)
         texts, sentences = dict(changed.texts), changed.sentences
-        scene = with_texts(scene, texts) if texts else scene
-    fitting = _Fitting.of(scene, workers, progress, began)
+        if texts:
+            scene = with_texts(scene, texts)
+            session = prepare(*scene, session.experiments)
+    evaluator = Evaluator(scene, session, workers or OwnProcess())
+    fitting = _Fitting(scene, session, evaluator, progress, began)
     with _told():
         problem, end, search, note = fitting.fitted(state, fresh=fresh)
         resample = partial(fitting.resampled, end)
@@ -141,15 +147,6 @@ class _Fitting(NamedTuple):
     evaluator: Evaluator
     progress: Tell | None
     began: float
-
-    @classmethod
-    def of(
-        cls, scene: CandidateScene, workers: Workers | None, progress: Tell | None, began: float
-    ) -> Self:
-        """Return a learning that is prepared."""
-        session = prepare(*scene)
-        evaluator = Evaluator(scene, session, workers or OwnProcess())
-        return cls(scene, session, evaluator, progress, began)
 
     def fitted(self, state: Path | None, *, fresh: bool) -> _Found:
         """Fit the parameters of the scene, or go on with that.
@@ -208,15 +205,12 @@ class _Fitting(NamedTuple):
 MOVED = 1e-3  # by which words move in a rehearsal
 
 
-def rehearsal(compiled: Compiled, fit_problem: FitProblem, request: Request) -> Learnt:
+def rehearsal(session: LearnSession) -> Learnt:
     """Return the result of a learning that moves words slightly and changes no number.
 
     With it, what can be written is known before anything is learnt.
-
-    Raises:
-        CompileError: Data is wrong.
     """
-    session = prepare(compiled, fit_problem, request)
+    fit_problem = session.fit_problem
     shaping, problem = session.shaping, session.problem
     theta, many = np.zeros(problem.size), len(fit_problem.fits)
     told = np.ones(problem.size, dtype=bool)

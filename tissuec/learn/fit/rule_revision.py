@@ -5,7 +5,7 @@ candidate: words that were moved for a wrong rule say nothing of the right one. 
 choose. What is held out has no say in it, so that it can judge the result.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +13,11 @@ from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import TissueError
+from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.fit.search import Search
-from tissuec.learn.fit.session import prepare
+from tissuec.learn.fit.session import LearnSession, prepare
 from tissuec.learn.vocabulary.reread import request_of
 from tissuec.learn.vocabulary.revision import GAIN, revise
 from tissuec.pipeline import compile_request
@@ -54,14 +55,22 @@ def with_texts(scene: CandidateScene, texts: Mapping[str, str]) -> CandidateScen
     return CandidateScene(compiled, fit_problem, request)
 
 
-def revised(scene: CandidateScene) -> Revised:
-    """Return the texts of rules that let rows which were not fitted be met better."""
+def revised(scene: CandidateScene, session: LearnSession) -> Revised:
+    """Return the texts of rules that let rows which were not fitted be met better.
+
+    Args:
+        scene: The scene with the rules as they are written.
+        session: Prepared from it.
+    """
     texts, sentences = dict[str, str](), list[str]()
-    problem = prepare(*scene).problem
-    gain = max(GAIN, CHANCE / max(int(_chooses(problem).sum()), 1))
+    gain = max(GAIN, CHANCE / max(int(_chooses(session.problem).sum()), 1))
     for name in scene.fit_problem.revise:
         changes = revise(
-            scene.compiled.scene, name, lambda more: _score(scene, more), start=texts, gain=gain
+            scene.compiled.scene,
+            name,
+            lambda more: _score(scene, more, session.experiments),
+            start=texts,
+            gain=gain,
         )
         for change in changes:
             texts[change.file] = change.text
@@ -69,14 +78,15 @@ def revised(scene: CandidateScene) -> Revised:
     return Revised(texts, tuple(sentences))
 
 
-def _score(scene: CandidateScene, texts: Mapping[str, str]) -> tuple[float, float]:
+def _score(
+    scene: CandidateScene, texts: Mapping[str, str], experiments: Sequence[Experiment]
+) -> tuple[float, float]:
     """Return the errors of the rows that are fitted and of those that choose.
 
     Both are infinite where there is no motion.
     """
     try:
-        compiled, fit_problem, request = with_texts(scene, texts)
-        session = prepare(compiled, fit_problem, request)
+        session = prepare(*with_texts(scene, texts), experiments)
         problem = session.problem
         chooses = _chooses(problem)
         problem.part = ~chooses

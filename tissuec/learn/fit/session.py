@@ -35,6 +35,7 @@ class LearnSession(Struct, frozen=True, eq=False):
         shaping: Of the scene as it is written.
         words: Whose words move; None if none do.
         learning, held_out: Experiments that are learnt from, and those that judge.
+        experiments: All of them as they were read, in the order of the data.
     """
 
     fit_problem: FitProblem
@@ -42,6 +43,7 @@ class LearnSession(Struct, frozen=True, eq=False):
     words: WordsModel | None
     learning: tuple[FittedExperiment, ...]
     held_out: tuple[FittedExperiment, ...]
+    experiments: tuple[Experiment, ...]
 
     @property
     def problem(self) -> Problem:
@@ -69,30 +71,51 @@ class LearnSession(Struct, frozen=True, eq=False):
         return np.concatenate([low, -free]), np.concatenate([high, free])
 
 
-def prepare(compiled: Compiled, fit_problem: FitProblem, request: Request) -> LearnSession:
+def prepare(
+    compiled: Compiled,
+    fit_problem: FitProblem,
+    request: Request,
+    experiments: Sequence[Experiment] | None = None,
+) -> LearnSession:
     """Return a learning with its data read.
+
+    Args:
+        compiled: The scene.
+        fit_problem: One of its learn blocks.
+        request: What the scene was compiled from.
+        experiments: Those of a session of the same block and mesh; without, files are read.
 
     Raises:
         CompileError: Data is wrong, or the scene is, as an experiment has it.
     """
-    session = _prepared(compiled, fit_problem, request, {})
+    session = _prepared(compiled, fit_problem, request, {}, experiments)
     _check_size(session)
     scales = _scales(session)
-    return _prepared(compiled, fit_problem, request, scales) if scales else session
+    if not scales:
+        return session
+    return _prepared(compiled, fit_problem, request, scales, session.experiments)
 
 
 def _prepared(
-    compiled: Compiled, fit_problem: FitProblem, request: Request, scales: Mapping[int, float]
+    compiled: Compiled,
+    fit_problem: FitProblem,
+    request: Request,
+    scales: Mapping[int, float],
+    experiments: Sequence[Experiment] | None,
 ) -> LearnSession:
     words = _words(compiled, fit_problem)
     shaping = Parametrisation(compiled, fit_problem, words, scales)
     learning: list[FittedExperiment] = []
     held: list[FittedExperiment] = []
-    for data in fit_problem.data:
+    found: list[Experiment] = []
+    for number, data in enumerate(fit_problem.data):
         mine = _of_data(compiled, fit_problem, data, request, scales)
-        own = mine.fit_problem
-        experiment = read_experiment(data, own, mine.compiled.network)
-        check_times(experiment, mine.compiled.plan.simulation.duration)
+        if experiments is None:
+            experiment = read_experiment(data, mine.fit_problem, mine.compiled.network)
+            check_times(experiment, mine.compiled.plan.simulation.duration)
+        else:
+            experiment = experiments[number].of(data, mine.fit_problem.fits)
+        found.append(experiment)
         if data.held_out:
             held.append(FittedExperiment(experiment, mine.model(experiment)))
             continue
@@ -100,7 +123,7 @@ def _prepared(
         if any(len(one.times) for one in last.series):  # a single row is not parted
             held.append(FittedExperiment(last, mine.model(last)))
         learning.append(FittedExperiment(experiment, mine.model(experiment)))
-    return LearnSession(fit_problem, shaping, words, tuple(learning), tuple(held))
+    return LearnSession(fit_problem, shaping, words, tuple(learning), tuple(held), tuple(found))
 
 
 def _check_size(session: LearnSession) -> None:
