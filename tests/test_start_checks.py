@@ -104,3 +104,98 @@ simulate { duration = 1 ms; integrator is esdirk43 }
     assert "a step of esdirk43 takes about" in found.message
     assert "of large" in found.message
     assert found.notes[0].span.line == 2
+
+
+FALLING = """language 1
+tissue gum { spring constant = 40 N/m; viscosity = 0.01 N*s/m; mass = 10 mg }
+body block {
+  mesh is lattice {
+    kind is sodium chloride; cell = 5 mm; reach is second neighbours
+    box from (0, 0, 0) mm to (10, 10, 10) mm
+  }
+  tissue is gum
+}
+set side = nodes of block where x < 1 mm
+set top = nodes of block where z > 9 mm
+tool forceps { kind is forceps }
+environment { gravity = (0, 0, -9.81) m/s^2 }
+simulate { duration = 0.2 s }
+output { position of top every 0.2 s }
+"""
+WEIGHTLESS = "gravity = (0, 0, 0) m/s^2"
+BALL = "tool ball { kind is probe; radius = 4 mm; centre = "
+OTHER = FALLING[FALLING.index("body block") : FALLING.index("set side")].replace(
+    "body block", "body tray"
+)
+ABOVE = OTHER.replace("(0, 0, 0) mm to (10, 10, 10)", "(0, 0, 20) mm to (10, 10, 30)")
+BELOW = OTHER.replace("(0, 0, 0) mm to (10, 10, 10)", "(0, 0, -30) mm to (10, 10, -20)")
+FIXED = "set tray side = nodes of tray where x < 1 mm\nscript { at 0 s: fix tray side }"
+
+
+def unheld(*more, environment="gravity = (0, 0, -9.81) m/s^2"):
+    """Return what is said of bodies that nothing holds."""
+    text = FALLING.replace("gravity = (0, 0, -9.81) m/s^2", environment)
+    found = tissuec.check("\n".join([text, *more]))
+    return [one.message for one in found if one.code == "W310"]
+
+
+def test_a_body_that_nothing_holds_is_warned_of_where_something_drives_it():
+    falls = ["nothing holds block: it falls by 196 mm"]  # g t²/2
+    gravity = "gravity = (0, 0, -9.81) m/s^2"
+    assert unheld() == falls
+    assert not unheld(environment=WEIGHTLESS)
+    assert not unheld("script { at 0 s: fix side }")
+    assert not unheld("script { when speed(top) > 1 mm/s: fix side }")
+    assert not unheld("expect position(top along (0, 0, 1)) < 0 mm at 0.2 s")
+    assert unheld("expect pieces(block) == 1 at 0.2 s") == falls
+    assert not unheld("script { at 0 s: push top with (0, 0, 1) N }")  # it may be lifted
+    assert unheld("script { at 0 s: push top with (1, 0, 0) N }") == falls
+    # Within 20 ms it falls by 2 mm, an eighth of its size; within 0.1 s by three times that.
+    assert not unheld("script { at 20 ms: grasp side with forceps }")
+    assert unheld("script { at 0.1 s: grasp side with forceps }") == [
+        "nothing holds block before 100 ms: it falls by 49.1 mm"
+    ]
+    assert unheld(environment=f"{gravity}; contact is tools only") == falls
+
+
+def test_a_body_that_contact_can_catch_is_not_warned_of():
+    tools = "gravity = (0, 0, -9.81) m/s^2; contact is tools only"
+    bodies = tools.replace("tools only", "everywhere")
+    assert unheld(f"{BALL}(5, 5, 20) mm }}", environment=tools)
+    assert unheld(f"{BALL}(90, 5, -20) mm }}", environment=tools)
+    assert not unheld(f"{BALL}(5, 5, -20) mm }}", environment=tools)
+    down = "script { from 0 s to 0.1 s: move ball by (0, 0, -20) mm using smooth profile }"
+    assert not unheld(f"{BALL}(5, 5, 20) mm }}", down, environment=tools)
+    floor = "tool floor { kind is plane; point = (0, 0, -9) mm; normal = (0, 0, 1) }"
+    assert not unheld(floor, environment=tools)
+    assert not unheld(BELOW, FIXED, environment=bodies)
+    assert len(unheld(BELOW, FIXED, environment=tools)) == 1
+    assert len(unheld(ABOVE, FIXED, environment=bodies)) == 1
+    assert len(unheld(BELOW, environment=bodies)) == 2
+    # What lies on what is caught is caught.
+    assert not unheld(ABOVE, f"{BALL}(5, 5, -20) mm }}", environment=bodies)
+    assert len(unheld(ABOVE, f"{BALL}(5, 5, -20) mm }}", environment=tools)) == 0
+
+
+def test_pushes_on_a_free_body_are_warned_of_unless_they_balance():
+    pull = "script { at 0 s: push top with (0, 0, 1) N }"
+    assert unheld(pull, environment=WEIGHTLESS) == [
+        "nothing holds block: pushes of 1 N in all drive it away"
+    ]
+    both = "script { at 0 s: { push top with (0, 0, 1) N; push side with (0, 0, -1) N } }"
+    assert not unheld(both, environment=WEIGHTLESS)
+    later = "script { at 0 s: push top with (0, 0, 1) N; at 0.1 s: fix side }"
+    assert not unheld(later.replace("; at", "\nat"), environment=WEIGHTLESS)
+
+
+@pytest.mark.parametrize("damping", ["1 nN*s/m", "0.1 mN*s/m", "10 mN*s/m"])
+def test_a_body_falls_as_far_as_its_warning_says(damping):
+    environment = f"gravity = (0, 0, -9.81) m/s^2; damping = {damping}"
+    (text,) = unheld(environment=environment)
+    number, unit = text.rpartition("by ")[2].split()
+    said = float(number) * {"m": 1.0, "mm": 1e-3, "um": 1e-6}[unit]
+    text = FALLING.replace("gravity = (0, 0, -9.81) m/s^2", environment)
+    with pytest.warns(tissuec.TissueWarning):
+        result = tissuec.run(text.replace("set side = nodes of block where x < 1 mm", ""))
+    heights = result.logs["position of top"].value[:, 2]
+    assert heights[0] - heights[-1] == pytest.approx(said, rel=5e-3)  # three digits

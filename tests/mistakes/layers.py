@@ -500,6 +500,13 @@ MISTAKES = {
         "tool probe",
         "write: environment { contact is tools only; … }",
     ),
+    "nothing fixed": M(
+        "  at 0 s: { fix left edge; fix floor }\n",
+        "",
+        "W310",
+        "body strip",
+        'hold it, for example with "at 0 s: fix SET"',
+    ),
     "contact on": M(
         "contact is tools only",
         "contact is on",

@@ -64,7 +64,7 @@ def command(settings: Settings, file: Path, unit: str) -> int:
     """
     from tissuec.meshes.generators.imported import Imported, MeshFileError
 
-    mesh = Imported(LocatedFile(file.name, file, _factor(unit)))
+    mesh = Imported(LocatedFile(str(file), file, _factor(unit)))
     try:
         shape = mesh.shape
     except MeshFileError as error:

@@ -19,6 +19,7 @@ from tissuec.compiler.net_checks import (
     zero_lengths,
 )
 from tissuec.compiler.start_checks import costly, out_of_balance
+from tissuec.compiler.support_checks import unheld
 from tissuec.compiler.thread_checks import passing_threads, passing_tools
 from tissuec.compiler.unusual_sizes import unusual_sizes
 from tissuec.compiler.usage_checks import (
@@ -69,6 +70,7 @@ CHECKS: tuple[Check, ...] = (
     passing_tools,
     unusual_sizes,
     out_of_balance,
+    unheld,
     costly,
 )
 THOROUGH: tuple[Check, ...] = (late_breaking, coarse, floppy, unstable)

@@ -29,6 +29,7 @@ from tissuec.script.plan import Condition, Expectation
 
 COUNTED = ("nodes", "springs", "pieces")
 LEDGER = "energy drift"
+_NEAR = 0.01  # of a number: half of the range that is proposed in place of it
 #: What could be taken for a measure, and what to write instead.
 NOT_MEASURED = {
     "track": "in a learn block write: fit = positions(A) using columns …, "
@@ -110,6 +111,7 @@ class Conditions:
                 "TIS312", "a condition compares single numbers, not vectors", node.span
             )
         self._doubt_signs(node, readings)
+        self._doubt_equality(node, readings)
         return CompiledCondition(node, readings, self.scope)
 
     def _doubt_signs(
@@ -133,6 +135,34 @@ class Conditions:
                         "W701", f"{text} is a magnitude, which is never negative", part.span,
                         hint=f"for a component, write a direction: {component}",
                     )  # fmt: skip
+
+    def _doubt_equality(
+        self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
+    ) -> None:
+        """W702: a measured real number is compared with exactly one number.
+
+        Zero is left out: the force of what touches nothing, and the speed of what is held, are
+        exactly 0.
+        """
+        for part in walk(node):
+            if not isinstance(part, s.Compare) or part.sign not in ("==", "!="):
+                continue
+            for side, other in ((part.left, part.right), (part.right, part.left)):
+                reading = readings.get(place_of(side))
+                if reading is None or getattr(reading.measure, "counts", False):
+                    continue
+                is_fixed = not any(place_of(one) in readings for one in walk(other))
+                if not is_fixed or (value := float(self.scope.number(other).amount)) == 0.0:
+                    continue
+                text, dimension = side.span.one_line, reading.measure.dimension
+                near = sorted((value * (1.0 - _NEAR), value * (1.0 + _NEAR)))
+                between = " and ".join(show(one, dimension, digits=4) for one in near)
+                often, meant = "hardly ever", f"{text} between {between}"
+                if part.sign == "!=":
+                    often, meant = "nearly always", f"not ({meant})"
+                message = f'"{part.sign}" is {often} true of a measured number, {text}'
+                hint = f"write a range, such as {meant}"
+                self.findings.add("W702", message, part.span, hint=hint)
 
     # --- measures -----------------------------------------------------------------------------
 

@@ -117,7 +117,7 @@ def contact_of(
     columns = ([getattr(part, name) for part in parts] for name in Faces.__struct_fields__)
     faces = Faces(*map(np.concatenate, columns))
     if not len(faces.kind):
-        _warn_of_nothing_to_touch(environment, findings)
+        _warn_of_nothing_to_touch(law, environment, findings)
         return None
     thin = faces.radius[faces.radius > 0.0]
     stiffness = _stiffness(network, law, environment, findings)
@@ -304,11 +304,18 @@ def _mean_length(network: Network) -> float:
     return float(lengths.mean()) if len(lengths) else float("nan")
 
 
-def _warn_of_nothing_to_touch(environment: Environment, findings: Findings) -> None:
-    if not findings.errors:  # else a tool may be what is wrong
-        text = "contact has no effect: no tool has a shape"
-        example = "tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
-        findings.add("W407", text, environment.span, hint=f"for example: {example}")
+def _warn_of_nothing_to_touch(
+    law: ContactLaw, environment: Environment, findings: Findings
+) -> None:
+    if findings.errors:  # a tool may be what is wrong
+        return
+    text = "contact has no effect: no tool has a shape"
+    example = "tool probe { kind is probe; radius = 3 mm; centre = (0, 0, 10) mm }"
+    hint = f"for example: {example}"
+    if law.between_bodies:
+        text += ", and no body has a surface"
+        hint += ", or use a mesh with a surface, such as a sheet, a tube or a file"
+    findings.add("W407", text, environment.span, hint=hint)
 
 
 def _stiffness(

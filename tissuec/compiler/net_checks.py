@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.initial_state import state_at_start
-from tissuec.compiler.start_checks import FALLS, falling
+from tissuec.compiler.support_checks import loose_bodies
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.names import key_of
@@ -79,10 +79,15 @@ def floppy(
     """
     network = compiled.network
     held = state_at_start(compiled).held
+    loose = {
+        body.name for one in loose_bodies(network, compiled.plan)[0] for body in one.bodies
+    }
     for body, ends in _bodies(compiled):
         if not len(ends) or body.thread is not None:  # threads are meant to fold
             continue
-        nodes, springs = _with_joined(network, body)
+        nodes, springs = numbers_in(body.nodes), numbers_in(body.springs)
+        if body.name not in loose:  # else what it is joined to moves with it
+            nodes, springs = _with_joined(network, body)
         ends = np.searchsorted(nodes, network.ends[springs]).astype(np.int32)
         position, rest, stiffness = network.position[nodes], network.rest, network.stiffness
         # What it is joined to stands still, so that what is left is a mode of its own.
@@ -92,8 +97,6 @@ def floppy(
             continue
         reason = "it can deform without stretching any spring"
         hint = "add diagonals or interior springs, a larger reach of the lattice, or prestress"
-        if body.name in {part.name for part in falling(compiled)}:
-            hint = f"{FALLS.format(body.name)}; {hint}"
         slack = stiffness[springs] == 0.0
         if slack.any():
             stiff = np.where(slack, stiffness[springs].max(initial=1.0), stiffness[springs])

@@ -1,4 +1,4 @@
-"""Checks of how a scene starts: bodies that fall, prestress out of balance, and the cost."""
+"""Checks of how a scene starts: prestress out of balance, and the cost."""
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
@@ -12,11 +12,9 @@ from tissuec.core.units import FORCE, STIFFNESS, TIME, show
 from tissuec.core.vectors import norm
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import AT_REST, pulls
-from tissuec.model.network import BodyPart, Indices, Network
-from tissuec.model.topology import pieces
+from tissuec.model.network import Network
 from tissuec.script.plan import RELAXATION, ScheduledAction
 from tissuec.script.verbs import Shifting, follows
-from tissuec.script.verbs.holding import Driven, Fixed, Holding, Taken
 from tissuec.script.verbs.push import Push
 from tissuec.script.verbs.settle import Settle
 
@@ -24,8 +22,6 @@ if TYPE_CHECKING:
     from tissuec.compiler.prediction import Prediction
 
 UNSTRETCHED = ("none", "table")  # how rest lengths are given without prestress
-#: What to write about a body that ``falling`` yields.
-FALLS = "nothing holds {}, so that it falls: write in the script what does, such as at 0 s: fix"
 LONG = 60.0  # [s]: a run that takes longer is announced
 # [s] for a spring in a step at the limit of stability: less than docs/numerics.md measures.
 SPRING = 2e-9
@@ -88,42 +84,6 @@ def _waits(events: Sequence[ScheduledAction]) -> bool:
         isinstance(e.action, Push) or follows(e.action, Shifting) for e in events if not e.time
     )
     return any(event.time > 0.0 for event in events) and not any(acts)
-
-
-def falling(compiled: Compiled) -> Iterator[BodyPart]:
-    """Yield the bodies with springs that nothing holds under gravity.
-
-    None in scenes with contact or force blocks, which may hold them, and none that is thrown.
-    """
-    network, plan = compiled.network, compiled.plan
-    if not np.any(plan.gravity) or plan.contact is not None or plan.forces:
-        return
-    is_held = np.zeros(network.node_count, dtype=bool)
-    for event in (*plan.events, *(e for trigger in plan.triggers for e in trigger.events)):
-        is_held[_held_by(event)] = True
-    piece = pieces(network.node_count, network.ends)
-    carried = np.isin(piece, piece[is_held])
-    for body in network.bodies:
-        is_net = body.springs.start < body.springs.stop
-        if is_net and not carried[body.nodes].any() and not network.velocity[body.nodes].any():
-            yield body
-
-
-def _held_by(event: ScheduledAction) -> Indices:
-    """Return the nodes that an action holds, drives or pushes, shape (n,)."""
-    none = np.zeros(0, dtype=np.int64)
-    action = event.action
-    if isinstance(action, Push):
-        return action.group.indices
-    if not follows(action, Holding):
-        return none
-    match action.holding():
-        case Fixed(nodes) | Taken(_, nodes):
-            return nodes
-        case Driven(mover, _):
-            return mover.nodes if mover.nodes is not None else none
-        case _:
-            return none
 
 
 def costly(compiled: Compiled) -> Iterator[Diagnostic]:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import Real
-from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal
+from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, leaving_out, proposal
 from tissuec.core.source import Span
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.inference_results import Firing, Inference, NoRule
@@ -319,7 +319,9 @@ class TissueReader:
         self.findings.pass_over_doubtful(name.key)
         known = (*self.vocabulary.properties, *LISTED, *BY_ENTRY, KNOWN, "described", "about")
         hint = alternatives(name.key, known, what="entries")
-        if meant := _MEANT.get(name.key):
+        near = did_you_mean(name.key, (*known, *_MEANT)).edits
+        if near and (meant := _MEANT.get(near[0].text)):
+            hint = alternatives("", known, what="entries")
             hint = Hint(f'did you mean "{meant}"?  {hint}', Edit(meant))
         if rules is not None:
             message = f'"{name.text}" is neither a property of vocabulary {rules.name} '
