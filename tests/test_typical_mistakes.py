@@ -247,6 +247,14 @@ MISTAKES = {
     "tool of another kind": M("with shears", "with forceps A", "TIS405", None, "shears"),
     "fixed nodes moved": M("grasp tip", "grasp root", "W409", None, "free them"),
     "cut through nothing": M("(10, 0, 0) mm", "(10, 0, 0) cm", "W410", None, "x runs from"),
+    "word of other programs misspelt": M(
+        "spring constant = 40 N/m;", "stifness = 40 N/m;", "TIS303", "stifness",
+        'did you mean "spring constant"?',
+    ),
+    "force compared for equality": M(
+        "expect speed(rim) < 1 m/s over run", "expect force(root) == 5 mN at 0.3 s", "W702",
+        "force(root) == 5 mN", "force(root) between 4.95 mN and 5.05 mN",
+    ),
     "hedge without effect": M("is soft;", "is very soft;", "W205", "very soft", '"soft"'),
 }  # fmt: skip
 
@@ -352,6 +360,13 @@ def test_a_mesh_that_is_not_there_may_be_one_of_the_library(tmp_path, monkeypatc
     with pytest.raises(TissueError) as caught:
         CliRunner().invoke(group, ["import", name], catch_exceptions=False)
     assert str(caught.value).endswith(hint)
+
+
+def test_a_mesh_that_is_not_there_is_named_with_its_folder(tmp_path):
+    missing = tmp_path / "scans" / "kidney.stl"
+    with pytest.raises(TissueError) as caught:
+        CliRunner().invoke(group, ["import", str(missing)], catch_exceptions=False)
+    assert str(missing) in str(caught.value)
 
 
 def test_numbers_above_a_call_are_told_how_to_be_declared():

@@ -20,7 +20,7 @@ body vessel {
   }
   tissue is fallopian tube
 }
-environment { gravity = (0, 0, -9.81) m/s^2 }
+environment { gravity = (0, 0, 0) m/s^2 }
 simulate { duration = 1 s }
 """
 
