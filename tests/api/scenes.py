@@ -31,6 +31,7 @@ table nodes of pair in mm with columns "id x" { 1 0; 2 10 }
 table springs of pair in mm with columns "a b rest length" { 1 2 10 }
 environment { gravity = (0, 0, -9.81) m/s^2 }
 script { at 0.1 s: settle pair }
+expect speed(pair) >= 0 m/s over run
 simulate { duration = 0.2 s }
 output { trajectory every 10 ms }
 """
