@@ -13,7 +13,7 @@ from tissuec.view.plots import PLOTS
 MEANT = {
     "--log": "logs", "--of": "paths", "--time": "frames", "tube.json": "work-precision",
     "stress.json": "stability", "liver.json": "stress-strain", "fuzzy/soft_tissue": "words",
-    "sterilisation.vtkhdf": "overview",
+    "sterilisation.vtkhdf": "overview", "displacement of pressed along z": "x-y",
 }  # fmt: skip
 MOST = 1.2e6  # bytes of all pictures
 SHELL = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)

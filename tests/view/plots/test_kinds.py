@@ -34,8 +34,8 @@ PLAIN = re.compile(
 WITH_UNIT = re.compile(r"\[[^\]]+\]( \(.*\))?$|\[[^\]]+\];")
 
 
-#: What keeps the slow ones quick; the laws hold of the rest as well.
-QUICK = {"rules": {"of": "viscosity"}}
+#: What keeps the slow ones quick, and what one cannot be without; the laws hold of the rest.
+QUICK = {"rules": {"of": "viscosity"}, "x-y": {"x": "time", "y": "force of right end"}}
 
 
 @pytest.fixture(scope="session")

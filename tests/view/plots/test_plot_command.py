@@ -66,6 +66,7 @@ def test_the_document_says_what_was_written(call, result, tmp_path):
         (["--of", "right end"], "paths"),
         (["--time", "0.1"], "frames"),
         (["--lines"], "energies"),
+        (["--x", "time", "--y", "force of right end"], "x-y"),
         (["--from=-90,0"], "overview"),
     ],
 )

@@ -3,12 +3,13 @@
 The same figure makes the same bytes: vector files carry no date, and their marks no chance.
 """
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,11 +67,13 @@ class Canvas(Struct):
     Attributes:
         figure: matplotlib's figure or subfigure.
         notes: What there is to be said beside the picture.
+        areas: Under curves of one quantity against another, by their names: value and unit.
         later: What waits until the places of all axes are known.
     """
 
     figure: "drawing.Figure"
     notes: list[str] = field(default_factory=list[str])
+    areas: dict[str, Any] = field(default_factory=dict[str, Any])
     later: list[Callable[[], None]] = field(default_factory=list[Callable[[], None]])
 
     @property
@@ -81,7 +84,7 @@ class Canvas(Struct):
 
     def part(self, figure: "drawing.Figure") -> "Canvas":
         """Return a part of this sheet."""
-        return Canvas(figure, self.notes, self.later)
+        return Canvas(figure, self.notes, self.areas, self.later)
 
     def note(self, text: str) -> None:
         """Say something once."""
@@ -154,7 +157,7 @@ def new_sheet(width: float, height: float) -> Generator[Canvas]:
         _show_plainly(figure)
         _lay_out(figure)  # with room for what was added
         _keep_layout(figure)
-        figure.notes = tuple(sheet.notes)
+        figure.notes, figure.areas = tuple(sheet.notes), sheet.areas
 
 
 def _lay_out(figure: Any) -> None:
@@ -207,9 +210,10 @@ def _page_class() -> type[Any]:
     from matplotlib.figure import Figure
 
     class Page(Figure):
-        """A figure of tissuec; ``notes`` contains remarks on it."""
+        """A figure of tissuec; ``notes`` contains remarks on it, ``areas`` those of curves."""
 
         notes: tuple[str, ...] = ()
+        areas: Mapping[str, Any] = MappingProxyType({})
 
         def __init__(self, *args: Any, **keywords: Any):
             super().__init__(*args, **keywords)  # pyright: ignore[reportUnknownMemberType]  # keywords
