@@ -310,6 +310,16 @@ def test_rows_that_all_come_before_the_run_are_told(folder):
         read_experiment(replace(data(path), start=5.0), fit_problem(FORCE), NET)
 
 
+@pytest.mark.parametrize("text", ["t_s,x_mm\n0,1\n1,2\n", "t_s,force_N\n0,\n1,\n"])
+def test_two_machines_are_sent_to_blocks_or_one_table(folder, text):
+    path = folder / "bench.csv"
+    path.write_text(text)
+    one = data(path)
+    with pytest.raises(CompileError) as caught:
+        read_experiment(one, replace(fit_problem(FORCE), data=(one, one)), NET)
+    assert "write a learn block for each machine" in str(caught.value.diagnostics[0].hint)
+
+
 def test_every_missing_column_is_told(folder):
     told = refused(folder, CART, FORCE, fit("distance", "gap_mm"), time=column("time"))
     assert [one.partition(";")[0] for one in told] == [

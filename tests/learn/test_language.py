@@ -344,6 +344,29 @@ def test_a_factor_stands_before_the_unit_of_a_column(fit_problem, unit, hint):
     assert (column.unit, column.factor) == (pytest.approx(0.97e-3, rel=1e-15), 0.97)
 
 
+@pytest.mark.parametrize(
+    "own",
+    [
+        "{ zero = 1 mN }",
+        "{ fit = force(pressed) }",
+        "{ adjust mass }",
+        "with free zero",
+    ],
+)
+def test_files_with_zeros_or_fits_of_their_own_are_sent_to_blocks(fit_problem, own):
+    with pytest.raises(CompileError) as caught:
+        fit_problem(f'data "bench_03.csv" {own}')
+    (finding,) = [one for one in caught.value.diagnostics if one.severity == "error"]
+    assert finding.code == "TIS303"
+    assert "write a learn block for each machine or specimen" in str(finding.hint)
+
+
+def test_a_param_may_be_called_as_entries_are(compiled):
+    learn = f'learn fat {{ data "bench_03.csv" {{ zero = 2 mm }}; {FIT}; {ADJUST} }}'
+    (found,) = compiled(f"param zero = 1 mm\n{learn}\n").fit_problems
+    assert found.data[0].overrides == ("zero = 2 mm",)
+
+
 # --- what may change --------------------------------------------------------------------------
 
 

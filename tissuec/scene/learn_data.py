@@ -19,6 +19,12 @@ from tissuec.scene.parameters import Constants
 from tissuec.script.fit_problem import Data
 
 DATA, FROM = "data", "from"
+OF_BLOCK = ("zero", "free zero", "fit", "adjust")
+OWN = (
+    "fits, zeros and what is adjusted are those of all files of a block: write a learn block "
+    "for each machine or specimen, or give what differs by a param of the scene, as in "
+    'data "three.csv" { NAME = 2 mm }'
+)
 
 
 class Held(Struct, frozen=True):
@@ -62,6 +68,10 @@ class DataReader:
         else:
             name, extra = without(item.name, DATA), item.phrase
             names = [name] if name is not None else []
+        if names and any(clause.word == "with" for clause in item.clauses):
+            self.findings.reject(
+                "TIS303", "files have no zeros of their own", item.span, hint=OWN
+            )
         if not names or extra is not None or [c.word for c in item.clauses] not in ([], [FROM]):
             return False
         start = 0.0
@@ -138,10 +148,10 @@ class DataReader:
         with self.findings.together():
             for inner in item.items:
                 with self.findings.item():
-                    if not _is_plain(inner):
+                    if self._is_of_block(inner) or not _is_plain(inner):
                         self.findings.reject(
                             "TIS303", "only params of the scene are allowed here", inner.span,
-                            hint=f"for example: {SENTENCES[DATA].forms[1]}",
+                            hint=OWN,
                         )  # fmt: skip
                     assert isinstance(inner, s.Assign)
                     if inner.name.key in found:
@@ -151,6 +161,12 @@ class DataReader:
                     name, value = inner.name.span.one_line, inner.value.span.one_line
                     found[inner.name.key] = f"{name} = {value}"
         return tuple(found.values())
+
+    def _is_of_block(self, item: s.Item) -> bool:
+        """Return whether an item belongs in the block, and is no param that is called so."""
+        if not isinstance(item, s.Assign) or item.name.key not in OF_BLOCK:
+            return False
+        return item.name.key not in self.scope.declared
 
     # --- what is held out ---------------------------------------------------------------------
 

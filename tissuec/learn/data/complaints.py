@@ -15,9 +15,14 @@ _MOST_NAMED = 30
 
 
 class Complaints(Struct, frozen=True):
-    """All errors of one file."""
+    """All errors of one file.
+
+    Attributes:
+        is_alone: Whether it is the only file of its learn block.
+    """
 
     data: Data
+    is_alone: bool = True
     found: list[Diagnostic] = field(default_factory=list[Diagnostic])
 
     @property
@@ -57,6 +62,13 @@ class Complaints(Struct, frozen=True):
         """
         if self.found:
             raise CompileError(self.found)
+
+
+#: What to do with files of which each has something else.
+TWO_MACHINES = (
+    "every file needs the columns of all fits: write a learn block for each machine, or, if "
+    "both measured one motion, put its rows into one table with empty cells"
+)
 
 
 def first_few(names: Sequence[str]) -> list[str]:

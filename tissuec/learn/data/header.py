@@ -11,7 +11,7 @@ from tissuec.core.hints import Hint, alternatives
 from tissuec.core.source import Span
 from tissuec.core.text_tables.dialect import Dialect
 from tissuec.core.units import LENGTH, TIME, Dimension, UnitError, describe, si_unit
-from tissuec.learn.data.complaints import Complaints, first_few
+from tissuec.learn.data.complaints import TWO_MACHINES, Complaints, first_few
 from tissuec.learn.data.long import is_long
 from tissuec.script.fit_problem import DataAxis, DataColumn, Fit
 
@@ -100,11 +100,13 @@ class _Header:
         listed = first_few([one for one in self.names if one])
         what = "columns" if self.is_named else "there is no header; columns are numbered"
         hint = alternatives(name, listed, what=what)
+        is_alone = self.complaints.is_alone or hint.edits
+        other = "" if is_alone else f"  ({TWO_MACHINES})"
         self.complaints.reject(
             "TIS301",
             f'{self.complaints.file} has no column "{name}"',
             column.span,
-            hint=Hint(f"{hint}{self.begin}", *hint.edits),
+            hint=Hint(f"{hint}{self.begin}{other}", *hint.edits),
         )
 
     def check_unit(self, column: DataColumn, number: int, dimension: Dimension) -> None:

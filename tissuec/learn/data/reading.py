@@ -37,7 +37,7 @@ def read_experiment(data: Data, fit_problem: FitProblem, network: Network) -> Ex
         CompileError: The file cannot be read, or does not hold what is fitted; every finding
             stands at the name of the file or at the column.
     """
-    complaints = Complaints(data)
+    complaints = Complaints(data, len(fit_problem.data) < 2)
     try:
         digest = digest_of(data.path)
         is_hdf5 = _is_hdf5(data.path)

@@ -8,7 +8,7 @@ from tissuec.core.files import read_bytes
 from tissuec.core.text_tables.columns import BadRow, line_number, read_columns
 from tissuec.core.text_tables.dialect import decoded
 from tissuec.core.text_tables.heads import find_dialect
-from tissuec.learn.data.complaints import Complaints
+from tissuec.learn.data.complaints import TWO_MACHINES, Complaints
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.header import Wanted, find_columns
 from tissuec.learn.data.long import LONG, is_long, read_long
@@ -140,7 +140,8 @@ def _check_varies(one: Series, rows: DataRows) -> None:
     span = columns[0].span.to(columns[-1].span)
     if not len(known):
         message = f"{name} empty {lines}: {fit.text} has no value"
-        hint = "name another column, or remove the fit"
+        alone = "name another column, or remove the fit"
+        hint = alone if table.complaints.is_alone else TWO_MACHINES
     else:
         message = f"{name} constant {lines}: {fit.text} does not change"
         hint = (
