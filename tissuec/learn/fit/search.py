@@ -50,7 +50,9 @@ FITTING, MET = (
     0.3,
     1.5,
 )  # errors that are good: of uncorrelated residuals, in units of given noise
-SAME_ERROR, SAME_PLACE = 0.01, 0.1  # two starts that are so close came to the same minimum
+# Two starts that are so close came to the same minimum: their errors, and either their
+# parameters or, as a part of the residuals, their predictions.
+SAME_ERROR, SAME_PLACE = 0.01, 0.1
 
 
 class InfiniteError(Diverged):
@@ -352,11 +354,7 @@ class Search:
 
     def _next_start(self, old: SearchState) -> SearchState:
         """Return the next start, or the best minimum to be refined where no more is needed."""
-        again = (
-            old.start > 0
-            and abs(old.error - old.best_error) <= SAME_ERROR * old.best_error
-            and np.abs(old.theta - old.best).max(initial=0.0) <= SAME_PLACE
-        )
+        again = old.start > 0 and self._is_same(old)
         if old.error < old.best_error:
             old = replace(old, best=old.theta, best_error=old.error)
         # Two ways from one place may miss the same periods; then little is explained.
@@ -378,6 +376,26 @@ class Search:
             return self._refined(old)
         horizon, theta = self._begun(np.clip(old.sample[start - 2], *self.bounds))
         return replace(old, theta=theta, horizon=horizon, start=start, tries=0)
+
+    def _is_same(self, old: SearchState) -> bool:
+        """Return whether a start came to the best minimum so far.
+
+        Parameters that predictions do not depend on may differ.
+        """
+        if not abs(old.error - old.best_error) <= SAME_ERROR * old.best_error:
+            return False
+        if np.abs(old.theta - old.best).max(initial=0.0) <= SAME_PLACE:
+            return True
+        problem, left = self.problem, list[Floats]()
+        self._limit(WHOLE)
+        try:
+            for theta in (old.theta, old.best):
+                problem.freeze(theta)
+                left.append(problem.scale * problem.left(theta))
+        except (Diverged, TissueError):
+            return False
+        apart = np.square(left[0] - left[1]).sum()
+        return bool(apart <= SAME_PLACE**2 * np.square(left[1]).sum())
 
     def _refined(self, old: SearchState) -> SearchState:
         """Return the best minimum, to be refined."""
