@@ -242,3 +242,44 @@ def test_two_starts_that_agree_on_a_wrong_scene_are_enough(tmp_path):
     learnt = costs_of(family, family.usual, {"m": 40.0}, tmp_path, swap)
     assert "not noise" in learnt.failure and learnt.converged
     assert learnt.passes <= 12 and learnt.evaluations < 100
+
+
+PULLED = """language 1
+tissue cord {
+  spring constant = 40 N/m; viscosity = 10 mN*s/m; mass = 5 g
+  relaxing constant = 20 N/m; relaxation time = 0.1 s
+}
+body pair { mesh is explicit; tissue is cord }
+table nodes of pair in mm with columns "id x" { 1 0; 2 10 }
+table springs of pair with columns "a b" { 1 2 }
+set left = nodes of pair in [1]
+set right = nodes of pair in [2]
+environment { gravity = (0, 0, 0) m/s^2 }
+script {
+  at 0 s: fix left
+  from 0 s to 0.4 s: move right by (1, 0, 0) mm using constant speed
+}
+simulate { duration = 0.4 s }
+learn cord {
+  data = "pulled.csv"
+  fit = force(right along (1, 0, 0)) using column "force_mN" in mN
+  adjust spring constant from 1 N/m to 1 kN/m
+  adjust viscosity
+}
+"""
+
+
+def test_starts_agree_if_their_predictions_do(tmp_path):
+    """A stiffening cord that relaxes: the best viscosity is any that is small enough."""
+    noise = 0.3 * np.random.default_rng(1).normal(size=40)
+    times = 0.01 * np.arange(1, 41)
+    force = 40.0 * (times / 0.4) ** 1.35 + noise
+    rows = [f"{t:.2f},{f:.3f}" for t, f in zip(times, force, strict=True)]
+    (tmp_path / "pulled.csv").write_text("\n".join(["t_s,force_mN", *rows]) + "\n")
+    (tmp_path / "scene.tis").write_text(PULLED)
+    request = Request.file(tmp_path / "scene.tis")
+    compiled, _ = compile_request(request)
+    learnt = learn(compiled, compiled.fit_problems[0], request)
+    assert "whole runs" in learnt.method and learnt.converged
+    # The random sample of starts alone takes 192 evaluations.
+    assert learnt.evaluations < 100
