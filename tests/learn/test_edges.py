@@ -114,8 +114,9 @@ def test_a_broken_file_of_a_search_is_none(tmp_path):
 
 
 def test_data_without_any_change_have_an_error_of_their_own_size(tmp_path):
-    """The mean of equal numbers may be off by rounding, which is no deviation."""
-    rows = "".join(f"{t},3,20.1,0.3,0.7\n" for t in (0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07))
+    """Numbers that differ by rounding, as their mean does, have no deviation."""
+    rows = "".join(f"{t},3,20.1,0.3,0.7\n" for t in (0.01, 0.02, 0.03, 0.04, 0.05, 0.06))
+    rows += "0.07,3,20.10000000001,0.3,0.7\n"
     problem = prepare(*begin(tmp_path, rows, ADJUST)).problem
     theta = np.zeros(problem.size)
     problem.freeze(theta)
