@@ -162,6 +162,23 @@ def test_errors_near_the_tolerance_are_decided_by_a_third_run(error, state, monk
     assert beside.estimate(ran).state == state
 
 
+def test_a_wrong_companion_does_not_make_a_run_look_inaccurate(monkeypatch):
+    """Its first steps are off by five tolerances, and its smaller ones by nothing."""
+    network = oscillator()
+    plan = make_plan(network, 2.0, every=0.1, tolerance=1e-4)
+    beside = Companion(network, plan, "inline")
+    ran = run(network, plan, Recorder(network, plan, MemoryRecording(), tap=beside.take))
+    moved = beside._own - network.position
+
+    def stepped(network, plan, times, factor, **more):
+        return beside._own + (5e-4 if factor == companion.FINER else 0.0) * moved
+
+    monkeypatch.setattr(companion, "stepped", stepped)
+    estimate = beside.estimate(ran.statistics)
+    assert estimate.state == "kept" and estimate.error < 1e-4  # what is told is what decided
+    assert (np.diff(estimate.relative) >= 0.0).all()
+
+
 PAIR = """language 1
 tissue cord { spring constant = 40 N/m; viscosity = 0 N*s/m; mass = 10 g }
 body pair { mesh is explicit; tissue is cord }

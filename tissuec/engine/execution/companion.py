@@ -365,7 +365,12 @@ class Companion:
             state, reason = "not checked", "the run was resumed after the last recorded time"
         elif len(beyond):
             since = float(self.times[known][beyond[0]])
-            state, reason, since = self._tried(other, known, since, interrupt)
+            state, reason, since, closer = self._tried(other, known, since, interrupt)
+            if closer is not None:  # the companion erred, and not the run
+                relative, apart = (
+                    np.maximum.accumulate(np.concatenate([before[: beyond[0]], after]))
+                    for before, after in zip((relative, apart), closer, strict=True)
+                )
         elif not known[asked].all():
             last = self.times[known]
             state, since = "unknown", float(last[-1]) if len(last) else 0.0
@@ -398,28 +403,33 @@ class Companion:
 
     def _tried(
         self, other: Floats, known: Any, since: float, interrupt: Callable[[], bool]
-    ) -> tuple[State, str, float | None]:
-        """Return whether smaller steps are needed and would do, found out by taking them."""
+    ) -> tuple[State, str, float | None, tuple[Floats, Floats] | None]:
+        """Find out by smaller steps whether they are needed and would do.
+
+        Returns:
+            State, reason and time, and where the run keeps its promise, how far it is from the
+            motion with smaller steps from ``since`` on, relative and [m].
+        """
         finest = self._stepped(FINEST_FINER, interrupt, most=MOST * self._most)
         asked = known & (self.times >= since)
         both = asked & np.isfinite(finest).all(axis=(1, 2))
         if not both.any():
-            return "unknown", "the test with smaller steps did not finish in time", since
+            return "unknown", "the test with smaller steps did not finish in time", since, None
         own, apart = self._apart(self._own, finest, both)
         left, _ = self._apart(other, finest, both)
         beyond = np.flatnonzero(own > (1.0 - 1.0 / FINEST_FINER) * self.allowed)
         small = np.maximum(FALLEN * own, 0.1 * self.allowed)
         if len(beyond) and not (left <= small).all():
-            return "unknown", self._why_unknown(own[-1], apart[-1]), since
+            return "unknown", self._why_unknown(own[-1], apart[-1]), since, None
         if len(beyond):
             since = float(self.times[both][beyond[0]])
             way_out = f"write tolerance = {self.allowed / FINER:.2g}"
             if self._differs:
                 way_out += f" or integrator is {self._method}"
-            return "broken", way_out, since
+            return "broken", way_out, since, None
         if not np.array_equal(both, asked):
-            return "unknown", "the test with smaller steps did not finish in time", since
-        return "kept", "", None
+            return "unknown", "the test with smaller steps did not finish in time", since, None
+        return "kept", "", None, (own, apart)
 
     def _why_unknown(self, relative: float, apart: float) -> str:
         """Return why smaller steps do not help, from the largest difference of them [m]."""
