@@ -17,8 +17,10 @@ body organ {{
   }}
   tissue is gel
 }}
+set foot = nodes of organ where z < 1 um
 tool finger {{ kind is probe; centre = {centre}; radius = 5 mm }}
 environment {{ gravity = {gravity}; contact is tools only; friction = 0 }}
+script {{ at 0 s: fix foot }}
 simulate {{ duration = 0.1 s; tolerance = 1e-3 }}
 """
 USUALLY = {
