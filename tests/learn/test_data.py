@@ -317,7 +317,7 @@ def test_two_machines_are_sent_to_blocks_or_one_table(folder, text):
     one = data(path)
     with pytest.raises(CompileError) as caught:
         read_experiment(one, replace(fit_problem(FORCE), data=(one, one)), NET)
-    assert "write a learn block for each machine" in str(caught.value.diagnostics[0].hint)
+    assert "use a learn block for each machine" in str(caught.value.diagnostics[0].hint)
 
 
 def test_every_missing_column_is_told(folder):

@@ -358,7 +358,7 @@ def test_files_with_zeros_or_fits_of_their_own_are_sent_to_blocks(fit_problem, o
         fit_problem(f'data "bench_03.csv" {own}')
     (finding,) = [one for one in caught.value.diagnostics if one.severity == "error"]
     assert finding.code == "TIS303"
-    assert "write a learn block for each machine or specimen" in str(finding.hint)
+    assert "use a learn block for each machine or specimen" in str(finding.hint)
 
 
 def test_a_param_may_be_called_as_entries_are(compiled):

@@ -314,7 +314,7 @@ def _warn_of_nothing_to_touch(
     hint = f"for example: {example}"
     if law.between_bodies:
         text += ", and no body has a surface"
-        hint += ", or use a mesh with a surface, such as a sheet, a tube or a file"
+        hint = f"use a mesh with a surface, such as a sheet, or give a tool a shape, {hint}"
     findings.add("W407", text, environment.span, hint=hint)
 
 

@@ -21,7 +21,7 @@ from tissuec.script.fit_problem import Data
 DATA, FROM = "data", "from"
 OF_BLOCK = ("zero", "free zero", "fit", "adjust")
 OWN = (
-    "fits, zeros and what is adjusted are those of all files of a block: write a learn block "
+    "fits, zeros and what is adjusted are those of all files of a block; use a learn block "
     "for each machine or specimen, or give what differs by a param of the scene, as in "
     'data "three.csv" { NAME = 2 mm }'
 )

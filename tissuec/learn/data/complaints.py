@@ -66,7 +66,7 @@ class Complaints(Struct, frozen=True):
 
 #: What to do with files of which each has something else.
 TWO_MACHINES = (
-    "every file needs the columns of all fits: write a learn block for each machine, or, if "
+    "every file needs the columns of all fits; use a learn block for each machine, or, if "
     "both measured one motion, put its rows into one table with empty cells"
 )
 
