@@ -86,7 +86,7 @@ def _within(clauses: Clauses, word: str, found: Found, least: float, most: float
 def _prior(
     clauses: Clauses, found: Found, limits: tuple[float, float]
 ) -> tuple[float | None, float] | None:
-    """Return what was expected, None for each start, and by which part the truth may differ."""
+    """Return the expected value, None for each start, and its relative deviation."""
     what, dimension = found.what, found.kind.dimension
     around, by = clauses.get("around"), clauses.get("by")
     if around is None and by is None:

@@ -65,7 +65,7 @@ def unheld(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPart]]:
-    """Return what nothing holds at 0 s, and the bodies that something holds."""
+    """Return the bodies that are free at 0 s, in pieces, and those that are held."""
     triggered = (e.action for trigger in plan.triggers for e in trigger.events)
     orders = [(event.time, event.action) for event in plan.events]
     orders += [(0.0, action) for action in triggered]  # nobody knows when

@@ -26,7 +26,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
 from tissuec.matter.elasticity import VOIGT
-from tissuec.matter.linear import elongations, solution, stiffness
+from tissuec.matter.linear import elongations, solution, stiffness, with_cells
 from tissuec.matter.solid import Solid
 from tissuec.model.network import Floats
 
@@ -74,16 +74,11 @@ def coarseness(
         skin: Triangles that face outwards, shape (triangle, 3).
         matrix: C in Voigt's order [Pa], shape (6, 6).
     """
-    from scipy.sparse import csr_matrix, vstack
-
     body = _Body.of(position, solid, skin, matrix)
     loads = [_bending(body, 1), _bending(body, 2), _torsion(body)]
     force = _in_balance(body.x, np.stack([load.force.ravel() for load in loads], axis=1))
-    rows = elongations(body.x, ends)
-    if cells is not None:
-        turned = _turned(cells, body.axes)
-        rows = csr_matrix(vstack([rows, turned.T]))
-        constant = np.concatenate([constant, np.ones(turned.shape[1])])  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
+    turned = None if cells is None else _turned(cells, body.axes)
+    rows, constant = with_cells(elongations(body.x, ends), constant, turned)
     moved = solution(stiffness(rows, constant / body.size), force)
     found = [
         load.work**2 / load.energy / float(f @ u)
@@ -274,7 +269,7 @@ def _in_balance(x: Floats, force: Floats) -> Floats:
 
 
 def _turned(cells: "csr_matrix", axes: Floats) -> "csr_matrix":
-    """Return what belongs to coordinates of nodes along other axes, shape (3 node, cell)."""
+    """Return cells for node coordinates along other axes, shape (3 node, cell)."""
     from scipy.sparse import csr_matrix, eye, kron
 
     return csr_matrix(kron(eye(cells.shape[0] // 3), axes.T) @ cells)  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code

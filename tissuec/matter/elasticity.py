@@ -21,7 +21,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.geometry.edges import Edges
-from tissuec.matter.linear import elongations, solution, stiffness
+from tissuec.matter.linear import elongations, solution, stiffness, with_cells
 from tissuec.model.network import Floats, Grid
 
 if TYPE_CHECKING:
@@ -87,12 +87,7 @@ def of_solid(
         boundary: Nodes of its surface.
         volume: Of the body [m³].
     """
-    from scipy.sparse import csr_matrix, vstack
-
-    rows = elongations(position, ends)
-    if cells is not None:
-        rows = csr_matrix(vstack([rows, cells.T]))
-        constant = np.concatenate([constant, np.ones(cells.shape[1])])  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
+    rows, constant = with_cells(elongations(position, ends), constant, cells)
     even = rows @ np.stack([_evenly(position, *pair) for pair in VOIGT], axis=1)
     inside = np.ones(len(position), dtype=bool)
     inside[boundary] = False

@@ -30,6 +30,24 @@ def elongations(position: Floats, ends: NDArray[np.int32]) -> "csr_matrix":
     return csr_matrix((values, (row, column)), shape=(len(ends), position.size))
 
 
+def with_cells(
+    rows: "csr_matrix", constant: Floats, cells: "csr_matrix | None"
+) -> tuple["csr_matrix", Floats]:
+    """Return rows and constants of springs with those of cells, which resist like springs.
+
+    Args:
+        rows: From displacements to elongations, shape (spring, 3 node).
+        constant: Of the springs [N/m], shape (spring,).
+        cells: √(K/V) ∂V/∂x of cells that keep their volume [(N/m)^½], shape (3 node, cell).
+    """
+    if cells is None:
+        return rows, constant
+    from scipy.sparse import csr_matrix, vstack
+
+    many = cells.shape[1]  # pyright: ignore[reportOptionalSubscript]  # inferred wrongly from SciPy's code
+    return csr_matrix(vstack([rows, cells.T])), np.concatenate([constant, np.ones(many)])
+
+
 def stiffness(rows: "csr_matrix", constant: Floats) -> "csr_matrix":
     """Return the stiffness matrix of springs, shape (unknown, unknown).
 

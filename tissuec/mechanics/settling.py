@@ -62,7 +62,7 @@ def settle(
         state: Changed in place; held nodes must be where they belong.
         chosen: Which nodes may move, shape (node,).
         guess: Where the equilibrium may be [m], shape (node, 3); without, it is looked for from
-            where the nodes are. What nothing resists stays as it is in the state.
+            where the nodes are. Motions without resistance keep their value in the state.
 
     Raises:
         Unsettled: The state is as it was.

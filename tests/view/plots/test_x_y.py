@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from tests.view.plots.conftest import carry_out
 from tissuec.core.errors import TissueError
@@ -63,7 +64,7 @@ def test_the_area_is_that_of_the_log(swung):
         "x-y", swung, x="position of hand along x", y="force of hand along x",
         start=0.1, stop=0.25,
     )  # fmt: skip
-    area = np.trapezoid(force.value[rows, 0], place.value[rows, 0])
+    area = trapezoid(force.value[rows, 0], place.value[rows, 0])
     assert found.areas["swung"]["value"] == pytest.approx(area, rel=1e-9)
 
 

@@ -112,7 +112,7 @@ class _Header:
     def check_unit(self, column: DataColumn, number: int, dimension: Dimension) -> None:
         """Reject a name, or a row of units, that contradicts the unit in the sentence.
 
-        A factor before the unit is meant as it is written, and contradicts nothing.
+        A factor before the unit is taken as written, so it never contradicts the file.
 
         Args:
             column: As it is asked for; by its number, whatever its name says holds.

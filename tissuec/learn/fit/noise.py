@@ -241,7 +241,7 @@ def noise_of(fit: LinearisedFit) -> list[NoiseDraws]:
 
 
 def _others(fit: LinearisedFit, rows: Floats, k: int) -> _Others:
-    """Return what else tells the parameters, as far as weights let it.
+    """Return the information about the parameters from the other fits, by their weights.
 
     With ``error is absolute``, a precise fit in a large unit may count for nothing. It would
     still show by how much the estimate is wrong, and make intervals wide where that is much:
