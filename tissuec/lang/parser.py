@@ -16,7 +16,6 @@ from typing import Any
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source, Span
 from tissuec.lang.builder import Builder, with_items, with_rows
-from tissuec.lang.classify import classify
 from tissuec.lang.grammar import Refused, StatementParser
 from tissuec.lang.mistake import ENDS, Mistake
 from tissuec.lang.syntax import Item, Module, Number
@@ -202,6 +201,8 @@ class _TreeParser:
         mistake = Mistake.at(statement, self.tree.source, place, accepted)
         if self._is_known(statement):
             return None
+        from tissuec.lang.classify import classify  # dozens of patterns, for errors only
+
         self.problems.append(classify(mistake))
         if mistake.unit is None:
             return None
