@@ -1,5 +1,6 @@
 """Instruments and holds in result files."""
 
+import h5py
 import numpy as np
 import pytest
 
@@ -61,6 +62,16 @@ def test_tools_are_where_the_script_moves_them(compiled, tmp_path):
         assert height == pytest.approx(4e-3 - 2e-3 * run.times / 0.04, abs=1e-12)
         assert run.tools.shape == (5, 4, 3)
         assert np.ptp(run.tools[:, 2:], axis=0) == pytest.approx(np.zeros((2, 3)))
+
+
+def test_frames_contain_nodes_of_bodies_only(compiled, tmp_path):
+    request, scene = compiled
+    path = simulate(scene, tmp_path / "pad.vtkhdf", request=request).path
+    with Trajectory.open(path) as run:
+        assert run.nodes.tolist() == list(range(9))
+        assert run.network.shown_nodes == 13
+    with h5py.File(path) as file:
+        assert file["VTKHDF/Points"].shape == (5 * 9, 3)
 
 
 def test_holds_say_who_holds_what_since_when(compiled, tmp_path):

@@ -128,7 +128,8 @@ def test_every_dataset_says_its_unit_and_what_it_is(tmp_path, example):
             assert dataset.attrs["description"], name
             # MDAnalysis refuses H5MD values in units other than its own.
             view = name.startswith("particles/") and name.endswith("/value")
-            assert view or "unit" in dataset.attrs, name
+            assert "unit" in (dataset.parent if view else dataset).attrs, name
+            assert not (view and "unit" in dataset.attrs), name
         units = {
             "VTKHDF/Points": "m",
             "tissuec/network/mass": "kg",
@@ -136,6 +137,8 @@ def test_every_dataset_says_its_unit_and_what_it_is(tmp_path, example):
         }
         for name, unit in units.items():
             assert found[name].attrs["unit"] == unit
+        for name, unit in {"position": "m", "velocity": "m/s", "force": "N"}.items():
+            assert file[f"particles/all/{name}"].attrs["unit"] == unit
 
 
 def test_an_earlier_result_stays_until_the_new_one_is_complete(tmp_path, example):

@@ -424,7 +424,7 @@ def _plan(
     ties = (event.action for event in _events(script) if isinstance(event.action, Tie))
     outputs = OutputReader(
         groups, conditions, scene.constants,
-        nodes=network.shown_nodes, duration=duration,
+        nodes=network.body_nodes, duration=duration,
         idle=idle_knots(network, {tie.group.name for tie in ties}),
     )  # fmt: skip
     output = outputs.read(single["output"].items if "output" in single else ())

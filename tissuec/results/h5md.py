@@ -2,8 +2,9 @@
 
 De Buyl, Colberg and Höfling, "H5MD: a structured, efficient, and portable file format for
 molecular data", Comput. Phys. Commun. 185 (2014) 1546. The views are virtual datasets, whose
-size is fixed: they are made when a file is closed, and removed when its run goes on. They have
-no ``unit``, which H5MD leaves open: MDAnalysis refuses files in metres and newtons that say so.
+size is fixed: they are made when a file is closed, and removed when its run goes on. Their
+``unit`` stands at the group of each quantity: MDAnalysis refuses a ``value`` whose own ``unit``
+is metres or newtons, whatever it is asked to convert.
 """
 
 from typing import Any
@@ -47,6 +48,7 @@ def add_views(file: h5py.File, *, author: str, mass: np.ndarray, ids: np.ndarray
     step = np.arange(shape[0])
     for name, (path, unit) in _VIEWS.items():
         view = particles.create_group(name)
+        view.attrs["unit"] = unit
         source: Any = file[path]
         value = add_virtual(view, "value", source, shape)
         value.attrs["description"] = f"{name} of each node [{unit}]"

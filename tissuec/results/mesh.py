@@ -14,7 +14,7 @@ class Cells(NamedTuple):
     """The cells of one topology; nodes are numbered as in the frames.
 
     Attributes:
-        vertices: Nodes of bodies that nothing below touches, shape (vertex, 1).
+        vertices: Nodes that nothing below touches, shape (vertex, 1).
         lines: Ends of the springs that are alive, shape (line, 2).
         triangles: Skin that is whole, shape (triangle, 3).
         springs: Network number of the spring of each line, shape (line,).
@@ -52,7 +52,6 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         lines: Ends of those springs as rows of ``nodes``, shape (spring, 2).
         triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
         edges: What holds the edges of each triangle, shape (triangle, 3).
-        own: Which nodes belong to bodies, and not to tools, shape (node,).
     """
 
     nodes: NDArray[np.integer]
@@ -60,7 +59,6 @@ class RecordedMesh(Struct, frozen=True, eq=False):
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
     edges: SupportedEdges
-    own: NDArray[np.bool_]
 
     @classmethod
     def of(
@@ -90,8 +88,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         skin = network.skin[shown].reshape(-1, 3)
         sides = np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1)
         edges = SupportedEdges.of(network.ends, sides)
-        own = nodes < (network.body_nodes or network.node_count)
-        return cls(nodes, springs, lines, row[skin], edges, own)
+        return cls(nodes, springs, lines, row[skin], edges)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
         """Return the cells drawn while the springs ``alive``, shape (spring,), exist."""
@@ -99,7 +96,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         everything = slice(None) if shown.all() else shown  # which copies nothing
         lines, springs = self.lines[everything], self.springs[everything]
         triangles = self.triangles[self.edges.holding(alive).all(axis=1)]
-        lonely = self.own.copy()
+        lonely = np.ones(len(self.nodes), dtype=bool)
         lonely[lines] = False
         lonely[triangles] = False
         return Cells(np.flatnonzero(lonely)[:, None], lines, triangles, springs)

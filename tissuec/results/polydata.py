@@ -87,7 +87,7 @@ class PolyDataFrames:
         self._tension = self._store.column(
             "/VTKHDF/CellData/spring_force",
             self.kind,
-            "tension of each line's spring, frame after frame; NaN at other cells",
+            "tension of each line's spring, frame after frame; 0 at other cells",
             unit="N",
             chunk=min(cells * self.batch, 3 * FRAME_ROWS),
             compress=self._compress,
@@ -122,7 +122,7 @@ class PolyDataFrames:
         """
         if not cells.same_as(self.parts.drawn):
             self.parts.draw(cells)
-        numbers = np.full((len(time), cells.total), np.nan, dtype=self.kind)
+        numbers = np.zeros((len(time), cells.total), dtype=self.kind)
         numbers[:, cells.line_rows] = tension
         steps = {"Values": time, **self._offsets(cells.total, len(time))}
         rows: dict[GrowingDataset, ArrayLike] = {

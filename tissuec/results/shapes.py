@@ -57,7 +57,7 @@ def net_shape(
         tension: Of the springs of the lines [N], shape (line,).
         spring_ids: Of these springs, shape (line,).
     """
-    numbers = np.full(cells.total, np.nan, dtype=tension.dtype)
+    numbers = np.zeros(cells.total, dtype=tension.dtype)
     numbers[cells.line_rows] = tension
     identities = np.full(cells.total, -1, dtype=np.int64)
     identities[cells.line_rows] = spring_ids

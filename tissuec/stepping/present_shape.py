@@ -15,7 +15,7 @@ def present_shape(title: str, snapshot: Snapshot) -> ExportedShape:
         snapshot: At one time.
     """
     network = snapshot.state.network
-    nodes = np.arange(network.shown_nodes)
+    nodes = np.arange(network.body_nodes)
     springs = np.flatnonzero((network.ends < len(nodes)).all(axis=1))
     cells = RecordedMesh.of(network, nodes, springs).cells(snapshot.state.alive)
     points = {

@@ -67,7 +67,7 @@ class Trajectory(results.Trajectory):
         """Return one frame as a mesh of PyVista: springs as lines, skin as triangles.
 
         Points are in m; the arrays at points are "velocity" [m/s], "force" [N] and "node_id",
-        those at cells "spring_force" [N] and "spring_id", which only lines have: NaN and -1
+        those at cells "spring_force" [N] and "spring_id", which only lines have: 0 and -1
         elsewhere.
 
         Args:

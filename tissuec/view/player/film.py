@@ -98,7 +98,6 @@ class PlayerData(Struct, frozen=True, eq=False):
         skin: Triangles of the net.
         dots: Nodes that nothing touches, for a while, shape (dot,), and their lives.
         held: The same for nodes that are held.
-        own: Which nodes belong to bodies, and not to tools, shape (node,).
         fixed: Whether these are held by nobody that moves, shape (held,).
         solids: Shapes of tools.
         surfaces: Smooth surfaces, a list of pieces for each body.
@@ -116,7 +115,6 @@ class PlayerData(Struct, frozen=True, eq=False):
     skin: SkinPiece
     dots: Lifetimes
     held: Lifetimes
-    own: NDArray[np.bool_]
     fixed: NDArray[np.bool_]
     solids: tuple[ToolSolid, ...]
     surfaces: dict[str, list[SurfacePiece]]

@@ -43,7 +43,7 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         raise no_frames(trajectory)
     moments = Moments.of(trajectory, choose_frames(trajectory.times, options))
     timeline = Timeline(moments.times)
-    network, count, few = trajectory.network, len(trajectory.nodes), options.nodes
+    count, few = len(trajectory.nodes), options.nodes
     thin = whole(count) if few is None or few >= count else thinned(trajectory, few)
     springs, triangles, faces, dots = _topologies(moments, timeline)
     strand = strands(thin, trajectory.ends)
@@ -62,7 +62,6 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         skin=_skin(trajectory, thin, triangles, faces),
         dots=thin.nodes(dots),
         held=held,
-        own=trajectory.nodes[thin.kept] < (network.body_nodes or network.node_count),
         fixed=fixed,
         solids=_solids(trajectory, len(thin.kept)),
         surfaces={

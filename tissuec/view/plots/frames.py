@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK
@@ -178,8 +177,7 @@ class Shown(Struct, frozen=True, eq=False):
             TissueError: Bodies have no skin, or the result has no smooth surface.
         """
         chosen = moments(trajectory, plot.times)
-        own = trajectory.nodes < trajectory.network.body_nodes
-        view = Projection(*(plot.view or viewpoint(drawn(trajectory)[own])))
+        view = Projection(*(plot.view or viewpoint(drawn(trajectory))))
         points = [np.asarray(trajectory.position[m.frame], dtype=float) for m in chosen]
         norm = None
         tools = [_capsules(trajectory, m.frame) for m in chosen]
@@ -194,7 +192,7 @@ class Shown(Struct, frozen=True, eq=False):
         if plot.show == "surface":
             tools: list[list[Any]] = [[] for _ in chosen]
         reached = zip(points, tools, strict=True)
-        flat = np.concatenate([_reached(place, own, parts, view) for place, parts in reached])
+        flat = np.concatenate([_reached(place, parts, view) for place, parts in reached])
         low, high = flat.min(axis=0), flat.max(axis=0)
         margin = _MARGIN * float((high - low).max()) or 1e-3
         box = (*(low - margin), *(high + margin))
@@ -296,18 +294,15 @@ class Shown(Struct, frozen=True, eq=False):
             _draw_bar(panels[-1], self.scale, self.box)
 
 
-def _reached(
-    place: Floats, own: NDArray[np.bool_], tools: Sequence[Capsule], view: Projection
-) -> Floats:
+def _reached(place: Floats, tools: Sequence[Capsule], view: Projection) -> Floats:
     """Return what a moment must show on paper [m], shape (point, 2).
 
     Of tools only what is round: planes go on without end.
     """
-    bodies = place if len(place) != len(own) else place[own]
     parts = [
         view.flat(tool.ends) + sign * tool.radius for tool in tools for sign in (-1.0, 1.0)
     ]
-    return np.concatenate([view.flat(bodies), *parts])
+    return np.concatenate([view.flat(place), *parts])
 
 
 def _line_width(springs: int) -> float:
