@@ -2,9 +2,11 @@
 
 import gc
 import os
+import shutil
 import signal
+import tempfile
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy; workers share processors
@@ -27,6 +29,18 @@ settings.load_profile("tests")
 
 # Files need not outlive a loss of power here, and waiting for the disk takes a long time.
 os.fsync = lambda _: None
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let processes share bytecode where they must not write it beside the code.
+
+    Without it, each of those that tests start would compile all that it imports, which takes
+    longer than most of what it does.
+    """
+    if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+        folder = os.environ["PYTHONPYCACHEPREFIX"] = tempfile.mkdtemp()
+        config.add_cleanup(partial(shutil.rmtree, folder, ignore_errors=True))
+
 
 SLOW = Path(__file__).with_name("slow.txt")
 
