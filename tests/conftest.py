@@ -1,13 +1,22 @@
 """What tests share: where the repository is, and a browser."""
 
+import atexit
 import gc
 import os
 import shutil
 import signal
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
+
+# Where none may be written beside the code, processes share a folder of bytecode. Without it,
+# each one that tests start compiles all that it imports, which takes longer than what it does.
+if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+    sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"] = tempfile.mkdtemp()
+    sys.dont_write_bytecode = False
+    atexit.register(shutil.rmtree, sys.pycache_prefix, ignore_errors=True)
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy; workers share processors
 
@@ -29,18 +38,6 @@ settings.load_profile("tests")
 
 # Files need not outlive a loss of power here, and waiting for the disk takes a long time.
 os.fsync = lambda _: None
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """Let processes share bytecode where they must not write it beside the code.
-
-    Without it, each of those that tests start would compile all that it imports, which takes
-    longer than most of what it does.
-    """
-    if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
-        folder = os.environ["PYTHONPYCACHEPREFIX"] = tempfile.mkdtemp()
-        config.add_cleanup(partial(shutil.rmtree, folder, ignore_errors=True))
-
 
 SLOW = Path(__file__).with_name("slow.txt")
 

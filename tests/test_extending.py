@@ -9,6 +9,8 @@ import re
 import shutil
 import subprocess
 import sys
+from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -16,6 +18,8 @@ from tests.test_docs import DOCS, blocks
 
 PAGE = DOCS / "extending.md"
 PARTS = ("docs", "grammars", "library", "tests", "tissuec")
+#: Of an integrator, which is not compiled.
+BOGACKI = "bogacki and not compiled and not both_tiers"
 #: By the folder of an example: tests of its family, and what those of the example contain, or
 #: nothing where each test takes all members.
 FAMILIES = {
@@ -25,6 +29,7 @@ FAMILIES = {
     "measures": ("tests/script/measures", "spread"),
     "forces": ("tests/forces/test_fields.py", "magnet"),
     "spring": ("tests/laws", "saturating"),
+    "integrators": ("tests/engine/test_conservation.py", BOGACKI),
     "surfaces": ("tests/geometry/surfaces", ""),
     "plots": ("tests/view/plots/test_kinds.py", "phases and not every_format"),
 }
@@ -59,13 +64,19 @@ def add_sample(path, name, text):
     path.write_text(after, encoding="utf-8")
 
 
-def run(folder, *words, code=0, **more):
-    """Run a module of Python in a folder, and fail if it ends with another code."""
+def call(folder, *words, **more):
+    """Run a module of Python in a folder; return its code, and the end of what it prints."""
     names = {**os.environ, "PYTHONPATH": str(folder), **more}
     done = subprocess.run(
         [sys.executable, "-m", *words], cwd=folder, env=names, capture_output=True, text=True
     )
-    assert done.returncode == code, done.stdout[-3000:] + done.stderr[-3000:]
+    return done.returncode, done.stdout[-3000:] + done.stderr[-3000:]
+
+
+def run(folder, *words, code=0, **more):
+    """Run a module of Python in a folder, and fail if it ends with another code."""
+    ended, said = call(folder, *words, **more)
+    assert ended == code, said
 
 
 def run_tests(folder, chosen, *files, **more):
@@ -73,23 +84,38 @@ def run_tests(folder, chosen, *files, **more):
     run(folder, "pytest", "-n", "0", "-k", chosen, *files, **more)
 
 
+@pytest.fixture(scope="module")
+def tested(request, extended):
+    """Return the results of the tests of all families that are asked for, and what is said.
+
+    One process runs them, which takes as long to start as the tests of a family.
+    """
+    name = test_an_example_passes_the_tests_of_its_family.__name__
+    asked = [one for one in request.session.items if getattr(one, "originalname", "") == name]
+    families = [FAMILIES[one.callspec.params["family"]] for one in asked]
+    parts = [
+        f"({Path(file).stem} and ({chosen}))" if chosen else Path(file).stem
+        for file, chosen in families
+    ]
+    report, files = extended / "report.xml", [file for file, _ in families]
+    words = ("-n", "0", "-k", " or ".join(parts), f"--junitxml={report}", *files)
+    _, said = call(extended, "pytest", *words)
+    return [*ElementTree.parse(report).iter("testcase")], said
+
+
 @pytest.mark.parametrize("family", sorted(FAMILIES))
-def test_an_example_passes_the_tests_of_its_family(family, extended):
-    file, chosen = FAMILIES[family]
-    run_tests(extended, chosen, file)
+def test_an_example_passes_the_tests_of_its_family(family, tested):
+    results, said = tested
+    module = FAMILIES[family][0].removesuffix(".py").replace("/", ".")
+    own = [one for one in results if one.get("classname", "").startswith(module)]
+    wrong = [one.get("name") for one in own for part in one if part.tag in ("failure", "error")]
+    assert own and not wrong, f"{wrong}\n{said}"
 
 
-@pytest.mark.parametrize(
-    "files",
-    [
-        ("tests/engine/test_conservation.py",),
-        pytest.param(("tests/engine/integrators",), marks=pytest.mark.slow),
-        pytest.param(("tests/engine",), marks=pytest.mark.slow),
-    ],
-    ids=["conservation", "integrators", "engine"],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("files", ["tests/engine/integrators", "tests/engine"])
 def test_the_example_of_an_integrator_passes_the_tests_of_all_integrators(files, extended):
-    run_tests(extended, "bogacki and not compiled and not both_tiers", *files)
+    run_tests(extended, BOGACKI, files)
 
 
 def test_tables_list_the_examples_once_they_are_regenerated(extended):
