@@ -13,8 +13,8 @@ AMOUNT = ("#00224e", "#434e6c", "#7d7c78", "#bcaf6f", "#fee838")
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#6b6b6b")
 #: Of a tissue's skin, and of its inside.
 SKIN, LUMEN = "#eaa08f", "#9c3a3d"
-#: Of tools and threads.
-STEEL, SILK = "#7f8c99", "#5d4a7e"
+#: Of tools, threads, and fluids in jets.
+STEEL, SILK, WATER = "#7f8c99", "#5d4a7e", "#7fb6dc"
 #: Letters, lines of a grid, and what is behind them, on paper and in the dark.
 INK, GRID, PAPER = "#222222", "#dddddd", "#ffffff"
 INK_DARK, GRID_DARK, PAPER_DARK = "#e8e8e8", "#3a3d42", "#16181c"

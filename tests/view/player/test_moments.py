@@ -25,7 +25,7 @@ def film(sterilisation):
 
 def shown(film, time):
     """Return where the film shows the nodes at a time [m]."""
-    return position_at(film, float(Timeline(film.times).frame_of(time)))
+    return position_at(film, float(Timeline(film.times).frame_of(time)))[: film.node_count]
 
 
 def test_no_effect_is_shown_before_its_cause(film):

@@ -104,29 +104,6 @@ def _joined(rings: Floats, normals: Floats) -> TriangleMesh:
     return TriangleMesh(*(np.moveaxis(table, 2, 0).reshape(-1, 3, 3) for table in flat))
 
 
-_SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-
-
-def boxes(middle: Floats, half: float) -> TriangleMesh:
-    """Return cubes around points, shape (box, 3), with half such edges [m]."""
-    corners: list[Floats] = []
-    normals: list[Floats] = []
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            square = np.zeros((4, 3))
-            square[:, axis] = sign
-            square[:, (axis + 1) % 3] = sign * _SQUARE[:, 0]
-            square[:, (axis + 2) % 3] = _SQUARE[:, 1]
-            normal = np.zeros(3)
-            normal[axis] = sign
-            for triangle in ((0, 1, 2), (0, 2, 3)):
-                corners.append(square[list(triangle)])
-                normals.append(np.tile(normal, (3, 1)))
-    at = middle[:, None, None] + half * np.array(corners)
-    normal = np.broadcast_to(np.array(normals), at.shape)
-    return TriangleMesh(at.reshape(-1, 3, 3), normal.reshape(-1, 3, 3))
-
-
 def smooth_mesh(position: Floats, triangles: NDArray[np.integer]) -> TriangleMesh:
     """Return triangles with normals that are smooth, except across sharp edges.
 

@@ -20,6 +20,7 @@ from tissuec.view.plots.projection import Projection
 ANGLE = 36.0  # of the longer side of the picture [deg]
 MARGIN = 0.86  # of the picture, that the motion fills
 _FAR = 4.0  # sizes of a usual frame: what moves further is followed
+_SHOWN = 5.2  # units of instruments that belong to the picture
 _AHEAD = 0.6  # sizes of the nets around them, within which tools belong to the picture
 
 
@@ -68,6 +69,11 @@ def _near(film: PlayerData, points: Floats) -> Floats:
         near = ((ends > low - reach) & (ends < high + reach)).all(axis=1)
         sides = solid.radius * np.concatenate([np.eye(3), -np.eye(3)])
         found.append((outermost(ends[near])[:, None] + sides).reshape(-1, 3))
+    for instrument in film.instruments:
+        begin, end = (int(min(at, len(film.times) - 1)) for at in instrument.life)
+        origin, along = film.position[begin : end + 1, instrument.points[:2]].swapaxes(0, 1)
+        there = ((origin > low - reach) & (origin < high + reach)).all(axis=1)
+        found += [outermost((origin + _SHOWN * (along - origin))[there])]
     return np.concatenate(found)
 
 

@@ -83,6 +83,45 @@ class ToolSolid(Struct, frozen=True):
     name: str
 
 
+class Held(Struct, frozen=True, eq=False):
+    """What is held, but for what instruments hold that are drawn themselves.
+
+    Attributes:
+        patches: When each triangle of the skin is held at all corners, in frames, the longest
+            time; 0 and 0 for never, shape (triangle, 2).
+        moved: Whether these are held by what may move, shape (triangle,).
+        rods: Ends of springs between held nodes outside of patches, or single nodes twice,
+            shape (rod, 2).
+        life: Of rods, in frames, shape (rod, 2).
+        fixed: Whether rods are held by nobody that moves, shape (rod,).
+    """
+
+    patches: Floats
+    moved: NDArray[np.bool_]
+    rods: Indices
+    life: Floats
+    fixed: NDArray[np.bool_]
+
+
+class Instrument(Struct, frozen=True):
+    """An instrument that is drawn with a shape of its own.
+
+    Attributes:
+        kind: Name of its mesh, see ``mesh_of``.
+        name: Of the tool; empty where the scene has none.
+        size: Of one unit of the mesh [m].
+        life: In frames.
+        points: Four points that carry it: its origin, and behind it by ``size`` along its z and
+            x, and by ``size`` times its setting along z.
+    """
+
+    kind: str
+    name: str
+    size: float
+    life: tuple[float, float]
+    points: tuple[int, int, int, int]
+
+
 class PlayerData(Struct, frozen=True, eq=False):
     """All moving objects.
 
@@ -97,9 +136,9 @@ class PlayerData(Struct, frozen=True, eq=False):
         lines: Springs.
         skin: Triangles of the net.
         dots: Nodes that nothing touches, for a while, shape (dot,), and their lives.
-        held: The same for nodes that are held.
-        fixed: Whether these are held by nobody that moves, shape (held,).
+        held: What is held.
         solids: Shapes of tools.
+        instruments: What is drawn of tools besides.
         surfaces: Smooth surfaces, a list of pieces for each body.
         laws: Names of the laws.
         recorded: How many nodes and springs the file shows.
@@ -114,9 +153,9 @@ class PlayerData(Struct, frozen=True, eq=False):
     lines: Lines
     skin: SkinPiece
     dots: Lifetimes
-    held: Lifetimes
-    fixed: NDArray[np.bool_]
+    held: Held
     solids: tuple[ToolSolid, ...]
+    instruments: tuple[Instrument, ...]
     surfaces: dict[str, list[SurfacePiece]]
     laws: tuple[str, ...]
     recorded: tuple[int, int]

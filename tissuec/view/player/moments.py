@@ -85,6 +85,13 @@ class Moments(Struct, frozen=True, eq=False):
             found[row] = (sides[side] if frame < 0 else frames[frame])[kept]
         return found
 
+    def vectors_in(self, name: str, row: int) -> Floats:
+        """Return vectors at all recorded nodes in one row, shape (node, 3); see ``vectors``."""
+        every = np.arange(len(self.trajectory.nodes))
+        frame, side = int(self.frames[row]), int(self.sides[row])
+        sides, frames = getattr(self.trajectory.sides, name), getattr(self.trajectory, name)
+        return np.asarray((sides[side] if frame < 0 else frames[frame])[every], dtype=float)
+
     def tools(self) -> Floats:
         """Return the positions of the nodes of tools [m], shape (row, node, 3)."""
         tools, nodes = self.trajectory.tools, len(self.trajectory.nodes)

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from tissuec.core import palette
 from tissuec.core.data import as_data
 from tissuec.core.version import __version__
+from tissuec.model.network import Floats
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.instruments.meshes import mesh_of
 from tissuec.view.player import facts
 from tissuec.view.player.camera import ANGLE, MARGIN, framing
 from tissuec.view.player.curves import LogCurve, read_curves
@@ -29,14 +31,16 @@ from tissuec.view.plots.projection import viewpoint
 WEB = Path(__file__).resolve().parent / "web"
 #: Parts of the script, in order.
 SCRIPTS = (
-    "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js", "stage.js",
-    "flat.js", "marks.js", "curves.js", "panel.js", "hands.js", "player.js",
+    "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js",
+    "instruments.js", "stage.js", "flat.js", "marks.js", "curves.js", "panel.js", "hands.js",
+    "player.js",
 )  # fmt: skip
 #: What only readers of the source need: indents and comments.
 _LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n", re.MULTILINE)
-SHADERS = ("shared", "lines", "skin", "solids", "arrows", "plane")
+SHADERS = ("shared", "lines", "skin", "solids", "instruments", "arrows", "plane")
 _TENSIONS, _FORCES = 127, 2000  # steps of the scale, either way
 _LEVELS = 65534  # of a curve; one more number stands for none
+_MESH = 1e-3  # steps of the meshes of instruments, in their units
 
 
 def render(trajectory: Trajectory, options: Options = DEFAULT) -> str:
@@ -122,13 +126,20 @@ def describe(
         "origin": scale.origin,
         "step": scale.step,
         "most": most,
-        "steps": {"tension": _TENSIONS, "force": _FORCES / 4.0, "level": _LEVELS},
+        "steps": {
+            "tension": _TENSIONS,
+            "force": _FORCES / 4.0,
+            "level": _LEVELS,
+            "mesh": _MESH,
+        },
         "largest": {
             "rest": float(film.lines.rest.max(initial=0.0)),
             "radius": float(film.lines.radius.max(initial=0.0)),
         },
         "laws": film.laws,
         "solids": [as_data(solid) for solid in film.solids],
+        "instruments": [as_data(instrument) for instrument in film.instruments],
+        "meshes": _meshes(film, pack),
         "surfaces": _surfaces(film, pack, scale.step),
         "curves": [
             _curve(curve, number, pack) for number, curve in enumerate(read_curves(trajectory))
@@ -151,8 +162,9 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         ("triangles", film.skin.triangles.T),
         ("smooth", film.skin.smooth[None].astype(int)),
         ("dots", film.dots.of[None]),
-        ("held", film.held.of[None]),
-        ("fixed", film.fixed[None].astype(int)),
+        ("held", film.held.rods.T),
+        ("fixed", film.held.fixed[None].astype(int)),
+        ("moved", film.held.moved[None].astype(int)),
         ("curved", film.curved[None].astype(int)),
     ):
         pack.add(name, numbers)
@@ -161,9 +173,20 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         "skin": film.skin.life,
         "dots": film.dots.life,
         "held": film.held.life,
+        "patches": film.held.patches,
     }
     for name, life in lives.items():
         pack.add(f"life of {name}", _frames(life))
+
+
+def _meshes(film: PlayerData, pack: Pack) -> dict[str, float]:
+    """Pack the meshes of instruments, and return their pivots by kind."""
+    found = {one.kind: mesh_of(one.kind) for one in film.instruments}
+    for kind, mesh in found.items():
+        pack.add(f"mesh {kind}", np.rint(mesh.vertices.T / _MESH).astype(np.int64)[None])
+        pack.add(f"mesh {kind} parts", mesh.part[None])
+        pack.add(f"mesh {kind} triangles", mesh.triangles.T)
+    return {kind: mesh.pivot for kind, mesh in found.items()}
 
 
 def _frames(life: NDArray[Any]) -> NDArray[np.int64]:
@@ -217,12 +240,20 @@ def _curve(curve: LogCurve, number: int, pack: Pack) -> dict[str, Any]:
         "unit": curve.unit,
         "columns": curve.columns,
         "leftOut": curve.left_out,
-        "time": [float(f"{time:.9g}") for time in curve.time],
+        "clock": _clock(curve.time, number, pack),
         "low": low,
         "high": high,
         "step": step,
         "empty": not finite.size,
     }
+
+
+def _clock(time: Floats, number: int, pack: Pack) -> dict[str, float]:
+    """Pack the times of a curve, and return their scale; they are as fine as nine digits."""
+    first = float(time[0]) if len(time) else 0.0
+    step = (float(time[-1]) - first) / 2**30 if len(time) else 0.0
+    pack.add(f"clock {number}", np.rint((time - first) / (step or 1.0)).astype(np.int64))
+    return {"first": first, "step": step or 1.0}
 
 
 def _compact(text: str) -> str:

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from tissuec.core import palette
 from tissuec.model.network import Floats, Indices
+from tissuec.view.instruments.meshes import mesh_of
 from tissuec.view.player.bodies import (
     TriangleMesh,
     across,
     arrows,
-    boxes,
     capsules,
     lit,
     smooth_mesh,
@@ -28,7 +28,7 @@ from tissuec.view.player.camera import (
     half_height,
     outermost,
 )
-from tissuec.view.player.film import PlayerData, ToolSolid
+from tissuec.view.player.film import Instrument, PlayerData, ToolSolid
 from tissuec.view.player.lifetimes import Mask, is_there
 from tissuec.view.player.moment import InterpolatedFrame, surface_at
 from tissuec.view.player.options import Colour, Options
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
 DPI = 100
 _USUAL = 1000  # [px]: of a picture, in which lines are as wide as on the page
+HELD = 0.75  # of the colour of tools, on skin that is held
 _PALER = 0.4  # skin under springs, whose colours say something
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
 SHORTEST = 3.0  # thicknesses of an arrow that is drawn; shorter ones are specks
@@ -172,7 +173,9 @@ class Painter:
         if self.shows_springs:
             outside = outside + _PALER * (rgb(palette.PAPER) - outside)
         shown = is_there(film.skin.life, at) & ~(film.skin.smooth & bool(film.surfaces))
-        yield self._skin(smooth_mesh(moment.position, film.skin.triangles[shown]), outside)
+        held = is_there(film.held.patches, at)[shown, None, None]
+        tint = np.where(held, self._of_held(outside), outside)
+        yield self._skin(smooth_mesh(moment.position, film.skin.triangles[shown]), tint)
         for pieces in film.surfaces.values():
             piece, position = surface_at(pieces, at)
             yield self._skin(smooth_mesh(position, piece.triangles), outside)
@@ -188,13 +191,22 @@ class Painter:
         return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), shine)
 
     def _skin(self, mesh: TriangleMesh, outside: Floats) -> ProjectedTriangles:
-        """Return triangles in the light, of other colour inside."""
+        """Return triangles in the light, of other colour inside.
+
+        Args:
+            mesh: The triangles.
+            outside: Colour, of all or of each of them, shape (…, 3).
+        """
         seen = self._into(mesh.corners)
         normal = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
         to_eye = np.array([0.0, 0.0, self.camera.distance]) - seen[:, 0]
         is_front = (normal * to_eye).sum(axis=1) > 0.0
         base = np.where(is_front[:, None, None], outside, rgb(palette.LUMEN))
         return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), 0.06)
+
+    def _of_held(self, colour: Floats) -> Floats:
+        """Return the colour of skin that is held."""
+        return colour + HELD * (rgb(palette.STEEL) - colour)
 
     def _shaded(self, mesh: TriangleMesh, base: Floats, shine: float) -> ProjectedTriangles:
         seen = self._into(mesh.corners)
@@ -229,24 +241,23 @@ class Painter:
             if solid.kind != "plane":
                 radius = np.array([solid.radius])
                 yield capsules(first[None], second[None], radius, sides=40), palette.STEEL
+        for instrument in self.film.instruments:
+            if instrument.life[0] <= moment.at < instrument.life[1]:
+                colour = palette.WATER if instrument.kind == "jet" else palette.STEEL
+                yield _posed(instrument, moment), colour
         lines = self.film.lines
         thread = is_there(lines.life, moment.at) & (lines.radius > 0.0)
         first, second = (moment.position[ends] for ends in lines.ends[thread].T)
         yield capsules(first, second, lines.radius[thread], sides=16), palette.SILK
 
     def _nodes(self, moment: InterpolatedFrame) -> Iterator[tuple[TriangleMesh, str]]:
-        """Yield nodes that are held, fixed ones as boxes, and those that nothing touches."""
+        """Yield what is held besides patches of the skin, and nodes that nothing touches."""
         film, size = self.film, self.marker
-        held = is_there(film.held.life, moment.at)
-        fixed = moment.position[film.held.of[held & film.fixed]]
-        yield boxes(fixed, 0.9 * size), palette.STEEL
-        for nodes, radius in (
-            (film.held.of[held & ~film.fixed], 1.5 * size),
-            (film.dots.of[is_there(film.dots.life, moment.at)], size),
-        ):
-            middle = moment.position[nodes]
-            radii = np.full(len(nodes), radius)
-            yield capsules(middle, middle, radii, sides=16), palette.STEEL
+        held = film.held.rods[is_there(film.held.life, moment.at)]
+        dots = film.dots.of[is_there(film.dots.life, moment.at)]
+        for ends in (held, np.stack([dots, dots], axis=1)):
+            first, second = (moment.position[one] for one in ends.T)
+            yield capsules(first, second, np.full(len(ends), size), sides=16), palette.STEEL
 
     def _tips(self) -> Iterator[Floats]:
         """Yield where arrows end in each frame [m], as far as the picture holds their nodes."""
@@ -374,3 +385,15 @@ class Painter:
         sheet.text(
             left + long / 2, 42, f"{self.colour} of springs [{unit}]", ha="center", **style
         )
+
+
+def _posed(instrument: Instrument, moment: InterpolatedFrame) -> TriangleMesh:
+    """Return an instrument as it is at a moment; see ``web/instruments.glsl``."""
+    origin, *others = moment.position[list(instrument.points)]
+    z, x, setting = (np.asarray(one) - origin for one in others)
+    z = z / np.linalg.norm(z)
+    x = x - (x @ z) * z
+    x = x / np.linalg.norm(x)
+    mesh = mesh_of(instrument.kind)
+    local = mesh.posed(float(setting @ z) / instrument.size) * instrument.size
+    return smooth_mesh(origin + local @ np.stack([x, np.cross(z, x), z]), mesh.triangles)

@@ -1,6 +1,6 @@
 """From a result file to its drawable contents, frame by frame."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from itertools import groupby
 
 import numpy as np
@@ -9,8 +9,19 @@ from numpy.typing import NDArray
 from tissuec.model.network import Floats, Indices
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.film import Lines, PlayerData, SkinPiece, SurfacePiece, ToolSolid
+from tissuec.view.instruments import Course
+from tissuec.view.instruments.courses import courses
+from tissuec.view.player.film import (
+    Instrument,
+    Lines,
+    PlayerData,
+    SkinPiece,
+    SurfacePiece,
+    ToolSolid,
+)
+from tissuec.view.player.holds import Drawn, read_held
 from tissuec.view.player.lifetimes import (
+    FOREVER,
     Lifetimes,
     Mask,
     Register,
@@ -30,8 +41,6 @@ from tissuec.view.player.thinning import (
 )
 from tissuec.view.plots.frame_reader import no_frames
 
-FIX = "fix"
-
 
 def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     """Return the drawable contents of a result.
@@ -47,8 +56,10 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     thin = whole(count) if few is None or few >= count else thinned(trajectory, few)
     springs, triangles, faces, dots = _topologies(moments, timeline)
     strand = strands(thin, trajectory.ends)
-    position, velocity = _motion(moments, thin)
-    fixed, held = _held(trajectory, timeline, thin)
+    seen = courses(moments)
+    position, velocity = _motion(moments, thin, seen)
+    skin = _skin(trajectory, thin, triangles, faces)
+    drawn = Drawn.of(thin, skin, strand.ends)
     return PlayerData(
         times=timeline.times,
         position=position,
@@ -59,11 +70,11 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         is_side=moments.sides >= 0,
         force=moments.vectors("force", thin.kept, np.float32),
         lines=_lines(trajectory, thin, strand, springs, _tensions(moments, strand)),
-        skin=_skin(trajectory, thin, triangles, faces),
+        skin=skin,
         dots=thin.nodes(dots),
-        held=held,
-        fixed=fixed,
+        held=read_held(trajectory, timeline, drawn, {course.name for course in seen}),
         solids=_solids(trajectory, len(thin.kept)),
+        instruments=_instruments(seen, timeline, position.shape[1] - 4 * len(seen)),
         surfaces={
             name: _pieces(series, moments, timeline, options)
             for name, series in trajectory.surfaces.items()
@@ -121,9 +132,11 @@ def _mask(numbers: Indices, count: int) -> Mask:
     return there
 
 
-def _motion(moments: Moments, thin: Thinning) -> tuple[Floats, NDArray[np.float32]]:
+def _motion(
+    moments: Moments, thin: Thinning, seen: Sequence[Course]
+) -> tuple[Floats, NDArray[np.float32]]:
     """Return positions and velocities of nodes and of points of tools, (row, point, 3)."""
-    tools = moments.tools()
+    tools = np.concatenate([moments.tools(), *map(_carriers, seen)], axis=1)
     position = np.concatenate([moments.vectors("position", thin.kept, np.float64), tools], 1)
     own = moments.vectors("velocity", thin.kept, np.float32)
     return position, np.concatenate([own, slopes(moments.times, tools).astype("f4")], axis=1)
@@ -196,27 +209,26 @@ def _skin(
     return SkinPiece(corners, life, smooth[triangles[first, 0]])
 
 
-def _held(trajectory: Trajectory, timeline: Timeline, thin: Thinning) -> tuple[Mask, Lifetimes]:
-    """Return the lives of nodes that are held, and whether by nobody that moves."""
-    fixed, gripped = (
-        thin.nodes(lives(_changes(trajectory, timeline, fixed=is_fixed), len(thin.place)))
-        for is_fixed in (True, False)
-    )
-    both = Lifetimes(
-        np.concatenate([fixed.of, gripped.of]), np.concatenate([fixed.life, gripped.life])
-    )
-    return np.arange(len(both.of)) < len(fixed.of), both
+def _carriers(course: Course) -> Floats:
+    """Return the points that carry an instrument [m], shape (row, 4, 3); see ``Instrument``."""
+    x, _, z = np.moveaxis(course.axes, 1, 0)
+    ways = [np.zeros_like(z), z, x, course.setting[:, None] * z]
+    return course.origin[:, None] + course.size * np.stack(ways, axis=1)
 
 
-def _changes(
-    trajectory: Trajectory, timeline: Timeline, *, fixed: bool
-) -> Iterator[tuple[float, Mask]]:
-    holders: dict[str, Indices] = {}
-    for hold in trajectory.holds:
-        if (hold.holder == FIX) == fixed and hold.time <= timeline.times[-1]:
-            holders[hold.holder] = hold.nodes
-            held = np.unique(np.concatenate(list(holders.values())))
-            yield float(timeline.frame_of(hold.time)), np.isin(trajectory.nodes, held)
+def _instruments(
+    seen: Sequence[Course], timeline: Timeline, first: int
+) -> tuple[Instrument, ...]:
+    """Return instruments, whose points begin with a number."""
+    found: list[Instrument] = []
+    for number, course in enumerate(seen):
+        begin, end = course.life
+        frames = float(timeline.frame_of(begin)), float(timeline.frame_of(end))
+        life = frames[0], FOREVER if end > timeline.times[-1] else frames[1]
+        origin = first + 4 * number
+        points = origin, origin + 1, origin + 2, origin + 3
+        found.append(Instrument(course.kind, course.name, course.size, life, points))
+    return tuple(found)
 
 
 def _solids(trajectory: Trajectory, nodes: int) -> tuple[ToolSolid, ...]:

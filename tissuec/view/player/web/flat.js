@@ -89,7 +89,10 @@ class FlatStage {
     const opacity = shown.surface === "glass" ? 0.38 : 1;
     const hasSmooth = this.surfaces.length > 0;
     const own = (t) => !(hasSmooth && this.isSmooth(t)) && this.isThere(this.skinLife, t, moment);
-    this.addFaces(place, this.triangles, own, opacity);
+    const { looks } = this.film, [skin, lumen, steel] = [looks.skin, looks.lumen, looks.steel].map(hexed);
+    const held = skin.map((value, k) => value + 0.75 * (steel[k] - value)), patches = lives(this.arrays["life of patches"]);
+    const tint = (t, isFront) => (!isFront ? lumen : this.isThere(patches, t, moment) ? held : skin);
+    this.addFaces(place, this.triangles, own, opacity, tint);
     for (const pieces of this.surfaces) {
       const begun = pieces.filter((piece) => piece.frames[0] <= moment + 1e-6);
       const piece = begun.length ? begun[begun.length - 1] : pieces[0];
@@ -98,7 +101,7 @@ class FlatStage {
     }
   }
 
-  addFaces(place, triangles, isShown, opacity) {
+  addFaces(place, triangles, isShown, opacity, tint = null) {
     const { looks } = this.film, every = Math.ceil(triangles.length / 3 / MOST_FLAT);
     const lamp = [-0.39, 0.52, 0.65], outside = hexed(looks.skin), inside = hexed(looks.lumen);
     for (let t = 0; t < triangles.length / 3; t += every) {
@@ -109,7 +112,7 @@ class FlatStage {
       const size = Math.hypot(...normal) || 1, isFront = dot(normal, a.map((value, k) => this.eye[k] - value)) > 0;
       const facing = this.axes.map((axis) => (dot(normal, axis) / size) * (isFront ? 1 : -1));
       const light = 0.62 + 0.38 * Math.max(0, dot(facing, lamp));
-      this.add(at.map((i) => this.seen(place, i)), css((isFront ? outside : inside).map((value) => light * value)), 0, opacity);
+      this.add(at.map((i) => this.seen(place, i)), css((tint ? tint(t, isFront) : isFront ? outside : inside).map((value) => light * value)), 0, opacity);
     }
   }
 
@@ -145,14 +148,24 @@ class FlatStage {
     const { film, arrays } = this, { steel } = film.looks, size = (this.canvas.height / 500) * 5;
     for (const { kind, radius, points } of film.solids) {
       if (kind === "plane") continue;
-      const corners = points.map((i) => this.seen(place, i));
+      const ends = points.map((i) => [0, 1, 2].map((k) => place[3 * i + k]));
+      if (kind === "opening") {  // the tube is behind it
+        const way = ends[1].map((value, k) => value - ends[0][k]), back = (0.3 * film.view.size) / Math.hypot(...way);
+        ends[1] = ends[0].map((value, k) => value - back * way[k]);
+      }
+      const corners = ends.map((end) => this.seen(end, 0));
       this.add(corners, steel, Math.max(2, (2 * radius * this.scale) / corners[0][2]));
     }
-    const life = lives(arrays["life of held"]);
-    for (let i = 0; i < arrays.held.data.length; i += 1) {
+    const life = lives(arrays["life of held"]), ends = table(arrays.held, Int32Array);
+    for (let i = 0; i < life.length / 2; i += 1) {
       if (!this.isThere(life, i, moment)) continue;
-      const corner = this.seen(place, arrays.held.low + arrays.held.data[i]);
-      this.add([corner, [corner[0] + 0.1, ...corner.slice(1)]], steel, size);
+      const [first, [x, y, away]] = [ends[2 * i], ends[2 * i + 1]].map((node) => this.seen(place, node));
+      this.add([first, [x + 0.1, y, away]], steel, size);
+    }
+    for (const one of film.instruments) {
+      if (moment < one.life[0] || moment >= one.life[1]) continue;
+      const { points, triangles } = posed(film, arrays, one, place);
+      this.addFaces(points, triangles, () => true, 1, () => hexed(one.kind === "jet" ? film.looks.water : steel));
     }
   }
 

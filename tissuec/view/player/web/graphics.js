@@ -30,6 +30,7 @@ class Program {
       case gl.FLOAT_VEC2: return (value) => gl.uniform2fv(place, value);
       case gl.FLOAT_VEC3: return (value) => gl.uniform3fv(place, value);
       case gl.INT_VEC2: return (value) => gl.uniform2iv(place, value);
+      case gl.INT_VEC4: return (value) => gl.uniform4iv(place, value);
       case gl.FLOAT_MAT4: return (value) => gl.uniformMatrix4fv(place, false, value);
       default: return (value) => gl.uniform1i(place, value);
     }

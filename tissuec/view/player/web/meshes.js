@@ -33,26 +33,6 @@ function tubeMesh() {
   return { local, outward, end, indices };
 }
 
-function boxMesh() {
-  const local = [], outward = [], end = [], indices = [];
-  for (let axis = 0; axis < 3; axis += 1) {
-    for (const sign of [-1, 1]) {
-      const first = local.length / 3;
-      for (const [u, v] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) {
-        const at = [0, 0, 0], normal = [0, 0, 0];
-        at[axis] = normal[axis] = sign;
-        at[(axis + 1) % 3] = u * sign;
-        at[(axis + 2) % 3] = v;
-        local.push(...at);
-        outward.push(...normal);
-        end.push(0);
-      }
-      indices.push(first, first + 1, first + 2, first, first + 2, first + 3);
-    }
-  }
-  return { local, outward, end, indices };
-}
-
 // An arrow; the third number of `local` says where along it: foot, neck, collar or tip.
 function arrowMesh() {
   const local = [], outward = [], indices = [], sides = 10;

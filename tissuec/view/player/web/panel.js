@@ -30,7 +30,7 @@ const panel = {
     this.setSpeed(film.pace);
     byId("surfaces").hidden = !hasSkin;
     const held = this.arrays.held.width + this.stage.tubes.radius.length;
-    byId("instruments").hidden = !film.solids.length && !held;
+    byId("instruments").hidden = !film.solids.length && !film.instruments.length && !held;
     byId("vectors").hidden = !film.most.force;
     byId("legend").hidden = !this.stage.lines.count;
     byId("springs").closest("label").hidden = !this.stage.lines.count;

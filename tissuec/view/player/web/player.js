@@ -28,6 +28,10 @@ class Player {
     this.speed = film.pace;
     this.drawn = 0;
     this.part = 1;  // of the springs that are drawn while it plays
+    film.curves.forEach((curve, k) => {
+      const { data, low } = arrays[`clock ${k}`], { first, step } = curve.clock;
+      curve.time = Array.from(data, (value) => first + (low + value) * step);
+    });
     this.charts = film.curves.map((curve, k) => new Chart(byId("curves"), curve, arrays[`curve ${k}`], this));
     this.prepareControls(hasSkin);
     this.listen();

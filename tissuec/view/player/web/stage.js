@@ -40,6 +40,7 @@ class Stage {
     this.makeSkin();
     this.makeSurfaces();
     this.makeSolids();
+    this.instruments = new Instruments(this);
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
@@ -148,16 +149,19 @@ class Stage {
     const order = Array.from({ length: life.length / 2 }, (_, i) => i);
     order.sort((a, b) => isSmooth(a) - isSmooth(b));
     const nodes = new Int32Array(triangles.length), spans = new Float32Array(2 * triangles.length);
+    const patches = lives(arrays["life of patches"]), held = new Float32Array(2 * triangles.length);
     order.forEach((from, to) => {
       for (let c = 0; c < 3; c += 1) {
         nodes[3 * to + c] = triangles[3 * from + c];
         spans.set(life.subarray(2 * from, 2 * from + 2), 6 * to + 2 * c);
+        held.set(patches.subarray(2 * from, 2 * from + 2), 6 * to + 2 * c);
       }
     });
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
     this.attribute(0, nodes, 1, { whole: true });
     this.attribute(1, spans, 2);
+    this.attribute(2, held, 2);
     gl.bindVertexArray(null);
     const bare = order.filter((i) => !isSmooth(i)).length;
     const isFine = order.length > MANY, lists = isFine ? null : around(nodes, film.nodes);
@@ -216,19 +220,10 @@ class Stage {
     this.openings = made(tubeMesh(), some("opening"));
     this.planes = some("plane");
     this.threads = this.solids(capsule, this.tubes.ends, this.tubes.life, this.tubes.radius);
-    const marks = (name, wanted, mesh, radius) => {
-      const { data, low } = arrays[name], life = lives(arrays[`life of ${name}`]), ends = [], spans = [];
-      for (let i = 0; i < data.length; i += 1) {
-        if (!wanted(i)) continue;
-        ends.push(low + data[i], low + data[i]);
-        spans.push(life[2 * i], life[2 * i + 1]);
-      }
-      return this.solids(mesh, ends, spans, new Float32Array(spans.length / 2).fill(radius));
-    };
-    const isFixed = (i) => arrays.fixed.low + arrays.fixed.data[i] > 0;
-    this.fixed = marks("held", isFixed, boxMesh(), 0.9 * marker);
-    this.gripped = marks("held", (i) => !isFixed(i), capsule, 1.5 * marker);
-    this.dots = marks("dots", () => true, capsule, marker);
+    const marks = (ends, life) => this.solids(capsule, ends, life, new Float32Array(life.length / 2).fill(marker));
+    this.held = marks(table(arrays.held, Int32Array), lives(arrays["life of held"]));
+    const dots = Array.from(arrays.dots.data, (value) => arrays.dots.low + value);
+    this.dots = marks(dots.flatMap((node) => [node, node]), lives(arrays["life of dots"]));
     this.arrows = this.solids(arrowMesh(), null, null, []);
     this.square = gl.createVertexArray();
     gl.bindVertexArray(this.square);
@@ -297,7 +292,7 @@ class Stage {
 
   drawSkins(common, moment, frame, next, opacity) {
     const { film } = this, { looks } = film;
-    const values = { ...common, opacity, outside: this.skinColour(looks.skin, common), inside: hexed(looks.lumen) };
+    const values = { ...common, opacity, outside: this.skinColour(looks.skin, common), inside: hexed(looks.lumen), steel: hexed(looks.steel) };
     const shown = this.surfaces.map((pieces) => this.pieceAt(pieces, moment)).filter(Boolean);
     const { skin } = this, count = this.surfaces.length ? skin.bare : skin.count;
     const sides = opacity < 1 ? [this.gl.FRONT, this.gl.BACK] : [null];
@@ -312,6 +307,7 @@ class Stage {
         piece.normals.show(first, second).bind(UNITS.normal0);
         this.gl.bindVertexArray(piece.array);
         this.gl.vertexAttrib2f(1, -1, 1e9);
+        this.gl.vertexAttrib2f(2, 0, 0);
         this.drawFaces(piece.array, piece.count, { ...values, mixing, span: 0, byCorner: 0 }, side, opacity);
       }
     }
@@ -356,9 +352,9 @@ class Stage {
   drawSolids(common, looks) {
     this.drawRound(this.tools, common, looks.steel);
     this.drawRound(this.openings, common, looks.steel, 0.3 * this.film.view.size);
+    this.instruments.draw(common, looks);
     this.drawRound(this.threads, common, looks.silk);
-    this.drawRound(this.fixed, common, looks.steel);
-    this.drawRound(this.gripped, common, looks.steel);
+    this.drawRound(this.held, common, looks.steel);
   }
 
   drawForces(common, frame, next, reach) {

@@ -1,0 +1,150 @@
+"""Instruments without a shape are drawn where they hold and cut, and enter no tissue."""
+
+from collections import Counter
+from functools import cache
+
+import numpy as np
+import pytest
+
+import tissuec
+from tissuec.view.instruments.courses import Scenery, courses
+from tissuec.view.instruments.grips import rotations
+from tissuec.view.instruments.meshes import KINDS, mesh_of
+from tissuec.view.player.moments import Moments
+
+BAR = """language 1
+tissue wall { spring constant = 100 N/m; viscosity = 0.1 N*s/m; mass = 2 g }
+body bar {
+  mesh is tube {
+    axis from (0, 0, 0) mm to (60, 0, 0) mm
+    radius = 4 mm; rings = 16; sides = 8; interior is crossed
+  }
+  tissue is wall
+}
+set ends = nodes of bar where x < 1 mm
+set grip = nodes of bar where x between 47 mm and 53 mm
+tool pincers { kind is forceps }
+tool shears { kind is scissors }
+tool finger { kind is probe; radius = 3 mm; centre = (30, 0, 40) mm }
+tool spout { kind is nozzle; diameter = 2 mm; tip = (10, 0, 25) mm; direction = (0, 0, -1) }
+environment {
+  gravity = (0, 0, 0) m/s^2; damping = 0.1 N*s/m
+  contact is tools only; contact stiffness = 10 N/m
+}
+script {
+  at 0 s: fix ends
+  at 0.1 s: grasp grip with pincers
+  from 0.1 s to 0.3 s: move pincers by (0, 3, 4) mm using smooth profile
+  from 0.1 s to 0.3 s: turn pincers by 20 deg around (1, 0, 0) through (50, 0, 0) mm
+    using smooth profile
+  at 0.4 s: CUT
+  at 0.5 s: release grip from pincers
+  from 0.2 s to 0.35 s: irrigate bar with 1 ml/s through spout
+}
+simulate { duration = 0.6 s; tolerance = 1e-3 }
+output { trajectory every 10 ms }
+"""
+PLANE = "cut bar along plane through (22, 0, 0) mm facing (1, 0, 0)"
+
+
+@cache
+def seen(cut: str):
+    result = tissuec.run(BAR.replace("CUT", cut), companion="off")
+    moments = Moments.of(result, np.arange(len(result.times)))
+    return result, moments, {one.kind: one for one in courses(moments)}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_meshes_are_closed_and_face_outwards(kind):
+    mesh = mesh_of(kind)
+    rows = mesh.triangles.tolist()
+    edges = Counter((a, b) for x, y, z in rows for a, b in ((x, y), (y, z), (z, x)))
+    assert all(edges[b, a] == count == 1 for (a, b), count in edges.items())
+    corners = mesh.vertices[mesh.triangles]
+    assert (corners[:, 0] * np.cross(corners[:, 1], corners[:, 2])).sum() > 0.0
+    assert len(mesh.triangles) <= 600
+
+
+def test_forceps_move_rigidly_with_what_they_hold():
+    result, moments, found = seen(f"{PLANE} with shears")
+    forceps = found["forceps"]
+    held = moments.vectors("position", result.nodes_of("grip"), np.float64)
+    during = (moments.times >= 0.1) & (moments.times <= 0.5 - 1e-9)
+    local = np.einsum("rij,rnj->rni", forceps.axes, held - forceps.origin[:, None])[during]
+    # The held nodes move by 5 mm and turn by 0.4; single precision of frames limits this.
+    assert np.abs(local - local[0]).max() < 1e-7
+    assert np.ptp(forceps.origin[during], axis=0).max() > 3e-3
+
+
+def test_jaws_touch_the_surface_of_what_they_hold():
+    result, moments, found = seen(f"{PLANE} with shears")
+    forceps = found["forceps"]
+    row = Scenery.of(moments).row(0.3)
+    grip = moments.vectors("position", result.nodes_of("grip"), np.float64)[row]
+    local = (grip - forceps.origin[row]) @ forceps.axes[row].T
+    points = mesh_of("forceps").posed(float(forceps.setting[row])) * forceps.size
+    upper = mesh_of("forceps").part == 1
+    tips = points[upper & (points[:, 2] < 0.3 * forceps.size)]
+    # The inner face of the upper jaw stands at the outermost node, within a tenth of a unit.
+    assert tips[:, 0].min() == pytest.approx(local[:, 0].max(), abs=0.1 * forceps.size)
+
+
+def test_scissors_close_in_the_plane_of_the_cut_when_it_happens():
+    _, moments, found = seen(f"{PLANE} with shears")
+    scissors, row = found["scissors"], Scenery.of(moments).row(0.4)
+    # Springs show where the cut is; forceps have bent the tube by a tenth there.
+    np.testing.assert_allclose(np.abs(scissors.axes[row, 1]), [1.0, 0.0, 0.0], atol=0.15)
+    assert scissors.origin[row, 0] == pytest.approx(22e-3, abs=2e-3)  # half of a cell
+    assert scissors.setting[row] == 0.0
+    assert scissors.setting[row - 3] > 0.05
+    assert scissors.life[0] < 0.4 < scissors.life[1] < 0.5
+
+
+def test_a_scalpel_cuts_where_no_scissors_are_named():
+    _, _, found = seen(PLANE)
+    assert "scalpel" in found and "scissors" not in found
+
+
+def test_a_jet_flows_while_it_irrigates_and_ends_at_the_tissue():
+    _, moments, found = seen(PLANE)
+    jet, row = found["jet"], Scenery.of(moments).row(0.2)
+    assert jet.life == pytest.approx((0.2, 0.35))
+    np.testing.assert_allclose(jet.axes[row, 2], [0.0, 0.0, 1.0], atol=1e-12)
+    # From 25 mm above the axis of the tube to its upper side at 4 mm, or to nodes beside it.
+    assert 20e-3 < jet.size * jet.setting[row] < 26e-3
+
+
+def test_the_handle_of_a_probe_leads_away_from_the_tissue():
+    _, _, found = seen(PLANE)
+    handle = found["handle"]
+    assert handle.size == 3e-3
+    assert handle.axes[0, 2, 2] > 0.7  # upwards: the tube is below
+
+
+def test_shafts_do_not_lead_through_tissue():
+    _, moments, found = seen(f"{PLANE} with shears")
+    row = Scenery.of(moments).row(0.4)
+    tissue = Scenery.of(moments).tissue(row)
+    for kind in ("forceps", "scissors"):
+        course = found[kind]
+        local = (tissue - course.origin[row]) @ course.axes[row].T / course.size
+        along = (local[:, 2] > 2.0) & (np.hypot(local[:, 0], local[:, 1]) < 0.5)
+        assert not along.any()
+
+
+def test_rotations_are_found_and_degenerate_sets_are_left_alone():
+    generator = np.random.default_rng(3)
+    reference = generator.normal(size=(6, 3))
+    turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    found = rotations(reference, (reference @ turn.T)[None] + 0.3)[0]
+    np.testing.assert_allclose(found, turn, atol=1e-12)
+    line = np.outer(np.arange(4.0), [1.0, 2.0, 0.0])
+    np.testing.assert_array_equal(rotations(line, line[None])[0], np.eye(3))
+
+
+def test_nothing_is_drawn_of_tools_that_hold_nodes_outside_of_the_frames():
+    scene = BAR.replace("CUT", PLANE).replace("trajectory every", "trajectory of [ends] every")
+    result = tissuec.run(scene, companion="off")
+    moments = Moments.of(result, np.arange(len(result.times)))
+    assert {one.kind for one in courses(moments)} <= {"handle", "jet"}

@@ -1,0 +1,95 @@
+"""Scissors and scalpels: drawn where springs are cut."""
+
+import re
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.model.network import Floats
+from tissuec.results.recording import Event
+from tissuec.view.instruments import Course
+from tissuec.view.instruments.courses import Scenery
+from tissuec.view.instruments.shafts import shaft_across
+
+_OPEN, _AFTER, _ALONG = 0.35, 0.2, 0.15  # [rad]: of each blade before, after and during a cut
+_SPAN = 1.6  # units of tissue between blades
+_AWAY = 1.5  # units that blades draw back by
+_WITH = re.compile(r'"[^"]*"|\bwith\b')
+
+
+def cuts(scenery: Scenery) -> Iterator[Course]:
+    """Yield an instrument for each sentence that cuts."""
+    cut = (one for one in scenery.moments.trajectory.events if one.kind == "cut")
+    events = [one for one in cut if _shown(scenery, one).any()]
+    for _, same in groupby(events, key=lambda one: one.place):
+        yield _cut(scenery, list(same))
+
+
+def _normal(places: Floats, ways: Floats) -> Floats:
+    """Return the normal of a cut: springs lead across it, and their middles hardly spread.
+
+    Of all springs, each taken in the direction that it has across the cut, the mean leads
+    straight across; which directions these are is found from each axis of space.
+
+    Args:
+        places: Middles of the springs [m], shape (spring, 3).
+        ways: From one end of each to the other [m], shape (spring, 3).
+    """
+    found: list[tuple[float, Floats]] = []
+    for normal in np.eye(3):
+        for _ in range(10):
+            mean = (np.where(ways @ normal < 0.0, -1.0, 1.0)[:, None] * ways).mean(axis=0)
+            normal = mean / np.linalg.norm(mean)
+        across = float(np.median(np.abs(ways @ normal)))
+        found.append((across / (float((places @ normal).std()) + 0.1 * across), normal))
+    return max(found, key=lambda one: one[0])[1]
+
+
+def _shown(scenery: Scenery, event: Event) -> NDArray[np.bool_]:
+    """Return which of the springs that are cut have both ends in frames, shape (spring,)."""
+    trajectory = scenery.moments.trajectory
+    return np.asarray(np.isin(_ends(scenery, event), trajectory.nodes).all(axis=1))
+
+
+def _ends(scenery: Scenery, event: Event) -> NDArray[np.integer]:
+    return scenery.moments.trajectory.network.ends[list(event.springs)]
+
+
+def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
+    """Return the blades of one cut, which may go on through several events."""
+    moments = scenery.moments
+    places: list[Floats] = []
+    ways: list[Floats] = []
+    for event in events:
+        ends = _ends(scenery, event)[_shown(scenery, event)]
+        row = moments.vectors_in("position", scenery.row(event.time))
+        first, second = (row[np.searchsorted(moments.trajectory.nodes, one)] for one in ends.T)
+        places.append((first + second) / 2.0)
+        ways.append(second - first)
+    every, way = np.concatenate(places), np.concatenate(ways)
+    axis = _normal(every, way)
+    middle = (every.max(axis=0) + every.min(axis=0)) / 2.0
+    shaft = shaft_across(axis, middle, scenery.tissue(scenery.row(events[0].time)))
+    axes = np.stack([np.cross(axis, shaft), axis, shaft])
+    spans = np.ptp(every @ axes.T, axis=0)
+    time = np.array([event.time for event in events])
+    times = moments.times
+    points = np.stack([one.mean(axis=0) for one in places]) if len(events) > 1 else middle[None]
+    origin = np.stack([np.interp(times, time, points[:, k]) for k in range(3)], axis=1)
+    before = np.clip((time[0] - times) / scenery.pause, 0.0, 1.0)
+    after = np.clip((times - time[-1]) / scenery.pause, 0.0, 1.0)
+    unit = scenery.unit(max(spans[0], spans[2]) / _SPAN / (1 if len(events) == 1 else 3))
+    is_scissors = any(found[0] == "with" for found in _WITH.finditer(events[0].cause))
+    setting = np.zeros(len(times))
+    if is_scissors:
+        during = (before == 0.0) & (after == 0.0) & (len(events) > 1)
+        setting = _OPEN * before + _AFTER * after + _ALONG * during * (times < time[-1])
+    elif len(events) == 1:  # it is drawn through the tissue
+        origin = origin + axes[0] * (spans[0] * (0.5 - before))[:, None]
+    origin = origin + shaft * (_AWAY * unit * after)[:, None]
+    life = (time[0] - scenery.pause, time[-1] + scenery.pause)
+    seen = np.broadcast_to(axes, (len(times), 3, 3))
+    kind = "scissors" if is_scissors else "scalpel"
+    return Course(kind, "", unit, life, origin, seen, setting)

@@ -1,0 +1,112 @@
+"""Forceps without a shape: drawn where they hold nodes, and moving rigidly with these."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from tissuec.model.network import Floats, Indices
+from tissuec.view.instruments import Course
+from tissuec.view.instruments.courses import Scenery, frame_along
+from tissuec.view.instruments.meshes import mesh_of
+from tissuec.view.instruments.shafts import free_shaft
+
+_FIX = "fix"
+_WIDEST = 0.35  # [rad]: of each arm
+_OPEN = 0.05  # [rad]: by which arms open before they hold
+_AWAY = 1.5  # units that forceps come from
+_NEAREST = 0.05  # of the size of the bodies: of the tissue that is looked at around them
+_TURNS = 36  # directions in which they could open
+
+
+def grips(scenery: Scenery) -> Iterator[Course]:
+    """Yield forceps for each time that one holds nodes."""
+    trajectory = scenery.moments.trajectory
+    shaped = {tool.name for tool in trajectory.network.tools if tool.shapes}
+    others = {_FIX, *trajectory.sets, *shaped}
+    for holder in dict.fromkeys(hold.holder for hold in trajectory.holds):
+        if holder in others:
+            continue
+        own = [hold for hold in trajectory.holds if hold.holder == holder]
+        for hold, after in pairwise([*own, None]):
+            assert hold is not None
+            nodes = scenery.rows_of(hold.nodes)
+            if len(nodes) and hold.time < scenery.moments.times[-1]:
+                stop = np.inf if after is None else after.time
+                yield _grip(scenery, holder, nodes, (hold.time, stop))
+
+
+def _grip(scenery: Scenery, name: str, nodes: Indices, held: tuple[float, float]) -> Course:
+    """Return forceps that hold some nodes.
+
+    Args:
+        scenery: Where.
+        name: Of the tool.
+        nodes: Rows in frames, shape (node,).
+        held: From when until when [s].
+    """
+    moments = scenery.moments
+    first, last = scenery.row(held[0]), scenery.last_row(min(held[1], float(moments.times[-1])))
+    rows = np.clip(np.arange(len(moments)), first, max(first, last))
+    points = moments.vectors("position", nodes, np.float64)[rows]
+    begin = points[0]
+    middle = (begin.max(axis=0) + begin.min(axis=0)) / 2.0
+    axes = _axes(begin, scenery.tissue(first))
+    spans = np.ptp(begin @ axes.T, axis=0)
+    middle = ((begin @ axes.T).max(axis=0) - spans / 2.0) @ axes
+    turns = rotations(begin, points)
+    origin = points.mean(axis=1) + np.einsum("rij,j->ri", turns, middle - begin.mean(axis=0))
+    unit = scenery.unit(max(spans[0], spans[2]) / 1.1)
+    pivot = mesh_of("forceps").pivot
+    grip = min(float(np.arcsin(min(1.0, spans[0] / 2.0 / (pivot * unit)))), _WIDEST)
+    # From 1, before and after, to 0 while it holds.
+    away = np.clip(np.maximum(held[0] - moments.times, moments.times - held[1])
+                   / scenery.pause, 0.0, 1.0)  # fmt: skip
+    seen = np.einsum("rij,kj->rki", turns, axes)
+    origin = origin + seen[:, 2] * (_AWAY * unit * away)[:, None]
+    life = (held[0] - scenery.pause, held[1] + scenery.pause)
+    return Course("forceps", name, unit, life, origin, seen, grip + _OPEN * away)
+
+
+def _axes(held: Floats, tissue: Floats) -> Floats:
+    """Return the axes of forceps, which open where the tissue is thinnest, shape (3, 3).
+
+    Args:
+        held: Nodes that they hold [m], shape (node, 3).
+        tissue: All nodes [m], shape (node, 3).
+    """
+    middle = (held.max(axis=0) + held.min(axis=0)) / 2.0
+    shaft = free_shaft(middle, tissue)
+    reach = max(
+        3.0 * float(np.linalg.norm(held - middle, axis=1).max()), _NEAREST * _size(tissue)
+    )
+    around = tissue[np.linalg.norm(tissue - middle, axis=1) <= reach]
+    plain = frame_along(shaft)
+    turn = np.linspace(0.0, np.pi, _TURNS, endpoint=False)
+    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    across = np.asarray(circle @ plain[:2], dtype=float)
+    x = across[int(np.ptp(around @ across.T, axis=0).argmin())]
+    return np.stack([x, np.cross(shaft, x), shaft])
+
+
+def _size(points: Floats) -> float:
+    return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+
+def rotations(reference: Floats, points: Floats) -> Floats:
+    """Return the rotations that turn points into others best (Kabsch 1976), (row, 3, 3).
+
+    None where the points lie on a line.
+
+    Args:
+        reference: [m], shape (point, 3).
+        points: [m], shape (row, point, 3).
+    """
+    flat = reference - reference.mean(axis=0)
+    sizes = np.linalg.svd(flat, compute_uv=False) if len(flat) > 1 else np.zeros(3)
+    if len(flat) < 3 or sizes[1] <= 1e-6 * sizes[0]:
+        return np.broadcast_to(np.eye(3), (len(points), 3, 3))
+    moved = points - points.mean(axis=1, keepdims=True)
+    u, _, v = np.linalg.svd(np.einsum("rni,nj->rij", moved, flat))
+    u[:, :, 2] *= np.linalg.det(u @ v)[:, None]
+    return np.asarray(u @ v)
