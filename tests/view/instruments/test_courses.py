@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import tissuec
-from tissuec.view.instruments.courses import Scenery, courses
+from tissuec.view.instruments.courses import courses
 from tissuec.view.instruments.grips import rotations
 from tissuec.view.instruments.meshes import KINDS, mesh_of
+from tissuec.view.instruments.scenery import Scenery
 from tissuec.view.player.moments import Moments
 
 BAR = """language 1

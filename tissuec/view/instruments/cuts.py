@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tissuec.model.network import Floats
 from tissuec.results.recording import Event
 from tissuec.view.instruments import Course
-from tissuec.view.instruments.courses import Scenery
+from tissuec.view.instruments.scenery import Scenery
 from tissuec.view.instruments.shafts import shaft_across
 
 _OPEN, _AFTER, _ALONG = 0.35, 0.2, 0.15  # [rad]: of each blade before, after and during a cut

@@ -7,8 +7,8 @@ import numpy as np
 
 from tissuec.model.network import Floats, Indices
 from tissuec.view.instruments import Course
-from tissuec.view.instruments.courses import Scenery, frame_along
 from tissuec.view.instruments.meshes import mesh_of
+from tissuec.view.instruments.scenery import Scenery, frame_along
 from tissuec.view.instruments.shafts import free_shaft
 
 _FIX = "fix"

@@ -83,7 +83,7 @@ class ToolSolid(Struct, frozen=True):
     name: str
 
 
-class Held(Struct, frozen=True, eq=False):
+class HeldTissue(Struct, frozen=True, eq=False):
     """What is held, but for what instruments hold that are drawn themselves.
 
     Attributes:
@@ -153,7 +153,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     lines: Lines
     skin: SkinPiece
     dots: Lifetimes
-    held: Held
+    held: HeldTissue
     solids: tuple[ToolSolid, ...]
     instruments: tuple[Instrument, ...]
     surfaces: dict[str, list[SurfacePiece]]

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.film import Held, SkinPiece
+from tissuec.view.player.film import HeldTissue, SkinPiece
 from tissuec.view.player.lifetimes import Mask, Timeline, lives
 from tissuec.view.player.thinning import Thinning
 
 FIX = "fix"
 
 
-class Drawn(Struct, frozen=True, eq=False):
+class DrawnNet(Struct, frozen=True, eq=False):
     """What held nodes can be seen by.
 
     Attributes:
@@ -33,18 +33,31 @@ class Drawn(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, thin: Thinning, skin: SkinPiece, ends: Indices) -> Self:
-        """Return that of a film."""
+        """Return that of a film.
+
+        Args:
+            thin: Which nodes are drawn.
+            skin: Triangles between them.
+            ends: Of springs between them, shape (spring, 2).
+        """
         corners = skin.triangles.astype(np.int64)
         sides = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         pairs, key = np.sort(ends, axis=1), np.array([len(thin.kept), 1])
         return cls(thin, skin, ends, np.isin(pairs @ key, sides @ key))
 
     def triangles(self, held: Mask) -> Mask:
-        """Return which triangles have held nodes only, but for those that are not drawn."""
+        """Return which drawn triangles have held nodes only, shape (triangle,)."""
         return held[self.skin.triangles].all(axis=1) & ~self.skin.smooth
 
     def springs(self, held: Mask) -> Mask:
-        """Return which springs of the skin lead between held nodes outside of patches."""
+        """Return which edges of the skin lead between held nodes outside of patches.
+
+        Args:
+            held: Which nodes are held, shape (node,).
+
+        Returns:
+            Shape (spring,).
+        """
         covered = self._covered(held)[self.ends].all(axis=1)
         return held[self.ends].all(axis=1) & self.at_skin & ~covered
 
@@ -61,8 +74,8 @@ class Drawn(Struct, frozen=True, eq=False):
 
 
 def read_held(
-    trajectory: Trajectory, timeline: Timeline, drawn: Drawn, seen: Container[str]
-) -> Held:
+    trajectory: Trajectory, timeline: Timeline, drawn: DrawnNet, seen: Container[str]
+) -> HeldTissue:
     """Return what is held when.
 
     Args:
@@ -87,7 +100,7 @@ def read_held(
         rods.append((drawn.ends[springs.of], springs.life, fixed))
         rods.append((np.stack([nodes.of, nodes.of], axis=1), nodes.life, fixed))
     none = np.zeros((0, 2))
-    return Held(
+    return HeldTissue(
         patches,
         moved,
         np.concatenate([none.astype(np.int64), *(ends for ends, _, _ in rods)]),

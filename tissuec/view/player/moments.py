@@ -86,7 +86,12 @@ class Moments(Struct, frozen=True, eq=False):
         return found
 
     def vectors_in(self, name: str, row: int) -> Floats:
-        """Return vectors at all recorded nodes in one row, shape (node, 3); see ``vectors``."""
+        """Return vectors at all recorded nodes in one row, shape (node, 3).
+
+        Args:
+            name: As in ``vectors``, with the same units.
+            row: Number of the row.
+        """
         every = np.arange(len(self.trajectory.nodes))
         frame, side = int(self.frames[row]), int(self.sides[row])
         sides, frames = getattr(self.trajectory.sides, name), getattr(self.trajectory, name)

@@ -19,7 +19,7 @@ from tissuec.view.player.film import (
     SurfacePiece,
     ToolSolid,
 )
-from tissuec.view.player.holds import Drawn, read_held
+from tissuec.view.player.holds import DrawnNet, read_held
 from tissuec.view.player.lifetimes import (
     FOREVER,
     Lifetimes,
@@ -59,7 +59,7 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     seen = courses(moments)
     position, velocity = _motion(moments, thin, seen)
     skin = _skin(trajectory, thin, triangles, faces)
-    drawn = Drawn.of(thin, skin, strand.ends)
+    drawn = DrawnNet.of(thin, skin, strand.ends)
     return PlayerData(
         times=timeline.times,
         position=position,
