@@ -1,5 +1,6 @@
 """Friction: Coulomb's law where things slide, a bristle where they stick, rolling between."""
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -305,14 +306,16 @@ output {{ trajectory every 1 ms }}
 """
 
 
+@cache
+def landing(method, tolerance):
+    """Return where a mass is that lands [m], shape (frame, 3)."""
+    flying = ball(height="1 mm", velocity="(1, 0, 0) m/s", mass="10 g")
+    text = LANDING.format(ball=flying, floor=FLOOR, method=method, tolerance=tolerance)
+    return play(text).position[:, 0]
+
+
 @pytest.mark.parametrize("method", ["esdirk43", "trbdf2", "rkc2", "velocity verlet", "rkn4"])
 def test_a_mass_that_lands_gets_friction_from_every_method(method):
-    def landing(method, tolerance):
-        flying = ball(height="1 mm", velocity="(1, 0, 0) m/s", mass="10 g")
-        return play(
-            LANDING.format(ball=flying, floor=FLOOR, method=method, tolerance=tolerance)
-        ).position[:, 0]
-
     exact, found = landing("dop853", 1e-8), landing(method, 1e-4)
     assert exact[-1, 0] < 0.056  # of the 60 mm that it would slide without friction
     assert np.abs(found - exact).max() < 1e-4 * 0.06

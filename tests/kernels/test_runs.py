@@ -63,7 +63,7 @@ def cases():
                     yield name, ledger, parts, *alike
 
 
-@pytest.mark.parametrize(("name", "ledger", "parts", "alike", "regular"), cases())
+@pytest.mark.parametrize(("name", "ledger", "parts", "alike", "regular"), list(cases()))
 def test_forces_losses_and_nearness_are_those_of_springs_one_by_one(
     name, ledger, parts, alike, regular, monkeypatch
 ):
