@@ -266,9 +266,10 @@ def test_every_output_says_it(tmp_path):
     assert code == 0
     assert "doubtful: cells of block are inside out (9 cells, first at" in talk
     assert talk.count("inside out") == 1
-    assert said("run", scene, "-o", result, "--strict", "--companion", "off")[0] == 1
-    document = json.loads(said("--json", "run", scene, "-o", result, "--companion", "off")[1])
-    (found,) = document["doubts"]
+    strict = ("run", scene, "-o", result, "--strict", "--companion", "off")
+    code, document, _ = said("--json", *strict)
+    assert code == 1
+    (found,) = json.loads(document)["doubts"]
     assert found["kind"] == "inside out"
     assert "inside out" in said("info", result)[1]
     with tissuec.load(result) as trajectory:
