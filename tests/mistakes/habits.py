@@ -534,6 +534,6 @@ MISTAKES = {
         "tissue is fat; tissue is skin\n",
         "TIS307",
         "tissue is skin",
-        '"tissue" is given twice',
+        "remove one of them",
     ),
 }

@@ -5,6 +5,9 @@ import pytest
 
 import tissuec
 from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 SCENE = """language 1
 use "tissues/liver"
@@ -142,6 +145,29 @@ def test_what_is_wrong_is_told_with_its_place(given, said):
     message = refused(**given)
     for part in said:
         assert part in message, message
+
+
+@pytest.mark.parametrize(
+    ("written", "proposed"),
+    [
+        ("hardness of fat = soft", 'write "hardness of fat is soft"'),
+        ("hardness of tissue fat = hard", 'write "hardness of tissue fat is hard"'),
+        ("mass of fat is heavy", "write mass of fat = 1 kg"),
+        ("interface of body liver = stiffer", 'write "interface of body liver is stiffer"'),
+        ("cell of liver is 5 mm", 'write "cell of liver = 5 mm"'),
+        ("cell of liver 5 mm", 'write "cell of liver = 5 mm"'),
+        ("rupture of body liver = allowed", "write rupture of body liver is allowed"),
+        ("kind of hand = hook", 'write "kind of hand is hook"'),
+    ],
+)
+def test_what_is_proposed_names_the_block_and_can_be_set(written, proposed):
+    with pytest.raises(CompileError) as error:
+        check_request(Request(Source("scene.tis", SCENE), (written,)))
+    (finding,) = error.value.diagnostics
+    assert proposed in finding.hint
+    for edit in finding.edits:
+        mended = written[: edit.span.start] + edit.text + written[edit.span.end :]
+        assert " of " in mended
 
 
 def test_an_entry_in_two_blocks_inside_is_ambiguous():

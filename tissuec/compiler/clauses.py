@@ -5,9 +5,9 @@ from typing import NoReturn
 
 import numpy as np
 
-from tissuec.core.hints import Edit, Hint
+from tissuec.core.hints import Edit, Hint, one_left
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, Dimension
+from tissuec.core.units import NUMBER, Dimension, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats
 from tissuec.scene.expressions import Scope
@@ -43,7 +43,9 @@ class ClauseReader:
         self.asked: set[str] = set()
         for clause in sentence.clauses:
             if clause.word in self.clauses:
-                scope.findings.reject("TIS307", f'"{clause.word}" is given twice', clause.span)
+                first = self.clauses[clause.word].span
+                hint = one_left(clause.span, first)
+                scope.findings.refuse_second(f'"{clause.word}"', clause.span, first, hint=hint)
             self.clauses[clause.word] = clause
 
     @property
@@ -92,7 +94,9 @@ class ClauseReader:
         value = self._value(word)
         if not value.is_vector:
             text = self.clauses[word].value.span.text
-            hint = f"its three components, for example: {word} (0, 0, {text})"
+            fits = value.dimension == dimension or value.is_literal
+            part = text if fits else f"1 {suggested_unit(dimension)}".rstrip()
+            hint = f"its three components, for example: {word} (0, 0, {part})"
             self.reject("TIS312", f"{word} needs a vector (x, y, z)", word=word, hint=hint)
         if np.any(value.amount) or not value.is_literal:
             self.scope.expect(

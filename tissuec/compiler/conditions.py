@@ -407,6 +407,9 @@ class Conditions:
                 "TIS703",
                 f"{show(time, TIME)} is not within the run of {show(self.duration, TIME)}",
                 node.span,
+                hint="write an earlier time, or a longer duration in simulate"
+                if time > 0.0
+                else "the run begins at 0 s",
             )
         return min(time, self.duration)
 

@@ -9,7 +9,6 @@ from msgspec.structs import replace
 from tissuec.compiler.conditions import LEDGER, Conditions
 from tissuec.compiler.sets import Groups
 from tissuec.compiler.smoothing import SURFACE, read_surface
-from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import FREQUENCY, TIME, parse_unit, show
@@ -156,15 +155,12 @@ class OutputReader:
 
     def _once(self, key: str, item: s.Sentence | s.Block) -> None:
         if key in self.places:
-            notes = (Note("first here", self.places[key]),)
             hint = (
                 "list several bodies: trajectory of [A, B] every 10 ms"
                 if key == "trajectory"
                 else ""
             )
-            self.findings.reject(
-                "TIS307", f'"{key}" is given twice', item.span, hint=hint, notes=notes
-            )
+            self.findings.refuse_second(f'"{key}"', item.span, self.places[key], hint=hint)
         self.places[key] = item.span
 
     def _precision(self, item: s.Sentence) -> None:
@@ -238,7 +234,8 @@ class OutputReader:
         every = float(value.amount)
         if every <= 0.0:
             message = f"the time between outputs must be above 0 s, not {value}"
-            self.findings.reject("TIS308", message, node.span)
+            hint = Hint("for example: every 10 ms", Edit("10 ms"))
+            self.findings.reject("TIS308", message, node.span, hint=hint)
         if math.isfinite(self.duration) and self.duration / every > MOST_SAMPLES:
             self.findings.reject(
                 "TIS308",

@@ -167,8 +167,39 @@ class ScriptReader:
             "TIS403",
             "this form of time is not allowed here",
             item.head,
-            hint=f'allowed: {allowed} or "from T to T every T:"',
+            hint=self._time_meant(item, outer.is_outermost)
+            or f'allowed: {allowed} or "from T to T every T:"',
         )
+
+    def _time_meant(self, item: s.Timed, is_outermost: bool) -> Hint | str:
+        """Return a hint with the time that can be meant, or an empty one."""
+        texts = {clause.word: clause.value.span.text for clause in item.times}
+        place = item.times[0].span.to(item.times[-1].span)
+        begin = "at" if is_outermost else "after"
+        end = show(self.duration, TIME) if np.isfinite(self.duration) else "1 s"
+        match sorted(texts):
+            case ["after"] | ["at"]:
+                moment = f"{begin} {texts.popitem()[1]}"
+                block = "of the run" if is_outermost else "of the block around it"
+                return Hint(f'write "{moment}": times are from the start {block}',
+                            Edit(moment, place))  # fmt: skip
+            case ["every"]:
+                return proposal(f"from 0 s to {end} every {texts['every']}", place)
+            case ["from"]:
+                moment, interval = f"{begin} {texts['from']}", f"from {texts['from']} to {end}"
+                return Hint(f'write "{moment}", or "{interval}"', Edit(moment, place),
+                            Edit(interval, place))  # fmt: skip
+            case ["until"]:
+                return proposal(f"from 0 s to {texts['until']}", place)
+            case ["at" | "after" as word, "every"]:
+                return proposal(f"from {texts[word]} to {end} every {texts['every']}", place)
+            case ["every", "from"]:
+                return proposal(f"from {texts['from']} to {end} every {texts['every']}", place)
+            case ["every", "from", "to"]:
+                interval = f"from {texts['from']} to {texts['to']}"
+                return proposal(f"{interval} every {texts['every']}", place)
+            case _:
+                return ""
 
     def _refuse_other_intervals(self, item: s.Timed, words: list[str]) -> None:
         """Reject ``from 0.1 s until 0.3 s`` and ``from 0.1 s - 0.3 s``."""

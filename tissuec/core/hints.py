@@ -83,6 +83,11 @@ def leaving_out(text: str, *places: Span) -> Hint:
     return Hint(text, *map(removal, places))
 
 
+def one_left(*places: Span) -> Hint:
+    """Return a hint whose edits each take one of these clauses out of its sentence."""
+    return Hint("remove one of them", *(Edit("", place) for place in places))
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> Hint:
     """Return a hint ``did you mean "…"?`` for the nearest known word, or an empty one."""
     from difflib import get_close_matches  # late: most runs have no misspelt word

@@ -8,6 +8,7 @@ from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Source, Span
 from tissuec.core.units import NO_TEMPERATURES
+from tissuec.lang.ranges import one_of, without_tolerance
 
 #: Matches what may be odd: signs without a meaning, control characters, all beyond ASCII. An
 #: apostrophe has one between two letters, as in "Young's modulus".
@@ -56,7 +57,10 @@ _REMEDY: dict[str, str] = {
     for what, group in _INSTEAD.items()
     for character in group
 } | dict.fromkeys("'‘’‚‛`´′", 'put text in double quotes: "…"')
-_REMEDY |= dict.fromkeys("≈≅≃~", 'write a range: "between 4 mN and 6 mN"')
+#: Signs between the ends of a range, and before a number that is not exact.
+_ABOUT = "≈≅≃~"
+_BETWEEN = f"–—…{_ABOUT}"
+_REMEDY |= dict.fromkeys(_ABOUT, 'write a range: "between 4 mN and 6 mN"')
 _REMEDY["\\"] = "remove it: a line that begins with a joining word continues the line above"
 
 
@@ -124,6 +128,7 @@ def odd_character(span: Span) -> Diagnostic | None:
         _ungrouped(span)
         or _temperature(span)
         or _tolerance(span)
+        or _range(span)
         or _paired(span)
         or _apostrophe(span)
         or _REMEDY.get(character, fallback)
@@ -164,11 +169,27 @@ def _tolerance(span: Span) -> Hint | str:
         return ""
     if _TESTED.match(text, text.rfind("\n", nearby, span.start) + 1):
         return 'write the range: "between … and …"'
-    unit = before[2] or ("" if behind[1] == "%" else behind[1])
-    amount = f"{before[1]} {unit}".rstrip()
     place = Span(span.source, nearby + before.start(), behind.end())
-    hint = f'a number has no tolerance: write "{amount}", and vary it in a study'
-    return Hint(hint, Edit(amount, place))
+    return without_tolerance(before[1], before[2] or behind[1], place)
+
+
+def _range(span: Span) -> Hint | str:
+    """Return a hint about ``5 – 6 kPa`` and ``~5 kPa``, if it is one of them."""
+    if span.text not in _BETWEEN:
+        return ""
+    text, nearby = span.source.text, max(span.start - _LONGEST_LINE, 0)
+    before = _AMOUNT_BEFORE.search(text[nearby : span.start])
+    behind = _AMOUNT_BEHIND.match(text, span.end)
+    if behind is None:
+        return ""
+    amount = behind[0].strip()
+    if before is not None:
+        place = Span(span.source, nearby + before.start(), behind.end())
+        return one_of(before[0].strip(), amount, place)
+    if span.text in _ABOUT and not _TESTED.match(text, text.rfind("\n", 0, span.start) + 1):
+        place = Span(span.source, span.start, behind.end())
+        return Hint(f'a number has no tolerance: write "{amount}"', Edit(amount, place))
+    return ""
 
 
 def _ungrouped(span: Span) -> str:

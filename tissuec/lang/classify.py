@@ -357,6 +357,7 @@ def _number_in_name(m: Mistake) -> Diagnostic | None:
         return None
     name = m.words_before
     if m.found.type == "QUANTITY" and "EQUAL" in m.accepted:
+        name = m.text(m.before[0], m.before[-1]) if m.holds("OF") else name
         hint = Hint(f"write {shown(f'{name} = {m.found.text}')}", Edit(" =", m.behind))
         return m.finding("TIS109", '"=" is missing between a name and its value', hint)
     value = Hint(f'write "{name} = {m.found.text}"', Edit(" =", m.behind))

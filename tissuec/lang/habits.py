@@ -11,8 +11,10 @@ from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.core.units import converted
 from tissuec.lang.mistake import Mistake
+from tissuec.lang.ranges import MESSAGE, one_of, without_tolerance
 from tissuec.lang.token_names import shown
 from tissuec.lang.tokens import NUMBER_PATTERN
+from tissuec.lang.words import CONTINUING
 
 _NUMBER = rf"-?{NUMBER_PATTERN}"
 _UNIT = r"(?:[^\W\d]|%)[\w*/·^-]*"
@@ -78,6 +80,30 @@ _HABITS = (
     Habit(
         rf"(?P<wrong><(?P<parts>{_AMOUNT}, ?{_AMOUNT}, ?{_AMOUNT})>)",
         "a vector has round brackets", r"(\g<parts>)",
+    ),
+    Habit(
+        rf"^(?!vary |expect |when |set |if |param |known ).*?= ?"
+        rf"(?P<wrong>between (?P<low>{_AMOUNT}) and (?P<high>{_AMOUNT}))",
+        MESSAGE, None, "range",
+    ),
+    Habit(
+        rf"^(?!vary ).*?(?P<wrong>(?P<low>{_AMOUNT}) ?\.\.\.? ?(?P<high>{_AMOUNT}))",
+        MESSAGE, None, "range",
+    ),
+    Habit(
+        rf"= ?(?P<wrong>(?P<number>{_NUMBER}) ?(?P<own>{_UNIT})? ?\+/- ?{_NUMBER}"
+        rf" ?(?P<unit>{_UNIT})?)$",
+        MESSAGE, None, "tolerance",
+    ),
+    Habit(
+        r"= ?(?P<wrong>(?:about|approximately|approx|ca|circa|roughly|around|some|nearly) "
+        rf"(?P<number>{_AMOUNT}))$",
+        "a number has no tolerance", r"\g<number>",
+    ),
+    Habit(
+        r"^(?!expect |when |set |if |vary ).*?= ?"
+        rf"(?P<wrong>(?:[<>]=?|up to|at least|at most) ?(?P<number>{_AMOUNT}))$",
+        "one number is needed here, not a limit", r"\g<number>",
     ),
     # sets and files
     Habit(
@@ -157,6 +183,35 @@ _HABITS = (
         'an interval has the form "from … to …:"', r"from \g<start> to \g<stop>",
     ),
     Habit(
+        rf"^(?P<wrong>(?:over|for|during|within) (?P<time>{_AMOUNT})) ?:",
+        "an interval has a beginning and an end", None,
+        'write when it begins and ends: "from T to T:"',
+    ),
+    Habit(
+        rf"^(?P<wrong>at (?P<start>{_AMOUNT})(?:,| and)? (?:for|over) (?P<time>{_AMOUNT})) ?:",
+        'an interval has the form "from … to …:"', r"from \g<start> to \g<start> + \g<time>",
+    ),
+    Habit(
+        rf"^(?P<wrong>(?:by|before) {_AMOUNT}) ?:",
+        "an action has the time at which it happens or begins", None,
+        'write "at T:", or an interval that ends then: "from T to T:"',
+    ),
+    Habit(
+        r"^(?P<wrong>(?:in|then|later|then at|later at|then after|starting at"
+        rf"|beginning at) (?P<time>{_AMOUNT})(?: later)?) ?:",
+        "an action has a time from the start of the run", r"at \g<time>",
+    ),
+    Habit(
+        rf"^(?P<wrong>(?:after )?(?:another )?(?P<time>{_AMOUNT}) (?:later|afterwards)) ?:",
+        "times are from the start of the run, not from the line above", None,
+        'write "at" and the time since the start of the run: at T: …',
+    ),
+    Habit(
+        rf"^(?P<wrong>after another {_AMOUNT}) ?:",
+        "times are from the start of the run, not from the line above", None,
+        'write "at" and the time since the start of the run: at T: …',
+    ),
+    Habit(
         rf"^(?P<wrong>(?:during )?(?P<time>{_AMOUNT})) ?:",
         'the word "at" is missing before a time', r"at \g<time>",
     ),
@@ -182,8 +237,15 @@ _HABITS = (
         'a plane is turned with "facing"', "facing",
     ),
     Habit(
-        rf"(?P<wrong>\bat (?:x|y|z) ?={{1,2}} ?{_AMOUNT})", "a cut follows a plane", None,
-        "plane",
+        rf"(?P<wrong>\b(?:at|along|through|across)(?: (?:the )?(?:line|plane))?"
+        rf" (?:x|y|z) ?={{1,2}} ?{_AMOUNT})", "a cut follows a plane", None, "plane",
+    ),
+    Habit(
+        rf"\bcut {_WORDS} (?P<wrong>(?:(?:to|at|by) )?(?:a depth of )?{_AMOUNT}"
+        r"(?: (?:deep|into|long|wide)\b)?)(?: with | to |$)",
+        "a cut has no depth, but a line from where it begins to where it ends", None,
+        "for example: cut BODY along line from (20, -1, 0) mm to (20, 5, 0) mm "
+        "facing (1, 0, 0)",
     ),
     # comparisons
     *(
@@ -225,9 +287,11 @@ def habit(m: Mistake) -> Diagnostic | None:
     """Recognise one of the forms above around the wrong token."""
     tokens = [*m.before, m.found, *m.after]
     start, stop = tokens[0].start, max(m.statement.stop, tokens[0].stop)
-    if m.found.type == "BETWEEN" and not m.line_before.strip():
-        # It was read as the rest of the line above.
-        start, stop = m.found.start, m.source.text.find("\n", m.found.start)
+    line = m.source.text.rfind("\n", 0, m.found.start) + 1
+    begun = _CONTINUED.match(m.source.text, line)
+    if begun and start < line:  # it was read as the rest of the line above
+        start, stop = begun.end(), m.source.text.find("\n", m.found.start)
+        stop = len(m.source.text) if stop < 0 else stop
     text = m.source.text[start:stop].rstrip()
     if m.statement.is_head or m.found.type == "LBRACE":
         text += " {"
@@ -240,6 +304,10 @@ def habit(m: Mistake) -> Diagnostic | None:
         place = Span(m.source, start + found.start("wrong"), start + found.end("wrong"))
         if one.hint == "union":
             hint = _union(place, text, found["verb"], found["names"])
+        elif one.hint == "range":
+            hint = one_of(found["low"], found["high"], place)
+        elif one.hint == "tolerance":
+            hint = without_tolerance(found["number"], found["own"] or found["unit"], place)
         else:
             hint = _hint(one, found, place)
         return Diagnostic("TIS312", one.message, place, hint)
@@ -300,4 +368,7 @@ def inches(m: Mistake) -> Diagnostic | None:
 _EACH = ("fix", "free", "hold")
 
 _LONGEST = 2000
+
+#: What stands before a word that continues the line above.
+_CONTINUED = re.compile(rf"[ \t]*(?=(?:{'|'.join(CONTINUING)})\b)")
 _FORMS = tuple((one, re.compile(one.form)) for one in _HABITS)

@@ -16,6 +16,7 @@ from tissuec.meshes.generators import MESHES, Generator
 from tissuec.model.network import Floats
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, without
+from tissuec.scene.entry_meanings import left_side, unknown_entry
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import (
@@ -144,15 +145,12 @@ def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> b
     """Return what ``rupture is …`` says."""
     phrase = None if isinstance(item, s.Assign) else item.phrase
     if phrase is None or phrase.words[0].key != "allowed" or phrase.kind == "between":
+        forms = [f"{left_side(item)} is {word}" for word in ("allowed", "not allowed")]
         findings.reject(
             "TIS305",
             "rupture is either allowed or not",
             item.span,
-            hint=Hint(
-                "write rupture is allowed, or rupture is not allowed",
-                Edit("rupture is allowed"),
-                Edit("rupture is not allowed"),
-            ),
+            hint=Hint(f"write {', or '.join(forms)}", *map(Edit, forms)),
         )
     return phrase.kind == "word"
 
@@ -266,8 +264,7 @@ class _BodyReader:
             self.spring_parts.append(self._springs(item))
             return
         if key in self.once:
-            notes = (Note("first here", self.once[key]),)
-            self.findings.reject("TIS307", f'"{key}" is given twice', item.span, notes=notes)
+            self.findings.refuse_second(f'"{key}"', item.span, self.once[key])
         self.once[key] = item.span
         if key == "mesh":
             self._mesh(item)
@@ -287,7 +284,7 @@ class _BodyReader:
                 "TIS303",
                 f'"{item.name.text}" is not an entry of a body',
                 item.name.span,
-                hint=told or alternatives(key, ENTRIES, what="entries"),
+                hint=told or unknown_entry(item, ENTRIES),
             )
 
     def _elsewhere(self, item: s.Assign | s.Sentence | s.Block) -> str:
@@ -436,12 +433,9 @@ class _BodyReader:
         for other in self.spring_parts:
             sides = {side.key for side in other.sides or ()}
             if sides == {first.key, second.key}:
-                self.findings.reject(
-                    "TIS307",
-                    f"the interface from {first.text} to {second.text} is given twice",
-                    span,
-                    notes=(Note("first here", other.span),),
-                )
+                what = f"the interface from {first.text} to {second.text}"
+                hint = "remove one of them"  # whose block is more than its place
+                self.findings.refuse_second(what, span, other.span, hint=hint)
         name = f"springs from {first.text} to {second.text}"
         if isinstance(item, s.Block):
             made_of = self._made_of(item, "an interface")

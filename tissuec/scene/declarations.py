@@ -276,7 +276,10 @@ def _declare(
             "TIS312", 'a tissue is based on another with "like"', name.span, hint=hint
         )
     if name.words in SYMBOLS and name.quoted is None and kind in _NAMESPACES[0]:
-        findings.reject("TIS507", f'"{name.text}" is a unit and cannot be a name', name.span)
+        hint = 'choose a word, also where it is used, such as "load" or "length of A"'
+        findings.reject(
+            "TIS507", f'"{name.text}" is a unit and cannot be a name', name.span, hint=hint
+        )
     for other in next((kinds for kinds in _NAMESPACES if kind in kinds), (kind,)):
         if name.key in to.of(other):
             first = to.of(other)[name.key].name.span

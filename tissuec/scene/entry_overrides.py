@@ -12,8 +12,8 @@ from typing import Any, NoReturn, TypeAlias, cast
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core.errors import CompileError, Note
-from tissuec.core.hints import alternatives, did_you_mean
+from tissuec.core.errors import CompileError, Diagnostic, Note
+from tissuec.core.hints import Hint, alternatives, did_you_mean
 from tissuec.core.names import key_of
 from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
@@ -202,7 +202,10 @@ def _read(source: Source) -> tuple[s.Item | None, tuple[s.Name, ...]]:
     try:
         items = parse(bare, has_heading=False).items
     except CompileError as error:
-        raise CompileError([_moved(one, source) for one in error.diagnostics]) from None
+        entry, owner = bare.text[:start].strip(), text[start:end].rstrip()
+        raise CompileError(
+            [_owned(_moved(one, source), entry, owner) for one in error.diagnostics]
+        ) from None
     item = _moved(items[0], source) if len(items) == 1 else None
     return item, tuple(_owners(source, start, end))
 
@@ -231,6 +234,18 @@ def _moved(node: Any, source: Source) -> Any:
             )
         case _:
             return node
+
+
+def _owned(finding: Diagnostic, entry: str, owner: str) -> Diagnostic:
+    """Return a finding whose hint names an entry with its block: "rows of strip = 5".
+
+    Args:
+        finding: Of the text without the name of the block.
+        entry: The entry.
+        owner: The name of the block behind "of", with that word and a blank before it.
+    """
+    hint = finding.hint.replace(f'"{entry} ', f'"{entry}{owner} ') if owner else finding.hint
+    return replace(finding, hint=Hint(hint, *finding.edits))
 
 
 def _is_more(item: Entry) -> bool:

@@ -16,6 +16,7 @@ from tissuec.core.units import (
     LENGTH,
     NUMBER,
     STANDARD_GRAVITY,
+    SYMBOLS,
     Dimension,
     Unit,
     UnitError,
@@ -26,10 +27,12 @@ from tissuec.core.units import (
     suggested_unit,
 )
 from tissuec.lang import syntax as s
+from tissuec.lang.ranges import MESSAGE
 from tissuec.lang.tokens import NUMBER_PATTERN
 from tissuec.lang.words import STEPS
 from tissuec.scene.findings import Findings
 from tissuec.scene.library import Library
+from tissuec.scene.ranges import difference
 from tissuec.scene.values import LARGEST_NUMBER, Value
 
 Truth = NDArray[np.bool_]
@@ -113,6 +116,9 @@ class Scope:
                 "a time is a number, such as 0.5 s, or one with a name: "
                 "let end = 0.5 s (of expectations also: over run)"
             )
+        if name.text in SYMBOLS:
+            text = f"1 {name.text}"
+            return Hint(f'a unit stands behind a number: write "{text}"', Edit(text))
         declared = f'declare it: "param {name.text} = …" or "let {name.text} = …"'
         found = alternatives(name.text, self.names(), what="numbers") or Hint(declared)
         return Hint(found + _AXES.get(name.key, ""), *found.edits)
@@ -230,6 +236,8 @@ class Scope:
         total = self.evaluate(node.first)
         for sign, part in node.rest:
             term = self.evaluate(part)
+            if total.is_literal and term.dimension != NUMBER and (hint := difference(node)):
+                self.findings.reject("TIS312", MESSAGE, node.span, hint=hint)
             self._same(
                 "cannot add" if sign == "+" else "cannot subtract", total, term, part.span
             )

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import NoReturn
 
 from tissuec.core.errors import CompileError, Diagnostic, Note
-from tissuec.core.hints import did_you_mean
+from tissuec.core.hints import did_you_mean, leaving_out
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 
@@ -69,6 +69,22 @@ class Findings:
         """
         self.add(code, message, span, hint=hint, notes=notes)
         raise Rejected
+
+    def refuse_second(self, what: str, span: Span, first: Span, *, hint: str = "") -> NoReturn:
+        """Reject a statement that says once more what another one said.
+
+        Args:
+            what: What both say; an entry is in quotes.
+            span: The second statement.
+            first: The first statement.
+            hint: The way out, if it is another than to remove one of them.
+
+        Raises:
+            Rejected: Always.
+        """
+        hint = hint or leaving_out("remove one of them", span, first)
+        notes = (Note("first here", first),)
+        self.reject("TIS307", f"{what} is given twice", span, hint=hint, notes=notes)
 
     def stop(self) -> NoReturn:
         """Leave the present item, whose errors were added before.

@@ -6,14 +6,14 @@ from math import inf
 from typing import Any, NoReturn
 
 from tissuec.core import units
-from tissuec.core.errors import Note
 from tissuec.core.fields import OneOf, Real
-from tissuec.core.hints import Edit, Hint, alternatives
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.bodies import SECTION, read_rupture, read_tissue
 from tissuec.scene.declarations import Declarations
+from tissuec.scene.entry_meanings import unknown_entry
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Joint, Tissue
 
@@ -118,11 +118,10 @@ class _JointReader:
                 "TIS303",
                 f'"{item.name.text}" is not an entry of a joint',
                 item.name.span,
-                hint=alternatives(key, ENTRIES, what="entries"),
+                hint=unknown_entry(item, ENTRIES),
             )
         if key in self.places:
-            notes = (Note("first here", self.places[key]),)
-            self.findings.reject("TIS307", f'"{key}" is given twice', item.span, notes=notes)
+            self.findings.refuse_second(f'"{key}"', item.span, self.places[key])
         self.places[key] = item.span
         match key:
             case "springs":

@@ -8,7 +8,6 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.registry import Family
 from tissuec.core.source import Span
@@ -164,12 +163,7 @@ def _read_entry(item: s.Item, found: dict[str, WrittenLaw], scope: Scope) -> Non
         )
     kind = BY_ENTRY[item.name.key]
     if kind.word in found:
-        scope.findings.reject(
-            "TIS307",
-            f'"{kind.word}" is given twice',
-            item.span,
-            notes=(Note("first here", found[kind.word].span),),
-        )
+        scope.findings.refuse_second(f'"{kind.word}"', item.span, found[kind.word].span)
     found[kind.word] = read_law(kind, item, scope)
 
 

@@ -4,8 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import NoReturn
 
-from tissuec.core.errors import Note
-from tissuec.core.hints import Edit, Hint
+from tissuec.core.hints import Edit, Hint, one_left
 from tissuec.core.source import Span
 from tissuec.core.units import (
     NUMBER,
@@ -64,11 +63,9 @@ class Clauses:
             if clause.word not in allowed:
                 self.reject("TIS303", f'unexpected "{clause.word}"', clause.span)
             if len(earlier) >= allowed.count(clause.word):
-                self.findings.reject(
-                    "TIS307",
-                    f'"{clause.word}" is given twice',
-                    clause.span,
-                    notes=(Note("first here", earlier[0].span),),
+                first, what = earlier[0].span, f'"{clause.word}"'
+                self.findings.refuse_second(
+                    what, clause.span, first, hint=one_left(clause.span, first)
                 )
 
     def reject(self, code: str, message: str, span: Span | None = None) -> NoReturn:

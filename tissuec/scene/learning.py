@@ -143,9 +143,7 @@ class LearnBlockReader:
 
     def _once(self, entry: str, item: s.Item) -> None:
         if entry in self.places:
-            notes = (Note("first here", self.places[entry]),)
-            message = f'"{entry}" is given twice'
-            self.findings.reject("TIS307", message, item.span, notes=notes)
+            self.findings.refuse_second(f'"{entry}"', item.span, self.places[entry])
         self.places[entry] = item.span
 
     def _wrong_form(self, entry: str, item: s.Item) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Sequence
 
-from tissuec.core.errors import Note
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.forces import FORCES
 from tissuec.lang import syntax as s
@@ -115,6 +114,5 @@ def _single(
             hint=schema.missing(example, block.head),
         )  # fmt: skip
     for again in written[1:]:
-        notes = (Note("first here", written[0].span),)
-        scope.findings.reject("TIS307", f'"{key}" is given twice', again.span, notes=notes)
+        scope.findings.refuse_second(f'"{key}"', again.span, written[0].span)
     return written[0], [i for i in items if i is not written[0]]

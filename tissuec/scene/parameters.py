@@ -169,6 +169,7 @@ class Constants(Scope):
                 f"{item.name.text} = {value} is not between {low} and {high}",
                 written.value.span,
                 notes=(Note("the limits", bounds.span),),
+                hint="write a number between its limits, or other limits",
             )
 
 

@@ -15,14 +15,15 @@ import numpy as np
 from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
 
-from tissuec.core.errors import Note
 from tissuec.core.fields import FileIn, FromTo, Named, OneOf, Point, Real, Several, Whole
 from tissuec.core.hints import Edit, Hint, alternatives, insertion, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import ACCELERATION, NUMBER, describe, show, suggested_unit
 from tissuec.lang import syntax as s
+from tissuec.scene.entry_meanings import left_side, unknown_entry
 from tissuec.scene.expressions import Scope
 from tissuec.scene.files import read_file
+from tissuec.scene.ranges import difference, refuse_range
 from tissuec.scene.values import Value
 
 #: What opens a block, behind its head.
@@ -187,12 +188,7 @@ def read(
         with scope.findings.item():
             entry = find_entry(schema, item, scope, what=what)
             if entry.name in places:
-                scope.findings.reject(
-                    "TIS307",
-                    f'"{entry.name}" is given twice',
-                    item.span,
-                    notes=(Note("first here", places[entry.name]),),
-                )
+                scope.findings.refuse_second(f'"{entry.name}"', item.span, places[entry.name])
             places[entry.name] = item.span
             values[entry.field] = read_entry(entry, item, scope)
     return values, places
@@ -215,7 +211,7 @@ def find_entry(schema: Mapping[str, Entry], item: s.Item, scope: Scope, *, what:
             "TIS303",
             f'"{item.name.text}" is not an entry of {what}',
             item.name.span,
-            hint=chosen(item, schema) or alternatives(item.name.key, schema, what="entries"),
+            hint=chosen(item, schema) or unknown_entry(item, schema),
         )
     return schema[item.name.key]
 
@@ -252,6 +248,7 @@ def read_entry(entry: Entry, item: s.Item, scope: Scope) -> Any:
         case kind:
             if not isinstance(item, s.Assign):
                 _wrong_form(entry, item, scope)
+            refuse_range(item, scope.findings)
             _no_clauses(item, scope)
             return read_value(kind, item.value, scope, what=entry.name)
 
@@ -304,6 +301,7 @@ def read_value(
                     f"{what} = {_grouped(number)} is not between "
                     f"{_grouped(low)} and {_grouped(high)}",
                     node.span,
+                    hint=proposal(str(low)) if number < low else "write a smaller number",
                 )
             return int(number)
         case Real():
@@ -338,12 +336,36 @@ def _read_real(kind: Real, node: s.Expression, scope: Scope, *, what: str) -> fl
             for _, words, limit in limits
             if limit is not None
         )
-        is_share = kind.dimension == NUMBER and value.is_literal
-        fits = _within(kind, amount / 100) and 0.5 < (kind.at_most or 0.0) <= 1.0
-        hint = proposal(f"{node.span.text} %") if is_share and fits else ""
         message = f"{what} must be {allowed}, not {value}"
+        hint = _allowed(kind, node, value, allowed)
         scope.findings.reject("TIS308", message, node.span, hint=hint)
     return amount
+
+
+def _allowed(kind: Real, node: s.Expression, value: Value, allowed: str) -> Hint:
+    """Return a hint with what can be meant by a number beyond its limits.
+
+    Args:
+        node: The number as written.
+        allowed: Its limits in words.
+    """
+    amount = float(value.amount)
+    is_share = kind.dimension == NUMBER and value.is_literal
+    if is_share and _within(kind, amount / 100) and 0.5 < (kind.at_most or 0.0) <= 1.0:
+        return proposal(f"{node.span.text} %")
+    if (amount_range := difference(node)) is not None:
+        return amount_range
+    match node:
+        case s.Signed(operand=s.Number() | s.Quantity() as plain) if _within(kind, -amount):
+            return proposal(plain.span.text)
+        case s.Number() | s.Quantity() | s.Signed():
+            pass
+        case _:
+            return Hint(f'"{node.span.one_line}" is {value}; it must be {allowed}')
+    nearest = kind.at_most if kind.at_most is not None and amount > 0.0 else kind.at_least
+    if nearest is not None and _within(kind, nearest):
+        return proposal(show(nearest, kind.dimension))
+    return Hint(f"write a number {allowed}")
 
 
 def _within(kind: Real, amount: float) -> bool:
@@ -409,7 +431,7 @@ def refuse_sign(item: s.Item, scope: Scope, *, example: str) -> None:
         return
     is_word = isinstance(item.value, s.Name) and not item.clauses
     hint = (
-        proposal(f"{item.name.span.text} is {item.value.span.text}")
+        proposal(f"{left_side(item)} is {item.value.span.text}")
         if is_word
         else f"for example: {example}"
     )
@@ -450,17 +472,19 @@ _OFF = ("off", "none", "zero", "no")
 
 
 def _wrong_form(entry: Entry, item: s.Item, scope: Scope) -> NoReturn:
+    example = entry.example
+    if isinstance(item, s.Assign | s.Sentence | s.Block) and item.name.key == entry.name:
+        example = left_side(item) + example.removeprefix(entry.name)
     if isinstance(entry.kind, OneOf) and isinstance(item, s.Assign):
         text = item.value.span.text
         hint = (
-            proposal(f"{entry.name} is {text}")
+            proposal(f"{left_side(item)} is {text}")
             if text in entry.kind.words
-            else Hint(f"for example: {entry.example}", Edit(entry.example))
+            else Hint(f"for example: {example}", Edit(example))
         )
         scope.findings.reject(
             "TIS312", 'use "is" to choose a word; "=" assigns a number', item.span, hint=hint
         )
-    example = entry.example
     if isinstance(entry.kind, FileIn) and (file := _QUOTED.search(item.span.text)):
         example = f"{entry.name} {file[0]} in mm"
     kind = describe(entry.kind.dimension) if isinstance(entry.kind, Real) else ""

@@ -138,8 +138,7 @@ class _StudyReader:
     def _once(self, name: str, span: Span, places: dict[str, Span]) -> None:
         key = key_of(name)
         if key in places:
-            notes = (Note("first here", places[key]),)
-            self.findings.reject("TIS307", f'"{name}" is given twice', span, notes=notes)
+            self.findings.refuse_second(f'"{name}"', span, places[key])
         places[key] = span
 
     def _choice(self, item: s.Sentence, known: Iterable[str]) -> str:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from tissuec.core.errors import Note
 from tissuec.core.fields import Real
-from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, leaving_out, proposal
+from tissuec.core.hints import Edit, Hint, alternatives, leaving_out, proposal
 from tissuec.core.source import Span
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.inference_results import Firing, Inference, NoRule
@@ -18,6 +18,7 @@ from tissuec.lang import syntax as s
 from tissuec.laws import MODULUS, REST, E, stress_in
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
+from tissuec.scene.entry_meanings import left_side, quantity_meant
 from tissuec.scene.entry_overrides import SET
 from tissuec.scene.evidence import (
     KNOWN,
@@ -46,9 +47,6 @@ from tissuec.scene.written_numbers import read_given
 
 MOST_PARENTS = 50
 _NAMED = s.Sentence | s.Assign | s.Block | s.Function
-
-#: Entries by words that other programs have for them.
-_MEANT = {"stiffness": "spring constant", "damping": "viscosity"}
 
 
 class _Written(Struct):
@@ -259,12 +257,7 @@ class TissueReader:
         key = "about" if item.name.words.lower() == "about" else item.name.key
         key = key if law is None else law.word
         if key in entries:
-            self.findings.reject(
-                "TIS307",
-                f'"{key}" is given twice',
-                item.span,
-                notes=(Note("first here", entries[key]),),
-            )
+            self.findings.refuse_second(f'"{key}"', item.span, entries[key])
         entries[key] = item.span
         if law is not None:
             written.laws[key] = read = read_law(law, item, self.scope)
@@ -283,7 +276,7 @@ class TissueReader:
         elif written.rules is not None and key in self.vocabulary.properties:
             written.facts[key] = item
         else:
-            self._unknown(item.name, written.rules, declared)
+            self._unknown(item, written.rules, declared)
 
     def _evidence(
         self, item: s.Sentence | s.Assign, written: _Written, entries: dict[str, Span]
@@ -314,13 +307,15 @@ class TissueReader:
                 )
             written.numbers.pop(rival, None)
 
-    def _unknown(self, name: s.Name, rules: RulesBlock | None, declared: Declared) -> NoReturn:
+    def _unknown(
+        self, item: s.Sentence | s.Assign, rules: RulesBlock | None, declared: Declared
+    ) -> NoReturn:
         """Reject an entry that is neither a property of the rules nor a quantity."""
+        name = item.name
         self.findings.pass_over_doubtful(name.key)
         known = (*self.vocabulary.properties, *LISTED, *BY_ENTRY, KNOWN, "described", "about")
         hint = alternatives(name.key, known, what="entries")
-        near = did_you_mean(name.key, (*known, *_MEANT)).edits
-        if near and (meant := _MEANT.get(near[0].text)):
+        if meant := quantity_meant(item):
             hint = alternatives("", known, what="entries")
             hint = Hint(f'did you mean "{meant}"?  {hint}', Edit(meant))
         if rules is not None:
@@ -354,9 +349,10 @@ class TissueReader:
             return
         if not isinstance(item, s.Assign):
             kind = Real(quantity.dimension)
-            forms = [schema.Entry(key, key, kind, None, "").example]
+            name = left_side(item)
+            forms = [schema.Entry(name, key, kind, None, "").example]
             if quantity.none is not None:
-                forms.append(f"{key} is none")
+                forms.append(f"{name} is none")
             hint = f"write {', or '.join(forms)}, or describe the tissue in words"
             self.findings.reject(
                 "TIS312",
@@ -375,7 +371,7 @@ class TissueReader:
                 if rules is not None
                 else "nothing is concluded without words: described in … is missing"
             )
-            name, kind = QUANTITIES[key].name, Real(QUANTITIES[key].dimension)
+            name, kind = left_side(item), Real(QUANTITIES[key].dimension)
             hint = f"write {schema.Entry(name, key, kind, None, '').example}"
             self.findings.reject("TIS312", message, item.span, hint=hint)
         written.numbers.pop(key, None)
@@ -394,7 +390,7 @@ class TissueReader:
         if isinstance(item.value, s.Name) and item.value.key in scale.scale.words:
             self.findings.reject(
                 "TIS312", 'use "is" to choose a word; "=" assigns a number', item.span,
-                hint=proposal(f"{item.name.text} is {item.value.text}"),
+                hint=proposal(f"{left_side(item)} is {item.value.text}"),
             )  # fmt: skip
         value = self.scope.number(item.value)
         self.scope.expect(value, scale.dimension, item.value.span, what=scale.name)
@@ -408,7 +404,7 @@ class TissueReader:
         if item.phrase is None or item.clauses:
             self.findings.reject(
                 "TIS312",
-                f"{item.name.text} needs a word: {item.name.text} is …",
+                f"{item.name.text} needs a word: {left_side(item)} is …",
                 item.span,
                 hint=_words_joined(item),
             )

@@ -205,6 +205,7 @@ class RulesReader:
                     "TIS308",
                     f"the weight of a rule must be above 0 and at most 1, not {weight:g}",
                     clause.value.span,
+                    hint="leave it out for a weight of 1",
                 )
         return Rule(condition, conclusions, weight)
 

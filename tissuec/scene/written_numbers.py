@@ -8,6 +8,7 @@ from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import POISSONS_RATIO, QUANTITIES, SHARES, TissueQuantity
+from tissuec.scene.ranges import refuse_range
 
 LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body together
 LARGEST_POISSON = 0.499  # at 1/2 a solid would keep its volume exactly, and never move
@@ -37,6 +38,7 @@ def read_given(name: str, item: s.Assign, scope: Scope) -> AssignedQuantity:
         scope: Looks up names of expressions.
     """
     quantity = QUANTITIES[name]
+    refuse_range(item, scope.findings)
     value = schema.read_value(limits_of(quantity), item.value, scope, what=quantity.name)
     length = None
     for clause in item.clauses:
