@@ -136,3 +136,92 @@ def test_what_follows_the_last_number_is_found_and_filters_stay(monkeypatch, las
         read_columns(text, find_dialect(text), (0, 1))
     good = text.replace(last, "2")
     assert read_columns(good, find_dialect(good), (0, 1)).tolist() == [[0, 1], [1, 2]]
+
+
+BAD_CELLS = [
+    ("00:01:23.5", "83.5 for 00:01:23.5"),
+    ("1:23,5", "83.5 for 1:23,5"),
+    ("2024-05-01", "instead of dates"),
+    ("01.05.2024", "instead of dates"),
+    ("1'234.5", "without separators: 1234.5"),
+    ("1 234.5", "without separators: 1234.5"),
+    ("1.234.567", "without separators: 1234567"),
+    ("1D+00", "write exponents with E: 1E+00"),
+    ("-2.5d-3", "write exponents with E: -2.5E-3"),
+    ("12.5 mN", 'the unit "mN" behind 12.5'),
+    ("12.5%", 'the unit "%" behind 12.5'),
+    ("12.5 *", 'what stands "*" behind 12.5'),
+    ("3.0 (est.)", 'what stands "(est.)" behind 3.0'),
+    ("<0.5", "a limit is no measured number"),
+    ("OVL", "leave a gap empty"),
+    ("inf", "leave a gap empty"),
+]
+
+
+@pytest.mark.parametrize(("cell", "said"), BAD_CELLS)
+def test_a_cell_that_is_no_number_is_answered_with_what_it_should_be(cell, said, tmp_path):
+    text = f"t_s\tForce\n0\t1\n1\t{cell}\n2\t3\n"
+    with pytest.raises(CompileError) as caught:
+        experiment(tmp_path, text, fit("force", "Force"))
+    (found,) = caught.value.diagnostics
+    assert (
+        found.message == f'line 3 of bench.csv, column "Force": "{cell}" is not a finite number'
+    )
+    assert said in found.hint
+
+
+@pytest.mark.parametrize("text", ['0,"1,234"\n1,"2,345"\n', "0,1,234.5\n1,2,345.5\n"])
+def test_groups_of_thousands_are_never_decimals(text, tmp_path):
+    with pytest.raises(CompileError) as caught:
+        experiment(tmp_path, f"t_s,Force\n{text}", fit("force", "Force"))
+    assert "line 2 of bench.csv" in caught.value.diagnostics[0].message
+    assert "write d" in caught.value.diagnostics[0].hint
+
+
+@pytest.mark.parametrize("mark", ["-9999", "-999.25", "-999.0", "99999", "1e30", "-32768"])
+def test_numbers_that_stand_for_gaps_are_asked_about(mark, tmp_path):
+    text = f"t_s,Force\n0,1\n1,2.5\n2,{mark}\n3,4\n"
+    with pytest.raises(CompileError) as caught:
+        experiment(tmp_path, text, fit("force", "Force"))
+    (found,) = caught.value.diagnostics
+    assert found.message.startswith('line 4 of bench.csv, column "Force": ')
+    assert "leave a gap empty" in found.hint
+    mended = experiment(tmp_path, text.replace(mark, ""), fit("force", "Force"))
+    assert mended.series[0].known.tolist() == [True, True, False, True]
+
+
+@pytest.mark.parametrize("values", [(-9990, -9997, -9999, -9980), (0, -500, -999, -1400)])
+def test_numbers_among_others_are_measured(values, tmp_path):
+    text = "t_s,Force\n" + "".join(f"{t},{f}\n" for t, f in enumerate(values))
+    found = experiment(tmp_path, text, fit("force", "Force")).series[0]
+    assert found.values.tolist() == list(values)
+
+
+def test_columns_of_one_name_are_told_by_their_numbers(tmp_path):
+    text = "t_s,Force,Force\n0,1,2\n1,3,4\n2,5,7\n"
+    with pytest.raises(CompileError) as caught:
+        experiment(tmp_path, text, fit("force", "Force"))
+    (found,) = caught.value.diagnostics
+    assert found.hint == 'name one by its number: "2" or "3"'
+    assert experiment(tmp_path, text, fit("force", "3")).series[0].values.tolist() == [2, 4, 7]
+
+
+COUNTED = {
+    "deeplabcut": "scorer,net,net\nbodyparts,tip,tip\ncoords,x,y\n0,10,0\n1,11,0\n2,12,1\n",
+    "pandas": ",tip_x\n0,10\n1,11\n2,12\n",
+    "samples": "Sample #;tip_x\n1;10\n2;11\n3;12\n",
+}
+
+
+@pytest.mark.parametrize("name", COUNTED)
+def test_numbers_of_rows_are_no_times(name, tmp_path):
+    with pytest.raises(CompileError) as caught:
+        experiment(tmp_path, COUNTED[name], fit("force", "tip_x"))
+    (found,) = caught.value.diagnostics
+    assert "counts rows; the time between them is missing" in found.message
+    assert 'time using column "' in found.hint
+    column_name = found.hint.partition('column "')[2].partition('"')[0]
+    given = experiment(
+        tmp_path, COUNTED[name], fit("force", "tip_x"), time=column(column_name, 0.01)
+    )
+    assert np.diff(given.series[0].times) == pytest.approx([0.01, 0.01])

@@ -10,9 +10,11 @@ from tissuec.compiler.clauses import ClauseReader
 from tissuec.core.errors import CompileError
 from tissuec.core.hints import Edit, Hint, insertion
 from tissuec.core.interpolation import monotone_slopes
+from tissuec.core.text_tables.column_units import is_count
 from tissuec.core.text_tables.columns import BadRow, line_number, read_columns
 from tissuec.core.text_tables.dialect import Dialect
 from tissuec.core.text_tables.heads import find_dialect
+from tissuec.core.text_tables.odd_cells import GAP, gap_mark
 from tissuec.core.units import LENGTH, TIME, Unit, UnitError, describe, parse_unit, show
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import names_in
@@ -145,6 +147,9 @@ class _ProfileTable:
             unit = dialect.unit(0)
         except UnitError as error:
             self.reject("TIS104", f"{column} has an unknown unit: {error}", hint)
+        if unit is None and is_count(dialect.names[0]):
+            message = f"{column} counts rows; a table begins with a column of times"
+            self.reject("TIS313", message, "write the times there, in s, or name it t_ms")
         if unit is None:
             return 1.0
         if unit.dimension != TIME:
@@ -184,6 +189,11 @@ class _ProfileTable:
         if len(gaps):
             row, column = gaps[0].tolist()
             self._bad_row(text, dialect, BadRow(row, column, "the number is missing"))
+        for column in range(1, rows.shape[1]):
+            if (row := gap_mark(rows[:, column])) is not None:
+                problem = f"{rows[row, column]:g} is far from all other numbers"
+                remedy = "remove rows without a number; some programs mark them so"
+                self._bad_row(text, dialect, BadRow(row, column, problem, remedy))
         if len(rows) < 2:
             self.reject("TIS313", f"{self.path} contains fewer than two rows of numbers")
         return rows
@@ -192,7 +202,8 @@ class _ProfileTable:
         where = f"line {line_number(text, dialect, error.row)} of {self.path}"
         if error.column is not None:
             where += f', column "{dialect.names[error.column]}"'
-        self.reject("TIS313", f"{where}: {error.problem}")
+        remedy = "" if error.remedy == GAP else error.remedy
+        self.reject("TIS313", f"{where}: {error.problem}", remedy)
 
     def _check_times(self, times: Floats, text: str, dialect: Dialect) -> None:
         hint = "sort the rows by time, each time once, from 0 s on"

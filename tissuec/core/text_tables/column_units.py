@@ -2,6 +2,7 @@
 
 import re
 
+from tissuec.core.names import key_of
 from tissuec.core.units import TIME, Unit, UnitError, parse_unit
 
 _BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]$")
@@ -15,6 +16,11 @@ _SPELLED = {
     "minute": 60.0, "minutes": 60.0,
     "h": 3600.0, "hr": 3600.0, "hour": 3600.0, "hours": 3600.0,
 }  # fmt: skip
+#: Names of columns that count rows; spreadsheets and pandas leave the name out.
+_COUNTS = frozenset((
+    "", "frame", "frames", "frame number", "image", "picture", "sample", "index", "unnamed",
+    "row", "no", "nr", "number", "count",
+))  # fmt: skip
 
 
 def unit_of(name: str) -> Unit | None:
@@ -33,6 +39,11 @@ def unit_of(name: str) -> Unit | None:
         return _unit(behind[1]) if behind else None
     except UnitError:
         return None
+
+
+def is_count(name: str) -> bool:
+    """Return whether a column with this name counts rows or pictures and has no times."""
+    return key_of(name.strip(" #.:0123456789")) in _COUNTS
 
 
 def is_unit(cell: str) -> bool:

@@ -14,6 +14,7 @@ from tissuec.core.text_tables.dialect import (
     is_row,
     lines_of,
 )
+from tissuec.core.text_tables.odd_cells import TOO_MANY, is_ambiguous, remedy
 
 Floats = NDArray[np.float64]
 
@@ -32,10 +33,11 @@ class BadRow(Exception):
         row: From 0, counted without header, remarks and empty lines.
         column: Among the wanted ones; None if it is the row as a whole.
         problem: What is wrong, behind the name of the line.
+        remedy: What to do about it, if that is known.
     """
 
-    def __init__(self, row: int, column: int | None, problem: str):
-        self.row, self.column, self.problem = row, column, problem
+    def __init__(self, row: int, column: int | None, problem: str, remedy: str = ""):
+        self.row, self.column, self.problem, self.remedy = row, column, problem, remedy
         super().__init__(problem)
 
 
@@ -70,6 +72,7 @@ def read_columns(text: str, dialect: Dialect, wanted: Sequence[int]) -> Floats:
             raise BadRow(
                 *_mixed(text, dialect, wanted),
                 "decimals have points in some rows and commas in others",
+                "write them all with points",
             )
         signs |= cells.signs
         parts.append(cells.numbers)
@@ -169,7 +172,8 @@ def _by_cell(block: str, dialect: Dialect, wanted: Sequence[int], first: int) ->
     for number, row in enumerate(rows, first):
         if len(row) != width:
             cells = f"{len(row)} cell{'' if len(row) == 1 else 's'}"
-            raise BadRow(number, None, f"{cells} where there are {width} columns")
+            problem = f"{cells} where there are {width} columns"
+            raise BadRow(number, None, problem, TOO_MANY if len(row) > width else "")
     numbers = np.empty((len(rows), len(wanted)))
     signs: set[str] = set()
     for place, column in enumerate(wanted):
@@ -177,7 +181,13 @@ def _by_cell(block: str, dialect: Dialect, wanted: Sequence[int], first: int) ->
         values = [as_number(cell) for cell in cells]
         if None in values:
             bad = values.index(None)
-            raise BadRow(first + bad, place, f'"{cells[bad]}" is not a finite number')
+            problem = f'"{cells[bad]}" is not a finite number'
+            raise BadRow(first + bad, place, problem, remedy(cells[bad]))
+        if dialect.delimiter == "," and any(map(is_ambiguous, cells)):
+            bad = next(n for n, cell in enumerate(cells) if is_ambiguous(cell))
+            text = cells[bad]
+            problem = f'"{text}" can be {text.replace(",", "")} or {text.replace(",", ".")}'
+            raise BadRow(first + bad, place, problem, "write decimals with points")
         numbers[:, place] = values
         signs |= set("".join(cells)) & {".", ","}
     return ColumnCells(numbers, frozenset(signs))

@@ -7,8 +7,9 @@ from typing import NoReturn
 
 from msgspec import Struct
 
-from tissuec.core.hints import Hint, alternatives
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.source import Span
+from tissuec.core.text_tables.column_units import is_count
 from tissuec.core.text_tables.dialect import Dialect
 from tissuec.core.units import LENGTH, TIME, Dimension, UnitError, describe, si_unit
 from tissuec.learn.data.complaints import TWO_MACHINES, Complaints, first_few
@@ -90,9 +91,7 @@ class _Header:
         name = column.name.strip()
         count = self.names.count(name)
         if count > 1:
-            self.complaints.reject(
-                "TIS307", f'{self.complaints.file} has {count} columns "{name}"', column.span
-            )
+            self._reject_several(column, name, count)
         if count:
             return self.names.index(name)
         if name.isdecimal() and 1 <= int(name) <= len(self.names):
@@ -108,6 +107,23 @@ class _Header:
             column.span,
             hint=Hint(f"{hint}{self.begin}{other}", *hint.edits),
         )
+
+    def _reject_several(self, column: DataColumn, name: str, count: int) -> NoReturn:
+        """Reject a name that several columns have."""
+        places = [f'"{n}"' for n, one in enumerate(self.names, 1) if one == name]
+        known = [place for place in places if place.strip('"') not in self.names]
+        hint = Hint(
+            f"name one by its number: {' or '.join(first_few(places))}"
+            if known
+            else "give the columns different names in the file",
+            *(
+                Edit(place, old=f'"{name}"')
+                for place in known
+                if f'"{name}"' in column.span.text
+            ),
+        )
+        message = f'{self.complaints.file} has {count} columns "{name}"'
+        self.complaints.reject("TIS307", message, column.span, hint)
 
     def check_unit(self, column: DataColumn, number: int, dimension: Dimension) -> None:
         """Reject a name, or a row of units, that contradicts the unit in the sentence.
@@ -146,6 +162,8 @@ class _Header:
         wanted = TIME if axis.nodes is None else LENGTH
         name = self.names[self.dialect.clock]
         entry = "time" if axis.nodes is None else "displacement of …"
+        if wanted == TIME and self.is_named and is_count(name):
+            self._reject_count(name)
         hint = f'write, with its own unit: {entry} using column "NAME" in {si_unit(wanted)}'
         first = f'the first column of {self.complaints.file}, "{name}",'
         try:
@@ -160,6 +178,19 @@ class _Header:
             problem = f"{message}; {describe(wanted)} is needed"
             self.complaints.reject("TIS502", problem, hint=hint)
         return unit.factor
+
+    def _reject_count(self, name: str) -> NoReturn:
+        """Reject the first column, which counts rows, as the column of times."""
+        what = f', "{name}",' if name else ""
+        known = name if name and self.names.count(name) == 1 else f"{self.dialect.clock + 1}"
+        self.complaints.reject(
+            "TIS304",
+            f"the first column of {self.complaints.file}{what} counts rows; the time between "
+            "them is missing",
+            hint=f'write, with the time from one row to the next: time using column "{known}" '
+            f"in 10 ms; or name the column of times  columns: "
+            f"{', '.join(first_few([one for one in self.names if one]))}",
+        )
 
     def reject_unnamed(self, fit: Fit) -> NoReturn:
         listed = ", ".join(first_few([one for one in self.names if one]))

@@ -8,6 +8,7 @@ from tissuec.core.files import read_bytes
 from tissuec.core.text_tables.columns import BadRow, line_number, read_columns
 from tissuec.core.text_tables.dialect import decoded
 from tissuec.core.text_tables.heads import find_dialect
+from tissuec.core.text_tables.odd_cells import GAP, gap_mark
 from tissuec.learn.data.complaints import TWO_MACHINES, Complaints
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.data.header import Wanted, find_columns
@@ -43,6 +44,7 @@ def read_table(
     for fit in fits:
         with complaints.part():
             columns = np.array([rows.values[:, wanted.places[c]] for c in fit.columns])
+            _refuse_marks(fit, columns, rows)
             one = _series(fit, columns * _units(fit), rows, network, is_once=is_once)
             _check_varies(one, rows)
             series.append(_thinned(one) if rows.timed else one)
@@ -69,13 +71,35 @@ def _rows(table: Text, wanted: Wanted, *, timed: bool) -> DataRows:
         numbers = read_columns(table.text, table.dialect, wanted.numbers)
     except BadRow as error:
         where, span, hint = table.line(error.row), None, "comments begin with #"
+        if error.remedy:
+            hint = f"{error.remedy}; {hint}"
         if error.column is not None:
             name = table.dialect.names[wanted.numbers[error.column]]
             where += f', column "{name}"'
             span = wanted.spans[error.column]
-            hint = f"leave a gap empty, or write nan, NA or -; {hint}"
         table.complaints.reject("TIS313", f"{where}: {error.problem}", span, hint)
     return DataRows.of(table, numbers[:, 0] * wanted.factor, numbers, wanted.spans[0], timed)
+
+
+def _refuse_marks(fit: Fit, columns: Floats, rows: DataRows) -> None:
+    """Reject numbers that stand for gaps, such as -9999.
+
+    Args:
+        columns: Of the fit as they are written, shape (column, row).
+
+    Raises:
+        CompileError: There is one.
+    """
+    for column, values in list(zip(fit.columns, columns, strict=True))[is_long(fit) :]:
+        row = gap_mark(values)
+        if row is None:
+            continue
+        where = f'{rows.table.line(int(rows.number[row]))}, column "{column.name}"'
+        message = (
+            f"{where}: {values[row]:g} is far from all other numbers, as marks of gaps are"
+        )
+        hint = f"{GAP}; if it was measured, remove its row"
+        rows.table.complaints.reject("TIS313", message, column.span, hint)
 
 
 def _units(fit: Fit) -> Floats:
