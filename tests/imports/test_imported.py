@@ -478,12 +478,33 @@ def test_exact_refusals(tmp_path):
         ),
         "organ.step": (
             "x",
-            'the format ".step" is not supported | '
+            'the format ".step" is not supported | make a mesh of it first, such as with Gmsh: '
+            'gmsh "organ.step" -3 -o "organ.msh"  '
             "formats: .feb, .inp, .mesh, .msh, .obj, .off, .ply, .stl, .vtk, .vtp, .vtu",
         ),
         "grid.vtk": (
             "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n",
-            "it contains STRUCTURED_POINTS; POLYDATA or UNSTRUCTURED_GRID is needed | ",
+            "it contains STRUCTURED_POINTS; POLYDATA or UNSTRUCTURED_GRID is needed | "
+            "an image is no mesh: make a surface of it (a segmentation in 3D Slicer, or the "
+            'filter Contour of ParaView), and save that as "grid.stl" or "grid.vtp"',
+        ),
+        "lobe.vtk": (
+            "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS 2 2 2\n",
+            "it contains STRUCTURED_GRID; POLYDATA or UNSTRUCTURED_GRID is needed | write its "
+            "cells one by one, in Python with pyvista: "
+            'pyvista.read("lobe.vtk").cast_to_unstructured_grid().save("lobe.vtu")',
+        ),
+        "lobe.vts": (
+            '<VTKFile type="StructuredGrid"/>',
+            'the format ".vts" is not supported | write its cells one by one, in Python with '
+            'pyvista: pyvista.read("lobe.vts").cast_to_unstructured_grid().save("lobe.vtu")  '
+            "formats: .feb, .inp, .mesh, .msh, .obj, .off, .ply, .stl, .vtk, .vtp, .vtu",
+        ),
+        "renamed.vtu": (
+            '<VTKFile type="StructuredGrid"><StructuredGrid/></VTKFile>',
+            'it contains no "UnstructuredGrid" | write its cells one by one, in Python with '
+            'pyvista: pyvista.read("renamed.vtu").cast_to_unstructured_grid()'
+            '.save("renamed.vtu")',
         ),
         "folded.feb": (
             '<febio_spec version="4.0"><Mesh><Nodes><node id="1">0,0,0</node>'

@@ -46,7 +46,7 @@ def test_usual_values_are_not_warned_of():
         ({"modulus": "5 Pa"}, "Young's modulus of gel is 5 Pa", ["5 kPa", "5 MPa"]),
         ({"centre": "(20, 10, 30) m"}, "distance of finger from all bodies is 37.39 m", []),
         ({"cell": "40 um", "box": "(160, 80, 80) um", "centre": "(0, 0, 0) mm"},
-         "organ is as large as 160 um", []),
+         "organ is only 160 um", []),
         ({"cell": "10 m", "box": "(20, 20, 10) m", "centre": "(10, 10, 25) m"},
          "organ is as large as 20 m", []),
         ({"gravity": "(0, 0, -9810) m/s^2"}, "gravity is 9810 m/s^2", []),

@@ -1,7 +1,8 @@
 """``tissuec view``: Play results in a browser page, or draw them as pictures."""
 
+import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 #: Options that draw pictures -> the end of their files.
 PICTURES = {"png": ".png", "gif": ".gif", "mp4": ".mp4"}
+RESULTS = (".vtkhdf", ".h5", ".hdf5")
 SIZES = {"png": (1280, 720), "gif": (640, 360), "mp4": (1280, 720)}
 _LARGEST = 8192  # [px]
 _HEAVY = 25_000_000  # bytes of a page
@@ -43,7 +45,55 @@ def _picture(name: str, text: str) -> Callable[[F], F]:
     return click.option(f"--{name}", type=kind, help=text)
 
 
-@click.command(cls=Command)
+class ViewCommand(Command):
+    """``view``, whose options of pictures take the name of the picture."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the command line.
+
+        Raises:
+            UsageError: An option of a picture has no name of a picture behind it.
+        """
+        written = tuple(args)  # which click uses up
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            if usage := _without_picture(written):
+                raise click.UsageError(usage, ctx) from error
+            raise
+
+
+def _without_picture(written: tuple[str, ...]) -> str:
+    """Return what to write where an option of a picture is not followed by its name."""
+    for place, word in enumerate(written):
+        name = word.removeprefix("--")
+        if word not in {f"--{one}" for one in PICTURES}:
+            continue
+        behind = written[place + 1 : place + 2]
+        if behind and Path(behind[0]).suffix.lower() == PICTURES[name]:
+            continue
+        others = [one for one in written if not one.startswith("-")]
+        result = Path(next((one for one in others if Path(one).suffix in RESULTS), "RESULT"))
+        return _named_behind(name, result, others)
+    return ""
+
+
+def _named_behind(name: str, result: Path, others: Iterable[str]) -> str:
+    """Return that an option takes the name of a picture, with the whole command.
+
+    Args:
+        name: Of the option.
+        result: What is drawn.
+        others: What else was written; the name of the picture may be among it.
+    """
+    end = PICTURES[name]
+    named = (one for one in others if Path(one).suffix.lower() == end)
+    picture = next(named, f"{result.stem}{end}")
+    words = ["tissuec", "view", str(result), f"--{name}", picture]
+    return f"--{name} takes the picture to write, which ends in {end}: {shlex.join(words)}"
+
+
+@click.command(cls=ViewCommand)
 @click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
     "-o",
@@ -143,17 +193,22 @@ def _check_usage(
     opens: bool,
 ) -> None:
     """Refuse options that do not go together."""
+    for name, path in pictures.items():
+        if path.suffix.lower() != PICTURES[name]:
+            given = [str(one) for one in (*results, path, *([output] if output else []))]
+            result = next((one for one in given if Path(one).suffix in RESULTS), given[0])
+            raise click.UsageError(_named_behind(name, Path(result), given))
     if len(results) > 1 and (output is not None or pictures):
         name = "-o" if output is not None else f"--{next(iter(pictures))}"
         raise click.UsageError(f"{name} is for one result; give one result")
     if output is not None:
-        check_page_name(output, "for pictures use --png, --gif and --mp4")
-    for name, path in pictures.items():
-        if path.suffix.lower() != PICTURES[name]:
-            raise click.UsageError(
-                f"the name of the file of --{name} must end in {PICTURES[name]}, unlike "
-                f'"{path}"'
-            )
+        kind = next((k for k, end in PICTURES.items() if end == output.suffix.lower()), "")
+        instead = (
+            f"for a picture write --{kind} {output}"
+            if kind
+            else ("for pictures use --png, --gif and --mp4")
+        )
+        check_page_name(output, instead)
     for option, is_given in (("--size", size is not None), ("--forces", forces)):
         if is_given and not pictures:
             raise click.UsageError(f"{option} is for pictures: --png, --gif and --mp4")

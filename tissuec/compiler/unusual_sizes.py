@@ -25,12 +25,17 @@ FAR = 10.0
 def unusual_sizes(compiled: Compiled) -> Iterator[Diagnostic]:
     """W504: sizes of bodies, thicknesses, distances of tools, and gravity."""
     network, scene = compiled.network, compiled.scene
-    sizes = [
-        (f"{body.name} is as large as", _extent(network.position[body.nodes]), body.span)
-        for body in network.bodies
-        if _is_an_organ(scene.bodies.get(key_of(body.name)))
-    ]
-    yield from _once("size", sizes)
+    organs = [one for one in network.bodies if _is_an_organ(scene.bodies.get(key_of(one.name)))]
+    sizes = [(body, _extent(network.position[body.nodes])) for body in organs]
+    told = (
+        (
+            f"{body.name} is {'only' if size < USUAL['size'].low else 'as large as'}",
+            size,
+            body.span,
+        )
+        for body, size in sizes
+    )
+    yield from _once("size", told)
     walls = [
         (f"the thickness of {body.name} is", body.thickness, body.places["thickness"])
         for body in scene.bodies.values()

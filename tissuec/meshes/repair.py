@@ -549,9 +549,10 @@ def _refuse_overlap(
         middle = position[np.unique(faces)].mean(axis=0)
         return f"the shell of {counted(len(faces), 'triangle')} around {place(middle)}"
 
+    verb = "lies" if overlap.inside == 1 else "lie"
     raise FormatError(
         f"{shell(overlap.patch)} intersects {shell(overlap.other)}: {overlap.inside} of its "
-        f"{counted(overlap.corners, 'corner')} lie inside",
+        f"{counted(overlap.corners, 'corner')} {verb} inside",
         "unite them in a mesh program, or draw them apart; only a shell that lies inside of "
         "another with all corners is a cavity",
     )

@@ -80,7 +80,8 @@ def test_pictures_are_drawn_without_a_page(made, tmp_path, capsys):
     ("words", "said"),
     [
         (["-o", "x.png"], 'must end in .html, unlike'),
-        (["--png", "x.jpg"], "must end in .png"),
+        (["--png", "x.jpg"], "ends in .png: tissuec view made.vtkhdf --png made.png"),
+        (["-o", "x.gif"], "for a picture write --gif x.gif"),
         (["--size", "10x10", "--png", "x.png"], "must be between 16 and 8192"),
         (["--size", "100", "--png", "x.png"], "does not have the form WIDTHxHEIGHT"),
         (["--size", "100x100"], "--size is for pictures"),
@@ -97,6 +98,23 @@ def test_pictures_are_drawn_without_a_page(made, tmp_path, capsys):
 )  # fmt: skip
 def test_what_does_not_go_together_is_refused(made, capsys, words, said):
     assert view("made.vtkhdf" if words[0] != "made.vtkhdf" else "other", *words) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--gif", "made.vtkhdf"],
+        ["made.vtkhdf", "--gif"],
+        ["--gif", "made.vtkhdf", "-o", "x.gif"],
+        ["made.vtkhdf", "--gif", "-o", "x.gif"],
+        ["--gif", "--quiet", "made.vtkhdf"],
+    ],
+)
+def test_a_picture_without_its_name_is_answered_with_the_whole_command(made, capsys, words):
+    assert view(*words) == 2
+    picture = "x.gif" if "x.gif" in words else "made.gif"
+    said = f"ends in .gif: tissuec view made.vtkhdf --gif {picture}"
     assert said in capsys.readouterr().err
 
 

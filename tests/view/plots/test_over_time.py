@@ -1,5 +1,7 @@
 """Curves over time show what the file holds."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -17,6 +19,7 @@ from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 from tissuec.scene.request import Request
 from tissuec.view.plots import draw
+from tissuec.view.plots.logs import AXES, LogsPlot
 from tissuec.view.plots.over_time import Panel, TimeCurve, draw_panels
 from tissuec.view.plots.page import new_sheet
 
@@ -148,6 +151,21 @@ output { force of wall every 1 ms; position of bob every 1 ms }
     force, place = draw("logs", path).axes
     assert force.get_ylabel() == "force of wall along x\n[mN]"
     assert place.get_ylabel() == "position of bob along x\n[mm]"
+
+
+@pytest.mark.parametrize("small", [1e-6, 1e-2])
+def test_a_component_that_is_not_there_is_left_out_and_named(small):
+    time = np.linspace(0.0, 1.0, 9)
+    value = np.stack([time, small * time, 0.5 * time], axis=1)
+    log = SimpleNamespace(
+        columns=AXES, time=time, value=value, unit="N", with_jumps=lambda: (time, value)
+    )
+    run = SimpleNamespace(name="run", content=SimpleNamespace(logs={"force of A": log}))
+    ((panel,), notes) = LogsPlot(log=("force of A",)).panels([run])
+    names = {curve.name for curve in panel.curves}
+    said = "force of A: component y below 0.1 % of the largest"
+    assert (said in notes) == ("y" not in names) == (small < 1e-3)
+    assert {"magnitude", "x", "z"} <= names
 
 
 def test_unknown_logs_and_none_at_all_are_errors_that_help(result, tmp_path):

@@ -145,3 +145,15 @@ def test_of_many_marks_those_of_motions_are_left_out():
     moves = [event(0.1 * n, "move") for n in range(1, MOST + 1)]
     assert len(clusters(moves, (0.0, 2.0))) == MOST
     assert clusters([*moves, event(1.5, "cut")], (0.0, 2.0)) == [(1.5, "cut")]
+
+
+def test_a_sheet_is_seen_from_where_its_motion_is_seen():
+    sheet = np.array([[x, y, 0.0] for x in (0.0, 3.0) for y in (0.0, 2.0)])
+    above = viewpoint(sheet)
+    lifted, shifted, trembling = np.zeros((3, 4, 3))
+    lifted[:, 2], shifted[:, 0], trembling[:, 2] = [0.0, 0.0, 1.0, 1.0], 1.0, 1e-4
+    assert Projection(*above).axes == ("x", "y")
+    assert viewpoint(sheet, [shifted]) == viewpoint(sheet, [trembling]) == above
+    aslant = Projection(*viewpoint(sheet, [shifted, lifted]))
+    seen = np.ptp(aslant.flat(sheet + lifted) - aslant.flat(sheet), axis=0)[1]
+    assert seen > 0.7

@@ -13,6 +13,7 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
+from tissuec.meshes.formats.conversion import way_of
 
 Floats: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
@@ -99,8 +100,9 @@ def read(data: bytes, path: Path) -> RawMesh:
     """
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
-        kinds = ", ".join(FORMATS)
-        raise FormatError(f'the format "{suffix}" is not supported', f"formats: {kinds}")
+        kinds, way = ", ".join(FORMATS), way_of(suffix, path)
+        hint = f"{way}  formats: {kinds}" if way else f"formats: {kinds}"
+        raise FormatError(f'the format "{suffix}" is not supported', hint)
     if not data.strip():
         raise FormatError("the file is empty")
     looks = looks_like(data)

@@ -25,6 +25,7 @@ from tissuec.meshes.formats import (
     known_by,
     numbered_parts,
 )
+from tissuec.meshes.formats.conversion import way_of
 from tissuec.meshes.formats.numbers import as_floats, as_whole
 
 _TYPES = {
@@ -55,10 +56,10 @@ _NOT_CELLS = {1: "point", 2: "point", 3: "line", 4: "line", 21: "line", 68: "lin
 def read(data: bytes, path: Path) -> RawMesh:
     """Return the points and cells of a legacy VTK file."""
     try:
-        return _File(data, ">").mesh()
+        return _File(data, path, ">").mesh()
     except FormatError as error:
         try:
-            mesh = _File(data, "<").mesh()
+            mesh = _File(data, path, "<").mesh()
         except FormatError:
             raise error from None
         remark = "its numbers have their lowest byte first, which legacy VTK files should not"
@@ -68,8 +69,8 @@ def read(data: bytes, path: Path) -> RawMesh:
 class _File:
     """What has been read so far, and the bytes that are left."""
 
-    def __init__(self, data: bytes, order: str):
-        self.left, self.order = data, order
+    def __init__(self, data: bytes, path: Path, order: str):
+        self.left, self.path, self.order = data, path, order
         head = self._line()
         if not head.startswith("# vtk DataFile Version"):
             raise FormatError('it does not begin with "# vtk DataFile Version"')
@@ -118,7 +119,8 @@ class _File:
         if key == "DATASET":
             if words[1].upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
                 raise FormatError(
-                    f"it contains {words[1].upper()}; POLYDATA or UNSTRUCTURED_GRID is needed"
+                    f"it contains {words[1].upper()}; POLYDATA or UNSTRUCTURED_GRID is needed",
+                    way_of(words[1], self.path),
                 )
         elif key == "POINTS":
             self.position = self._numbers(3 * int(words[1]), words[2]).reshape(-1, 3)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.meshes.formats import FORMATS, FormatError, RawMesh, known_by
+from tissuec.meshes.formats.conversion import way_of
 from tissuec.meshes.formats.numbers import as_floats, as_whole
 from tissuec.meshes.formats.vtk import of_types
 from tissuec.meshes.formats.xml import parse
@@ -42,7 +43,7 @@ def read(data: bytes, path: Path) -> RawMesh:
     Raises:
         FormatError: The file is no such file, or is cut off.
     """
-    return _mesh(data, "UnstructuredGrid")
+    return _mesh(data, "UnstructuredGrid", path)
 
 
 @FORMATS.member(".vtp")
@@ -53,12 +54,12 @@ def read_polygons(data: bytes, path: Path) -> RawMesh:
     Raises:
         FormatError: The file is no such file, or is cut off.
     """
-    return _mesh(data, "PolyData")
+    return _mesh(data, "PolyData", path)
 
 
-def _mesh(data: bytes, kind: str) -> RawMesh:
+def _mesh(data: bytes, kind: str, path: Path) -> RawMesh:
     try:
-        return _XmlFile(data).mesh(kind)
+        return _XmlFile(data).mesh(kind, path)
     except FormatError:
         raise
     except (KeyError, ValueError) as error:  # an attribute that is missing or no number
@@ -81,11 +82,12 @@ class _XmlFile:
         self.head = np.dtype(self.order + _TYPES[self.root.get("header_type", "UInt32")])
         self.compressor = self.root.get("compressor")
 
-    def mesh(self, kind: str) -> RawMesh:
+    def mesh(self, kind: str, path: Path) -> RawMesh:
         """Return all pieces as one mesh."""
         grid = self.root.find(kind)
         if grid is None:
-            raise FormatError(f'it contains no "{kind}"')
+            found = self.root.get("type", "")
+            raise FormatError(f'it contains no "{kind}"', way_of(found, path))
         pieces = [self._piece(piece, kind) for piece in grid.findall("Piece")]
         if not pieces:
             raise FormatError("it contains no piece")

@@ -10,6 +10,7 @@ from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Floats, Indices
+from tissuec.results.recording import Event
 from tissuec.view.plots import PLOTS, net
 from tissuec.view.plots.frame_reader import batches, drawn, no_frames
 from tissuec.view.plots.marks import SILENT, told
@@ -126,10 +127,26 @@ def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[ChosenFram
             and event.kind not in SILENT
             and (event.time > 0.0 or known[frame] == 0.0)
         ]
-        text = show(float(known[frame]), TIME)
-        titles.append(text + (f": {told(between)}" if between and known[frame] > 0.0 else ""))
+        titles.append(_title(float(known[frame]), between))
         before = known[frame]
     return [ChosenFrame(frame, title) for frame, title in zip(frames, titles, strict=True)]
+
+
+def _title(time: float, events: Sequence[Event]) -> str:
+    """Return the title of a frame, with what happened since the frame before it, and when.
+
+    Args:
+        time: Of the frame [s].
+        events: Since the frame before it.
+    """
+    text = show(time, TIME)
+    if not events or time <= 0.0:
+        return text
+    first, last = events[0].time, events[-1].time
+    when = f" at {show(first, TIME)}"
+    if last > first:
+        when = f" from {show(first, TIME)} to {show(last, TIME)}"
+    return f"{text}: {told(events)}{when if first < time else ''}"
 
 
 def telling_frames(trajectory: "Trajectory") -> list[int]:
@@ -177,8 +194,9 @@ class Shown(Struct, frozen=True, eq=False):
             TissueError: Bodies have no skin, or the result has no smooth surface.
         """
         chosen = moments(trajectory, plot.times)
-        view = Projection(*(plot.view or viewpoint(drawn(trajectory))))
         points = [np.asarray(trajectory.position[m.frame], dtype=float) for m in chosen]
+        home = drawn(trajectory)
+        view = Projection(*(plot.view or viewpoint(home, [place - home for place in points])))
         norm = None
         tools = [_capsules(trajectory, m.frame) for m in chosen]
         if plot.show == "surface":

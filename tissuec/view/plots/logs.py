@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 AXES = ("x", "y", "z")
 MOST_PANELS = 16
 MOST_COLUMNS = 4  # of single springs; of more the smallest and the largest are shown
+UNSEEN = 1e-3  # of the largest component: a curve of it would look like one of zeros
 NOTHING = 1e-9  # of the largest component: one that is smaller is not there
 
 
@@ -58,6 +59,7 @@ class LogsPlot(Struct, frozen=True):
             notes += [f'{run.name} has no log "{name}"' for run in runs if run not in held]
             if len(runs) == 1:
                 panels += self._of_one(name, *held.values())
+                notes += _left_out(name, *held.values())
             else:
                 panels += self._of_several(name, runs, held)
         if len(panels) > MOST_PANELS:
@@ -145,8 +147,7 @@ def is_place(name: str) -> bool:
 
 def _vector(name: str, time: Floats, value: Floats) -> list[TimeCurve]:
     """Return the components that are there, and their magnitude if that says more."""
-    sizes = np.abs(np.where(np.isfinite(value), value, 0.0)).max(axis=0)
-    present = [k for k in range(3) if sizes[k] > NOTHING * sizes.max()]
+    present = _present(name, value)
     curves = [TimeCurve(AXES[k], time, value[:, k], look(k)) for k in present]
     if is_place(name):
         return curves or [TimeCurve("", time, value[:, 0], look(0))]
@@ -155,6 +156,33 @@ def _vector(name: str, time: Floats, value: Floats) -> list[TimeCurve]:
     magnitude = np.linalg.norm(value, axis=1)
     looks = plain() | {"linewidth": 1.6, "alpha": 0.85, "zorder": 1.9}
     return [TimeCurve("magnitude" if present else "", time, magnitude, looks), *curves]
+
+
+def _present(name: str, value: Floats) -> list[int]:
+    """Return which components of a vector are drawn: those that can be seen beside the largest.
+
+    Args:
+        value: Shape (row, 3).
+    """
+    sizes = np.abs(np.where(np.isfinite(value), value, 0.0)).max(axis=0, initial=0.0)
+    least = NOTHING if is_place(name) else UNSEEN
+    return [k for k in range(3) if sizes[k] > least * sizes.max()]
+
+
+def _left_out(name: str, log: "Log") -> list[str]:
+    """Return which components are left out, as notes; none where nothing is there at all."""
+    if log.columns != AXES or is_place(name):
+        return []
+    present = _present(name, log.value)
+    missing = [AXES[k] for k in range(3) if k not in present]
+    if not present or not missing:
+        return []
+    what = "component" if len(missing) == 1 else "components"
+    return [
+        f"{name}: {what} {' and '.join(missing)} below {UNSEEN:.1%} of the largest".replace(
+            "%", " %"
+        )
+    ]
 
 
 def _column(column: str | int) -> str:

@@ -1,5 +1,6 @@
 """Directions of looking, and the parallel projection of points onto paper."""
 
+from collections.abc import Sequence
 from math import cos, radians, sin
 from typing import Any
 
@@ -11,6 +12,7 @@ from tissuec.model.network import Floats
 
 FRONT = -90.0, 0.0  # azimuth and elevation [deg]
 ACROSS, ABOVE = 24.0, 20.0  # [deg]: aslant, so that depth is seen
+SEEN = 0.01  # of the largest side: a motion that is seen
 FLAT = 1e-9  # of the largest side: what is thinner has no depth
 LOW = 0.12  # of the other sides: what is lower is looked at from higher above
 _STRAIGHT = ((0.0, 0.0), FRONT, (-90.0, 90.0))  # along x, y and z
@@ -63,19 +65,24 @@ class Projection(Struct, frozen=True):
         return names[0], names[1]
 
 
-def viewpoint(points: Floats) -> tuple[float, float]:
-    """Return azimuth and elevation from which points are seen well [deg].
+def viewpoint(points: Floats, moved: Sequence[Floats] = ()) -> tuple[float, float]:
+    """Return azimuth and elevation from which points and their motion are seen well [deg].
 
-    Their longer side lies across the picture, a little turned; what is flat is seen from
-    straight before it.
+    Their longer side lies across the picture, a little turned; what is flat, and stays so, is
+    seen from straight before it.
 
     Args:
         points: [m], shape (point, 3).
+        moved: Displacements at some moments [m], each of shape (point, 3).
     """
+    way = np.max(
+        [np.abs(one).max(axis=0, initial=0.0) for one in moved] or [np.zeros(3)], axis=0
+    )
     wide, deep, high = sides = np.ptp(points, axis=0) if len(points) else np.zeros(3)
     if not sides.any():
         return FRONT
-    if sides.min() <= FLAT * sides.max():
-        return _STRAIGHT[int(sides.argmin())]
+    flat = int(sides.argmin())
+    if sides[flat] <= FLAT * sides.max() and way[flat] < SEEN * sides.max():
+        return _STRAIGHT[flat]
     azimuth = -90.0 - ACROSS if wide >= deep else -ACROSS
     return azimuth, 2.0 * ABOVE if high < LOW * min(wide, deep) else ABOVE
