@@ -22,6 +22,7 @@ from tissuec.view.plots import draw
 from tissuec.view.plots.logs import AXES, LogsPlot
 from tissuec.view.plots.over_time import Panel, TimeCurve, draw_panels
 from tissuec.view.plots.page import new_sheet
+from tissuec.view.plots.subjects import PlotSubject
 
 pytestmark = pytest.mark.usefixtures("unplaced")
 
@@ -158,9 +159,14 @@ def test_a_component_that_is_not_there_is_left_out_and_named(small):
     time = np.linspace(0.0, 1.0, 9)
     value = np.stack([time, small * time, 0.5 * time], axis=1)
     log = SimpleNamespace(
-        columns=AXES, time=time, value=value, unit="N", with_jumps=lambda: (time, value)
+        name="force of A",
+        columns=AXES,
+        time=time,
+        value=value,
+        unit="N",
+        with_jumps=lambda: (time, value),
     )
-    run = SimpleNamespace(name="run", content=SimpleNamespace(logs={"force of A": log}))
+    run = PlotSubject("result", "run", SimpleNamespace(logs={"force of A": log}))
     ((panel,), notes) = LogsPlot(log=("force of A",)).panels([run])
     names = {curve.name for curve in panel.curves}
     said = "force of A: component y below 0.1 % of the largest"
