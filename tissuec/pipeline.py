@@ -13,7 +13,7 @@ data; both start from ``Compiled``.
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -31,6 +31,7 @@ from tissuec.scene.resolve import ResolvedProgram, resolve, resolve_words
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate, Mode
     from tissuec.engine.execution.run import Outcome
+    from tissuec.results.writer import ResultWriter
 
 
 def read_words(request: Request) -> tuple[ResolvedProgram, tuple[Diagnostic, ...]]:
@@ -116,12 +117,16 @@ class Result(Struct, frozen=True):
         path: The result file.
         estimate: How far the companion run was from the run, and what that says.
         views: Files beside a finished result that show ParaView its smooth surfaces, by body.
+        blocks: The blocks file beside a finished result, if one was asked for.
+        left_out: Sentences about what it does not contain.
     """
 
     outcome: "Outcome"
     path: Path
     estimate: "ErrorEstimate | None" = None
     views: Mapping[str, Path] = field(default_factory=dict[str, Path])
+    blocks: Path | None = None
+    left_out: tuple[str, ...] = ()
 
 
 def simulate(
@@ -132,6 +137,7 @@ def simulate(
     resume: bool = False,
     companion: "Mode" = "auto",
     threads: int | None = None,
+    blocks: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Run a compiled scene and write its result to ``path``.
@@ -145,31 +151,27 @@ def simulate(
             the run, "inline" after it, by the better of both ("auto"), or not at all ("off").
         threads: Maximum number of threads for a large net; None for as many as processors, or
             half as many if the companion may use the others. Positions do not depend on it.
+        blocks: Whether to write a blocks file, also if the scene does not ask for one.
         progress: Called with the simulated time [s] now and then.
 
     Raises:
-        PlaceError: The file cannot be written there, or there is nothing to resume.
+        PlaceError: The file cannot be written there, there is nothing to resume, or there are
+            no frames to make blocks of.
         ResultError: Writing failed later on.
     """
     from tissuec.engine.execution.companion import Companion, launcher, threads_beside
-    from tissuec.engine.execution.recorder import Recorder, wishes
+    from tissuec.engine.execution.recorder import Recorder
     from tissuec.engine.execution.run import run
     from tissuec.engine.execution.signals import asked_to_stop
-    from tissuec.results.resuming import find_checkpoint
-    from tissuec.results.writer import ResultWriter
 
-    manifest, state = manifest_of(compiled, request), None
-    network, plan, text = compiled.network, compiled.plan, compiled.scene.source.text
+    network, plan = compiled.network, compiled.plan
+    if blocks := blocks or plan.output.blocks:
+        _check_blocks(compiled, path)
     threads = threads or threads_beside(companion)
     beside = Companion(network, plan, companion, launcher((request, threads)), threads)
     # Signals wait until the file is closed; HDF5 cannot be interrupted.
     with asked_to_stop() as stop, beside:
-        if resume:
-            checkpoint = find_checkpoint(path, text, manifest, network)
-            writer, state = ResultWriter.resume(path, checkpoint), checkpoint.state
-        else:
-            groups = tuple(compiled.named_groups())
-            writer = ResultWriter(path, network, wishes(network, plan), manifest, text, groups)
+        writer, state = _writer(compiled, path, request, resume=resume)
         with writer:
             recorder = Recorder(network, plan, writer, tap=beside.take)
             outcome = run(
@@ -183,4 +185,50 @@ def simulate(
                 writer.companion(estimate.times, estimate.apart[:, None])
             facts = outcome_facts(plan, outcome, estimate)
             written, views = writer.close(outcome.message, is_done, facts), writer.views
-    return Result(replace(outcome, signal=stop.signal), written, estimate, views)
+        result = Result(outcome, written, estimate, views)
+        if blocks and is_done:
+            result = _with_blocks(compiled, result)
+    return replace(result, outcome=replace(outcome, signal=stop.signal))
+
+
+def _writer(
+    compiled: Compiled, path: Path, request: Request, *, resume: bool
+) -> "tuple[ResultWriter, Mapping[str, Any] | None]":
+    """Return what writes a result, and the state that a run is resumed from."""
+    from tissuec.engine.execution.recorder import wishes
+    from tissuec.results.resuming import find_checkpoint
+    from tissuec.results.writer import ResultWriter
+
+    manifest, network = manifest_of(compiled, request), compiled.network
+    text = compiled.scene.source.text
+    if resume:
+        checkpoint = find_checkpoint(path, text, manifest, network)
+        return ResultWriter.resume(path, checkpoint), checkpoint.state
+    recording, groups = wishes(network, compiled.plan), tuple(compiled.named_groups())
+    return ResultWriter(path, network, recording, manifest, text, groups), None
+
+
+def _check_blocks(compiled: Compiled, path: Path) -> None:
+    """Check that blocks can be written; PlaceError."""
+    from tissuec.results.errors import PlaceError
+    from tissuec.results.paraview import check_blocks
+
+    if not len(compiled.plan.output.frames):
+        raise PlaceError(
+            f"{compiled.scene.source.name} records no trajectory to make blocks of; write "
+            "output { trajectory every 10 ms }"
+        )
+    check_blocks(path)
+
+
+def _with_blocks(compiled: Compiled, result: Result) -> Result:
+    """Write a blocks file beside a finished result."""
+    from tissuec.compiler.anatomy import anatomy_of
+    from tissuec.results.blocks.file import write_blocks
+    from tissuec.results.paraview import blocks_path
+    from tissuec.results.trajectory import Trajectory
+
+    path = blocks_path(result.path)
+    with Trajectory.open(result.path) as trajectory:
+        written = write_blocks(trajectory, anatomy_of(compiled), path, links=True)
+    return replace(result, blocks=path, left_out=written.left_out)

@@ -17,11 +17,15 @@ from tissuec.core.hints import alternatives
 
 if TYPE_CHECKING:
     from tissuec.model.network import Floats
+    from tissuec.results.blocks.anatomy import Anatomy
     from tissuec.results.shapes import ExportedShape
     from tissuec.results.trajectory import Trajectory
 
-FRAMES = ("vtu", "obj", "ply")
-FORMATS = ("csv", *FRAMES, "vtkhdf", HDF5)
+VTM = "vtm"
+FRAMES = ("vtu", "obj", "ply", VTM)
+BLOCKS = "blocks"
+FORMATS = ("csv", *FRAMES, "vtkhdf", BLOCKS, HDF5)
+_BLOCKS_FILE = ".blocks.vtkhdf"
 STDOUT = "-"
 
 
@@ -46,7 +50,7 @@ STDOUT = "-"
 @click.option(
     "--frame",
     type=int,
-    help="Frame to write as VTU, OBJ or PLY, counted from 0; negative numbers count from "
+    help="Frame to write as VTU, OBJ, PLY or VTM, counted from 0; negative numbers count from "
     "the end.",
 )
 @click.option(
@@ -66,6 +70,10 @@ def command(
 ) -> int:
     """Write LOGS of RESULT as CSV, or frames as VTU, OBJ or PLY; or the table of a study.
 
+    A file whose name ends with .blocks.vtkhdf contains all frames with the parts of bodies,
+    joints and tools as blocks, and does not need RESULT. VTM is one frame with these blocks;
+    with --all, a .pvd names all frames with their times.
+
     Without LOGS, all logs are written. The tables "energies" and "events" can be named too,
     "events" only alone. With --json, the output on stdout is JSON. A smooth surface in the
     format .vtkhdf contains all frames. RESULT may be the table of a study, which is written as
@@ -76,6 +84,8 @@ def command(
     tissuec export tube.vtkhdf "force of forceps A" > force.csv
     tissuec export tube.vtkhdf energies "force of forceps A" -o tube.csv
     tissuec export tube.vtkhdf --frame 0 -o tube.obj
+    tissuec export tube.vtkhdf -o tube.blocks.vtkhdf
+    tissuec export tube.vtkhdf --all -o frames/tube.vtm
     tissuec export tube.vtkhdf --surface oviduct --time 0.5 -o tube.ply
     tissuec export lift.stretching.csv pull > pull.csv
     """
@@ -97,9 +107,10 @@ def command(
     with Trajectory.open(result) as trajectory:
         if kind == "csv":
             document = _tables(trajectory, logs, output, as_data=settings.json)
+        elif kind == BLOCKS:
+            document = _blocks(trajectory, output)
         else:
-            assert output is not None
-            series = _net(trajectory) if surface is None else _surface(trajectory, surface)
+            series = _series(trajectory, kind, surface)
             document = _write_frames(series, kind, output, frame, time, every=every)
     if settings.json:
         print_json(document)
@@ -127,7 +138,7 @@ def _check_usage(
         raise click.UsageError(".h5 is for tables of studies; a result is in HDF5 already")
     if kind == "csv" and chosen:
         raise click.UsageError(
-            f"{chosen[0]} is for .vtu, .obj and .ply; CSV contains all times"
+            f"{chosen[0]} is for .vtu, .obj, .ply and .vtm; CSV contains all times"
         )
     if kind == "csv" and surface is not None:
         raise click.UsageError(
@@ -137,9 +148,12 @@ def _check_usage(
         raise click.UsageError(f"{kind.upper()} contains one frame, no logs; write logs as CSV")
     if kind == "vtkhdf" and surface is None:
         raise click.UsageError(
-            ".vtkhdf needs --surface; the result itself is the .vtkhdf of the net"
+            f".vtkhdf needs --surface, or a name that ends with {_BLOCKS_FILE}; the result "
+            "itself is the .vtkhdf of the net"
         )
-    if kind == "vtkhdf" and chosen:
+    if kind in (BLOCKS, VTM) and surface is not None:
+        raise click.UsageError("blocks contain all surfaces; remove --surface")
+    if kind in ("vtkhdf", BLOCKS) and chosen:
         raise click.UsageError(f".vtkhdf contains all frames; remove {chosen[0]}")
 
 
@@ -167,19 +181,86 @@ def _tables(
 
 
 class _Series(Struct, frozen=True):
-    """What there is a shape of in each frame."""
+    """What can be written of each frame.
+
+    Attributes:
+        times: Of the frames [s].
+        write: Writes a frame of some kind to a file; what the numbered name ends with is known.
+        save: Writes all frames to one file.
+        left_out: Sentences about what is not written.
+    """
 
     times: "Floats"
-    shape: "Callable[[int], ExportedShape]"
-    save: "Callable[[Path], None] | None"  # all frames in one file
+    write: Callable[[int, str, Path, str], None]
+    save: Callable[[Path], None] | None = None
+    left_out: tuple[str, ...] = ()
+
+
+def _shapes(shape: "Callable[[int], ExportedShape]") -> Callable[[int, str, Path, str], None]:
+    """Return what writes a shape of each frame."""
+    from tissuec.results.shapes import WRITERS
+
+    return lambda number, kind, path, _: WRITERS[kind](shape(number), path)
+
+
+def _blocks(trajectory: "Trajectory", output: Path | None) -> dict[str, Any]:
+    """Write a blocks file; return what ``--json`` says of it."""
+    from tissuec.results.blocks.file import write_blocks
+
+    assert output is not None
+    anatomy, left_out = _anatomy(trajectory)
+    written = write_blocks(trajectory, anatomy, output, links=False)
+    return {
+        "file": str(output),
+        "frames": len(trajectory.times),
+        "blocks": list(written.names),
+        "left_out": [*left_out, *written.left_out],
+    }
+
+
+def _anatomy(trajectory: "Trajectory") -> "tuple[Anatomy | None, list[str]]":
+    """Return what blocks show of the scene of a result, or why that is not known."""
+    from tissuec.analysis.result_scene import recompile
+    from tissuec.compiler.anatomy import anatomy_of
+
+    scene = recompile(trajectory)
+    if scene.compiled is not None:
+        return anatomy_of(scene.compiled), []
+    reason = "; ".join(doubt.text for doubt in scene.doubts)
+    return None, [
+        f"tissues, strains, stresses and tools without a shape are left out: {reason}"
+    ]
 
 
 def _net(trajectory: "Trajectory") -> _Series:
     from tissuec.results.export import frame_shape
 
+    _need_frames(trajectory)
+    return _Series(trajectory.times, _shapes(lambda number: frame_shape(trajectory, number)))
+
+
+def _series(trajectory: "Trajectory", kind: str, surface: str | None) -> _Series:
+    if kind == VTM:
+        return _pieces(trajectory)
+    return _net(trajectory) if surface is None else _surface(trajectory, surface)
+
+
+def _pieces(trajectory: "Trajectory") -> _Series:
+    from tissuec.results.blocks.pieces import BlockFrames
+
+    _need_frames(trajectory)
+    anatomy, left_out = _anatomy(trajectory)
+    frames = BlockFrames(trajectory, anatomy)
+    return _Series(
+        trajectory.times,
+        lambda number, _, path, ending: frames.write(number, path, ending),
+        left_out=(*left_out, *frames.left_out),
+    )
+
+
+def _need_frames(trajectory: "Trajectory") -> None:
     if not len(trajectory.times):
         raise TissueError("this result has no frames, because the scene records no trajectory")
-    return _Series(trajectory.times, lambda number: frame_shape(trajectory, number), None)
 
 
 def _surface(trajectory: "Trajectory", name: str) -> _Series:
@@ -198,34 +279,45 @@ def _surface(trajectory: "Trajectory", name: str) -> _Series:
         raise TissueError(f'the surface of "{key}" has no frames yet')
     return _Series(
         series.times,
-        lambda number: surface_shape(series, number),
+        _shapes(lambda number: surface_shape(series, number)),
         lambda path: export_surface(series, path),
     )
 
 
 def _write_frames(
-    series: _Series, kind: str, output: Path, frame: int | None, time: float | None, *,
+    series: _Series, kind: str, output: Path | None, frame: int | None, time: float | None, *,
     every: bool,
 ) -> dict[str, Any]:  # fmt: skip
-    from tissuec.results.shapes import WRITERS
-
+    assert output is not None
+    left_out = {"left_out": list(series.left_out)} if series.left_out else {}
     if kind == "vtkhdf":
         assert series.save is not None
         series.save(output)
         return {"file": str(output), "frames": len(series.times)}
     if not every:
         number = _frame(series.times, frame, time)
-        WRITERS[kind](series.shape(number), output)
-        return {"file": str(output), "frame": number, "time": float(series.times[number])}
+        series.write(number, kind, output, "")
+        shown = float(series.times[number])
+        return {"file": str(output), "frame": number, "time": shown, **left_out}
     width = max(4, len(str(len(series.times) - 1)))
-    names = [f"{output.stem}_{n:0{width}}{output.suffix}" for n in range(len(series.times))]
-    for number, name in enumerate(names):
-        WRITERS[kind](series.shape(number), output.with_name(name))
-    return {"files": [str(output.with_name(name)) for name in names]}
+    endings = [f"_{n:0{width}}" for n in range(len(series.times))]
+    files = [output.with_name(f"{output.stem}{end}{output.suffix}") for end in endings]
+    for number, (file, ending) in enumerate(zip(files, endings, strict=True)):
+        series.write(number, kind, file, ending)
+    if kind == VTM:
+        from tissuec.results.blocks.pieces import write_series
+
+        write_series(files, series.times, output.with_suffix(".pvd"))
+    return {"files": list(map(str, files)), **left_out}
 
 
 def _told(document: dict[str, Any], output: Path) -> str:
-    """Return what was written, in words."""
+    """Return what was written, and what is left out, in words."""
+    notes = (f"note: {sentence}" for sentence in document.get("left_out", ()))
+    return "\n".join([_written(document, output), *notes])
+
+
+def _written(document: dict[str, Any], output: Path) -> str:
     if "files" in document:
         first, last = document["files"][0], document["files"][-1]
         return f"wrote {counted(len(document['files']), 'frame')} to {first} … {last}"
@@ -237,9 +329,11 @@ def _told(document: dict[str, Any], output: Path) -> str:
 def _kind(output: Path | None) -> str:
     if output is None:
         return "csv"
+    if output.name.lower().endswith(_BLOCKS_FILE):
+        return BLOCKS
     kind = output.suffix.lower().lstrip(".")
-    if kind not in FORMATS:
-        *others, last = (f".{one}" for one in FORMATS)
+    if kind not in FORMATS or kind == BLOCKS:
+        *others, last = (f".{one}" for one in FORMATS if one != BLOCKS)
         ends = f"{', '.join(others)} or {last}"
         raise click.UsageError(f'"{output}" does not end with {ends}; use --format')
     return kind

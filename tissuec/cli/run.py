@@ -74,6 +74,11 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
     help="Maximum number of threads for a large net; by default one for each processor, or "
     "half as many if the companion run may use the others. Results do not depend on it.",
 )
+@click.option(
+    "--blocks",
+    is_flag=True,
+    help="Also write a blocks file for ParaView, with the parts of bodies, joints and tools.",
+)
 @click.option("--twin/--no-twin", default=None, hidden=True, help="Former names: auto, off.")
 @scene_options
 def command(
@@ -84,6 +89,7 @@ def command(
     resume: bool,
     companion: "Mode",
     threads: int | None,
+    blocks: bool,
     twin: bool | None,
     **options: Any,
 ) -> int:
@@ -102,7 +108,7 @@ def command(
     codes: list[int] = []
     documents: list[dict[str, Any]] = []
     for path, target in _targets(scenes, output, folder).items():
-        again = _again(path, output, folder, **options)
+        again = _again(path, output, folder, blocks=blocks, **options)
         code, document = _run_one(
             path,
             target,
@@ -111,6 +117,7 @@ def command(
             resume=resume,
             companion=companion,
             threads=threads,
+            blocks=blocks,
             **options,
         )
         codes.append(code)
@@ -184,18 +191,18 @@ def _targets(
 
 
 def _again(
-    path: Path, output: Path | None, folder: Path | None, *,
+    path: Path, output: Path | None, folder: Path | None, *, blocks: bool,
     overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> str:  # fmt: skip
     """Return the command line that goes on with a run."""
     options = [("-o", output), ("--out", folder), *wording.set_options(overrides, libraries)]
-    return wording.command(path, options, resume=True, strict=strict)
+    return wording.command(path, options, resume=True, strict=strict, blocks=blocks)
 
 
 def _run_one(
     path: Path, target: Path, again: str, settings: Settings, *,
-    resume: bool, companion: "Mode", threads: int | None, overrides: tuple[str, ...],
-    libraries: tuple[Path, ...], strict: bool,
+    resume: bool, companion: "Mode", threads: int | None, blocks: bool,
+    overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
     from tissuec.compiler.manifest import outcome_facts
     from tissuec.core.progress import compiling
@@ -227,6 +234,7 @@ def _run_one(
             resume=resume,
             companion=companion,
             threads=threads,
+            blocks=blocks,
         )
     except TissueError as error:
         if not settings.json:
@@ -264,7 +272,7 @@ def _code_of(outcome: "Outcome", facts: Mapping[str, Any], *, strict: bool) -> i
 
 def _with_progress(
     compiled: "Compiled", request: "Request", target: Path, settings: Settings, *,
-    resume: bool, companion: "Mode", threads: int | None,
+    resume: bool, companion: "Mode", threads: int | None, blocks: bool,
 ) -> "Result":  # fmt: skip
     from tissuec.core.progress import RunProgress
     from tissuec.pipeline import simulate
@@ -279,6 +287,7 @@ def _with_progress(
             resume=resume,
             companion=companion,
             threads=threads,
+            blocks=blocks,
             progress=progress.at,
         )
 
@@ -330,6 +339,10 @@ def _tell(
     settings.say(f"  result: {result.path}")
     for name, view in result.views.items():
         settings.say(f"  surface of {name}: {view}")
+    if result.blocks is not None:
+        settings.say(f"  blocks: {result.blocks}")
+    for sentence in result.left_out:
+        settings.say(f"  note: {sentence}")
 
 
 def _springs(network: "Network", springs: Sequence[int]) -> str:
@@ -359,6 +372,8 @@ def _document(
     return {
         "result": str(result.path),
         "surfaces": {name: str(view) for name, view in result.views.items()},
+        "blocks": None if result.blocks is None else str(result.blocks),
+        "left_out": list(result.left_out),
         "outcome": outcome.kind,
         "message": outcome.message,
         "wall_time": outcome.wall_time,

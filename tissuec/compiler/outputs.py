@@ -1,4 +1,4 @@
-"""The output block: trajectories, smooth surfaces, logs, the energy table, precision."""
+"""The output block: trajectories, blocks, smooth surfaces, logs, energies, precision."""
 
 import math
 from collections.abc import Sequence
@@ -55,6 +55,7 @@ class OutputReader:
         self.every = math.inf
         self.energy = math.inf
         self.single = False
+        self.blocks = False
         self.logs: list[LogRequest] = []
         self.surfaces: list[SurfaceOutput] = []
 
@@ -63,8 +64,17 @@ class OutputReader:
         for item in items:
             with self.findings.item():
                 self._item(item)
+        if self.blocks and "trajectory" not in self.places:
+            self.findings.add(
+                "TIS304",
+                "blocks needs a trajectory, whose frames it shows",
+                self.places["blocks"],
+                hint="for example: trajectory every 10 ms",
+            )
         logs, surfaces = tuple(self.logs), tuple(self.surfaces)
-        return Output(self.frames, self.every, self.single, logs, self.energy, surfaces)
+        return Output(
+            self.frames, self.every, self.single, logs, self.energy, surfaces, self.blocks
+        )
 
     def _item(self, item: s.Item) -> None:
         if isinstance(item, s.Sentence | s.Block) and item.name.key == SURFACE:
@@ -78,6 +88,8 @@ class OutputReader:
         clauses = self._clauses(item)
         if key == "precision":
             self._precision(item)
+        elif key == "blocks":
+            self._blocks(item)
         elif key == "trajectory":
             self._trajectory(item, clauses)
         elif key == "energy" and "of" not in clauses:
@@ -87,7 +99,7 @@ class OutputReader:
         elif key in MEASURES:
             self._log(item, clauses)
         else:
-            known = ("trajectory", "precision", SURFACE, *MEASURES)
+            known = ("trajectory", "precision", "blocks", SURFACE, *MEASURES)
             self.findings.reject(
                 "TIS701",
                 f'"{item.name.text}" is not an output',
@@ -169,6 +181,17 @@ class OutputReader:
         if word not in ("single", "double"):
             self.findings.reject("TIS305", "precision is single or double", item.span)
         self.single = word == "single"
+
+    def _blocks(self, item: s.Sentence) -> None:
+        self._once("blocks", item)
+        if item.span != item.name.span:
+            self.findings.reject(
+                "TIS303",
+                "blocks stands alone: it shows the frames of the trajectory",
+                item.span,
+                hint=proposal("blocks"),
+            )
+        self.blocks = True
 
     def _trajectory(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
         self._once("trajectory", item)

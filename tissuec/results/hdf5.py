@@ -73,7 +73,7 @@ def open_dataset(group: h5py.Group, path: str) -> Any:
     return _H5PY.h5d.open(group.id, path.encode())
 
 
-def copy_to(group: h5py.Group, path: str, file: h5py.File, name: str) -> None:
+def copy_to(group: h5py.Group, path: str, file: h5py.Group, name: str) -> None:
     """Copy an object into another file.
 
     Args:
@@ -100,6 +100,17 @@ def change_attribute(attributes: Any, name: str, value: float) -> None:
 def external_link(file: str, path: str) -> Any:
     """Return a link to what stands at ``path`` in another file."""
     return _H5PY.ExternalLink(file, path)
+
+
+def soft_link(path: str) -> Any:
+    """Return a link to what stands at ``path`` in the same file."""
+    return _H5PY.SoftLink(path)
+
+
+def ordered_group(parent: h5py.Group, name: str) -> h5py.Group:
+    """Return a new group that keeps the order in which its members are made."""
+    owner: Any = parent
+    return owner.create_group(name, track_order=True)
 
 
 def linked_file(file: h5py.File, name: str) -> str:

@@ -25,6 +25,8 @@ from tissuec.results.places import (
 LAYOUT_VERSION = 2
 VIEW = "tissuec_view"
 """Marks files that show a surface of a result, with the name of the surface."""
+BLOCKS = "tissuec_blocks"
+"""Marks blocks files, with the name of the result."""
 _MARK = "layout_version"
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -178,6 +180,11 @@ def _check_mark(file: h5py.File, path: Path) -> None:
         raise ResultError(
             f'"{path}" is the ParaView file for the surface of {name} in '
             f'"{linked_file(file, "VTKHDF")}"; use that file'
+        )
+    if BLOCKS in file.attrs:
+        name = access.attribute(access.ResultGroup(file, str(path), {}), BLOCKS, str)
+        raise ResultError(
+            f'"{path}" contains the blocks of "{name}" for ParaView; use that file'
         )
     if not _is_marked(file):
         raise ResultError(f'"{path}" is an HDF5 file, but not a result of tissuec')

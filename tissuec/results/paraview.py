@@ -12,9 +12,12 @@ import h5py
 from tissuec.core.files import replacing
 from tissuec.results.errors import PlaceError, ResultError
 from tissuec.results.hdf5 import external_link, open_file, set_attribute
-from tissuec.results.layout import VIEW
+from tissuec.results.layout import BLOCKS, VIEW
 from tissuec.results.places import final_path
 from tissuec.results.store import LIBVER
+
+BLOCKS_NAME = "blocks"
+"""What the name of a blocks file has behind that of its result."""
 
 
 def view_paths(result: Path, surfaces: Sequence[str]) -> dict[str, Path]:
@@ -24,10 +27,30 @@ def view_paths(result: Path, surfaces: Sequence[str]) -> dict[str, Path]:
     for name in surfaces:
         plain = "".join(c if c.isalnum() or c == "-" else "_" for c in name)
         path = result.with_name(f"{result.stem}.{plain}{result.suffix}")
-        if path in paths.values():
+        if path in paths.values() or path == blocks_path(result):
             path = result.with_name(f"{result.stem}.{plain}_{len(paths) + 1}{result.suffix}")
         paths[name] = path
     return paths
+
+
+def blocks_path(result: Path) -> Path:
+    """Return where the blocks file of a result stands."""
+    result = final_path(result)
+    return result.with_name(f"{result.stem}.{BLOCKS_NAME}{result.suffix}")
+
+
+def check_blocks(result: Path) -> None:
+    """Check that the blocks file of a result replaces nothing but a blocks file.
+
+    Raises:
+        PlaceError: Something else has its name.
+    """
+    path = blocks_path(result)
+    if path.exists() and not _is_marked(path, BLOCKS):
+        raise PlaceError(
+            f'cannot write the blocks to "{path}": it exists and is not a blocks file; give '
+            "another result, or remove it"
+        )
 
 
 def check_views(result: Path, surfaces: Sequence[str]) -> None:
@@ -37,7 +60,7 @@ def check_views(result: Path, surfaces: Sequence[str]) -> None:
         PlaceError: Something else has the name of one.
     """
     for name, path in view_paths(result, surfaces).items():
-        if path.exists() and not _is_view(path):
+        if path.exists() and not _is_marked(path, VIEW):
             raise PlaceError(
                 f'cannot write "{path}" for the surface of {name}: it exists '
                 "and is not a surface file; give another result, or remove it"
@@ -73,9 +96,9 @@ def write_views(result: Path, surfaces: Mapping[str, str]) -> dict[str, Path]:
     return paths
 
 
-def _is_view(path: Path) -> bool:
+def _is_marked(path: Path, mark: str) -> bool:
     try:
         with open_file(path, "r") as file:
-            return VIEW in file.attrs
+            return mark in file.attrs
     except OSError:
         return False

@@ -166,11 +166,16 @@ def step_columns(store: Store, root: str) -> dict[str, GrowingDataset]:
     return steps
 
 
-def write_head(group: h5py.Group) -> None:
-    """Make an empty group one of PolyData with steps."""
+def write_type(group: h5py.Group, kind: str) -> None:
+    """Write which type of data set a group is."""
     set_attribute(group, "Version", np.array([2, 2], dtype="i8"))
     # Of fixed length: VTK 9.3 does not read a text of variable length here.
-    set_attribute(group, "Type", b"PolyData", h5py.string_dtype("ascii", len("PolyData")))
+    set_attribute(group, "Type", kind.encode(), h5py.string_dtype("ascii", len(kind)))
+
+
+def write_head(group: h5py.Group) -> None:
+    """Make an empty group one of PolyData with steps."""
+    write_type(group, "PolyData")
     for name in ("PointData", "CellData", "FieldData"):
         group.create_group(name)
     set_attribute(group.create_group("Steps"), "NSteps", 0, "i8")

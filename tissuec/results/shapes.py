@@ -1,7 +1,7 @@
 """Points, lines and triangles of one moment, written for other programs."""
 
 from base64 import b64encode
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -91,9 +91,45 @@ def write_vtu(shape: ExportedShape, path: Path) -> None:
         _section("CellData", shape.cell_data),
         "</Piece>\n",
     ]
-    head = '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"'
-    lines = [f'{head} header_type="UInt64">\n<UnstructuredGrid>\n', *body]
-    _write(path, "".join([*lines, "</UnstructuredGrid>\n</VTKFile>\n"]).encode())
+    write_xml(path, "UnstructuredGrid", "".join(body))
+
+
+def write_vtp(shape: ExportedShape, path: Path, texts: Mapping[str, Sequence[str]]) -> None:
+    """Write VTK PolyData (XML); ResultError if the file cannot be written.
+
+    Args:
+        shape: The shape.
+        path: The file.
+        texts: Further texts that belong to all of it, by name.
+    """
+    tables = {"Verts": shape.vertices, "Lines": shape.lines, "Polys": shape.triangles}
+    counts = "".join(f' NumberOf{kind}="{len(table)}"' for kind, table in tables.items())
+    time = _data_array("TimeValue", np.array([shape.time]), tuples=True)
+    body = [
+        f"<FieldData>\n{time}{''.join(map(_text_array, texts, texts.values()))}</FieldData>\n",
+        f'<Piece NumberOfPoints="{len(shape.points)}"{counts} NumberOfStrips="0">\n',
+        _section("PointData", shape.point_data),
+        _section("CellData", shape.cell_data),
+        _section("Points", {"position": shape.points}),
+    ]
+    for kind, table in tables.items():
+        ends = (np.arange(len(table)) + 1) * table.shape[1]
+        cells = {"connectivity": table.reshape(-1).astype(np.int64), "offsets": ends}
+        body.append(_section(kind, cells))
+    write_xml(path, "PolyData", "".join([*body, "</Piece>\n"]))
+
+
+def write_xml(path: Path, kind: str, body: str) -> None:
+    """Write a file of VTK's XML formats; ResultError if it cannot be written.
+
+    Args:
+        path: The file.
+        kind: Type of the data, which is the name of the outer element, too.
+        body: What stands in that element.
+    """
+    head = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian"'
+    text = f'{head} header_type="UInt64">\n<{kind}>\n{body}</{kind}>\n</VTKFile>\n'
+    _write(path, text.encode())
 
 
 def write_obj(shape: ExportedShape, path: Path) -> None:
@@ -155,6 +191,13 @@ def _data_array(name: str, data: NDArray[Any], *, tuples: bool) -> str:
     width = f' NumberOfComponents="{data.shape[1]}"' if data.ndim == 2 else ""
     attributes = f'type="{kind}" Name={quoteattr(name)}{width}{count} format="binary"'
     return f"<DataArray {attributes}>{code}</DataArray>\n"
+
+
+def _text_array(name: str, texts: Sequence[str]) -> str:
+    """Return texts as VTK's XML has them: the codes of their bytes, with a zero behind each."""
+    codes = " ".join(str(code) for text in texts for code in (*text.encode(), 0))
+    head = f'<Array type="String" Name={quoteattr(name)} NumberOfTuples="{len(texts)}"'
+    return f'{head} format="ascii">{codes}</Array>\n'
 
 
 def _write(path: Path, data: bytes) -> None:

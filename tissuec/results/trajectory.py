@@ -62,6 +62,11 @@ class Trajectory:
             raise ResultError(f'"{self.path}" is closed; read the data before closing it')
         return self._opened
 
+    @property
+    def content(self) -> ResultGroup:
+        """The file itself, for those who know its layout."""
+        return self._file
+
     @classmethod
     def open(cls, path: Path) -> Self:
         """Return the result file at ``path``; the errors are those of the class."""

@@ -119,6 +119,7 @@ def command(
     *,
     resume: bool = False,
     strict: bool = False,
+    blocks: bool = False,
 ) -> str:
     """Return the command line of a run; options without a value are left out.
 
@@ -127,10 +128,14 @@ def command(
         options: Options with their values.
         resume: Whether ``--resume`` is given.
         strict: Whether ``--strict`` is given.
+        blocks: Whether ``--blocks`` is given.
     """
     given = [str(word) for pair in options if pair[1] is not None for word in pair]
     head = ["tissuec", "run", str(scene), *(["--resume"] if resume else [])]
-    return shlex.join([*head, *given, *(["--strict"] if strict else [])])
+    flags = [
+        name for name, is_given in (("--strict", strict), ("--blocks", blocks)) if is_given
+    ]
+    return shlex.join([*head, *given, *flags])
 
 
 def set_options(

@@ -125,6 +125,7 @@ class Output(Struct, frozen=True, eq=False):
         logs: Measures at their own rates.
         energy: Time between rows of the energy table [s]; infinite where not asked for.
         surfaces: Smooth surfaces of bodies, at their own rates.
+        blocks: Whether a blocks file is written beside the result.
     """
 
     frames: Indices
@@ -133,6 +134,7 @@ class Output(Struct, frozen=True, eq=False):
     logs: tuple[LogRequest, ...]
     energy: float
     surfaces: tuple[SurfaceOutput, ...] = ()
+    blocks: bool = False
 
 
 class Plan(Struct, frozen=True, eq=False):

@@ -1,0 +1,142 @@
+"""Tissues, matter and tools of a compiled scene, for blocks files."""
+
+from math import pi
+
+import numpy as np
+
+from tissuec.compiler.compile import Compiled
+from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.core.names import key_of
+from tissuec.forces.volume import Enclosure
+from tissuec.geometry.inside import inside
+from tissuec.matter.elasticity import wall_springs
+from tissuec.mechanics.deformation import hats
+from tissuec.meshes.generators import Mesh
+from tissuec.meshes.generators.imported import Imported
+from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
+from tissuec.meshes.stiffness_sharing import filled_volumes, node_areas
+from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
+from tissuec.results.blocks.anatomy import Anatomy, BodyMatter, CellPressure
+from tissuec.script.verbs.preserve import Inflate, Preserve
+
+
+def anatomy_of(compiled: Compiled) -> Anatomy:
+    """Return what blocks show of a scene beside its result."""
+    network, notes = compiled.network, list[str]()
+    names: dict[str, int] = {}
+    tissue = np.zeros(network.body_nodes, dtype=np.int64)
+    matter: dict[str, BodyMatter] = {}
+    for part in network.bodies:
+        drawing = compiled.groups.bodies[key_of(part.name)].drawing
+        tissue[part.nodes] = _tissues(drawing, names)
+        found = _matter(compiled, part, drawing)
+        if isinstance(found, BodyMatter):
+            matter[part.name] = found
+        elif found:
+            notes.append(f"{part.name} has no strain and stress: {found}")
+    tools = {tool.name: tool.kind for tool in compiled.scene.tools.values()}
+    return Anatomy(tuple(names), tissue, matter, tools, tuple(notes))
+
+
+def _tissues(drawing: Drawing, names: dict[str, int]) -> Indices:
+    """Return the number of the tissue of each node, and take up names that are new."""
+    body = drawing.body
+    made_of = [body.tissue, *(region.tissue or body.tissue for region in body.regions)]
+    of_part = ["" if tissue is None else tissue.name for tissue in made_of]
+    numbers = [names.setdefault(name, len(names)) for name in of_part]
+    return np.array(numbers)[drawing.part]
+
+
+def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter | str:
+    """Return the matter of a body, or why it has none; "" where that goes without saying."""
+    mesh, body, network = drawing.mesh, drawing.body, compiled.network
+    springs: Indices = np.arange(int(part.springs.start), int(part.springs.stop) - part.bending)
+    ends = network.ends[springs] - part.nodes.start
+    if part.thread is not None:
+        pieces = numbers_in(part.thread.pieces)
+        return BodyMatter(_along(network, part, pieces, pi * part.thread.radius**2), 1, pieces)
+    if mesh.volume is not None:
+        volume = mesh.volume if np.isfinite(mesh.volume).all() else _filled(mesh)
+        if not (volume > 0.0).all():
+            return "the volume of its cells cannot be computed"
+        pressure = _pressure(compiled, part)
+        if isinstance(pressure, str):
+            return pressure
+        width = _width(drawing)
+        near = None if width is None else hats(mesh.position, width)
+        return BodyMatter(volume, 3, springs, pressure, near)
+    if len(mesh.skin) and body.thickness is not None:
+        own = springs[wall_springs(mesh.skin, ends)]
+        return BodyMatter(body.thickness * node_areas(mesh.position, mesh.skin), 2, own)
+    if body.section is not None:
+        return BodyMatter(_along(network, part, springs, body.section), 1, springs)
+    return ""
+
+
+def _pressure(compiled: Compiled, part: BodyPart) -> CellPressure | str | None:
+    """Return what keeps the volume of the cells of a solid; a reason if that changes."""
+    plan, network = compiled.plan, compiled.network
+    events = [*plan.events, *(event for one in plan.triggers for event in one.events)]
+    acting = [
+        event.action
+        for event in events
+        if isinstance(event.action, Preserve | Inflate) and event.action.group.name == part.name
+    ]
+    if not acting:
+        return None
+    first = acting[0]
+    always = any(event.action is first and event.time == 0.0 for event in plan.events)
+    cells = _cells(part)
+    if len(acting) > 1 or not always or isinstance(first, Inflate) or cells is None:
+        return f"the volume that it keeps is set by the script ({acting[-1].span.place})"
+    return CellPressure(Enclosure.of(network, part.name, first.modulus, first.span), cells)
+
+
+def _width(drawing: Drawing) -> float | None:
+    """Return over which distance the stress of a solid is averaged [m]; None if it is not.
+
+    That is the cell by which a crystal repeats itself, if it holds several nodes. Irregular
+    nets are even over about two cells, or two springs.
+    """
+    mesh = drawing.body.mesh
+    if isinstance(mesh, Lattice):
+        crystal = CRYSTALS[mesh.kind]
+        return mesh.cell * crystal.period if len(crystal.sites) * crystal.period > 1 else None
+    if isinstance(mesh, Imported) and mesh.cell is not None:
+        return 2.0 * mesh.cell
+    return 2.0 * float(drawing.length[: drawing.own].mean())
+
+
+def _cells(part: BodyPart) -> Indices | None:
+    """Return nodes of the network and the cells around them, shape (pair, 2)."""
+    if part.cells is not None:
+        faces, inner = part.cells()
+        members = np.concatenate([faces.reshape(len(faces), -1), inner], axis=1)
+        cells = np.repeat(np.arange(len(members)), members.shape[1])
+        return np.unique(np.stack([members.ravel() + part.nodes.start, cells], axis=1), axis=0)
+    if part.tetrahedra is not None:  # a cell for each of their nodes, in ascending order
+        nodes = np.unique(part.tetrahedra) + part.nodes.start
+        return np.stack([nodes, np.arange(len(nodes))], axis=1)
+    return None
+
+
+def _filled(mesh: Mesh) -> Floats:
+    """Return what the nodes of a filled surface stand for [m³], shape (node,).
+
+    The quarters of Delaunay's tetrahedra inside, as in fillings of matter.
+    """
+    from scipy.spatial import Delaunay
+
+    place = mesh.position
+    cells = Delaunay(place - place.mean(axis=0)).simplices.astype(np.int64)
+    cells = cells[inside(place[cells].mean(axis=1), place, mesh.skin.astype(np.int64))]
+    return filled_volumes(place, mesh.skin.astype(np.int64), cells)
+
+
+def _along(network: Network, part: BodyPart, springs: Indices, section: float) -> Floats:
+    """Return the volume of each node of bars: half of each of them [m³], shape (node,)."""
+    ends = network.ends[springs]
+    length = np.linalg.norm(np.diff(network.position[ends], axis=1)[:, 0], axis=1)
+    half = np.repeat(0.5 * section * length, 2)
+    volume: Floats = np.bincount(ends.ravel(), half, part.nodes.stop).astype(float)
+    return volume[part.nodes]

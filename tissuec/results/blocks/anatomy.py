@@ -1,0 +1,77 @@
+"""What blocks show of a scene that its result does not contain."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.forces.volume import Enclosure
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+
+class CellPressure(Struct, frozen=True, eq=False):
+    """Cells of a solid that keep their volume.
+
+    Attributes:
+        enclosure: The cells.
+        cells: Nodes of the network and the cells around them, shape (pair, 2).
+    """
+
+    enclosure: Enclosure
+    cells: Indices
+
+    def at_nodes(self, position: Floats, torn: Indices, nodes: slice) -> Floats:
+        """Return the mean pressure of the cells around each node [Pa], shape (node,).
+
+        Args:
+            position: Of all nodes of the network [m], shape (node, 3).
+            torn: Cells that have lost a spring, and have no pressure.
+            nodes: Those of the body.
+        """
+        pressure = self.enclosure.pressures(0.0, position)
+        pressure[torn] = 0.0
+        node, cell = self.cells.T
+        total = np.bincount(node, pressure[cell], nodes.stop)
+        count = np.bincount(node, minlength=nodes.stop)
+        return (total / np.maximum(count, 1))[nodes]
+
+
+class BodyMatter(Struct, frozen=True, eq=False):
+    """How the matter of a body is spread.
+
+    Attributes:
+        volume: Drawn volume of the share of each node [m³], shape (node,); positive.
+        dimension: 3 of a solid, 2 of a wall, 1 of bars and threads.
+        springs: Those that bear its stress, as numbers in the network, ascending.
+        pressure: Of cells that keep their volume; None without any.
+        near: By what the nodes near a node count for its stress, shape (node, node); None where
+            it counts alone.
+    """
+
+    volume: Floats
+    dimension: int
+    springs: Indices
+    pressure: CellPressure | None = None
+    near: "csr_matrix | None" = None
+
+
+class Anatomy(Struct, frozen=True, eq=False):
+    """Tissues, matter and tools of a scene.
+
+    Attributes:
+        tissues: Their names.
+        tissue: Of each node of bodies, as a number among ``tissues``, shape (node,).
+        matter: Of the bodies that have strain and stress, by name.
+        tools: Kinds of all tools by name, also of those without a shape.
+        notes: Sentences that say what is left out, and why.
+    """
+
+    tissues: tuple[str, ...]
+    tissue: Indices
+    matter: Mapping[str, BodyMatter]
+    tools: Mapping[str, str]
+    notes: tuple[str, ...] = ()

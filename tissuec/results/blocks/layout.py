@@ -1,0 +1,243 @@
+"""Which blocks a result has, and what each of them draws in each frame.
+
+A *cloud* is what the points of blocks are: the nodes of a body, of a joint, or of a tool. The
+springs, the skin and the single nodes of a body are blocks of one cloud.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import count
+from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.model.network import Indices, Network, numbers_in
+from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
+from tissuec.results.mesh import Cells
+from tissuec.results.trajectory import Trajectory
+
+Kind: TypeAlias = Literal["body", "joint", "tool", "grip"]
+KINDS = ("Vertices", "Lines", "Polygons")
+_NO_NAMES = ("Assembly", "Steps", "FieldData", "PointData", "CellData")  # of VTKHDF itself
+
+
+class Cloud(Struct, frozen=True, eq=False):
+    """The points of one or several blocks.
+
+    Attributes:
+        name: Of the body, joint or tool.
+        kind: "body", "joint", "tool" for one with a shape, "grip" for the nodes that another
+            one holds.
+        number: Among the bodies and, behind them, the tools; of a joint -1.
+        nodes: Network numbers of the points while they are the same, shape (point,) each.
+        of_frame: Which of ``nodes`` are shown in each frame, shape (frame,).
+        springs: Range of the springs that belong to it.
+        matter: Where strain and stress are known.
+    """
+
+    name: str
+    kind: Kind
+    number: int
+    nodes: tuple[Indices, ...]
+    of_frame: Indices
+    springs: slice = slice(0, 0)
+    matter: BodyMatter | None = None
+
+
+class Piece(NamedTuple):
+    """What a block draws while it stays the same; points are numbered within the cloud.
+
+    Attributes:
+        points: Number of points.
+        cells: Points of the cells, shape (cell, width).
+        springs: Network number of the spring of each line, shape (line,).
+        first: Where the lines begin among the cells that the result draws then.
+    """
+
+    points: int
+    cells: NDArray[np.integer]
+    springs: NDArray[np.integer]
+    first: int
+
+    def same_as(self, other: "Piece") -> bool:
+        """Return whether both draw the same."""
+        return (self.points, self.first) == (other.points, other.first) and all(
+            np.array_equal(getattr(self, name), getattr(other, name))
+            for name in ("cells", "springs")
+        )
+
+
+class ResultBlock(Struct, frozen=True, eq=False):
+    """One part of a result as PolyData.
+
+    Attributes:
+        name: Unique; letters, digits and underscores, for older versions of VTK.
+        title: Name of the body, joint or tool, and which part of it this is.
+        cloud: Its points.
+        draws: One of `KINDS`.
+        pieces: What it draws in turn.
+        of_frame: Which of them is drawn in each frame, shape (frame,).
+    """
+
+    name: str
+    title: str
+    cloud: Cloud
+    draws: str
+    pieces: tuple[Piece, ...]
+    of_frame: Indices
+
+    @property
+    def has_lines(self) -> bool:
+        """Return whether there are numbers at its cells."""
+        return self.draws == "Lines"
+
+
+class Names:
+    """Gives names that VTK takes, each once."""
+
+    def __init__(self, given: Sequence[str] = ()) -> None:
+        self._given: set[str] = {name.lower() for name in (*_NO_NAMES, *given)}
+
+    def plain(self, title: str) -> str:
+        """Return a name with ASCII letters, digits and underscores alone."""
+        words = "".join(c if c.isascii() and c.isalnum() else "_" for c in title)
+        words = words if words[:1].isalpha() else f"_{words}"
+        tries = (words if n == 1 else f"{words}_{n}" for n in count(1))
+        name = next(one for one in tries if one.lower() not in self._given)
+        self._given.add(name.lower())
+        return name
+
+
+def blocks_of(trajectory: Trajectory, anatomy: Anatomy | None) -> tuple[ResultBlock, ...]:
+    """Return the blocks of a result, in the order of the scene; surfaces are not among them.
+
+    Args:
+        trajectory: A result with frames.
+        anatomy: Of its scene; None where that is not known.
+    """
+    clouds = list(_clouds(trajectory, anatomy))
+    drawn = [
+        _Drawing(cloud, draws, f"{cloud.name} {part}".strip())
+        for cloud in clouds
+        for draws, part in _parts(cloud, trajectory.network)
+    ]
+    former = -1
+    for frame, part in enumerate(trajectory.parts.tolist()):
+        cells = trajectory.cells(frame) if part != former else None
+        former = part
+        for one in drawn:
+            one.add(trajectory.nodes, cells, frame)
+    names = Names()
+    return tuple(
+        ResultBlock(
+            names.plain(one.title), one.title, one.cloud, one.draws,
+            *one.in_order(),
+        )
+        for one in drawn
+        if one.cloud.kind in ("tool", "grip") or any(len(piece.cells) for piece in one.pieces)
+    )  # fmt: skip
+
+
+def _parts(cloud: Cloud, network: Network) -> Sequence[tuple[str, str]]:
+    """Return what the blocks of a cloud draw, and what their names end with."""
+    if cloud.kind == "grip":
+        return (("Vertices", ""),)
+    if cloud.kind != "body" or cloud.name in network.threads:
+        return (("Lines", ""),)
+    return (("Lines", "springs"), ("Polygons", "skin"), ("Vertices", "nodes"))
+
+
+class _Drawing:
+    """A block whose pieces are collected frame after frame."""
+
+    def __init__(self, cloud: Cloud, draws: str, title: str):
+        self.cloud, self.draws, self.title = cloud, draws, title
+        self.pieces: list[Piece] = []
+        self.of_frame: list[int] = []
+
+    def add(self, shown: Indices, cells: Cells | None, frame: int) -> None:
+        """Add a frame.
+
+        Args:
+            shown: Network numbers of the nodes that frames contain.
+            cells: What it draws; None if that is what the frame before draws.
+            frame: Its number.
+        """
+        cloud = self.cloud
+        held = int(cloud.of_frame[frame])
+        moved = not frame or held != int(cloud.of_frame[frame - 1])
+        if moved or (cells is not None and cloud.kind in ("body", "joint")):
+            piece = self._piece(shown, cells, cloud.nodes[held])
+            if not self.pieces or not piece.same_as(self.pieces[-1]):
+                self.pieces.append(piece)
+        self.of_frame.append(len(self.pieces) - 1)
+
+    def in_order(self) -> tuple[tuple[Piece, ...], Indices]:
+        """Return the pieces, those that draw nothing last, and which each frame shows.
+
+        From version 9.5 on, VTK counts the pieces before one by the cells that they draw.
+        """
+        order = sorted(range(len(self.pieces)), key=lambda n: not len(self.pieces[n].cells))
+        place = np.argsort(order)
+        return tuple(self.pieces[n] for n in order), place[self.of_frame]
+
+    def _piece(self, shown: Indices, cells: Cells | None, nodes: Indices) -> Piece:
+        points, none = np.arange(len(nodes)), np.zeros(0, dtype=np.int64)
+        if self.cloud.kind == "tool":
+            return Piece(len(nodes), points.reshape(-1, 2), none, 0)
+        if self.cloud.kind == "grip":
+            return Piece(len(nodes), points[:, None], none, 0)
+        assert cells is not None
+        if self.draws == "Lines":
+            own = self.cloud.springs
+            low, high = np.searchsorted(cells.springs, (own.start, own.stop))
+            ends = np.searchsorted(nodes, shown[cells.lines[low:high]])
+            first = cells.line_rows.start + int(low)
+            return Piece(len(nodes), ends, cells.springs[low:high], first)
+        corners = shown[cells.triangles if self.draws == "Polygons" else cells.vertices]
+        inside = (corners >= nodes[0]) & (corners <= nodes[-1])
+        return Piece(len(nodes), np.searchsorted(nodes, corners[inside.all(axis=1)]), none, 0)
+
+
+def _clouds(trajectory: Trajectory, anatomy: Anatomy | None) -> Iterator[Cloud]:
+    network, shown = trajectory.network, trajectory.nodes
+    always = np.zeros(len(trajectory.times), dtype=np.int64)
+    matter: Mapping[str, BodyMatter] = {} if anatomy is None else anatomy.matter
+    for number, body in enumerate(network.bodies):
+        low, high = np.searchsorted(shown, (body.nodes.start, body.nodes.stop))
+        if high > low:
+            is_whole = high - low == body.nodes.stop - body.nodes.start
+            own = matter.get(body.name) if is_whole else None
+            nodes = (shown[low:high],)
+            yield Cloud(body.name, "body", number, nodes, always, body.springs, own)
+    for joint in network.joints:
+        springs = np.intersect1d(numbers_in(joint.springs), trajectory.springs)
+        if len(springs):
+            nodes = (np.unique(network.ends[springs]).astype(np.int64),)
+            yield Cloud(joint.name, "joint", -1, nodes, always, joint.springs)
+    shaped = {tool.name: tool for tool in network.tools}
+    names = [
+        *shaped,
+        *(name for name in (anatomy.tools if anatomy else ()) if name not in shaped),
+    ]
+    for number, name in enumerate(names, start=len(network.bodies)):
+        if name in shaped:
+            nodes = (numbers_in(shaped[name].nodes),)
+            yield Cloud(name, "tool", number, nodes, always)
+        else:
+            yield _grip(trajectory, name, number)
+
+
+def _grip(trajectory: Trajectory, name: str, number: int) -> Cloud:
+    """Return the nodes that a tool without a shape holds, as far as frames show them."""
+    none = np.zeros(0, dtype=np.int64)
+    held, since = [none], [-np.inf]
+    for hold in trajectory.holds:
+        if hold.holder == name:
+            held.append(np.intersect1d(hold.nodes, trajectory.nodes))
+            since.append(hold.time)
+    of_frame = np.searchsorted(since, trajectory.times, side="right") - 1
+    shown, of_frame = np.unique(of_frame, return_inverse=True)
+    nodes = tuple(held[int(n)] for n in shown)
+    return Cloud(name, "grip", number, nodes, of_frame.astype(np.int64))

@@ -1,0 +1,178 @@
+"""What the fields of a frame are computed from."""
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.mechanics.deformation import Surroundings
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.results.blocks.anatomy import Anatomy
+from tissuec.results.blocks.layout import Cloud
+from tissuec.results.trajectory import Trajectory
+
+
+class Facts:
+    """What does not change with time.
+
+    Attributes:
+        region: Of each node of bodies, as a number among the names of regions, shape (node,).
+        regions: Names of regions with their bodies; "" comes first, for nodes in none.
+        bodies: Names of bodies and, behind them, of tools.
+    """
+
+    def __init__(
+        self, trajectory: Trajectory, anatomy: Anatomy | None, clouds: Sequence[Cloud]
+    ):
+        self.network: Network = trajectory.network
+        self.anatomy = anatomy
+        groups = [group for group in trajectory.groups if group.body]
+        self.regions = ("", *(f"{group.name} of {group.body}" for group in groups))
+        self.region = np.zeros(self.network.node_count, dtype=np.int64)
+        for number, group in enumerate(groups, start=1):
+            self.region[group.indices] = number
+        tools = [cloud.name for cloud in clouds if cloud.kind in ("tool", "grip")]
+        self.bodies = (*(body.name for body in self.network.bodies), *tools)
+        self._around: dict[int, tuple[Indices, Surroundings]] = {}
+
+    def around(self, cloud: Cloud, springs: Indices) -> Surroundings:
+        """Return the springs around the nodes of a body as drawn.
+
+        Args:
+            cloud: Of the body.
+            springs: Those that are intact and bear its stress, shape (spring,).
+        """
+        assert cloud.matter is not None
+        known = self._around.get(cloud.number)
+        if known is None or not np.array_equal(known[0], springs):
+            nodes = cloud.nodes[0]
+            ends = self.network.ends[springs].astype(np.int64) - nodes[0]
+            drawn = self.network.position[nodes]
+            known = springs, Surroundings.of(drawn, ends, cloud.matter.dimension)
+            self._around[cloud.number] = known
+        return known[1]
+
+
+class Moment:
+    """A cloud in one frame.
+
+    Attributes:
+        facts: What does not change.
+        cloud: The cloud.
+        nodes: Network numbers of its points, shape (point,).
+        springs: Network numbers of its springs that exist, ascending, shape (spring,).
+        position: [m], shape (point, 3).
+        velocity, force: [m/s], [N], shape (point, 3); without rows of tools.
+        tension: Of these springs [N], shape (spring,).
+        whole: Positions of all nodes that frames contain, by network number [m], shape (node,
+            3).
+    """
+
+    def __init__(
+        self, facts: Facts, cloud: Cloud, nodes: Indices, springs: Indices, position: Floats,
+        velocity: Floats, force: Floats, tension: Floats, whole: Floats,
+    ):  # fmt: skip
+        self.facts, self.cloud, self.nodes, self.springs = facts, cloud, nodes, springs
+        self.position, self.velocity, self.force = position, velocity, force
+        self.tension, self.whole = tension, whole
+
+    @property
+    def network(self) -> Network:
+        """Return the network before the run."""
+        return self.facts.network
+
+    @cached_property
+    def ends(self) -> Indices:
+        """Points of these springs, shape (spring, 2)."""
+        return np.searchsorted(self.nodes, self.network.ends[self.springs]).reshape(-1, 2)
+
+    @cached_property
+    def _bearing(self) -> NDArray[np.bool_]:
+        """Which of these springs bear stress, shape (spring,)."""
+        assert self.cloud.matter is not None
+        return np.isin(self.springs, self.cloud.matter.springs)
+
+    @cached_property
+    def around(self) -> Surroundings:
+        """The springs around the nodes of a body with matter."""
+        return self.facts.around(self.cloud, self.springs[self._bearing])
+
+    @cached_property
+    def strain(self) -> tuple[Floats, Floats]:
+        """Strain, shape (point, 6), and volume ratio, shape (point,), both without a unit."""
+        return self.around.strain(self.position)
+
+    @cached_property
+    def stress(self) -> Floats:
+        """Stress of a body with matter [Pa], shape (point, 6)."""
+        matter = self.cloud.matter
+        assert matter is not None
+        # Where a cell is turned inside out, the drawn volume is all that there is to divide by.
+        ratio = np.where(self.strain[1] > 0.0, self.strain[1], 1.0)
+        virial = self.around.virial(self.position, self.tension[self._bearing])
+        volume = matter.volume * ratio
+        if matter.pressure is not None:
+            alive = np.zeros(self.network.spring_count, dtype=bool)
+            alive[self.springs] = True
+            torn = matter.pressure.enclosure.torn(alive)
+            nodes = self.network.bodies[self.cloud.number].nodes
+            pressure = matter.pressure.at_nodes(self.whole, torn, nodes)
+            virial[:, :3] -= (pressure * volume)[:, None]
+        if matter.near is not None:
+            virial, volume = matter.near @ virial, matter.near @ volume
+        return virial / volume[:, None]
+
+
+class CloudMoments:
+    """Reads frames of a result as moments of clouds.
+
+    Args:
+        trajectory: The result.
+        facts: What does not change.
+        clouds: Of which there are moments.
+    """
+
+    def __init__(self, trajectory: Trajectory, facts: Facts, clouds: Sequence[Cloud]):
+        self._trajectory, self._facts, self._clouds = trajectory, facts, clouds
+        self._rows = np.zeros(facts.network.node_count, dtype=np.int64)
+        self._rows[trajectory.nodes] = np.arange(len(trajectory.nodes))
+
+    def at(self, frame: int) -> Iterator[Moment]:
+        """Yield the moments of all clouds in a frame, in their order."""
+        trajectory, network = self._trajectory, self._facts.network
+        position, velocity, force = (
+            np.asarray(one[frame], dtype=float)
+            for one in (trajectory.position, trajectory.velocity, trajectory.force)
+        )
+        tension, rows = trajectory.spring_force(frame)
+        springs = trajectory.springs[rows]
+        whole = position
+        if len(position) < network.body_nodes:
+            whole = np.zeros((network.body_nodes, 3))
+            whole[trajectory.nodes] = position
+        tools = trajectory.tools
+        for cloud in self._clouds:
+            nodes = cloud.nodes[int(cloud.of_frame[frame])]
+            if cloud.kind == "tool":
+                assert tools is not None
+                places = np.asarray(tools[frame], dtype=float)[nodes - network.body_nodes]
+                still, none = np.zeros((0, 3)), np.zeros(0)
+                yield Moment(
+                    self._facts,
+                    cloud,
+                    nodes,
+                    none.astype(int),
+                    places,
+                    still,
+                    still,
+                    none,
+                    whole,
+                )
+                continue
+            at = self._rows[nodes]
+            own = slice(*np.searchsorted(springs, (cloud.springs.start, cloud.springs.stop)))
+            yield Moment(
+                self._facts, cloud, nodes, springs[own], position[at], velocity[at], force[at],
+                np.asarray(tension[own], dtype=float), whole,
+            )  # fmt: skip
