@@ -113,8 +113,7 @@ def _named_behind(name: str, result: Path, others: Iterable[str]) -> str:
 @click.option(
     "--colour",
     type=click.Choice(COLOURS),
-    default="tension",
-    help="Quantity that colours the springs.",
+    help="Show springs, coloured by this quantity.",
 )
 @click.option(
     "--time", type=TimeArgument(), help="Initial time of the page, or time of the picture."

@@ -88,4 +88,20 @@ def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "choices": stated(simulation.choices, defaults=False) or None,
         "duration": simulation.duration,
         "plan": {"skipped": list(skipped(compiled))},
+        "tissues": _tissues_of(compiled),
     }
+
+
+def _tissues_of(compiled: Compiled) -> Mapping[str, Any]:
+    """Return the tissue of each body and of its regions, and how it looks."""
+    found: dict[str, dict[str, Any]] = {}
+    for body in compiled.scene.bodies.values():
+        parts = {"": body.tissue} | {
+            one.name: one.tissue or body.tissue for one in body.regions
+        }
+        found[body.name] = {
+            part: {"name": tissue.name, **as_data(tissue.appearance)}
+            for part, tissue in parts.items()
+            if tissue is not None
+        }
+    return found

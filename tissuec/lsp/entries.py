@@ -176,7 +176,16 @@ def _of_material(kind: str) -> Terms:
         own = _meant(kind, {"prestress": " = "})
         return own | {"prestress": quantities["prestress"]}
     own = _meant(
-        "tissue", {"about": IN_QUOTES, "described": " in ", "known": " ", **forms}, **laws
+        "tissue",
+        {
+            "about": IN_QUOTES,
+            "described": " in ",
+            "known": " ",
+            "colour": ' = "#',
+            "gloss": " = ",
+            **forms,
+        },
+        **laws,
     )
     if kind == "law":
         return {name: own[name] for name in (*laws, *forms)}

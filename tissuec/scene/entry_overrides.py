@@ -21,6 +21,7 @@ from tissuec.lang.characters import normalise
 from tissuec.lang.parser import parse
 from tissuec.meshes.generators import MESHES
 from tissuec.scene import schema
+from tissuec.scene.appearance import APPEARANCE
 from tissuec.scene.bodies import ENTRIES, EXPLICIT
 from tissuec.scene.declarations import NAMED, Declarations, Declared, without
 from tissuec.scene.findings import Findings
@@ -420,7 +421,8 @@ def _takes(home: _Home, key: str, declarations: Declarations) -> bool:
 def _known(home: _Home, declarations: Declarations) -> Collection[str]:
     """Return the entries that a block of tissue or a body can have; none for other blocks."""
     if home.kind == "tissue":
-        return {*QUANTITIES, *BY_ENTRY, *declarations.of("property"), "about", "described"}
+        own = ("about", "described", *APPEARANCE)
+        return {*QUANTITIES, *BY_ENTRY, *declarations.of("property"), *own}
     if home.kind == "body":
         return set(ENTRIES).union(*map(_of_mesh, home.block.items))
     return ()

@@ -118,6 +118,18 @@ class WrittenLaw(Struct, frozen=True):
 WrittenLaws: TypeAlias = Mapping[str, WrittenLaw]
 
 
+class Appearance(Struct, frozen=True):
+    """How a tissue looks in pictures.
+
+    Attributes:
+        colour: As "#rrggbb"; empty where none is written.
+        gloss: From 0, dull, to 1; None where none is written.
+    """
+
+    colour: str = ""
+    gloss: float | None = None
+
+
 class Tissue(Struct, frozen=True):
     """A preset with everything it inherits.
 
@@ -136,6 +148,7 @@ class Tissue(Struct, frozen=True):
     concluded: Mapping[str, float]
     laws: WrittenLaws
     known: tuple[KnownQuantity, ...]
+    appearance: Appearance
     span: Span
 
 

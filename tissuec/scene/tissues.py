@@ -17,6 +17,7 @@ from tissuec.fuzzy.sets import Powered
 from tissuec.lang import syntax as s
 from tissuec.laws import MODULUS, REST, E, stress_in
 from tissuec.scene import schema
+from tissuec.scene.appearance import APPEARANCE, read_appearance
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.entry_meanings import left_side, quantity_meant
 from tissuec.scene.entry_overrides import SET
@@ -31,6 +32,7 @@ from tissuec.scene.expressions import Scope
 from tissuec.scene.idle_words import CONCLUDED, Answers, TissueWords
 from tissuec.scene.laws import BY_ENTRY, read_law
 from tissuec.scene.model import (
+    Appearance,
     AssignedQuantity,
     Fired,
     KnownQuantity,
@@ -66,6 +68,7 @@ class _Written(Struct):
     known: dict[str, list[KnownQuantity]] = field(
         default_factory=dict[str, list[KnownQuantity]]
     )
+    appearance: Appearance = field(default_factory=Appearance)
     inherited: "_Written | None" = None
 
     def heir(self) -> "_Written":
@@ -127,6 +130,7 @@ class TissueReader:
             concluded,
             written.laws,
             known,
+            written.appearance,
             declared.item.head,
         )
 
@@ -268,6 +272,8 @@ class TissueReader:
         assert isinstance(item, s.Sentence | s.Assign)
         if key == "about" and isinstance(item, s.Sentence):
             written.about = item.name.quoted or ""
+        elif key in APPEARANCE:
+            written.appearance = read_appearance(item, written.appearance, self.scope)
         elif key == "described":
             pass  # read before all others
         elif key in QUANTITIES:
@@ -313,7 +319,10 @@ class TissueReader:
         """Reject an entry that is neither a property of the rules nor a quantity."""
         name = item.name
         self.findings.pass_over_doubtful(name.key)
-        known = (*self.vocabulary.properties, *LISTED, *BY_ENTRY, KNOWN, "described", "about")
+        known = (
+            *self.vocabulary.properties, *LISTED, *BY_ENTRY, KNOWN, "described", "about",
+            *APPEARANCE,
+        )  # fmt: skip
         hint = alternatives(name.key, known, what="entries")
         if meant := quantity_meant(item):
             hint = alternatives("", known, what="entries")

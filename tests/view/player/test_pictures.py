@@ -122,7 +122,8 @@ def test_a_spring_is_drawn_where_the_camera_sees_it_in_the_colour_of_its_tension
 
     net = grid(2, 2)
     film = read_film(shown(Drawn(net, frames=3)), Options(view=(-90.0, 90.0)))
-    painter = Painter(film, Options(view=(-90.0, 90.0)), (400, 400), "")
+    options = Options(view=(-90.0, 90.0), colour="tension")
+    painter = Painter(film, options, (400, 400), "")
     painter.film.skin.life[:] = -1.0  # the springs alone
     picture = painter._net(2.0).astype(int)
     along = film.position[2][[0, 2]].mean(axis=0)  # a spring in x, which is drawn

@@ -1,6 +1,6 @@
 """Solid shapes as triangles, with the lighting of the page (``web/shared.glsl``)."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,14 +131,101 @@ def smooth_mesh(position: Floats, triangles: NDArray[np.integer]) -> TriangleMes
     return TriangleMesh(corners, found.reshape(-1, 3, 3))
 
 
-def lit(base: Floats, normal: Floats, to_eye: Floats, shine: float) -> Floats:
+def bulges(position: Floats, triangles: NDArray[np.integer], mesh: TriangleMesh) -> Floats:
+    """Return by how much edges bend towards normals, shape (triangle, 3, 3).
+
+    Between ends q and r with normals n and m, the point with weights (1 - w) and w moves by
+    half of w (1 - w) times ((q - r)·n) n + ((r - q)·m) m [m]. Sharp edges stay straight.
+
+    Args:
+        position: Points [m], shape (point, 3).
+        triangles: Corners, shape (triangle, 3); edges lead from each to the next.
+        mesh: The triangles with their normals.
+    """
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
+    normals = np.stack([mesh.normals, np.roll(mesh.normals, -1, axis=1)], axis=2)
+    normals = normals.reshape(-1, 2, 3)
+    face = np.cross(*(mesh.corners[:, k] - mesh.corners[:, 0] for k in (1, 2)))
+    face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-300)
+    turned = ends[:, 0] > ends[:, 1]
+    ascending = np.where(turned[:, None, None], normals[:, ::-1], normals)
+    keys = np.sort(ends, axis=1) @ [len(position), 1]
+    _, edge, shared = np.unique(keys, return_inverse=True, return_counts=True)
+    # Faces of an edge may see other neighbours at its ends: their mean leaves no gap.
+    order = np.argsort(edge, kind="stable")
+    pairs = order[np.flatnonzero(shared[edge[order]] == 2)].reshape(-1, 2)
+    mean = ascending.copy()
+    mean[pairs] = ascending[pairs].sum(axis=1, keepdims=True)
+    mean /= np.maximum(np.linalg.norm(mean, axis=-1, keepdims=True), 1e-300)
+    sides = face[pairs // 3]
+    sharp = shared[edge] > 2
+    sharp[pairs] = ((sides[:, 0] * sides[:, 1]).sum(axis=-1) < _SHARP)[:, None]
+    way = position[ends.min(axis=1)] - position[ends.max(axis=1)]
+    found = np.zeros_like(way)
+    for end, sign in ((0, 1.0), (1, -1.0)):
+        normal = mean[:, end]
+        found += sign * (way * normal).sum(axis=1, keepdims=True) * normal
+    found[sharp] = 0.0
+    return found.reshape(-1, 3, 3)
+
+
+def rounded(mesh: TriangleMesh, bulge: Floats, divisions: int) -> tuple[TriangleMesh, Floats]:
+    """Return triangles bent to follow their normals, and the weights of corners in each part.
+
+    A point of a flat triangle moves half of the way to the mean of its projections onto the
+    tangent planes at the corners (Phong tessellation; T. Boubekeur, M. Alexa, ACM Transactions
+    on Graphics 27 (2008) 141), which is a sum over edges. With a half, the chord of a circle
+    becomes its arc to third order in its angle. Nodes stay in place, and flat faces flat.
+
+    Args:
+        mesh: Triangles.
+        bulge: See ``bulges``, shape (triangle, 3, 3).
+        divisions: Into how many parts each edge is divided.
+
+    Returns:
+        The parts, those of each triangle together, and weights of shape (part, corner, 3).
+    """
+    weights = _parts(divisions)
+    if divisions == 1:
+        return mesh, weights
+    products = 0.5 * weights * np.roll(weights, -1, axis=-1)
+    corners = spread(mesh.corners, weights) + spread(bulge, products)
+    normal = spread(mesh.normals, weights)
+    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+    return TriangleMesh(corners, normal), weights
+
+
+def spread(values: NDArray[Any], weights: Floats) -> Floats:
+    """Return what parts of triangles have at their corners, shape (triangle * part, 3, …).
+
+    Args:
+        values: At the corners of triangles, in any unit, shape (triangle, 3, number).
+        weights: Of the corners, shape (part, 3, 3).
+    """
+    found = np.einsum("pcw,twk->tpck", weights, values)
+    return found.reshape(-1, 3, values.shape[-1])
+
+
+def _parts(divisions: int) -> Floats:
+    """Return the weights of corners in the parts of a triangle, shape (part, 3, 3)."""
+    found: list[list[tuple[int, int]]] = []
+    for i in range(divisions):
+        for j in range(divisions - i):
+            found.append([(i, j), (i + 1, j), (i, j + 1)])
+            if i + j < divisions - 1:
+                found.append([(i + 1, j), (i + 1, j + 1), (i, j + 1)])
+    second, third = np.moveaxis(np.array(found) / divisions, -1, 0)
+    return np.stack([1.0 - second - third, second, third], axis=-1)
+
+
+def lit(base: Floats, normal: Floats, to_eye: Floats, shine: float | Floats) -> Floats:
     """Return colours in the light of the page, shape (…, 3).
 
     Args:
         base: Without light, from 0 to 1, shape (…, 3).
         normal: Of one unit, towards the eye, as the camera sees it, shape (…, 3).
         to_eye: Direction to the eye, shape (…, 3).
-        shine: Of the highlight.
+        shine: Of the highlight, one number or shape (…, 1).
     """
     direct = np.maximum(normal @ _LAMP, 0.0)[..., None]
     sky = 0.5 + 0.5 * normal[..., 1:2]

@@ -46,11 +46,13 @@ class SkinPiece(Struct, frozen=True, eq=False):
         triangles: Shape (triangle, 3).
         life: In frames, shape (triangle, 2).
         smooth: Whether a smooth surface shows the same, shape (triangle,).
+        hollow: Whether their back is the inside of an organ, shape (triangle,).
     """
 
     triangles: NDArray[np.integer]
     life: Floats
     smooth: NDArray[np.bool_]
+    hollow: NDArray[np.bool_]
 
 
 class SurfacePiece(Struct, frozen=True, eq=False):
@@ -60,11 +62,13 @@ class SurfacePiece(Struct, frozen=True, eq=False):
         frames: Of the film, where each set of points belongs, shape (moment,).
         triangles: Shape (triangle, 3).
         position: [m], shape (moment, point, 3).
+        tint: Red, green, blue and gloss, from 0 to 1, shape (4,).
     """
 
     frames: Floats
     triangles: Indices
     position: NDArray[Any]
+    tint: Floats
 
 
 class ToolSolid(Struct, frozen=True):
@@ -122,6 +126,26 @@ class Instrument(Struct, frozen=True):
     points: tuple[int, int, int, int]
 
 
+class Resultant(Struct, frozen=True, eq=False):
+    """A force on tissue at one place, by a tool, a set that is held, or a fixed part.
+
+    Attributes:
+        name: Of the tool or set; "fix" for fixed nodes.
+        point: The point at which it acts.
+        life: In frames.
+        force: [N], shape (frame, 3).
+    """
+
+    name: str
+    point: int
+    life: tuple[float, float]
+    force: Floats
+
+
+MOST_FACES = 60_000
+"""Faces of skin that is rounded."""
+
+
 class PlayerData(Struct, frozen=True, eq=False):
     """All moving objects.
 
@@ -135,10 +159,12 @@ class PlayerData(Struct, frozen=True, eq=False):
         force: Sum of the spring forces on each node [N], shape (frame, node, 3).
         lines: Springs.
         skin: Triangles of the net.
+        tints: Red, green, blue and gloss at each node, from 0 to 1, shape (node, 4).
         dots: Nodes that nothing touches, for a while, shape (dot,), and their lives.
         held: What is held.
         solids: Shapes of tools.
         instruments: What is drawn of tools besides.
+        resultants: Forces on tissue by whatever holds or touches it.
         surfaces: Smooth surfaces, a list of pieces for each body.
         laws: Names of the laws.
         recorded: How many nodes and springs the file shows.
@@ -152,13 +178,29 @@ class PlayerData(Struct, frozen=True, eq=False):
     force: NDArray[Any]
     lines: Lines
     skin: SkinPiece
+    tints: Floats
     dots: Lifetimes
     held: HeldTissue
     solids: tuple[ToolSolid, ...]
     instruments: tuple[Instrument, ...]
+    resultants: tuple[Resultant, ...]
     surfaces: dict[str, list[SurfacePiece]]
     laws: tuple[str, ...]
     recorded: tuple[int, int]
+
+    @property
+    def divisions(self) -> int:
+        """Return into how many parts each edge of the skin is divided to make it round."""
+        count = len(self.skin.triangles)
+        return next((n for n in (8, 4, 2) if n * n * count <= MOST_FACES), 1)
+
+    def shows_springs(self, colour: str | None) -> bool:
+        """Return whether springs are drawn at first: by a colour, or where no skin is."""
+        return bool(len(self.lines.ends)) and (colour is not None or not self.has_skin)
+
+    @property
+    def has_skin(self) -> bool:
+        return bool(len(self.skin.triangles) or self.surfaces)
 
     @property
     def frame_count(self) -> int:
@@ -201,6 +243,12 @@ class PlayerData(Struct, frozen=True, eq=False):
         """Return where the colours of strain end."""
         frames = range(0, len(self.times), max(1, len(self.times) // 20))
         return _most(np.abs(self.strain(frame)[self.alive(frame)]) for frame in frames)
+
+    @property
+    def most_resultant(self) -> float:
+        """Return the largest resultant force of all [N]."""
+        sizes = (np.linalg.norm(one.force, axis=1).max(initial=0.0) for one in self.resultants)
+        return float(max(sizes, default=0.0))
 
     @property
     def most_force(self) -> float:

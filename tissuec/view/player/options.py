@@ -15,7 +15,7 @@ class Options(Struct, frozen=True):
         frames: At most so many, evenly chosen; all if None.
         every: At least so long between frames [s].
         nodes: Draw about so many nodes of larger nets; all if None.
-        colour: What colours the springs.
+        colour: What colours the springs; None where a skin hides them.
         time: Where it stands at first [s]; the start if None.
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
         speed: Playback speed, 1 is real time; chosen automatically if None.
@@ -24,7 +24,7 @@ class Options(Struct, frozen=True):
     frames: int | None = None
     every: float | None = None
     nodes: int | None = None
-    colour: Colour = "tension"
+    colour: Colour | None = None
     time: float | None = None
     view: tuple[float, float] | None = None
     speed: float | None = None

@@ -32,14 +32,16 @@ WEB = Path(__file__).resolve().parent / "web"
 #: Parts of the script, in order.
 SCRIPTS = (
     "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js",
-    "instruments.js", "stage.js", "flat.js", "marks.js", "curves.js", "panel.js", "hands.js",
-    "player.js",
+    "instruments.js", "stage.js", "flat.js", "marks.js", "pulls.js", "curves.js", "panel.js",
+    "hands.js", "player.js",
 )  # fmt: skip
 #: What only readers of the source need: indents and comments.
-_LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n", re.MULTILINE)
+_LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n|^\n|  // .*$", re.MULTILINE)
 SHADERS = ("shared", "lines", "skin", "solids", "instruments", "arrows", "plane")
 _TENSIONS, _FORCES = 127, 2000  # steps of the scale, either way
+_FRAGMENT = "// ---- fragment\n"
 _LEVELS = 65534  # of a curve; one more number stands for none
+_PULL = 2**30  # steps of resultant forces, either way: their numbers are exact
 _MESH = 1e-3  # steps of the meshes of instruments, in their units
 
 
@@ -103,6 +105,7 @@ def describe(
     rate = scale.step / (float(np.diff(film.times).max(initial=0.0)) or 1.0)
     most = {
         "tension": film.most_tension, "strain": film.most_strain, "force": film.most_force,
+        "pull": film.most_resultant,
     }  # fmt: skip
     _pack_shapes(film, pack)
     pack.add("position", scale.steps(film.position).transpose(0, 2, 1))
@@ -110,6 +113,9 @@ def describe(
     pack.add("velocity", np.rint(velocity).astype(np.int64).transpose(0, 2, 1))
     pack.add("tension", even(film.lines.tension, most["tension"], _TENSIONS))
     # Arrows of outliers are longer; beyond four times the scale they would leave the picture.
+    none = np.zeros((len(film.times), 0, 3))
+    pulls = np.concatenate([none, *(one.force[:, None] for one in film.resultants)], axis=1)
+    pack.add("pulls", even(pulls, most["pull"], _PULL).transpose(0, 2, 1))
     pack.add("force", even(film.force, 4.0 * most["force"], _FORCES).transpose(0, 2, 1))
     for name, values in (("rest", film.lines.rest), ("radius", film.lines.radius)):
         pack.add(name, even(values, float(values.max(initial=0.0)), _LEVELS)[None])
@@ -130,6 +136,7 @@ def describe(
             "tension": _TENSIONS,
             "force": _FORCES / 4.0,
             "level": _LEVELS,
+            "pull": _PULL,
             "mesh": _MESH,
         },
         "largest": {
@@ -140,17 +147,22 @@ def describe(
         "solids": [as_data(solid) for solid in film.solids],
         "instruments": [as_data(instrument) for instrument in film.instruments],
         "meshes": _meshes(film, pack),
+        "pulls": [
+            {"name": one.name, "point": one.point, "life": one.life} for one in film.resultants
+        ],
         "surfaces": _surfaces(film, pack, scale.step),
         "curves": [
             _curve(curve, number, pack) for number, curve in enumerate(read_curves(trajectory))
         ],
         "marks": [as_data(mark) for mark in marks(trajectory.events, duration)],
         "view": _view(film, options),
-        "colour": options.colour,
+        "colour": options.colour or "tension",
+        "springs": film.shows_springs(options.colour),
+        "divisions": film.divisions,
         "start": float(film.times[0] if options.time is None else options.time),
         "pace": options.speed or pace(duration),
         "looks": _looks(),
-        "shaders": {name: _web(f"{name}.glsl") for name in SHADERS},
+        "shaders": {name: _shader(name) for name in SHADERS},
     }
 
 
@@ -161,10 +173,11 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         ("law", film.lines.law[None]),
         ("triangles", film.skin.triangles.T),
         ("smooth", film.skin.smooth[None].astype(int)),
+        ("hollow", film.skin.hollow[None].astype(int)),
+        ("tints", np.rint(255.0 * film.tints).astype(np.int64).reshape(1, -1)),
         ("dots", film.dots.of[None]),
         ("held", film.held.rods.T),
         ("fixed", film.held.fixed[None].astype(int)),
-        ("moved", film.held.moved[None].astype(int)),
         ("curved", film.curved[None].astype(int)),
     ):
         pack.add(name, numbers)
@@ -198,7 +211,7 @@ def _view(film: PlayerData, options: Options) -> dict[str, Any]:
     frame = framing(film)
     azimuth, elevation = options.view or viewpoint(frame.points)
     return {
-        "points": frame.points.tolist(),
+        "points": [[float(f"{number:.7g}") for number in point] for point in frame.points],
         "middle": frame.middle.tolist() if frame.follows else [],
         "size": frame.size,
         "azimuth": azimuth,
@@ -223,7 +236,12 @@ def _piece(piece: SurfacePiece, name: str, pack: Pack, step: float) -> dict[str,
     numbers = np.rint((piece.position - np.array(origin)) / step).astype(np.int64)
     pack.add(f"{name} position", numbers.transpose(0, 2, 1))
     pack.add(f"{name} triangles", piece.triangles.T)
-    return {"name": name, "origin": origin, "frames": piece.frames.tolist()}
+    return {
+        "name": name,
+        "origin": origin,
+        "frames": piece.frames.tolist(),
+        "tint": piece.tint.tolist(),
+    }
 
 
 def _curve(curve: LogCurve, number: int, pack: Pack) -> dict[str, Any]:
@@ -258,6 +276,12 @@ def _clock(time: Floats, number: int, pack: Pack) -> dict[str, float]:
 
 def _compact(text: str) -> str:
     return _LAYOUT.sub("", text)
+
+
+def _shader(name: str) -> str:
+    # "// ---- fragment" divides it, so that this comment stays.
+    parts = _web(f"{name}.glsl").split(_FRAGMENT)
+    return _FRAGMENT.join(map(_compact, parts))
 
 
 def _web(name: str) -> str:

@@ -17,9 +17,12 @@ from tissuec.view.player.bodies import (
     TriangleMesh,
     across,
     arrows,
+    bulges,
     capsules,
     lit,
+    rounded,
     smooth_mesh,
+    spread,
 )
 from tissuec.view.player.camera import (
     Camera,
@@ -28,12 +31,13 @@ from tissuec.view.player.camera import (
     half_height,
     outermost,
 )
-from tissuec.view.player.film import Instrument, PlayerData, ToolSolid
+from tissuec.view.player.film import Instrument, PlayerData, Resultant, ToolSolid
 from tissuec.view.player.lifetimes import Mask, is_there
-from tissuec.view.player.moment import InterpolatedFrame, surface_at
+from tissuec.view.player.moment import InterpolatedFrame, position_at, surface_at
 from tissuec.view.player.options import Colour, Options
 from tissuec.view.player.pace import near, scaled
 from tissuec.view.player.strokes import dashed, ramp, rgb
+from tissuec.view.player.tints import SHINE
 from tissuec.view.plots.page import need_matplotlib
 from tissuec.view.plots.projection import viewpoint
 
@@ -44,6 +48,8 @@ if TYPE_CHECKING:
 
 DPI = 100
 _USUAL = 1000  # [px]: of a picture, in which lines are as wide as on the page
+REACH = 0.18  # of the picture: how long the arrow of the largest resultant force is
+LEAST = 0.005  # of it: what is smaller has no arrow
 HELD = 0.75  # of the colour of tools, on skin that is held
 _PALER = 0.4  # skin under springs, whose colours say something
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
@@ -100,11 +106,12 @@ class Painter:
             points = np.concatenate([points, *self._tips()])
         self.home = self.camera = fitted(points, *angles, size[0] / size[1])
         self.options = options
-        self.colour: Colour = options.colour
+        self.colour: Colour = options.colour or "tension"
         self.figure: Figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
         self._canvas = FigureCanvasAgg(self.figure)
         self._most = {"tension": film.most_tension, "strain": film.most_strain, "law": 1.0}
-        self.shows_springs = not film.surfaces and bool(len(film.lines.ends))
+        self.shows_springs = film.shows_springs(options.colour)
+        self._divisions = 1 if self.shows_springs else film.divisions
         rests = film.lines.rest[film.lines.rest > 0.0]
         mean = float(rests.mean()) if len(rests) else self.framing.size / 20.0
         self._dash = mean / 3.5
@@ -120,7 +127,7 @@ class Painter:
         sheet.imshow(self._net(at), extent=(0, width, 0, height), aspect="auto")
         sheet.set(xlim=(0, width), ylim=(0, height))
         frames = np.arange(len(self.film.times))
-        self._annotate(sheet, float(np.interp(at, frames, self.film.times)))
+        self._annotate(sheet, at, float(np.interp(at, frames, self.film.times)))
         return self.figure
 
     def pixels(self, at: float) -> NDArray[np.uint8]:
@@ -169,16 +176,22 @@ class Painter:
     def _solid(self, moment: InterpolatedFrame) -> Iterator[ProjectedTriangles]:
         """Yield all that hides what is behind it."""
         film, at = self.film, moment.at
-        outside = rgb(palette.SKIN)
-        if self.shows_springs:
-            outside = outside + _PALER * (rgb(palette.PAPER) - outside)
-        shown = is_there(film.skin.life, at) & ~(film.skin.smooth & bool(film.surfaces))
+        skin = film.skin
+        shown = is_there(skin.life, at) & ~(skin.smooth & (not self.shows_springs))
+        tint = film.tints[skin.triangles[shown]]
         held = is_there(film.held.patches, at)[shown, None, None]
-        tint = np.where(held, self._of_held(outside), outside)
-        yield self._skin(smooth_mesh(moment.position, film.skin.triangles[shown]), tint)
-        for pieces in film.surfaces.values():
+        tint[..., :3] += HELD * held * (rgb(palette.STEEL) - tint[..., :3])
+        triangles = skin.triangles[shown]
+        mesh = smooth_mesh(moment.position, triangles)
+        bulge = bulges(moment.position, triangles, mesh)
+        mesh, weights = rounded(mesh, bulge, self._divisions)
+        hollow = np.repeat(skin.hollow[shown], len(weights))
+        yield self._skin(mesh, spread(tint, weights), hollow)
+        for pieces in film.surfaces.values() if not self.shows_springs else ():
             piece, position = surface_at(pieces, at)
-            yield self._skin(smooth_mesh(position, piece.triangles), outside)
+            mesh = smooth_mesh(position, piece.triangles)
+            tint = np.broadcast_to(piece.tint, (*mesh.corners.shape[:2], 4))
+            yield self._skin(mesh, tint, np.ones(len(tint), dtype=bool))
         for mesh, colour in (*self._tools(moment), *self._nodes(moment)):
             yield self._body(mesh, rgb(colour), 0.25)
         if self.forces:
@@ -190,25 +203,27 @@ class Painter:
         """Return triangles in the light."""
         return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), shine)
 
-    def _skin(self, mesh: TriangleMesh, outside: Floats) -> ProjectedTriangles:
+    def _skin(self, mesh: TriangleMesh, tint: Floats, hollow: Mask) -> ProjectedTriangles:
         """Return triangles in the light, of other colour inside.
 
         Args:
             mesh: The triangles.
-            outside: Colour, of all or of each of them, shape (…, 3).
+            tint: Colour and gloss of their corners, shape (triangle, 3, 4).
+            hollow: Which of them have an inside, shape (triangle,).
         """
+        colour = tint[..., :3]
+        if self.shows_springs:
+            colour = colour + _PALER * (rgb(palette.PAPER) - colour)
         seen = self._into(mesh.corners)
         normal = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
         to_eye = np.array([0.0, 0.0, self.camera.distance]) - seen[:, 0]
         is_front = (normal * to_eye).sum(axis=1) > 0.0
-        base = np.where(is_front[:, None, None], outside, rgb(palette.LUMEN))
-        return self._shaded(mesh, np.broadcast_to(base, mesh.corners.shape), 0.06)
+        base = np.where((is_front | ~hollow)[:, None, None], colour, rgb(palette.LUMEN))
+        return self._shaded(mesh, base, SHINE * tint[..., 3:])
 
-    def _of_held(self, colour: Floats) -> Floats:
-        """Return the colour of skin that is held."""
-        return colour + HELD * (rgb(palette.STEEL) - colour)
-
-    def _shaded(self, mesh: TriangleMesh, base: Floats, shine: float) -> ProjectedTriangles:
+    def _shaded(
+        self, mesh: TriangleMesh, base: Floats, shine: float | Floats
+    ) -> ProjectedTriangles:
         seen = self._into(mesh.corners)
         normal = self._into(mesh.normals, direction=True)
         normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
@@ -334,12 +349,38 @@ class Painter:
         colour = np.broadcast_to(rgb(palette.STEEL), seen.shape)
         return ProjectedTriangles(seen, colour, np.full(2, 0.35))
 
-    def _annotate(self, sheet: Any, time: float) -> None:
+    def _resultant(self, sheet: Any, one: Resultant, at: float) -> None:
+        """Draw a resultant force as an arrow with its number; see ``web/pulls.js``."""
+        frames, most = np.arange(len(self.film.times)), self.film.most_resultant
+        force = np.array([np.interp(at, frames, axis) for axis in one.force.T])
+        size = float(np.linalg.norm(force))
+        if not one.life[0] <= at < one.life[1] or size <= LEAST * most:
+            return
+        foot = position_at(self.film, at)[one.point]
+        tip = foot + REACH * self.framing.size / most * force
+        seen, _ = self.camera.seen(np.stack([foot, tip]))
+        start, stop = (1.0 + seen) / 2.0 * self.size
+        inside = np.clip(stop, 14.0, np.array(self.size) - 14.0)
+        style = {"color": palette.SERIES[2], "lw": 2, "mutation_scale": 14}
+        shape = "-|>" if np.array_equal(inside, stop) else "->"
+        sheet.annotate("", inside, start, arrowprops={"arrowstyle": shape, **style})
+        factor, unit = scaled(most, "N")
+        right = inside[0] >= start[0]
+        room = 7.0 * len(text := f"{size / factor:.3g} {unit}")
+        x = inside[0] + 6.0 if right else inside[0] - 6.0 - room
+        sheet.text(
+            min(max(x, 4.0), self.size[0] - room - 4.0), inside[1], text,
+            color=palette.INK, fontsize=9, va="center", parse_math=False,
+        )  # fmt: skip
+
+    def _annotate(self, sheet: Any, at: float, time: float) -> None:
         width, height = self.size
         style = {"color": palette.INK, "va": "top", "fontsize": 11, "parse_math": False}
         sheet.text(14, height - 12, self.title, weight="bold", **style)
         size, unit = scaled(float(np.abs(self.film.times).max()), "s")
         sheet.text(width - 14, height - 12, f"{time / size:.4g} {unit}", ha="right", **style)
+        for resultant in self.film.resultants:
+            self._resultant(sheet, resultant, at)
         length = near(110.0 / self._pixel(1.0))
         long = self._pixel(length)
         size, unit = scaled(length, "m")

@@ -15,6 +15,7 @@ from tissuec.view.player.film import (
     Instrument,
     Lines,
     PlayerData,
+    Resultant,
     SkinPiece,
     SurfacePiece,
     ToolSolid,
@@ -31,6 +32,7 @@ from tissuec.view.player.lifetimes import (
 )
 from tissuec.view.player.moments import Moments, curved, slopes
 from tissuec.view.player.options import Options
+from tissuec.view.player.pulls import read_pulls
 from tissuec.view.player.thinning import (
     SpringLines,
     Thinning,
@@ -39,6 +41,7 @@ from tissuec.view.player.thinning import (
     thinned,
     whole,
 )
+from tissuec.view.player.tints import body_tint, is_hollow, node_tints
 from tissuec.view.plots.frame_reader import no_frames
 
 
@@ -57,7 +60,10 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     springs, triangles, faces, dots = _topologies(moments, timeline)
     strand = strands(thin, trajectory.ends)
     seen = courses(moments)
-    position, velocity = _motion(moments, thin, seen)
+    pulls = read_pulls(moments)
+    points = [*map(_carriers, seen), *(pull.place[:, None] for pull in pulls)]
+    position, velocity = _motion(moments, thin, points)
+    first = position.shape[1] - len(pulls)
     skin = _skin(trajectory, thin, triangles, faces)
     drawn = DrawnNet.of(thin, skin, strand.ends)
     return PlayerData(
@@ -71,10 +77,15 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         force=moments.vectors("force", thin.kept, np.float32),
         lines=_lines(trajectory, thin, strand, springs, _tensions(moments, strand)),
         skin=skin,
+        tints=node_tints(trajectory)[thin.kept],
         dots=thin.nodes(dots),
         held=read_held(trajectory, timeline, drawn, {course.name for course in seen}),
         solids=_solids(trajectory, len(thin.kept)),
-        instruments=_instruments(seen, timeline, position.shape[1] - 4 * len(seen)),
+        instruments=_instruments(seen, timeline, first - 4 * len(seen)),
+        resultants=tuple(
+            Resultant(pull.name, first + number, _life(timeline, pull.life), pull.force)
+            for number, pull in enumerate(pulls)
+        ),
         surfaces={
             name: _pieces(series, moments, timeline, options)
             for name, series in trajectory.surfaces.items()
@@ -133,10 +144,10 @@ def _mask(numbers: Indices, count: int) -> Mask:
 
 
 def _motion(
-    moments: Moments, thin: Thinning, seen: Sequence[Course]
+    moments: Moments, thin: Thinning, points: Sequence[Floats]
 ) -> tuple[Floats, NDArray[np.float32]]:
-    """Return positions and velocities of nodes and of points of tools, (row, point, 3)."""
-    tools = np.concatenate([moments.tools(), *map(_carriers, seen)], axis=1)
+    """Return positions and velocities of nodes, tools and further points, (row, point, 3)."""
+    tools = np.concatenate([moments.tools(), *points], axis=1)
     position = np.concatenate([moments.vectors("position", thin.kept, np.float64), tools], 1)
     own = moments.vectors("velocity", thin.kept, np.float32)
     return position, np.concatenate([own, slopes(moments.times, tools).astype("f4")], axis=1)
@@ -206,7 +217,8 @@ def _skin(
         if body.name in trajectory.surfaces and len(trajectory.surfaces[body.name]):
             inside = trajectory.nodes >= body.nodes.start
             smooth |= inside & (trajectory.nodes < body.nodes.stop)
-    return SkinPiece(corners, life, smooth[triangles[first, 0]])
+    hollow = is_hollow(trajectory, triangles[first])
+    return SkinPiece(corners, life, smooth[triangles[first, 0]], hollow)
 
 
 def _carriers(course: Course) -> Floats:
@@ -216,15 +228,19 @@ def _carriers(course: Course) -> Floats:
     return course.origin[:, None] + course.size * np.stack(ways, axis=1)
 
 
+def _life(timeline: Timeline, life: tuple[float, float]) -> tuple[float, float]:
+    """Return a life in frames, given in seconds."""
+    begin, end = (float(timeline.frame_of(time)) for time in life)
+    return begin, FOREVER if life[1] > timeline.times[-1] else end
+
+
 def _instruments(
     seen: Sequence[Course], timeline: Timeline, first: int
 ) -> tuple[Instrument, ...]:
     """Return instruments, whose points begin with a number."""
     found: list[Instrument] = []
     for number, course in enumerate(seen):
-        begin, end = course.life
-        frames = float(timeline.frame_of(begin)), float(timeline.frame_of(end))
-        life = frames[0], FOREVER if end > timeline.times[-1] else frames[1]
+        life = _life(timeline, course.life)
         origin = first + 4 * number
         points = origin, origin + 1, origin + 2, origin + 3
         found.append(Instrument(course.kind, course.name, course.size, life, points))
@@ -256,8 +272,9 @@ def _pieces(
     for side, points, triangles in moments.surface(series):
         shown.append((float(rows[side]), points, triangles))
     shown.sort(key=lambda one: one[0])
+    tint = body_tint(moments.trajectory, series.name)
     found: list[SurfacePiece] = []
     for _, same in groupby(shown, key=lambda one: one[2].tobytes()):
         places, positions, faces = zip(*same, strict=True)
-        found.append(SurfacePiece(np.array(places), faces[0], np.stack(positions)))
+        found.append(SurfacePiece(np.array(places), faces[0], np.stack(positions), tint))
     return found

@@ -87,23 +87,30 @@ class FlatStage {
 
   addSkins(place, moment, shown) {
     const opacity = shown.surface === "glass" ? 0.38 : 1;
-    const hasSmooth = this.surfaces.length > 0;
+    const hasSmooth = this.surfaces.length > 0 && !shown.springs;
     const own = (t) => !(hasSmooth && this.isSmooth(t)) && this.isThere(this.skinLife, t, moment);
-    const { looks } = this.film, [skin, lumen, steel] = [looks.skin, looks.lumen, looks.steel].map(hexed);
-    const held = skin.map((value, k) => value + 0.75 * (steel[k] - value)), patches = lives(this.arrays["life of patches"]);
-    const tint = (t, isFront) => (!isFront ? lumen : this.isThere(patches, t, moment) ? held : skin);
+    const { looks } = this.film, [lumen, steel] = [looks.lumen, looks.steel].map(hexed), { tints, hollow } = this.arrays;
+    const patches = lives(this.arrays["life of patches"]);
+    const tint = (t, isFront) => {
+      if (!isFront && hollow.low + hollow.data[t] > 0) return lumen;
+      const share = this.isThere(patches, t, moment) ? 0.75 : 0, node = this.triangles[3 * t];
+      return steel.map((value, k) => {
+        const own = (tints.low + tints.data[4 * node + k]) / 255;
+        return own + share * (value - own);
+      });
+    };
     this.addFaces(place, this.triangles, own, opacity, tint);
-    for (const pieces of this.surfaces) {
+    for (const pieces of hasSmooth ? this.surfaces : []) {
       const begun = pieces.filter((piece) => piece.frames[0] <= moment + 1e-6);
       const piece = begun.length ? begun[begun.length - 1] : pieces[0];
       const [first, second, part] = between(piece.frames, moment);
-      this.addFaces(this.points(piece.position, first, second, part, piece.origin), piece.triangles, () => true, opacity);
+      this.addFaces(this.points(piece.position, first, second, part, piece.origin), piece.triangles, () => true, opacity, (_, isFront) => (isFront ? piece.tint : lumen));
     }
   }
 
-  addFaces(place, triangles, isShown, opacity, tint = null) {
+  addFaces(place, triangles, isShown, opacity, tint) {
     const { looks } = this.film, every = Math.ceil(triangles.length / 3 / MOST_FLAT);
-    const lamp = [-0.39, 0.52, 0.65], outside = hexed(looks.skin), inside = hexed(looks.lumen);
+    const lamp = [-0.39, 0.52, 0.65];
     for (let t = 0; t < triangles.length / 3; t += every) {
       if (!isShown(t)) continue;
       const at = [0, 1, 2].map((k) => triangles[3 * t + k]);
@@ -112,7 +119,7 @@ class FlatStage {
       const size = Math.hypot(...normal) || 1, isFront = dot(normal, a.map((value, k) => this.eye[k] - value)) > 0;
       const facing = this.axes.map((axis) => (dot(normal, axis) / size) * (isFront ? 1 : -1));
       const light = 0.62 + 0.38 * Math.max(0, dot(facing, lamp));
-      this.add(at.map((i) => this.seen(place, i)), css((tint ? tint(t, isFront) : isFront ? outside : inside).map((value) => light * value)), 0, opacity);
+      this.add(at.map((i) => this.seen(place, i)), css(tint(t, isFront).map((value) => light * value)), 0, opacity);
     }
   }
 

@@ -1,7 +1,7 @@
 // Shaders and textures, as WebGL 2 has them.
 
 const ACROSS = 1024;  // texels of a row, as in shared.glsl
-const UNITS = { place0: 0, place1: 1, normal0: 2, normal1: 3, force0: 4, force1: 5, colours: 6, rate0: 8, rate1: 9 };
+const UNITS = { place0: 0, place1: 1, normal0: 2, normal1: 3, force0: 4, force1: 5, colours: 6, rate0: 8, rate1: 9, bulge0: 10, bulge1: 11, tints: 12 };
 
 class Program {
   constructor(gl, shared, source) {
@@ -31,6 +31,7 @@ class Program {
       case gl.FLOAT_VEC3: return (value) => gl.uniform3fv(place, value);
       case gl.INT_VEC2: return (value) => gl.uniform2iv(place, value);
       case gl.INT_VEC4: return (value) => gl.uniform4iv(place, value);
+      case gl.FLOAT_VEC4: return (value) => gl.uniform4fv(place, value);
       case gl.FLOAT_MAT4: return (value) => gl.uniformMatrix4fv(place, false, value);
       default: return (value) => gl.uniform1i(place, value);
     }

@@ -56,3 +56,16 @@ function strips(indices, count, sides) {
     }
   }
 }
+
+// The parts of a triangle whose edges are divided: weights of its second and third corner.
+function partsOfTriangle(divisions) {
+  const weights = [], indices = [], at = (i, j) => i * (divisions + 1) - (i * (i - 1)) / 2 + j;
+  for (let i = 0; i <= divisions; i += 1) {
+    for (let j = 0; j <= divisions - i; j += 1) {
+      weights.push(i / divisions, j / divisions);
+      if (i + j < divisions) indices.push(at(i, j), at(i + 1, j), at(i, j + 1));
+      if (i + j < divisions - 1) indices.push(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+    }
+  }
+  return { weights, indices };
+}

@@ -63,3 +63,42 @@ function normals(position, triangles, isThere) {
   }
   return found;
 }
+
+// Return for the edge behind each corner where the same edge stands in another triangle: -1 for
+// a free edge, -2 where more than two triangles meet.
+function opposites(triangles) {
+  const found = new Int32Array(triangles.length).fill(-1), met = new Map();
+  for (let side = 0; side < triangles.length; side += 1) {
+    const a = triangles[side], b = triangles[following(side)], key = Math.min(a, b) * 2 ** 24 + Math.max(a, b);
+    const other = met.get(key);
+    if (other === undefined) met.set(key, side);
+    else if (found[other] === -1) [found[other], found[side]] = [side, other];
+    else [found[other], found[found[other]], found[side]] = [-2, -2, -2];
+  }
+  return found;
+}
+
+const following = (side) => (side % 3 === 2 ? side - 2 : side + 1);
+
+// Return by how much the edge behind each corner bends towards the normals at its ends, as in bodies.py.
+function bulges(position, triangles, normals, sides, isThere) {
+  const faces = faceNormals(position, triangles, isThere), found = new Float32Array(3 * triangles.length);
+  const face = (side) => 3 * ((side - (side % 3)) / 3);
+  for (let side = 0; side < triangles.length; side += 1) {
+    if (sides[side] === -2 || !isThere((side - (side % 3)) / 3)) continue;
+    const isPair = sides[side] >= 0 && isThere((sides[side] - (sides[side] % 3)) / 3), other = isPair ? sides[side] : side;
+    if (isPair) {
+      const [a, b] = [face(side), face(other)].map((t) => [0, 1, 2].map((k) => faces[t + k]));
+      if (dot(a, b) < SHARP * Math.hypot(...a) * Math.hypot(...b)) continue;
+    }
+    const [q, r] = [triangles[side], triangles[following(side)]];
+    const way = [0, 1, 2].map((k) => position[3 * q + k] - position[3 * r + k]);
+    for (const [node, corner, sign] of [[q, side, 1], [r, following(side), -1]]) {
+      const beside = triangles[other] === node ? other : following(other);
+      const normal = [0, 1, 2].map((k) => normals[3 * corner + k] + normals[3 * beside + k]);
+      const size = dot(normal, normal) || 1, along = (sign * dot(way, normal)) / size;
+      for (let k = 0; k < 3; k += 1) found[3 * side + k] += along * normal[k];
+    }
+  }
+  return found;
+}

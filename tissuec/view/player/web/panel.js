@@ -31,8 +31,8 @@ const panel = {
     byId("surfaces").hidden = !hasSkin;
     const held = this.arrays.held.width + this.stage.tubes.radius.length;
     byId("instruments").hidden = !film.solids.length && !film.instruments.length && !held;
+    byId("resultants").hidden = !film.most.pull;
     byId("vectors").hidden = !film.most.force;
-    byId("legend").hidden = !this.stage.lines.count;
     byId("springs").closest("label").hidden = !this.stage.lines.count;
     byId("colour").value = shown.colour;
     if (film.laws.length < 2) byId("colour").querySelector('[value="law"]').hidden = true;
@@ -63,10 +63,11 @@ const panel = {
 
   showSwitches() {
     const { shown } = this;
-    for (const name of ["springs", "tools", "forces"]) byId(name).checked = shown[name];
+    for (const name of ["springs", "tools", "forces", "results"]) byId(name).checked = shown[name];
     byId("surface").value = shown.surface;
     byId("colour").value = shown.colour;
     byId("reaching").hidden = !shown.forces;
+    byId("legend").hidden = !this.stage.lines.count || !shown.springs;
     byId("loop").setAttribute("aria-pressed", String(this.loops));
     this.showArrow();
   },

@@ -20,7 +20,7 @@ class Player {
     this.nights = window.matchMedia("(prefers-color-scheme: dark)");
     const hasSkin = film.surfaces.length > 0 || arrays.triangles.width > 0;
     this.shown = {
-      springs: !film.surfaces.length, surface: hasSkin ? "solid" : "none", tools: true, forces: false,
+      springs: film.springs, surface: hasSkin ? "solid" : "none", tools: true, results: true, forces: false,
       colour: film.colour, reach: 1,
     };
     this.isPlaying = false;
@@ -33,6 +33,7 @@ class Player {
       curve.time = Array.from(data, (value) => first + (low + value) * step);
     });
     this.charts = film.curves.map((curve, k) => new Chart(byId("curves"), curve, arrays[`curve ${k}`], this));
+    this.pulls = new Pulls(byId("pulls"), film, arrays);
     this.prepareControls(hasSkin);
     this.listen();
     this.theme("auto");
@@ -159,6 +160,7 @@ class Player {
     this.stage.draw(frame + part, this.camera, {
       ...shown, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
     }, this.look);
+    this.pulls.draw(frame + part, this.camera, shown.results);
     this.drawn += 1;
     const slider = byId("time"), clock = this.clock;
     slider.value = this.duration > 0 ? (1000 * (time - this.range[0])) / this.duration : 0;

@@ -1,37 +1,58 @@
-layout(location = 0) in int node;
-layout(location = 1) in vec2 life;
-layout(location = 2) in vec2 patched;  // when it is held
-uniform sampler2D normal0, normal1;
+layout(location = 0) in vec2 part;  // weights of the second and third corner
+layout(location = 1) in ivec3 corners;
+layout(location = 2) in vec2 life;
+layout(location = 3) in vec2 patched;  // when it is held
+layout(location = 4) in float hollow;
+uniform sampler2D normal0, normal1, bulge0, bulge1, tints;
 uniform int byCorner;  // 0: there is a normal for each point, 1: for each corner, 2: none
+uniform int isRounded;
+uniform vec4 plain;  // colour and gloss of everything, unless the gloss is negative
 out vec3 facing;
 out vec3 at;
-out float held;
+out vec4 tint;
+out float held, inner;
+
+vec3 normal(int corner) {
+  return blend(normal0, normal1, byCorner == 1 ? 3 * gl_InstanceID + corner : corners[corner]);
+}
 
 void main() {
   if (!isThere(life)) {
     gl_Position = NOWHERE;
     return;
   }
-  vec4 here = view * vec4(place(node), 1.0);
+  vec3 w = vec3(1.0 - part.x - part.y, part), point = vec3(0.0);
+  facing = vec3(0.0);
+  tint = plain.w < 0.0 ? vec4(0.0) : plain;
+  for (int i = 0; i < 3; i += 1) {
+    point += w[i] * place(corners[i]);
+    if (byCorner != 2) facing += w[i] * normal(i);
+    if (plain.w < 0.0) tint += w[i] * texelFetch(tints, texel(corners[i]), 0);
+    // An edge bends towards the normals at its ends; see bodies.py.
+    if (isRounded == 1) point += 0.5 * w[i] * w[(i + 1) % 3] * blend(bulge0, bulge1, 3 * gl_InstanceID + i);
+  }
+  vec4 here = view * vec4(point, 1.0);
   at = here.xyz;
   held = patched.x <= moment && moment < patched.y ? 0.75 : 0.0;
-  facing = mat3(view) * (byCorner == 2 ? vec3(0.0)
-    : blend(normal0, normal1, byCorner == 1 ? gl_VertexID : node));
+  inner = hollow;
+  facing = mat3(view) * facing;
   gl_Position = projection * here;
 }
 // ---- fragment
 in vec3 facing;
 in vec3 at;
-in float held;
-uniform vec3 outside, inside, steel;
-uniform float opacity;
+in vec4 tint;
+in float held, inner;
+uniform vec3 inside, steel;
+uniform float opacity, paler;
 out vec4 colour;
 
 void main() {
   vec3 normal = normalize(facing);
   if (dot(facing, facing) < 1e-20) normal = normalize(cross(dFdx(at), dFdy(at)));
-  vec3 base = gl_FrontFacing ? mix(outside, steel, held) : inside;
+  vec3 outside = mix(mix(tint.rgb, steel, held), paper, paler);
+  vec3 base = gl_FrontFacing || inner < 0.5 ? outside : inside;
   if (dot(normal, at) > 0.0) normal = -normal;
-  vec3 seen = hazy(lit(base, normal, at, 0.06), -at.z, 0.35);
+  vec3 seen = hazy(lit(base, normal, at, 0.15 * tint.a), -at.z, 0.3);
   colour = vec4(seen * opacity, opacity);
 }

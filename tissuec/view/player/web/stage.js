@@ -148,30 +148,55 @@ class Stage {
     // Those that a smooth surface shows too stand last, to be left out together.
     const order = Array.from({ length: life.length / 2 }, (_, i) => i);
     order.sort((a, b) => isSmooth(a) - isSmooth(b));
-    const nodes = new Int32Array(triangles.length), spans = new Float32Array(2 * triangles.length);
-    const patches = lives(arrays["life of patches"]), held = new Float32Array(2 * triangles.length);
-    order.forEach((from, to) => {
-      for (let c = 0; c < 3; c += 1) {
-        nodes[3 * to + c] = triangles[3 * from + c];
-        spans.set(life.subarray(2 * from, 2 * from + 2), 6 * to + 2 * c);
-        held.set(patches.subarray(2 * from, 2 * from + 2), 6 * to + 2 * c);
-      }
-    });
-    const array = gl.createVertexArray();
+    const sorted = (data, size) => {
+      const found = new data.constructor(size * order.length);
+      order.forEach((from, to) => found.set(data.subarray(size * from, size * (from + 1)), size * to));
+      return found;
+    };
+    const nodes = sorted(triangles, 3), spans = sorted(life, 2), isFine = order.length > MANY;
+    const held = sorted(lives(arrays["life of patches"]), 2), hollow = sorted(row(arrays.hollow, 0), 1);
+    const shape = { nodes, spans, held, hollow };
+    const isThere = (t, frame) => spans[2 * t] <= frame && frame < spans[2 * t + 1];
+    const known = (field, frame, slot) => field.arrays[field.keys[slot] === frame ? slot : 1 - slot];
+    const lists = isFine ? null : around(nodes, film.nodes), sides = isFine ? null : opposites(nodes);
+    const facing = new Field(gl, isFine ? 1 : nodes.length, (frame, slot) => (isFine ? new Float32Array(3)
+      : cornerNormals(known(this.places, frame, slot), nodes, lists, (t) => isThere(t, frame))));
+    const bulge = new Field(gl, isFine ? 1 : nodes.length, (frame, slot) => (isFine ? new Float32Array(3)
+      : bulges(known(this.places, frame, slot), nodes, known(facing, frame, slot), sides, (t) => isThere(t, frame))));
+    this.skin = {
+      flat: this.faces(1, shape), round: this.faces(film.divisions, shape), facing, bulge, isFine,
+      count: order.length, bare: order.filter((i) => !isSmooth(i)).length,
+    };
+    this.makeTints();
+  }
+
+  // Return what draws triangles, each of them divided.
+  faces(divisions, { nodes, spans, held, hollow }) {
+    const { gl } = this, array = gl.createVertexArray(), { weights, indices } = partsOfTriangle(divisions);
     gl.bindVertexArray(array);
-    this.attribute(0, nodes, 1, { whole: true });
-    this.attribute(1, spans, 2);
-    this.attribute(2, held, 2);
+    this.attribute(0, new Float32Array(weights), 2);
+    this.attribute(1, nodes, 3, { every: 1, whole: true });
+    if (spans) {
+      this.attribute(2, spans, 2, { every: 1 });
+      this.attribute(3, held, 2, { every: 1 });
+      this.attribute(4, hollow, 1, { every: 1 });
+    }
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(indices), gl.STATIC_DRAW);
     gl.bindVertexArray(null);
-    const bare = order.filter((i) => !isSmooth(i)).length;
-    const isFine = order.length > MANY, lists = isFine ? null : around(nodes, film.nodes);
-    const normalsAt = (frame, slot) => cornerNormals(
-      this.places.arrays[this.places.keys[slot] === frame ? slot : 1 - slot], nodes, lists,
-      (t) => spans[6 * t] <= frame && frame < spans[6 * t + 1],
-    );
-    // Without normals the shader takes those of the faces.
-    const facing = isFine ? new Field(gl, 1, () => new Float32Array(3)) : new Field(gl, nodes.length, normalsAt);
-    this.skin = { array, count: order.length, bare, normals: facing, isFine };
+    return { array, indices: indices.length };
+  }
+
+  // Fill a texture with the colours of the nodes.
+  makeTints() {
+    const { gl, arrays } = this, { data, low } = arrays.tints, rows = Math.ceil(data.length / 4 / ACROSS) || 1;
+    const tints = new Uint8Array(4 * ACROSS * rows).map((_, i) => (i < data.length ? low + data[i] : 0));
+    gl.activeTexture(gl.TEXTURE0 + UNITS.tints);
+    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, ACROSS, rows, 0, gl.RGBA, gl.UNSIGNED_BYTE, tints);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    gl.activeTexture(gl.TEXTURE0 + 7);
   }
 
   makeSurfaces() {
@@ -180,14 +205,11 @@ class Stage {
       const position = arrays[`${piece.name} position`];
       const triangles = table(arrays[`${piece.name} triangles`], Int32Array);
       const places = new Field(gl, position.width / 3, (k) => vectors(position, k, film.step, piece.origin));
-      const array = gl.createVertexArray();
-      gl.bindVertexArray(array);
-      this.attribute(0, triangles, 1, { whole: true });
-      gl.bindVertexArray(null);
+      const faces = this.faces(1, { nodes: triangles });
       const facing = new Field(gl, position.width / 3, (k, slot) => normals(
         places.arrays[places.keys[slot] === k ? slot : 1 - slot], triangles, () => true,
       ));
-      return { name, frames: piece.frames, array, count: triangles.length, places, normals: facing };
+      return { name, frames: piece.frames, faces, count: triangles.length / 3, places, normals: facing, tint: piece.tint };
     }));
   }
 
@@ -291,44 +313,44 @@ class Stage {
   }
 
   drawSkins(common, moment, frame, next, opacity) {
-    const { film } = this, { looks } = film;
-    const values = { ...common, opacity, outside: this.skinColour(looks.skin, common), inside: hexed(looks.lumen), steel: hexed(looks.steel) };
-    const shown = this.surfaces.map((pieces) => this.pieceAt(pieces, moment)).filter(Boolean);
-    const { skin } = this, count = this.surfaces.length ? skin.bare : skin.count;
+    const { film, skin } = this, { looks } = film, isNet = common.withSprings;
+    // The skin steps back where springs lie on it, whose colours say something.
+    const values = { ...common, opacity, inside: hexed(looks.lumen), steel: hexed(looks.steel), paler: isNet ? 0.4 : 0 };
+    const shown = isNet ? [] : this.surfaces.map((pieces) => this.pieceAt(pieces, moment)).filter(Boolean);
+    const count = this.surfaces.length && !isNet ? skin.bare : skin.count, isRounded = !isNet && !skin.isFine;
     const sides = opacity < 1 ? [this.gl.FRONT, this.gl.BACK] : [null];
     for (const side of sides) {
       if (count) {
         this.places.show(frame, next).bind(UNITS.place0);
-        skin.normals.show(frame, next).bind(UNITS.normal0);
-        this.drawFaces(skin.array, 3 * count, { ...values, byCorner: skin.isFine ? 2 : 1 }, side, opacity);
+        skin.facing.show(frame, next).bind(UNITS.normal0);
+        if (isRounded) skin.bulge.show(frame, next).bind(UNITS.bulge0);
+        const own = { byCorner: skin.isFine ? 2 : 1, isRounded: isRounded ? 1 : 0, plain: [0, 0, 0, -1] };
+        this.drawFaces(isRounded ? skin.round : skin.flat, count, { ...values, ...own }, side, opacity);
       }
       for (const { piece, first, second, mixing } of shown) {
         piece.places.show(first, second).bind(UNITS.place0);
         piece.normals.show(first, second).bind(UNITS.normal0);
-        this.gl.bindVertexArray(piece.array);
-        this.gl.vertexAttrib2f(1, -1, 1e9);
-        this.gl.vertexAttrib2f(2, 0, 0);
-        this.drawFaces(piece.array, piece.count, { ...values, mixing, span: 0, byCorner: 0 }, side, opacity);
+        this.gl.bindVertexArray(piece.faces.array);
+        this.gl.vertexAttrib2f(2, -1, 1e9);
+        this.gl.vertexAttrib2f(3, 0, 0);
+        this.gl.vertexAttrib1f(4, 1);
+        const own = { mixing, span: 0, byCorner: 0, isRounded: 0, plain: piece.tint };
+        this.drawFaces(piece.faces, piece.count, { ...values, ...own }, side, opacity);
       }
     }
     this.places.bind(UNITS.place0);
   }
 
-  // The skin steps back where springs lie on it, whose colours say something.
-  skinColour(text, { paper, withSprings }) {
-    return hexed(text).map((value, k) => value + (withSprings ? 0.4 : 0) * (paper[k] - value));
-  }
-
-  drawFaces(array, count, values, culled, opacity) {
+  drawFaces(faces, count, values, culled, opacity) {
     const { gl } = this;
     if (culled !== null) {
       gl.enable(gl.CULL_FACE);
       gl.cullFace(culled);
     }
     gl.depthMask(opacity === 1);
-    gl.bindVertexArray(array);
+    gl.bindVertexArray(faces.array);
     this.programs.skin.use(values);
-    gl.drawArrays(gl.TRIANGLES, 0, count);
+    gl.drawElementsInstanced(gl.TRIANGLES, faces.indices, gl.UNSIGNED_SHORT, 0, count);
     gl.depthMask(true);
     gl.disable(gl.CULL_FACE);
   }

@@ -1,0 +1,75 @@
+"""Colours of tissue: those of the scene at each node, and which skins have an inside."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core import palette
+from tissuec.model.network import BodyPart, Floats, Indices
+from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.strokes import rgb
+
+GLOSS = 0.4  # of tissue of which the scene does not say it
+SHINE = 0.15  # of the highlight on what has a gloss of 1
+
+
+def node_tints(trajectory: Trajectory) -> Floats:
+    """Return red, green, blue and gloss of the recorded nodes, 0 to 1, shape (node, 4)."""
+    found = np.tile([*rgb(palette.SKIN), GLOSS], (trajectory.network.node_count, 1))
+    for body in trajectory.network.bodies:
+        found[body.nodes] = body_tint(trajectory, body.name)
+    for group in trajectory.groups:
+        if group.body and group.what == "nodes":
+            found[group.indices] = body_tint(trajectory, group.body, group.name)
+    return found[trajectory.nodes]
+
+
+def body_tint(trajectory: Trajectory, body: str, region: str = "") -> Floats:
+    """Return red, green, blue and gloss of a body, or of one of its regions, shape (4,).
+
+    Args:
+        trajectory: The result.
+        body: Name of the body.
+        region: Name of the region; empty for the rest of the body.
+    """
+    parts: dict[str, Any] = trajectory.manifest.get("tissues", {}).get(body, {})
+    written = parts.get(region) or parts.get("") or {}
+    gloss = written.get("gloss")
+    colour = rgb(written.get("colour") or palette.SKIN)
+    return np.array([*colour, GLOSS if gloss is None else gloss])
+
+
+def is_hollow(trajectory: Trajectory, triangles: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Return which triangles have an inside: those of closed skins and of tubes, not of sheets.
+
+    Args:
+        trajectory: The result.
+        triangles: Rows of the recorded nodes, shape (triangle, 3).
+    """
+    network, hollow = trajectory.network, np.ones(len(triangles), dtype=bool)
+    first = trajectory.nodes[triangles[:, 0]] if len(triangles) else np.zeros(0, dtype=int)
+    for body in network.bodies:
+        if _borders(network.skin_of(body)) == 1:
+            hollow &= ~_within(first, body)
+    return hollow
+
+
+def _within(nodes: Indices, body: BodyPart) -> NDArray[np.bool_]:
+    return (nodes >= body.nodes.start) & (nodes < body.nodes.stop)
+
+
+def _borders(triangles: NDArray[np.integer]) -> int:
+    """Return how many lines bound a skin: none of a solid, two of a tube, one of a sheet."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, count = np.unique(sides, axis=0, return_counts=True)
+    free = edges[count == 1]
+    if not len(free):
+        return 0
+    used, ends = np.unique(free, return_inverse=True)
+    first, second = ends.reshape(-1, 2).T
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(used),) * 2)
+    return int(connected_components(graph, directed=False)[0])
