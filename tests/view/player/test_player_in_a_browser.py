@@ -373,12 +373,14 @@ def test_a_browser_without_webgl_shows_the_net_and_all_curves(page, text, tmp_pa
     assert page.evaluate("tissuec.ready")
     assert "has no WebGL 2" in page.locator("#plain").inner_text()
     assert page.locator("#curves figure").count() == 3
+    for name in ("tools", "results"):
+        page.evaluate(f"tissuec.set('{name}', false)")
     drawn = {}
     for time in (0.65, 1.2):
         seek(page, time)
         drawn[time] = (np.ptp(pixels(page), axis=2) > 12).any(axis=0)
         assert state(page)["springs"] == (610 if time < CUT else 580)
-    # Between the stumps nothing is drawn.
+    # Between the stumps nothing is drawn but forceps and their force.
     gaps = {time: np.diff(np.flatnonzero(columns)).max() for time, columns in drawn.items()}
     assert gaps[1.2] > 5 * gaps[0.65]
 

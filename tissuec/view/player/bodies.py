@@ -145,8 +145,9 @@ def bulges(position: Floats, triangles: NDArray[np.integer], mesh: TriangleMesh)
     ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
     normals = np.stack([mesh.normals, np.roll(mesh.normals, -1, axis=1)], axis=2)
     normals = normals.reshape(-1, 2, 3)
-    face = np.cross(*(mesh.corners[:, k] - mesh.corners[:, 0] for k in (1, 2)))
-    face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-300)
+    a, b, c = np.moveaxis(mesh.corners, 1, 0)
+    face = np.cross(b - a, c - a)
+    face = face / np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-300)
     turned = ends[:, 0] > ends[:, 1]
     ascending = np.where(turned[:, None, None], normals[:, ::-1], normals)
     keys = np.sort(ends, axis=1) @ [len(position), 1]
@@ -178,12 +179,12 @@ def rounded(mesh: TriangleMesh, bulge: Floats, divisions: int) -> tuple[Triangle
     becomes its arc to third order in its angle. Nodes stay in place, and flat faces flat.
 
     Args:
-        mesh: Triangles.
+        mesh: Triangles, with corners in metres.
         bulge: See ``bulges``, shape (triangle, 3, 3).
         divisions: Into how many parts each edge is divided.
 
     Returns:
-        The parts, those of each triangle together, and weights of shape (part, corner, 3).
+        The parts [m], those of each triangle together, and weights of shape (part, corner, 3).
     """
     weights = _parts(divisions)
     if divisions == 1:

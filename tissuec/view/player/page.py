@@ -3,6 +3,7 @@
 import html
 import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -43,6 +44,10 @@ _FRAGMENT = "// ---- fragment\n"
 _LEVELS = 65534  # of a curve; one more number stands for none
 _PULL = 2**30  # steps of resultant forces, either way: their numbers are exact
 _MESH = 1e-3  # steps of the meshes of instruments, in their units
+_STEPS = {
+    "tension": _TENSIONS, "force": _FORCES / 4.0, "level": _LEVELS, "pull": _PULL,
+    "mesh": _MESH,
+}  # fmt: skip
 
 
 def render(trajectory: Trajectory, options: Options = DEFAULT) -> str:
@@ -112,11 +117,7 @@ def describe(
     velocity = film.velocity * film.is_curved[:, None, None] / rate
     pack.add("velocity", np.rint(velocity).astype(np.int64).transpose(0, 2, 1))
     pack.add("tension", even(film.lines.tension, most["tension"], _TENSIONS))
-    # Arrows of outliers are longer; beyond four times the scale they would leave the picture.
-    none = np.zeros((len(film.times), 0, 3))
-    pulls = np.concatenate([none, *(one.force[:, None] for one in film.resultants)], axis=1)
-    pack.add("pulls", even(pulls, most["pull"], _PULL).transpose(0, 2, 1))
-    pack.add("force", even(film.force, 4.0 * most["force"], _FORCES).transpose(0, 2, 1))
+    _pack_forces(film, pack, most)
     for name, values in (("rest", film.lines.rest), ("radius", film.lines.radius)):
         pack.add(name, even(values, float(values.max(initial=0.0)), _LEVELS)[None])
     duration = float(film.times[-1] - film.times[0])
@@ -132,24 +133,13 @@ def describe(
         "origin": scale.origin,
         "step": scale.step,
         "most": most,
-        "steps": {
-            "tension": _TENSIONS,
-            "force": _FORCES / 4.0,
-            "level": _LEVELS,
-            "pull": _PULL,
-            "mesh": _MESH,
-        },
+        "steps": _STEPS,
         "largest": {
             "rest": float(film.lines.rest.max(initial=0.0)),
             "radius": float(film.lines.radius.max(initial=0.0)),
         },
         "laws": film.laws,
-        "solids": [as_data(solid) for solid in film.solids],
-        "instruments": [as_data(instrument) for instrument in film.instruments],
-        "meshes": _meshes(film, pack),
-        "pulls": [
-            {"name": one.name, "point": one.point, "life": one.life} for one in film.resultants
-        ],
+        **_tools(film, pack),
         "surfaces": _surfaces(film, pack, scale.step),
         "curves": [
             _curve(curve, number, pack) for number, curve in enumerate(read_curves(trajectory))
@@ -192,6 +182,27 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         pack.add(f"life of {name}", _frames(life))
 
 
+def _pack_forces(film: PlayerData, pack: Pack, most: Mapping[str, float]) -> None:
+    """Put forces on nodes and resultant forces into ``pack``, in parts of the largest ones."""
+    none = np.zeros((len(film.times), 0, 3))
+    pulls = np.concatenate([none, *(one.force[:, None] for one in film.resultants)], axis=1)
+    pack.add("pulls", even(pulls, most["pull"], _PULL).transpose(0, 2, 1))
+    # Arrows of outliers are longer; beyond four times the scale they would leave the picture.
+    pack.add("force", even(film.force, 4.0 * most["force"], _FORCES).transpose(0, 2, 1))
+
+
+def _tools(film: PlayerData, pack: Pack) -> dict[str, Any]:
+    """Describe tools and what they do, and pack the meshes of instruments."""
+    return {
+        "solids": [as_data(solid) for solid in film.solids],
+        "instruments": [as_data(instrument) for instrument in film.instruments],
+        "meshes": _meshes(film, pack),
+        "pulls": [
+            {"name": one.name, "point": one.point, "life": one.life} for one in film.resultants
+        ],
+    }
+
+
 def _meshes(film: PlayerData, pack: Pack) -> dict[str, float]:
     """Pack the meshes of instruments, and return their pivots by kind."""
     found = {one.kind: mesh_of(one.kind) for one in film.instruments}
@@ -211,7 +222,7 @@ def _view(film: PlayerData, options: Options) -> dict[str, Any]:
     frame = framing(film)
     azimuth, elevation = options.view or viewpoint(frame.points)
     return {
-        "points": [[float(f"{number:.7g}") for number in point] for point in frame.points],
+        "points": frame.points.tolist(),
         "middle": frame.middle.tolist() if frame.follows else [],
         "size": frame.size,
         "azimuth": azimuth,

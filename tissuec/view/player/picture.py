@@ -352,7 +352,7 @@ class Painter:
     def _resultant(self, sheet: Any, one: Resultant, at: float) -> None:
         """Draw a resultant force as an arrow with its number; see ``web/pulls.js``."""
         frames, most = np.arange(len(self.film.times)), self.film.most_resultant
-        force = np.array([np.interp(at, frames, axis) for axis in one.force.T])
+        force = np.array([float(np.interp(at, frames, one.force[:, k])) for k in range(3)])
         size = float(np.linalg.norm(force))
         if not one.life[0] <= at < one.life[1] or size <= LEAST * most:
             return

@@ -14,7 +14,7 @@ from tissuec.view.player.moments import Moments
 _FIX = "fix"
 
 
-class Pull(Struct, frozen=True, eq=False):
+class HoldingForce(Struct, frozen=True, eq=False):
     """A force on tissue, at one place.
 
     Attributes:
@@ -30,12 +30,12 @@ class Pull(Struct, frozen=True, eq=False):
     force: Floats
 
 
-def read_pulls(moments: Moments) -> list[Pull]:
+def read_pulls(moments: Moments) -> list[HoldingForce]:
     """Return the forces of all that holds nodes, and of tools whose force is logged."""
     return [*_holds(moments), *_contacts(moments)]
 
 
-def _holds(moments: Moments) -> Iterator[Pull]:
+def _holds(moments: Moments) -> Iterator[HoldingForce]:
     """Yield minus the sum of spring forces on held nodes, where all of them are recorded."""
     trajectory = moments.trajectory
     for hold, stop in _intervals(trajectory):
@@ -47,7 +47,7 @@ def _holds(moments: Moments) -> Iterator[Pull]:
             rows = np.searchsorted(trajectory.nodes, nodes)
             place = moments.vectors("position", rows, np.float64).mean(axis=1)
             force = 0.0 - moments.vectors("force", rows, np.float64).sum(axis=1)
-            yield Pull(hold.holder, (hold.time, stop), place, force)
+            yield HoldingForce(hold.holder, (hold.time, stop), place, force)
 
 
 def _intervals(trajectory: Trajectory) -> Iterator[tuple[HoldInterval, float]]:
@@ -69,7 +69,7 @@ def _connected(trajectory: Trajectory, nodes: Indices) -> list[Indices]:
     return [nodes[labels == label] for label in np.unique(labels)]
 
 
-def _contacts(moments: Moments) -> Iterator[Pull]:
+def _contacts(moments: Moments) -> Iterator[HoldingForce]:
     """Yield the forces of tools with shapes, as far as they are logged."""
     trajectory, tools = moments.trajectory, moments.tools()
     network = trajectory.network
@@ -79,5 +79,6 @@ def _contacts(moments: Moments) -> Iterator[Pull]:
             continue
         first = int(tool.nodes.start) - network.body_nodes
         time, value = log.with_jumps()
-        force = np.stack([np.interp(moments.times, time, one) for one in value.T], axis=1)
-        yield Pull(tool.name, (float(log.time[0]), np.inf), tools[:, first], force)
+        axes = [np.interp(moments.times, time, value[:, axis]) for axis in range(3)]
+        force = np.stack(axes, axis=1)
+        yield HoldingForce(tool.name, (float(log.time[0]), np.inf), tools[:, first], force)

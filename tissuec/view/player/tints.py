@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core import palette
+from tissuec.model import topology
 from tissuec.model.network import BodyPart, Floats, Indices
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.strokes import rgb
@@ -15,7 +16,7 @@ SHINE = 0.15  # of the highlight on what has a gloss of 1
 
 
 def node_tints(trajectory: Trajectory) -> Floats:
-    """Return red, green, blue and gloss of the recorded nodes, 0 to 1, shape (node, 4)."""
+    """Return red, green, blue and gloss of recorded nodes, dimensionless, shape (node, 4)."""
     found = np.tile([*rgb(palette.SKIN), GLOSS], (trajectory.network.node_count, 1))
     for body in trajectory.network.bodies:
         found[body.nodes] = body_tint(trajectory, body.name)
@@ -26,7 +27,7 @@ def node_tints(trajectory: Trajectory) -> Floats:
 
 
 def body_tint(trajectory: Trajectory, body: str, region: str = "") -> Floats:
-    """Return red, green, blue and gloss of a body, or of one of its regions, shape (4,).
+    """Return red, green, blue and gloss of a body or a region, dimensionless, shape (4,).
 
     Args:
         trajectory: The result.
@@ -34,8 +35,8 @@ def body_tint(trajectory: Trajectory, body: str, region: str = "") -> Floats:
         region: Name of the region; empty for the rest of the body.
     """
     parts: dict[str, Any] = trajectory.manifest.get("tissues", {}).get(body, {})
-    written = parts.get(region) or parts.get("") or {}
-    gloss = written.get("gloss")
+    written: dict[str, Any] = parts.get(region) or parts.get("") or {}
+    gloss: float | None = written.get("gloss")
     colour = rgb(written.get("colour") or palette.SKIN)
     return np.array([*colour, GLOSS if gloss is None else gloss])
 
@@ -61,15 +62,11 @@ def _within(nodes: Indices, body: BodyPart) -> NDArray[np.bool_]:
 
 def _borders(triangles: NDArray[np.integer]) -> int:
     """Return how many lines bound a skin: none of a solid, two of a tube, one of a sheet."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edges, count = np.unique(sides, axis=0, return_counts=True)
     free = edges[count == 1]
     if not len(free):
         return 0
     used, ends = np.unique(free, return_inverse=True)
-    first, second = ends.reshape(-1, 2).T
-    graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(used),) * 2)
-    return int(connected_components(graph, directed=False)[0])
+    labels = topology.pieces(len(used), ends.reshape(-1, 2).astype(np.int32))
+    return len(np.unique(labels))
