@@ -27,6 +27,7 @@ from PIL import Image
 
 from tissuec.core import palette
 from tissuec.core.resources import library
+from tissuec.core.scale import AxisUnit
 from tissuec.core.source import Source
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.pipeline import compile_request, simulate
@@ -38,7 +39,6 @@ from tissuec.view.plots.marks import clusters, mark_events
 from tissuec.view.plots.net import draw_skin, draw_springs, tension_colours
 from tissuec.view.plots.page import STYLE
 from tissuec.view.plots.projection import Projection
-from tissuec.view.plots.scale import AxisUnit
 
 FIGURES = Path(__file__).resolve().parent / "figures"
 BLUE, RED, GREEN = palette.SERIES[:3]
@@ -155,7 +155,7 @@ def draw_gap(axes: plt.Axes, trajectory: Trajectory) -> None:
 def mark(axes: plt.Axes, trajectory: Trajectory) -> None:
     """Mark what happened."""
     kept = [event for event in trajectory.events if event.kind in ("grasp", "cut", "release")]
-    mark_events([axes], clusters(kept, (0.0, 2.0)), AxisUnit(1.0, "s"))
+    mark_events([axes], clusters(kept, (0.0, 2.0)), AxisUnit(0, "s"))
 
 
 def smooth(trajectory: Trajectory) -> plt.Figure:

@@ -179,7 +179,7 @@ def test_export_and_info_read_what_a_run_wrote(scene):
     tissuec("run", scene, cwd=scene.parent)
     table = tissuec("export", "pair.vtkhdf", "force of left", cwd=scene.parent)
     head, *rows = table.stdout.splitlines()
-    assert head.startswith("time [s],force of left x [N]")
+    assert head.startswith("time [ms],force of left x [mN]")
     assert len(rows) == 51
     info = json.loads(tissuec("info", "pair.vtkhdf", "--json", cwd=scene.parent).stdout)
     assert info["finished"] and info["frames"]["count"] == 11

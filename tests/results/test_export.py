@@ -51,10 +51,10 @@ def test_logs_of_other_times_leave_fields_empty_and_repeated_times_stay(tmp_path
     with Trajectory.open(path) as trajectory:
         rows = table(trajectory, [force, tension])[1:]
     assert rows == [
-        ["0.0", "1.0", "2.0", "3.0", "", ""],
-        ["0.1", "", "", "", "7.0", "8.0"],
-        ["0.2", "4.0", "5.0", "6.0", "9.0", "10.0"],
-        ["0.2", "", "", "", "11.0", "nan"],
+        ["0", "1.0", "2.0", "3.0", "", ""],
+        ["100", "", "", "", "7.0", "8.0"],
+        ["200", "4.0", "5.0", "6.0", "9.0", "10.0"],
+        ["200", "", "", "", "11.0", "nan"],
     ]
 
 

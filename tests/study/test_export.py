@@ -42,8 +42,8 @@ def test_measures_are_a_plain_table(grid):
     code, out, _ = call("export", "grid.csv", "m1", "M0")
     head, first, *_, last = csv.reader(out.splitlines())
     assert code == 0
-    assert head == ["run", "lift [mm]", "hardness of liver", "m1 [s]", "m0 [N]", "outcome"]
-    assert first == ["0", "1.0", "soft", "0.1", "0.001", "done"]
+    assert head == ["run", "lift [mm]", "hardness of liver", "m1 [ms]", "m0 [mN]", "outcome"]
+    assert first == ["0", "1.0", "soft", "100.0", "1.0", "done"]
     assert last == ["11", "6.0", "hard", "", "", "diverged"]
 
 
@@ -52,7 +52,7 @@ def test_curves_have_a_row_for_each_sample_and_failed_runs_an_empty_one(grid):
     assert len(rows) == 11 * 5 + 1
     assert rows[7] == {
         "run": "1", "lift [mm]": "1.0", "hardness of liver": "hard", "time [s]": "0.2",
-        "curve [N]": "0.006", "m1 [s]": "0.1", "outcome": "done",
+        "curve [mN]": "6.0", "m1 [ms]": "100.0", "outcome": "done",
     }  # fmt: skip
     assert (rows[-1]["time [s]"], rows[-1]["outcome"]) == ("", "diverged")
 

@@ -75,10 +75,10 @@ def command(
     with --all, a .pvd names all frames with their times.
 
     Without LOGS, all logs are written. The tables "energies" and "events" can be named too,
-    "events" only alone. With --json, the output on stdout is JSON. A smooth surface in the
-    format .vtkhdf contains all frames. RESULT may be the table of a study, which is written as
-    CSV or HDF5; LOGS then name measures, for a plain CSV with a row for each run, or for each
-    sample of a curve.
+    "events" only alone. CSV has the units of plots, JSON (--json) SI units. A smooth surface in
+    the format .vtkhdf contains all frames. RESULT may be the table of a study, which is written
+    as CSV or HDF5; LOGS then name measures, for a plain CSV with a row for each run, or for
+    each sample of a curve.
 
     \b
     tissuec export tube.vtkhdf "force of forceps A" > force.csv

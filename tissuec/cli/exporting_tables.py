@@ -93,6 +93,6 @@ def _csv(table: Any, names: tuple[str, ...]) -> str:
     from tissuec.results.export import write_csv
     from tissuec.studies.table_export import export
 
-    found, stream = export(table, names), StringIO(newline="")
+    found, stream = export(table.shown, names), StringIO(newline="")
     write_csv([found.heads, *found.rows], stream)
     return stream.getvalue()

@@ -10,6 +10,7 @@ from functools import cache
 from typing import NamedTuple
 
 from tissuec.core.hints import Edit, Hint, did_you_mean
+from tissuec.core.prefixes import shown_unit, shown_units
 
 
 class Dimension(NamedTuple):
@@ -263,28 +264,9 @@ def written_unit(dimension: Dimension) -> str:
     return "Hz" if dimension == FREQUENCY else si_unit(dimension)
 
 
-#: Display scales for people: thousandths and millionths get their own symbol.
-_SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
-    LENGTH: ((1e-6, "um"), (1e-3, "mm"), (1.0, "m"), (1e3, "km")),
-    MASS: ((1e-9, "ug"), (1e-6, "mg"), (1e-3, "g"), (1.0, "kg")),
-    TIME: ((1e-6, "us"), (1e-3, "ms"), (1.0, "s")),
-    FORCE: ((1e-6, "uN"), (1e-3, "mN"), (1.0, "N"), (1e3, "kN")),
-    STIFFNESS: ((1e-3, "mN/m"), (1.0, "N/m"), (1e3, "kN/m")),
-    VISCOSITY: ((1e-6, "uN*s/m"), (1e-3, "mN*s/m"), (1.0, "N*s/m")),
-    ENERGY: ((1e-9, "nJ"), (1e-6, "uJ"), (1e-3, "mJ"), (1.0, "J")),
-    VELOCITY: ((1e-3, "mm/s"), (1.0, "m/s")),
-    PRESSURE: ((1.0, "Pa"), (1e3, "kPa"), (1e6, "MPa"), (1e9, "GPa")),
-}
-
-
 def suggested_unit(dimension: Dimension) -> str:
     """Return the unit to propose where one was forgotten: ``mm`` rather than ``m``."""
     return "mm" if dimension == LENGTH else written_unit(dimension)
-
-
-def units_shown(dimension: Dimension) -> list[str]:
-    """Return the units in which values of a dimension are shown, the smallest first."""
-    return [unit for _, unit in _SHOWN.get(dimension, ())]
 
 
 def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
@@ -295,15 +277,21 @@ def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:
         dimension: Its dimension.
         digits: Number of significant digits.
     """
+    return show_si(value, si_unit(dimension), digits=digits)
+
+
+def show_si(value: float, unit: str, *, digits: int = 3) -> str:
+    """Return a value as text for users.
+
+    Args:
+        value: In an SI unit.
+        unit: That unit, as `si_unit` spells it.
+        digits: Number of significant digits.
+    """
+    chosen = shown_unit(unit, value, digits=digits)
     if value == 0.0 or not math.isfinite(value):
-        return f"{value:g} {si_unit(dimension)}".strip()
-    scales = shown_units(dimension)
-    factor, unit = scales[0]
-    for size, name in scales:
-        # Half a unit in the last digit, so that 0.9999 mm is shown as 1 mm and not 1e+03 um.
-        if abs(value) >= size * (1 - 0.5 * 10.0**-digits):
-            factor, unit = size, name
-    return f"{rounded(value / factor, digits)} {unit}".rstrip()
+        return f"{value:g} {chosen.unit}".rstrip()
+    return f"{rounded(value / chosen.size, digits)} {chosen.unit}".rstrip()
 
 
 def rounded(value: float, digits: int = 3) -> str:
@@ -337,7 +325,7 @@ def converted(number: str, unit: str) -> str | None:
         return f"{rounded(math.degrees(value), 7)} deg"
     if found.dimension == VOLUME:
         return f"{rounded(value * 1e6, 7)} ml"
-    if found.dimension not in _SHOWN:
+    if len(shown_units(si_unit(found.dimension))) == 1:
         return f"{rounded(value, 7)} {written_unit(found.dimension)}"
     return show(value, found.dimension, digits=7)
 
@@ -378,11 +366,6 @@ def keeping_prefix(written: str, dimension: Dimension) -> str | None:
         if same:
             return unit
     return None
-
-
-def shown_units(dimension: Dimension) -> tuple[tuple[float, str], ...]:
-    """Return what values are shown in, from the smallest unit (in SI) to the largest."""
-    return _SHOWN.get(dimension) or ((1.0, si_unit(dimension)),)
 
 
 def near_unit(word: str) -> Hint:

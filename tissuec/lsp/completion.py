@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
+from tissuec.core.prefixes import shown_units
 from tissuec.core.units import (
     SYMBOLS,
     Dimension,
@@ -11,7 +12,6 @@ from tissuec.core.units import (
     show,
     si_unit,
     suggested_unit,
-    units_shown,
 )
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import accepted_behind
@@ -176,7 +176,9 @@ def _units(phrase: Phrase, dimension: Dimension | None) -> Iterator[Proposal]:
 def _of_dimension(dimension: Dimension) -> list[str]:
     """Return the units of a dimension, those that people are shown first."""
     # A number cannot be followed by the 1 of 1/s.
-    listed = [*units_shown(dimension), suggested_unit(dimension), si_unit(dimension)]
+    unit = si_unit(dimension)
+    shown = [one.unit for one in shown_units(unit)]
+    listed = [*shown, suggested_unit(dimension), unit]
     simple = (
         symbol
         for symbol, (_, other) in SYMBOLS.items()

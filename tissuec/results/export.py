@@ -10,10 +10,12 @@ import numpy as np
 
 from tissuec.core.files import replacing
 from tissuec.core.hints import alternatives
+from tissuec.core.scale import AxisUnit
 from tissuec.model.network import Floats
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import open_file
 from tissuec.results.logs import Log
+from tissuec.results.recording import Event
 from tissuec.results.shapes import (
     ExportedShape,
     cannot_write,
@@ -22,6 +24,8 @@ from tissuec.results.shapes import (
 from tissuec.results.store import LIBVER
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
+
+_OF_EVENTS = ("kind", "springs", "cause", "place")
 
 
 def write_csv(rows: Iterable[Sequence[object]], stream: TextIO) -> None:
@@ -35,7 +39,8 @@ def table_rows(
     """Return logs, "energies" or "events" as the rows of one table, its head first.
 
     Logs of different times share one table, with empty fields where one has no row. Numbers
-    have as many digits as it takes to read back the same ones.
+    are in the units of axes, which stand in the head, and have as many digits as it takes to
+    read back the same ones.
 
     Args:
         trajectory: Where from.
@@ -48,8 +53,8 @@ def table_rows(
     if names == ["events"] and "events" not in trajectory.logs:
         return _event_rows(trajectory)
     logs = [find_log(trajectory, name) for name in names]
-    head = ["time [s]", *(head for log in logs for head in _heads(log))]
-    return chain([head], _joined_rows(logs))
+    head = [_head("time", trajectory.clock), *(head for log in logs for head in _heads(log))]
+    return chain([head], _joined_rows(logs, trajectory.clock))
 
 
 def table_names(trajectory: Trajectory) -> list[str]:
@@ -69,8 +74,8 @@ def table_data(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Any]:
 
 def _plain_table(trajectory: Trajectory, name: str) -> Any:
     if name == "events" and "events" not in trajectory.logs:
-        heads, *rows = _event_rows(trajectory)
-        return [dict(zip(["time", *heads[1:]], row, strict=True)) for row in rows]
+        rows = [(event.time, *event_facts(trajectory, event)) for event in trajectory.events]
+        return [dict(zip(("time", *_OF_EVENTS), row, strict=True)) for row in rows]
     log = find_log(trajectory, name)
     return {
         "columns": list(log.columns),
@@ -133,22 +138,32 @@ def find_log(trajectory: Trajectory, name: str) -> Log:
 
 
 def _heads(log: Log) -> list[str]:
-    unit = f"[{log.unit}]" if log.unit else ""
-    return [" ".join(filter(None, (log.name, str(column), unit))) for column in log.columns]
+    scale = log.scale
+    return [_head(f"{log.name} {column}", scale) for column in log.columns]
 
 
-def _joined_rows(logs: Sequence[Log]) -> Iterable[list[object]]:
-    """Yield one row per moment of any log; a moment that a log has twice stands there twice."""
+def _head(name: str, scale: AxisUnit) -> str:
+    return f"{name} [{scale.spelled}]" if scale.spelled else name
+
+
+def _joined_rows(logs: Sequence[Log], clock: AxisUnit) -> Iterable[list[object]]:
+    """Yield one row per moment of any log; a moment that a log has twice stands there twice.
+
+    Args:
+        logs: The logs.
+        clock: Unit of the times.
+    """
     keys = [moments_of(log.time) for log in logs]
     moments, place = np.unique(np.concatenate(keys), axis=0, return_inverse=True)
     ends = np.cumsum([len(key) for key in keys])
     tables: list[list[list[object]]] = []
     for log, rows in zip(logs, np.split(place.reshape(-1), ends[:-1]), strict=True):
+        scale = log.scale
         table: list[list[object]] = [[""] * len(log.columns)] * len(moments)
         for row, values in zip(rows.tolist(), log.value.tolist(), strict=True):
-            table[row] = values
+            table[row] = [*scale.exactly(values)]
         tables.append(table)
-    for moment, *values in zip(moments[:, 0].tolist(), *tables, strict=True):
+    for moment, *values in zip(clock.exactly(moments[:, 0].tolist()), *tables, strict=True):
         yield [moment, *(number for row in values for number in row)]
 
 
@@ -169,10 +184,16 @@ def moments_of(time: Floats) -> Floats:
 
 
 def _event_rows(trajectory: Trajectory) -> Iterator[list[Any]]:
-    yield ["time [s]", "kind", "springs", "cause", "place"]
-    for event in trajectory.events:
-        springs = " ".join(spring_name(trajectory, number) for number in event.springs)
-        yield [event.time, event.kind, springs, event.cause, event.place]
+    clock, events = trajectory.clock, trajectory.events
+    yield [_head("time", clock), *_OF_EVENTS]
+    for time, event in zip(clock.exactly(one.time for one in events), events, strict=True):
+        yield [time, *event_facts(trajectory, event)]
+
+
+def event_facts(trajectory: Trajectory, event: Event) -> tuple[str, str, str, str]:
+    """Return the kind of an event, the ids of its springs, its cause and its place."""
+    springs = " ".join(spring_name(trajectory, number) for number in event.springs)
+    return event.kind, springs, event.cause, event.place
 
 
 def spring_name(trajectory: Trajectory, number: int) -> str:

@@ -7,12 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from tissuec.core.errors import counted
+from tissuec.core.scale import AxisUnit, largest_of, scale_of
 from tissuec.model.network import Floats
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
+from tissuec.results.recording import AXES
 from tissuec.results.tables import JUMPS, read_channel, read_channels
 
 MOST_NAMED = 6  # columns
+_FROM_ITS_LOWEST = "gravity"  # energy, whose zero is where the net was drawn
 
 
 class Jumps(NamedTuple):
@@ -91,6 +94,22 @@ class Log:
             of the log and, before what it has at the time of an event, both sides of it.
         """
         return self.jumps.within(self.time, self.value)
+
+    @cached_property
+    def largest(self) -> float:
+        """Return the largest magnitude [unit of the log]: of vectors, of their length."""
+        _, rows = self.with_jumps()
+        if self.columns == AXES:
+            return largest_of([np.linalg.norm(rows, axis=1)])
+        known = rows[:, [column != _FROM_ITS_LOWEST for column in self.columns]]
+        if known.shape == rows.shape or not len(rows):
+            return largest_of([rows])
+        return largest_of([known, np.ptp(rows[:, self.columns.index(_FROM_ITS_LOWEST)])])
+
+    @property
+    def scale(self) -> AxisUnit:
+        """Return the unit that it has on axes, in tables of pages and in CSV."""
+        return scale_of(self.unit, [self.largest])
 
     def __repr__(self) -> str:
         columns = ", ".join(map(str, self.columns[:MOST_NAMED]))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices, Network
 
+AXES = ("x", "y", "z")  # columns of vectors
 ENERGIES = ("kinetic", "elastic", "gravity", "work", "dissipated", "switched")
 MOST_JUMPING = 1024
 """Numbers in a row of a log, above which jumps are not kept: many events would fill a disk."""

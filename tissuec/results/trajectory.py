@@ -9,6 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.core.source import Source
 from tissuec.model.network import BodyPart, Floats, Indices, Network, Provenance
 from tissuec.results import access
@@ -302,6 +303,18 @@ class Trajectory:
     def logs(self) -> Logs:
         """All logs by name."""
         return Logs(self._file)
+
+    @property
+    def last_time(self) -> float:
+        """The last time of which the result holds anything [s]; 0 if it holds nothing."""
+        logs = [*self.logs.values(), *filter(None, [self.energies])]
+        times = [self.times, *(log.time for log in logs)]
+        return max((float(time[-1]) for time in times if len(time)), default=0.0)
+
+    @cached_property
+    def clock(self) -> AxisUnit:
+        """The unit of times on axes, pages and in CSV."""
+        return scale_of("s", [self.last_time])
 
     @cached_property
     def surfaces(self) -> Surfaces:

@@ -18,7 +18,7 @@ def summary(table: StudyTable, path: Path) -> dict[str, Any]:
         table: The table.
         path: Its file.
     """
-    head = table.head
+    head, table = table.head, table.shown
     return {
         "file": str(path),
         "bytes": path.stat().st_size,

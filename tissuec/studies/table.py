@@ -5,10 +5,12 @@ from typing import Self
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
+from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.study_model import Cell
 from tissuec.studies.rows import (
@@ -20,6 +22,12 @@ from tissuec.studies.rows import (
     StudyHead,
     title,
 )
+
+
+def _exactly(values: Floats, scale: AxisUnit) -> Floats:
+    """Return numbers in another unit without the digits of a product in binary."""
+    exact = scale.exactly(values.ravel().tolist())
+    return np.array(list(map(float, exact))).reshape(values.shape)
 
 
 class Column(Struct, frozen=True, eq=False):
@@ -51,6 +59,12 @@ class Column(Struct, frozen=True, eq=False):
         """Return the name with its unit: "lift [mm]"."""
         return title(self.name, self.unit)
 
+    @property
+    def shown(self) -> Self:
+        """Return a measure in the unit that it has on axes."""
+        scale = scale_of(self.unit, [self.numbers])
+        return replace(self, unit=scale.spelled, values=_exactly(self.numbers, scale))
+
     def text(self, row: int) -> str:
         """Return the value of a row with its unit, such as "2 mm"."""
         return self.written(self.values[row])
@@ -74,6 +88,12 @@ class MeasureCurve(Struct, frozen=True, eq=False):
     unit: str
     every: float
     values: Floats
+
+    @property
+    def shown(self) -> Self:
+        """Return it in the unit that it has on axes."""
+        scale = scale_of(self.unit, [self.values])
+        return replace(self, unit=scale.spelled, values=_exactly(self.values, scale))
 
     @property
     def times(self) -> Floats:
@@ -110,6 +130,15 @@ class StudyTable(Struct, frozen=True, eq=False):
     error: NDArray[np.float64]
     digests: tuple[str, ...]
     doubts: tuple[str, ...]
+
+    @property
+    def shown(self) -> Self:
+        """Return the table with measures in the units that they have on axes."""
+        return replace(
+            self,
+            measures=tuple(one.shown for one in self.measures),
+            curves=tuple(one.shown for one in self.curves),
+        )
 
     @classmethod
     def of(cls, head: StudyHead, rows: Iterable[Row]) -> Self:

@@ -7,8 +7,9 @@ import pytest
 from tests.examples import examples
 from tests.view.explorer.scripts import INFER, script  # noqa: F401  # a fixture
 from tests.view.explorer.vocabularies import facts, of_file, vocabulary
+from tissuec.core.prefixes import shown_units
 from tissuec.core.resources import library
-from tissuec.core.units import DIMENSION_NAMES, show, shown_units
+from tissuec.core.units import DIMENSION_NAMES, show, si_unit
 from tissuec.fuzzy.inference_results import Inference
 from tissuec.fuzzy.operators import CHOICES
 from tissuec.scene.tissues import why
@@ -92,6 +93,9 @@ def test_tails_keep_their_digits(script):  # noqa: F811
 def test_values_are_shown_as_messages_show_them(script):  # noqa: F811
     values = [m * 10.0**p for p in range(-12, 13) for m in (0, 1, -1, 9.996, 9.994, 3.16228)]
     pairs = [(value, kind) for kind in DIMENSION_NAMES for value in values]
-    given = [(value, shown_units(kind)) for value, kind in pairs]
+    given = [
+        (value, [(one.size, one.unit) for one in shown_units(si_unit(kind))])
+        for value, kind in pairs
+    ]
     found = script("return given.map(([value, units]) => show(value, units));", given)
     assert found == [show(value, kind) for value, kind in pairs]

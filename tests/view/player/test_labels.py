@@ -6,7 +6,8 @@ import subprocess
 
 import pytest
 
-from tissuec.view.player.page import WEB
+from tissuec.core.scale import scale_of
+from tissuec.view.player.page import WEB, units_of
 
 LETTER = 6.0  # [px]: of the stub of a canvas
 #: A chart on a stub of the page: texts that are written, from where to where.
@@ -79,5 +80,11 @@ def test_numbers_at_the_axes_of_a_chart_are_not_cut_off(low, high):
     assert max(right for *_, right in texts) <= 300.0
 
 
-def test_a_volume_is_shown_in_ml():
-    assert evaluated("return scaled(given, 'm^3');", 6.66e-4) == [1e-6, "ml"]
+@pytest.mark.parametrize("unit", ["m", "N"])
+def test_lengths_and_forces_have_the_units_of_axes(unit):
+    sizes = [number * 10.0**power for power in range(-11, 7) for number in (1.0, 3.2, 9.9996)]
+    found = evaluated(
+        "return given.sizes.map((size) => scaled(size, given.units)[1]);",
+        {"sizes": [0.0, *sizes], "units": units_of(unit)},
+    )
+    assert found == [scale_of(unit, [size]).unit for size in (0.0, *sizes)]

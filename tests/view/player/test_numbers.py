@@ -12,7 +12,7 @@ from tissuec.view.player.curves import outline
 from tissuec.view.player.events import BREAKING, SIGNS, marks
 from tissuec.view.player.lifetimes import FOREVER, Register, Timeline, lives
 from tissuec.view.player.options import Options
-from tissuec.view.player.pace import near, pace, scaled
+from tissuec.view.player.pace import near, pace
 from tissuec.view.player.packing import ORDERS, Pack, box_scale, to_bytes
 from tissuec.view.player.reading import choose_frames, read_film
 
@@ -207,14 +207,6 @@ def test_the_pace_is_easy_to_follow(duration, expected):
     assert pace(duration) == expected
 
 
-def test_units_fit_numbers():
-    assert scaled(0.0042, "N") == (1e-3, "mN")
-    assert scaled(3e-7, "m") == (1e-9, "nm")
-    assert scaled(120.0, "s") == (1.0, "s")
-    assert scaled(0.0, "N") == (1.0, "N")
-    assert scaled(2.5e-5, "m^3") == (1e-6, "ml")
-    assert scaled(2.5, "m^3") == (1e-3, "l")
-    assert scaled(0.0, "m^3") == (1.0, "m^3")
-    assert scaled(5.0, "m^3/s") == (1.0, "m^3/s")
+def test_steps_are_round_numbers():
     # On a scale of logarithms, where 3.16 lies between 2 and 5.
     assert [near(value) for value in (0.0031, 3.2, 7.2, 14.0)] == [0.002, 5.0, 10.0, 10.0]

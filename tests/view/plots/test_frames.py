@@ -119,7 +119,7 @@ def test_further_springs_are_drawn_first_and_paler(strip):
 def test_frames_are_the_nearest_ones_and_come_once(strip):
     found = moments(strip, (0.1, 0.011, 0.0, 0.012, 7.0))
     assert [strip.times[moment.frame] for moment in found] == pytest.approx([0.0, 0.01, 0.1])
-    assert [moment.title for moment in found] == ["0 s", "10 ms", "100 ms: cut at 60 ms"]
+    assert [moment.title for moment in found] == ["0 ms", "10 ms", "100 ms: cut at 60 ms"]
 
 
 def test_chosen_frames_reach_from_start_to_end_and_show_motion(strip):

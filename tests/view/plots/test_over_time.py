@@ -50,17 +50,17 @@ def test_a_force_has_its_components_and_its_magnitude(result, strip):
     log = strip.logs["force of right end"]
     (axes,) = draw("logs", result, log="Force of right end").axes
     assert axes.get_ylabel() == "force of right end [mN]"
-    assert axes.get_xlabel() == "time [s]"
+    assert axes.get_xlabel() == "time [ms]"
     lines = lines_of(axes)
     assert set(lines) == {"magnitude", "x", "y", "z"}
     times, values = log.with_jumps()
     for column, name in enumerate("xyz"):
         time, value = data(lines[name])
-        assert time == pytest.approx(times)
+        assert time == pytest.approx(1e3 * times)
         assert value == pytest.approx(1e3 * values[:, column])
     assert data(lines["magnitude"])[1] == pytest.approx(1e3 * np.linalg.norm(values, axis=1))
     assert len({str(lines[name]._dash_pattern) for name in "xyz"}) == 3  # without colours too
-    assert marks_of(axes) == pytest.approx([0.06])
+    assert marks_of(axes) == pytest.approx([60.0])
     assert [text.get_text() for text in axes.texts if text.get_gid() == "event"] == ["cut"]
 
 
@@ -75,7 +75,7 @@ def test_what_a_cut_changes_is_a_vertical_step_at_its_time(result, strip):
     (axes,) = draw("logs", result, log="tension of some springs").axes
     for name, reduced in (("largest", np.max), ("smallest", np.min)):
         time, value = data(lines_of(axes)[name])
-        assert value[np.isclose(time, cut, rtol=1e-12)][:2] == pytest.approx(
+        assert value[np.isclose(time, 1e3 * cut, rtol=1e-12)][:2] == pytest.approx(
             [1e3 * reduced(before), 1e3 * reduced(after)]
         )
 
@@ -124,7 +124,7 @@ def test_several_runs_lie_over_one_another(result, later, strip):
     for line, value, colour in zip((first, second), values, SERIES, strict=False):
         assert data(line)[1] == pytest.approx(1e3 * value)
         assert to_hex(line.get_color()) == colour
-    assert marks_of(figure.axes[0]) == pytest.approx([0.06, 0.08])
+    assert marks_of(figure.axes[0]) == pytest.approx([60.0, 80.0])
 
 
 def test_runs_of_the_same_name_are_told_apart(result, tmp_path):
@@ -202,7 +202,7 @@ def test_the_stack_reaches_what_was_put_in(result, strip):
     assert len(times) == len(strip.energies.time) + 2  # both sides of the cut
     value = dict(zip(strip.energies.columns, rows.T, strict=True))
     time, supply = data(lines_of(stack)["supplied"])
-    assert time == pytest.approx(times)
+    assert time == pytest.approx(1e3 * times)
     gravity = value["gravity"] - value["gravity"].min()
     there = value["kinetic"] + value["elastic"] + gravity + value["dissipated"]
     put_in = there[0] + value["work"] + value["switched"]

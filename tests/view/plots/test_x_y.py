@@ -6,6 +6,7 @@ from scipy.integrate import trapezoid
 
 from tests.view.plots.conftest import carry_out
 from tissuec.core.errors import TissueError
+from tissuec.core.scale import AxisUnit
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.plots import draw
 from tissuec.view.plots.x_y import LoggedQuantity, joined, quantity
@@ -89,9 +90,10 @@ def test_displacements_begin_where_one_says(swung):
 def test_a_circle_encloses_its_area():
     time = np.linspace(0.0, 1.0, 2001)
     turn = 2.0 * np.pi * time
-    x, y = (LoggedQuantity(*made) for made in (
-        ("a", "m", time, np.cos(turn)), ("b", "N", time, np.sin(turn)),
-    ))  # fmt: skip
+    x, y = (
+        LoggedQuantity("one", "m", AxisUnit(0, "m"), time, value)
+        for value in (np.cos(turn), np.sin(turn))
+    )
     assert joined(x, y).area == pytest.approx(-np.pi, rel=1e-5)  # anticlockwise
 
 

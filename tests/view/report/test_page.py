@@ -14,7 +14,6 @@ from tests.view.report.runs import BARE, ROD, UNSTABLE, WORDS, Page, page_of, ru
 from tests.whole_runs import AfterAsking
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
-from tissuec.core.units import TIME, show
 from tissuec.engine.execution.signals import StopRequest
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.options import Options
@@ -80,11 +79,11 @@ def test_every_event_is_there(result, page):
     section = page.section("events")
     rows = [[cell.text for cell in row.children] for row in section.all("tr")[1:]]
     with Trajectory.open(result) as trajectory:
-        events = trajectory.events
+        events, clock = trajectory.events, trajectory.clock
         ids = trajectory.network.spring_ids
     assert {"fix", "move", "rupture", "trigger", "stop"} <= {event.kind for event in events}
     assert [row[:3] for row in rows] == [
-        [show(event.time, TIME, digits=6), event.kind, event.cause] for event in events
+        [clock.text(event.time, digits=6), event.kind, event.cause] for event in events
     ]
     named = [" ".join(str(ids[spring]) for spring in event.springs) for event in events]
     assert [row[3] for row in rows] == named

@@ -3,7 +3,8 @@
 import math
 from collections.abc import Iterator
 
-from tissuec.core.units import NUMBER, Dimension, shown_units, si_unit
+from tissuec.core.prefixes import shown_units
+from tissuec.core.units import NUMBER, Dimension, si_unit
 
 LEAST = 6  # significant digits of what was learnt
 BEYOND = 2  # digits behind the first one in which the interval is seen
@@ -56,9 +57,6 @@ def _scale(value: float, dimension: Dimension, *, percent: bool) -> tuple[float,
     """Return the unit in which a value is easiest to read, and what it is in SI."""
     if percent and dimension == NUMBER:
         return _PERCENT
-    scales = shown_units(dimension)
-    chosen = scales[0]
-    for size, name in scales:
-        if abs(value) >= size:
-            chosen = size, name
-    return chosen
+    known = shown_units(si_unit(dimension))
+    chosen = ([one for one in known if one.size <= abs(value)] or known[:1])[-1]
+    return chosen.size, chosen.unit

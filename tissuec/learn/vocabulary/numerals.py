@@ -3,7 +3,8 @@
 import math
 import re
 
-from tissuec.core.units import Dimension, parse_unit, shown_units
+from tissuec.core.prefixes import shown_units
+from tissuec.core.units import Dimension, parse_unit, si_unit
 from tissuec.fuzzy.axis import Axis
 from tissuec.lang import syntax as s
 
@@ -72,9 +73,9 @@ class Numerals:
             case s.Quantity(unit=unit, span=span):
                 return parse_unit(unit).factor, _NUMERAL.sub("", span.text, count=1)
             case _:
-                scales = shown_units(self._dimension)
-                fitting = [scale for scale in scales if scale[0] <= abs(value)] or scales[:1]
-                return fitting[-1][0], f" {fitting[-1][1]}".rstrip()
+                known = shown_units(si_unit(self._dimension))
+                chosen = ([one for one in known if one.size <= abs(value)] or known[:1])[-1]
+                return chosen.size, f" {chosen.unit}".rstrip()
 
 
 def _numerals(value: float) -> list[str]:

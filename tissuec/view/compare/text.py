@@ -6,7 +6,7 @@ from typing import Any, cast
 
 from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
-from tissuec.core.units import DIMENSION_NAMES, LENGTH, TIME, Dimension, show
+from tissuec.core.units import DIMENSION_NAMES, LENGTH, TIME, Dimension, show, show_si
 from tissuec.results.wording import net, span
 from tissuec.view.compare.comparison import Comparison, Leftover, StatedDifference
 from tissuec.view.compare.curves import Curves, LogDifference
@@ -272,7 +272,7 @@ def _table(curves: Sequence[LogDifference]) -> Iterator[str]:
     rows = [("log", "largest difference", "relative", "at")]
     for curve in curves:
         where = show(curve.time, TIME) + (f", {curve.column}" if curve.column else "")
-        size = _in_unit(curve.difference, curve.unit)
+        size = show_si(curve.difference, curve.unit)
         rows.append((curve.name, size, _percent(curve.relative), where))
     yield from aligned(rows)
     if any(curve.interpolated for curve in curves):
@@ -281,12 +281,6 @@ def _table(curves: Sequence[LogDifference]) -> Iterator[str]:
         if curve.missing:
             moments = counted(curve.missing, "time")
             yield f"{curve.name}: only one of them has a number at {moments}"
-
-
-def _in_unit(value: float, unit: str) -> str:
-    """Return a value with its SI unit, scaled for people where there is a way to."""
-    known = {symbol: dimension for dimension, (_, symbol) in DIMENSION_NAMES.items()}
-    return show(value, known[unit]) if unit in known else f"{value:.3g} {unit}".rstrip()
 
 
 def _motion(found: Comparison) -> Iterator[str]:

@@ -61,7 +61,7 @@ function trimmed(digits) {
 /** A value for people, such as "3.16 mN*s/m"; units from the smallest to the largest. */
 function show(value, units, digits = 3) {
   let [factor, unit] = units[0];
-  if (value === 0) [factor, unit] = units.find(([size]) => size === 1) ?? units[0];
+  if (value === 0) [factor, unit] = units.find(([size]) => size === 1) ?? units.at(-1);
   for (const [size, name] of value === 0 ? [] : units) {
     if (Math.abs(value) >= size * (1 - 0.5 * 10 ** -digits)) [factor, unit] = [size, name];
   }

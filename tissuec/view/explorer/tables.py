@@ -11,8 +11,9 @@ from typing import Any
 
 from tissuec.compiler.provenance import belonging
 from tissuec.core.data import as_data
+from tissuec.core.prefixes import shown_units
 from tissuec.core.source import Span
-from tissuec.core.units import SYMBOLS, Dimension, describe, parse_unit, shown_units, si_unit
+from tissuec.core.units import SYMBOLS, Dimension, describe, parse_unit, si_unit
 from tissuec.fuzzy import conditions as c
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.hedges import hedged, moves
@@ -29,7 +30,7 @@ from tissuec.scene.scales import QuantityScale
 from tissuec.scene.vocabulary import RulesBlock
 from tissuec.scene.words import NamedScale, reading
 
-_PERCENT = ((0.01, "%"),)
+_PERCENT = [(0.01, "%")]
 _NOT_TEXT = re.compile(r'("[^"\n]*")|#[^\n]*')
 _READING = re.compile(r" \([^()]* \+ [^()]*\)$")  # "very hard (very + hard)"
 
@@ -97,7 +98,7 @@ class _VocabularyWriter:
         percent = key == "prestress"
         return {
             **self._scale("quantity", key, named),
-            "shown_units": _PERCENT if percent else shown_units(named.dimension),
+            "shown_units": _PERCENT if percent else _shown(named.dimension),
             "belonging": belonging(scale.spread, scale.length),
             "spread": scale.spread,
             "without": _without(quantity.default),
@@ -196,6 +197,11 @@ def _within(word: Word, quantity: ConcludedQuantity) -> Word:
 
 def _name(key: str, text: str) -> dict[str, str]:
     return {"key": key, "name": text, "written": written_name(text)}
+
+
+def _shown(dimension: Dimension) -> list[tuple[float, str]]:
+    """Return sizes and names of the units in which values are shown, the smallest first."""
+    return [(one.size, one.unit) for one in shown_units(si_unit(dimension))]
 
 
 def _unit(item: s.Item, dimension: Dimension) -> str:

@@ -3,6 +3,7 @@
 import numpy as np
 from msgspec import Struct
 
+from tissuec.core.scale import AxisUnit
 from tissuec.model.network import Floats, Indices
 from tissuec.results.trajectory import Log, Trajectory
 
@@ -15,7 +16,7 @@ class LogCurve(Struct, frozen=True, eq=False):
 
     Attributes:
         name: What the scene calls it.
-        unit: Of all numbers.
+        scale: The unit in which its numbers are shown.
         columns: What the numbers of a row are.
         time: [s], shape (moment,).
         value: Shape (moment, column); numbers that are none stay so.
@@ -23,7 +24,7 @@ class LogCurve(Struct, frozen=True, eq=False):
     """
 
     name: str
-    unit: str
+    scale: AxisUnit
     columns: tuple[str, ...]
     time: Floats
     value: Floats
@@ -44,7 +45,7 @@ def _curve(log: Log) -> LogCurve:
     value = value[:, :_MOST_COLUMNS]
     kept = outline(value)
     left_out = len(log.columns) - len(columns)
-    return LogCurve(log.name, log.unit, columns, time[kept], value[kept], left_out)
+    return LogCurve(log.name, log.scale, columns, time[kept], value[kept], left_out)
 
 
 def outline(value: Floats, most: int = MOST_MOMENTS) -> Indices:

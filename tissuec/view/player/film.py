@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats, Indices
 from tissuec.view.player.lifetimes import Lifetimes, is_there
 
@@ -141,6 +142,11 @@ class Resultant(Struct, frozen=True, eq=False):
     life: tuple[float, float]
     force: Floats
 
+    @property
+    def scale(self) -> AxisUnit:
+        """Return the unit in which it is shown."""
+        return scale_of("N", [np.linalg.norm(self.force, axis=1)])
+
 
 MOST_FACES = 60_000
 """Faces of skin that is rounded."""
@@ -151,6 +157,7 @@ class PlayerData(Struct, frozen=True, eq=False):
 
     Attributes:
         times: Of the frames [s], shape (frame,).
+        clock: The unit in which times are shown.
         position: Of all points [m], shape (frame, point, 3): nodes, and behind them those of
             tools.
         velocity: Of all points [m/s], shape (frame, point, 3).
@@ -171,6 +178,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     """
 
     times: Floats
+    clock: AxisUnit
     position: NDArray[Any]
     velocity: NDArray[np.float32]
     curved: NDArray[np.bool_]

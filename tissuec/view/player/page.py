@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from tissuec.core import palette
 from tissuec.core.data import as_data
+from tissuec.core.prefixes import shown_units
+from tissuec.core.scale import AxisUnit, readable
 from tissuec.core.version import __version__
 from tissuec.model.network import Floats
 from tissuec.results.trajectory import Trajectory
@@ -141,6 +143,8 @@ def describe(
         "laws": film.laws,
         **_tools(film, pack),
         "surfaces": _surfaces(film, pack, scale.step),
+        "units": {unit: units_of(unit) for unit in ("m", "N")},
+        "clock": _shown(trajectory.clock),
         "curves": [
             _curve(curve, number, pack) for number, curve in enumerate(read_curves(trajectory))
         ],
@@ -198,7 +202,8 @@ def _tools(film: PlayerData, pack: Pack) -> dict[str, Any]:
         "instruments": [as_data(instrument) for instrument in film.instruments],
         "meshes": _meshes(film, pack),
         "pulls": [
-            {"name": one.name, "point": one.point, "life": one.life} for one in film.resultants
+            {"point": one.point, "life": one.life, "shown": _shown(one.scale)}
+            for one in film.resultants
         ],
     }
 
@@ -255,6 +260,16 @@ def _piece(piece: SurfacePiece, name: str, pack: Pack, step: float) -> dict[str,
     }
 
 
+def _shown(scale: AxisUnit) -> tuple[float, str]:
+    """Return what numbers are divided by, and the unit that they are then in."""
+    return float(f"1e{scale.power}"), scale.unit
+
+
+def units_of(unit: str) -> list[tuple[float, str]]:
+    """Return sizes and names of units for lengths and forces that depend on the view."""
+    return [(one.size, readable(one.unit)) for one in shown_units(unit)]
+
+
 def _curve(curve: LogCurve, number: int, pack: Pack) -> dict[str, Any]:
     finite = curve.value[np.isfinite(curve.value)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
@@ -266,7 +281,7 @@ def _curve(curve: LogCurve, number: int, pack: Pack) -> dict[str, Any]:
     pack.add(f"curve {number}", levels.astype(np.int64))
     return {
         "name": curve.name,
-        "unit": curve.unit,
+        "shown": _shown(curve.scale),
         "columns": curve.columns,
         "leftOut": curve.left_out,
         "clock": _clock(curve.time, number, pack),

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import palette
+from tissuec.core.scale import PERCENT, scale_of
 from tissuec.model.network import Floats, Indices
 from tissuec.view.instruments.meshes import mesh_of
 from tissuec.view.player.bodies import (
@@ -35,7 +36,7 @@ from tissuec.view.player.film import Instrument, PlayerData, Resultant, ToolSoli
 from tissuec.view.player.lifetimes import Mask, is_there
 from tissuec.view.player.moment import InterpolatedFrame, position_at, surface_at
 from tissuec.view.player.options import Colour, Options
-from tissuec.view.player.pace import near, scaled
+from tissuec.view.player.pace import near
 from tissuec.view.player.strokes import dashed, ramp, rgb
 from tissuec.view.player.tints import SHINE
 from tissuec.view.plots.page import need_matplotlib
@@ -364,9 +365,8 @@ class Painter:
         style = {"color": palette.SERIES[2], "lw": 2, "mutation_scale": 14}
         shape = "-|>" if np.array_equal(inside, stop) else "->"
         sheet.annotate("", inside, start, arrowprops={"arrowstyle": shape, **style})
-        factor, unit = scaled(most, "N")
         right = inside[0] >= start[0]
-        room = 7.0 * len(text := f"{size / factor:.3g} {unit}")
+        room = 7.0 * len(text := one.scale.text(size))
         x = inside[0] + 6.0 if right else inside[0] - 6.0 - room
         sheet.text(
             min(max(x, 4.0), self.size[0] - room - 4.0), inside[1], text,
@@ -377,15 +377,15 @@ class Painter:
         width, height = self.size
         style = {"color": palette.INK, "va": "top", "fontsize": 11, "parse_math": False}
         sheet.text(14, height - 12, self.title, weight="bold", **style)
-        size, unit = scaled(float(np.abs(self.film.times).max()), "s")
-        sheet.text(width - 14, height - 12, f"{time / size:.4g} {unit}", ha="right", **style)
+        text = self.film.clock.text(time, digits=4)
+        sheet.text(width - 14, height - 12, text, ha="right", **style)
         for resultant in self.film.resultants:
             self._resultant(sheet, resultant, at)
         length = near(110.0 / self._pixel(1.0))
         long = self._pixel(length)
-        size, unit = scaled(length, "m")
         sheet.plot([14, 14, 14 + long, 14 + long], [22, 15, 15, 22], color=palette.INK, lw=1)
-        sheet.text(22 + long, 11, f"{length / size:g} {unit}", color=palette.INK, fontsize=9)
+        text = scale_of("m", [length]).text(length)
+        sheet.text(22 + long, 11, text, color=palette.INK, fontsize=9)
         if self.forces and self.film.most_force:
             self._force_ruler(sheet)
         if self.shows_springs:
@@ -394,12 +394,12 @@ class Painter:
     def _force_ruler(self, sheet: Any) -> None:
         """Draw how long the arrow of a round force is."""
         force = near(0.7 * self.film.most_force)
-        long, (size, unit) = self._pixel(force * self._reach), scaled(force, "N")
+        long, scale = self._pixel(force * self._reach), scale_of("N", [force])
         sheet.plot([14, 14 + long], [40, 40], color=palette.SERIES[2], lw=2)
         sheet.plot([14 + long], [40], ">", color=palette.SERIES[2], markersize=6)
-        text, most = f"{force / size:g} {unit}", LONGEST * self.film.most_force
+        text, most = scale.text(force), LONGEST * self.film.most_force
         if max(float(np.linalg.norm(row, axis=1).max()) for row in self.film.force) > most:
-            text += f"; arrows end at {most / size:g} {unit}"
+            text += f"; arrows end at {scale.text(most)}"
         sheet.text(24 + long, 36, text, color=palette.INK, fontsize=9)
 
     def _legend(self, sheet: Any, width: int) -> None:
@@ -419,12 +419,12 @@ class Painter:
         )
         sheet.set(xlim=(0, self.size[0]), ylim=(0, self.size[1]))
         most = self._most[self.colour]
-        size, unit = scaled(most, "N") if self.colour == "tension" else (0.01, "%")
+        scale = scale_of("N", [most]) if self.colour == "tension" else PERCENT
         for x, value in ((left, -most), (left + long / 2, 0.0), (left + long, most)):
-            text = f"{value / size + 0.0:g}".replace("-", "−")
+            text = f"{scale.of(value) + 0.0:g}".replace("-", "−")
             sheet.text(x, 24, text, ha="center", va="top", **style)
         sheet.text(
-            left + long / 2, 42, f"{self.colour} of springs [{unit}]", ha="center", **style
+            left + long / 2, 42, scale.label(f"{self.colour} of springs"), ha="center", **style
         )
 
 

@@ -68,6 +68,7 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     drawn = DrawnNet.of(thin, skin, strand.ends)
     return PlayerData(
         times=timeline.times,
+        clock=trajectory.clock,
         position=position,
         velocity=velocity,
         curved=curved(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.studies.analysis.convergence import (
     REFINED,
     ObservedOrder,
@@ -17,7 +18,6 @@ from tissuec.studies.table import Column, StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import MARKERS, beside, look
 from tissuec.view.plots.page import Canvas
-from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.study_axes import Along, FactorAxis, chosen_measures
 from tissuec.view.plots.study_plot import Panels, StudyPlot, together
 from tissuec.view.plots.ticks import ticks_at

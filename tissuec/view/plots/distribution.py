@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from tissuec.core.palette import INK, SERIES
+from tissuec.core.scale import scale_of
 from tissuec.scene.study_entries import GRID, LIST, ONE_AT_A_TIME
 from tissuec.studies.analysis.completed import values_of
 from tissuec.studies.analysis.quantiles import Quantiles, quantiles, sample_of
 from tissuec.studies.table import StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.page import Canvas
-from tissuec.view.plots.scale import scale_of
 from tissuec.view.plots.study_axes import chosen_measures
 from tissuec.view.plots.study_plot import Panels, StudyPlot, together
 

@@ -69,14 +69,17 @@ class EnergyPlot(Struct, frozen=True):
         if len(runs) == 1:
             (books,) = known.values()
             stacks = not self.lines and _can_be_stacked(books)
-            above = Panel("energy", "J", _stacked(books) if stacks else _lines(books))
+            largest = _largest_of(runs)
+            above = Panel(
+                "energy", "J", _stacked(books) if stacks else _lines(books), size=largest
+            )
             closing = [TimeCurve("", books.time, books.error, plain())]
             return [above, Panel(DRIFT, "", closing, is_log=True)]
         panels = [
             Panel(f"energy {name}" if name in LATER else f"{name} energy", "J", [
                 TimeCurve("", books.time, _part(books, name), look(number))
                 for number, books in enumerate(known.values())
-            ])
+            ], size=_largest_of(runs))
             for name in (*STACK, SUPPLY)
         ]  # fmt: skip
         shown = [panel for panel in panels if any(c.value.any() for c in panel.curves)]
@@ -96,6 +99,11 @@ class EnergyPlot(Struct, frozen=True):
         rows = Window(self.start, self.stop).rows(books.time, "the table of energies")
         parts = {name: part[rows] for name, part in books.parts.items()}
         return EnergySeries(books.time[rows], parts, books.supply[rows], books.error[rows])
+
+
+def _largest_of(runs: Sequence[PlotSubject]) -> float:
+    """Return the largest energy of runs [J], which the unit suits."""
+    return max(run.content.energies.largest for run in runs)
 
 
 def books_of(time: Floats, value: Floats) -> EnergySeries:

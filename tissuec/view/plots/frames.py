@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK
-from tissuec.core.units import TIME, show
+from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import Event
 from tissuec.view.plots import PLOTS, net
@@ -18,7 +18,6 @@ from tissuec.view.plots.options import Direction, Option, read_time
 from tissuec.view.plots.over_time import say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.projection import Projection, viewpoint
-from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.solid import Mask, seen_springs, solid_nodes
 from tissuec.view.plots.subjects import PlotSubject
 
@@ -127,25 +126,26 @@ def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[ChosenFram
             and event.kind not in SILENT
             and (event.time > 0.0 or known[frame] == 0.0)
         ]
-        titles.append(_title(float(known[frame]), between))
+        titles.append(_title(trajectory.clock, float(known[frame]), between))
         before = known[frame]
     return [ChosenFrame(frame, title) for frame, title in zip(frames, titles, strict=True)]
 
 
-def _title(time: float, events: Sequence[Event]) -> str:
+def _title(clock: AxisUnit, time: float, events: Sequence[Event]) -> str:
     """Return the title of a frame, with what happened since the frame before it, and when.
 
     Args:
+        clock: Unit of times.
         time: Of the frame [s].
         events: Since the frame before it.
     """
-    text = show(time, TIME)
+    text = clock.text(time)
     if not events or time <= 0.0:
         return text
     first, last = events[0].time, events[-1].time
-    when = f" at {show(first, TIME)}"
+    when = f" at {clock.text(first)}"
     if last > first:
-        when = f" from {show(first, TIME)} to {show(last, TIME)}"
+        when = f" from {clock.text(first)} to {clock.text(last)}"
     return f"{text}: {told(events)}{when if first < time else ''}"
 
 

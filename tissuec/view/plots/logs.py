@@ -9,19 +9,19 @@ from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.hints import alternatives
+from tissuec.core.scale import largest_of
 from tissuec.model.network import Floats
+from tissuec.results.recording import AXES
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import look, plain
 from tissuec.view.plots.options import Option, Start, Stop
-from tissuec.view.plots.over_time import Panel, TimeCurve, Window, alike, picture_of
+from tissuec.view.plots.over_time import Panel, TimeCurve, Window, picture_of
 from tissuec.view.plots.page import Picture
-from tissuec.view.plots.scale import largest_of
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Log, Trajectory
 
-AXES = ("x", "y", "z")
 MOST_PANELS = 16
 MOST_COLUMNS = 4  # of single springs; of more the smallest and the largest are shown
 UNSEEN = 1e-3  # of the largest component: a curve of it would look like one of zeros
@@ -96,17 +96,18 @@ class LogsPlot(Struct, frozen=True):
             if len(curves) == 1 and curves[0].name:  # the name says along what
                 name = f"{name} along {curves[0].name}"
                 curves = [replace(curves[0], name="", looks=look(0))]
-            return [Panel(name, log.unit, curves)]
+            return [Panel(name, log.unit, curves, size=log.largest)]
         if len(log.columns) <= MOST_COLUMNS:
             names = [_column(column) if len(log.columns) > 1 else "" for column in log.columns]
             curves = [TimeCurve(n, time, value[:, k], look(k)) for k, n in enumerate(names)]
-            return [Panel(name, log.unit, curves)]
+            return [Panel(name, log.unit, curves, size=log.largest)]
         low, high = np.fmin.reduce(value, axis=1), np.fmax.reduce(value, axis=1)
         curves = [
             TimeCurve("largest", time, high, look(0), (low, high)),
             TimeCurve("smallest", time, low, look(1)),
         ]
-        return [Panel(f"{name}, {len(log.columns)} values", log.unit, curves)]
+        name = f"{name}, {len(log.columns)} values"
+        return [Panel(name, log.unit, curves, size=log.largest)]
 
     def _of_several(
         self, name: str, runs: Sequence[PlotSubject], held: "dict[PlotSubject, Log]"
@@ -122,7 +123,9 @@ class LogsPlot(Struct, frozen=True):
         sizes = {part: _size(curves) for part, curves in parts.items()}
         largest = max(sizes.values())
         shown = [part for part in parts if sizes[part] > NOTHING * largest] or list(parts)[:1]
-        return alike([Panel(f"{name} {part}".strip(), unit, parts[part]) for part in shown])
+        # Components have the same unit, whatever part of them is shown.
+        size = max(log.largest for log in held.values())
+        return [Panel(f"{name} {part}".strip(), unit, parts[part], size=size) for part in shown]
 
     def _parts(self, name: str, log: "Log") -> list[tuple[str, Floats, Floats]]:
         time, value = self._cut(log)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from tissuec.core.palette import INK
+from tissuec.core.scale import AxisUnit
 from tissuec.results.recording import Event
-from tissuec.view.plots.scale import AxisUnit
 
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes

@@ -9,19 +9,18 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
+from tissuec.core.scale import AxisUnit, largest_of, scale_of
 from tissuec.core.units import TIME, show
 from tissuec.model.network import Floats
 from tissuec.view.plots.curves import above, beside, look, name_curves, thinned, thinned_band
 from tissuec.view.plots.marks import clusters, mark_events, stagger
 from tissuec.view.plots.page import Canvas, Picture
-from tissuec.view.plots.scale import AxisUnit, largest_of, scale_of
 from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import whole_decades
 
 if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
-    from tissuec.results.trajectory import Trajectory
     from tissuec.view.plots.drawing import Axes
 
 WIDTH = 180.0  # of a page [mm]
@@ -136,7 +135,9 @@ def draw_panels(
     axes: list[Axes] = list(grid[:, 0])
     times = [curve.time for panel in panels for curve in panel.curves]
     shown = (min(float(t[0]) for t in times), max(float(t[-1]) for t in times))
-    scale = scale_of("s", [shown])
+    # As wide as the runs, whatever part of them is shown.
+    clocks = [scale_of("s", [shown]), *(run.content.clock for run in runs)]
+    scale = max(clocks, key=lambda clock: clock.power)
     # Where all panels have the same curves, their names stand once, above all.
     sets = {tuple(curve.name for curve in panel.curves if curve.name) for panel in panels}
     are_alike = len(panels) > 1 and len(sets) == 1 and len(next(iter(sets))) > 1
@@ -272,14 +273,7 @@ def unfinished(run: PlotSubject) -> str:
         return ""
     whole = trajectory.manifest.get("duration")
     of = f" of {_show(whole)}" if isinstance(whole, float | int) else ""
-    return f"{run.name} is unfinished: until {_show(last_time(trajectory))}{of}"
-
-
-def last_time(trajectory: "Trajectory") -> float:
-    """Return the last time of which a result holds anything [s]."""
-    energies = [] if trajectory.energies is None else [trajectory.energies.time]
-    times = [trajectory.times, *(log.time for log in trajectory.logs.values()), *energies]
-    return max((float(time[-1]) for time in times if len(time)), default=0.0)
+    return f"{run.name} is unfinished: until {_show(trajectory.last_time)}{of}"
 
 
 def _show(time: float) -> str:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissuec.core.palette import AMOUNT
+from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.core.units import si_unit
 from tissuec.fuzzy.axis import Axis
 from tissuec.fuzzy.sets import Gaussian, Shape
 from tissuec.model.network import Floats
 from tissuec.view.plots.page import Canvas
-from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.ticks import plain_ticks
 
 if TYPE_CHECKING:

@@ -13,6 +13,7 @@ from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.palette import AMOUNT, GRID, INK
+from tissuec.core.scale import AxisUnit
 from tissuec.core.units import show
 from tissuec.fuzzy.axis import OutOfRange
 from tissuec.fuzzy.conditions import atoms
@@ -23,7 +24,6 @@ from tissuec.view.plots import PLOTS
 from tissuec.view.plots.options import Option, reader
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.partition import scale_along
-from tissuec.view.plots.scale import AxisUnit
 from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import plain_ticks
 

@@ -8,16 +8,15 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK, SERIES
+from tissuec.core.scale import PERCENT, AxisUnit, scale_of
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.page import Canvas, Picture
-from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes
 
 WIDTH, ROW, LEGEND = 150.0, 65.0, 14.0  # [mm]
-PERCENT = AxisUnit(100.0, "%")
 LOOKS = {
     "coarse": {"color": SERIES[1], "linestyle": "--", "marker": "o", "markersize": 2.5},
     "fine": {"color": SERIES[0], "linestyle": "-", "marker": ".", "markersize": 3.0},

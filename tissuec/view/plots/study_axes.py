@@ -9,11 +9,11 @@ from msgspec import Struct
 from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
+from tissuec.core.scale import AxisUnit, readable, scale_of
 from tissuec.model.network import Floats
 from tissuec.studies.analysis.completed import completed, measure_of
 from tissuec.studies.table import Column, StudyTable
 from tissuec.view.plots.options import Option
-from tissuec.view.plots.scale import AxisUnit, readable, scale_of
 
 if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes

@@ -10,12 +10,12 @@ from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.palette import AMOUNT
+from tissuec.core.scale import scale_of
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.table import MeasureCurve, StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import beside, look
 from tissuec.view.plots.page import Canvas
-from tissuec.view.plots.scale import scale_of
 from tissuec.view.plots.study_axes import FactorAxis, factor_of
 from tissuec.view.plots.study_plot import Panels, StudyPlot, left_out
 

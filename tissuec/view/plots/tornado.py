@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from tissuec.core.palette import INK, SERIES
+from tissuec.core.scale import scale_of
 from tissuec.scene.study_entries import INDICES, ONE_AT_A_TIME
 from tissuec.studies.analysis.effects import Effects, effects
 from tissuec.studies.analysis.sobol import SobolIndices, sobol_indices
@@ -14,7 +15,6 @@ from tissuec.studies.table import StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import beside
 from tissuec.view.plots.page import Canvas
-from tissuec.view.plots.scale import scale_of
 from tissuec.view.plots.study_axes import chosen_measures
 from tissuec.view.plots.study_plot import Panel, Panels, StudyPlot, together
 

@@ -8,10 +8,10 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK, SERIES
+from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import DASHES, MARKERS, beside
 from tissuec.view.plots.page import Canvas, Picture
-from tissuec.view.plots.scale import AxisUnit, scale_of
 from tissuec.view.plots.subjects import PlotSubject
 from tissuec.view.plots.ticks import plain_ticks
 

@@ -6,17 +6,19 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.hints import alternatives
+from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats
+from tissuec.results.recording import AXES
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import above, look, thinned
-from tissuec.view.plots.logs import AXES, is_place
+from tissuec.view.plots.logs import is_place
 from tissuec.view.plots.options import Option, Start, Stop, read_time
 from tissuec.view.plots.over_time import Window, say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
-from tissuec.view.plots.scale import scale_of
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
@@ -40,12 +42,14 @@ class LoggedQuantity(Struct, frozen=True, eq=False):
     Attributes:
         name: Stands at its axis.
         unit: Of its values, as files spell it.
+        scale: That of the whole quantity, of which this may be a component or a part.
         time: [s], ascending, shape (moment,); two equal ones are both sides of an event.
         value: Shape (moment,).
     """
 
     name: str
     unit: str
+    scale: AxisUnit
     time: Floats
     value: Floats
 
@@ -113,7 +117,7 @@ class XYPlot(Struct, frozen=True):
         ]
 
         def draw(sheet: Canvas) -> None:
-            self._draw(sheet, subjects, (x, y), curves)
+            self._draw(sheet, subjects, found, curves)
 
         return Picture(WIDTH, HEIGHT, draw, tuple(notes))
 
@@ -123,20 +127,20 @@ class XYPlot(Struct, frozen=True):
             raise TissueError(f"--{axis} is missing: {_QUANTITY}; {_logs_of(run)}")
         found = quantity(run, wanted, self.zero)
         rows = Window(self.start, self.stop).rows(found.time, f'"{found.name}"')
-        return LoggedQuantity(found.name, found.unit, found.time[rows], found.value[rows])
+        return replace(found, time=found.time[rows], value=found.value[rows])
 
     def _draw(
         self,
         sheet: Canvas,
         runs: Sequence[PlotSubject],
-        shown: tuple[LoggedQuantity, LoggedQuantity],
+        shown: Sequence[tuple[LoggedQuantity, LoggedQuantity]],
         curves: Sequence[PairedCurve],
     ) -> None:
         axes: Axes = sheet.figure.subplots()
-        first, second = shown
+        first, second = shown[0]
         along, up = (
-            scale_of(one.unit, values)
-            for one, values in ((first, [c.x for c in curves]), (second, [c.y for c in curves]))
+            max((pair[k].scale for pair in shown), key=lambda scale: scale.power)
+            for k in (0, 1)
         )
         lines = []
         for number, (run, curve) in enumerate(zip(runs, curves, strict=True)):
@@ -171,7 +175,7 @@ def quantity(run: "Trajectory", wanted: str, zero: float | None = None) -> Logge
     if wanted.lower() == TIME:
         times = [log.with_jumps()[0] for log in run.logs.values()]
         longest = max(times, key=len, default=np.zeros(0))
-        return LoggedQuantity(TIME, "s", longest, longest)
+        return LoggedQuantity(TIME, "s", run.clock, longest, longest)
     log, matched = _log(run, wanted), _PART.fullmatch(wanted)
     assert matched is not None
     axis, is_displacement = None, False
@@ -182,24 +186,26 @@ def quantity(run: "Trajectory", wanted: str, zero: float | None = None) -> Logge
     if log is None:
         raise TissueError(f'there is no quantity "{wanted}"; {_logs_of(run, wanted)}')
     time, value = log.with_jumps()
+    scale = log.scale
     if is_displacement:
         value = value - value[_row_at(time, zero, wanted)]
+        scale = scale_of(log.unit, [np.linalg.norm(value, axis=1)])
     if len(log.columns) == 1:
-        return LoggedQuantity(wanted, log.unit, time, value[:, 0])
+        return LoggedQuantity(wanted, log.unit, scale, time, value[:, 0])
     if log.columns != AXES:
         raise TissueError(
             f'"{log.name}" has {counted(len(log.columns), "value")} at each time; an axis '
             "needs one: log it of a single spring"
         )
     if axis:
-        return LoggedQuantity(wanted, log.unit, time, value[:, AXES.index(axis)])
+        return LoggedQuantity(wanted, log.unit, scale, time, value[:, AXES.index(axis)])
     if is_place(log.name) and not is_displacement:
         raise TissueError(
             f'"{log.name}" has three components; write "{log.name} along z", or '
             f'"{_FROM}{log.name.removeprefix(_TO)}" for the distance from the beginning'
         )
     name = wanted if matched["magnitude"] else f"magnitude of {wanted}"
-    return LoggedQuantity(name, log.unit, time, np.linalg.norm(value, axis=1))
+    return LoggedQuantity(name, log.unit, scale, time, np.linalg.norm(value, axis=1))
 
 
 def joined(x: LoggedQuantity, y: LoggedQuantity) -> PairedCurve:

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from tissuec.results.trajectory import Log
-from tissuec.view.plots.scale import scale_of
 from tissuec.view.report import pictures
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.head import capital
@@ -61,7 +60,7 @@ def _rows(log: Log) -> Iterator[Html]:
     if not len(log.time):
         return
     _, rows = log.with_jumps()
-    scale = scale_of(log.unit, [rows])  # as at the axes of the curves
+    scale = log.scale
     for number, column in enumerate(log.columns):
         name = log.name if column == "value" else f"{log.name}: {column}"
         values = rows[:, number]

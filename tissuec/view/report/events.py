@@ -1,11 +1,10 @@
 """The events of the run."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from tissuec.core.errors import counted
-from tissuec.core.units import TIME, show
-from tissuec.results.export import table_rows
+from tissuec.results.export import event_facts
+from tissuec.results.recording import Event
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, Section, element, folded, html, row, table
 
@@ -16,10 +15,10 @@ NAMED = 400  # springs of one event that are named at all
 
 def section(content: ReportContent) -> Section:
     """Return the table of events."""
-    _, *events = list[Any](table_rows(content.trajectory, "events"))
+    events = content.events
     if not events:
         return Section("events", "Events", element("p", "There were no events."))
-    rows = [_row(content, *event) for event in events[:MOST]]
+    rows = [_row(content, event) for event in events[:MOST]]
     heads = ("at", "event", "cause", "springs", "line")
     body = table("Events in order of time", heads, rows)
     return Section("events", "Events", html((body, _rest(content, len(events)))))
@@ -34,11 +33,11 @@ def _rest(content: ReportContent, count: int) -> Html | None:
     )
 
 
-def _row(
-    content: ReportContent, time: float, kind: str, springs: str, cause: str, place: str
-) -> Html:
+def _row(content: ReportContent, event: Event) -> Html:
+    kind, springs, cause, place = event_facts(content.trajectory, event)
+    time = content.trajectory.clock.text(event.time, digits=6)
     return row(
-        show(time, TIME, digits=6), element("b", kind), cause, _springs(springs.split()),
+        time, element("b", kind), cause, _springs(springs.split()),
         content.texts.link(place),
     )  # fmt: skip
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from tissuec.core.units import TIME, show
 from tissuec.results.recording import ExpectationResult
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, Section, element, html, row, table
@@ -33,7 +32,8 @@ def _lead(content: ReportContent) -> Html | None:
 
 
 def _row(content: ReportContent, one: ExpectationResult) -> Html:
-    time: Content = "–" if one.time is None else show(one.time, TIME, digits=6)
+    clock = content.trajectory.clock
+    time: Content = "–" if one.time is None else clock.text(one.time, digits=6)
     return row(
         mark(TONES[one.state], one.state),
         element("code", one.expect.removeprefix("expect ")),

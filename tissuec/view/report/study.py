@@ -30,14 +30,15 @@ def render_study(table: StudyTable, path: Path) -> str:
         table: The table.
         path: Its file.
     """
+    shown = table.shown
     found = (
         _factors(table),
-        _measures(table),
+        _measures(shown),
         _pictures(table),
         _indices(table),
-        _quantiles(table),
+        _quantiles(shown),
         _failures(table),
-        _runs(table),
+        _runs(shown),
     )
     parts = [section for section in found if section is not None]
     return document(

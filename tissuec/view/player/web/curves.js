@@ -7,8 +7,7 @@ class Chart {
   constructor(box, curve, levels, player) {
     Object.assign(this, { curve, levels, player, left: LEFT });
     this.figure = document.createElement("figure");
-    const most = Math.max(Math.abs(curve.low), Math.abs(curve.high));
-    [this.divisor, this.unit] = scaled(most, curve.unit);
+    [this.divisor, this.unit] = curve.shown;
     const caption = document.createElement("figcaption"), name = document.createElement("b");
     name.textContent = this.unit ? `${curve.name} [${this.unit}]` : curve.name;
     caption.append(name);

@@ -54,8 +54,8 @@ const panel = {
 
   // Say in which steps the numbers of this page are rounded.
   exactness() {
-    const { film, arrays } = this, [length, metres] = scaled(film.step, "m"), force = film.most.tension / film.steps.tension;
-    const [newton, newtons] = scaled(force, "N");
+    const { film, arrays } = this, [length, metres] = scaled(film.step, film.units.m), force = film.most.tension / film.steps.tension;
+    const [newton, newtons] = scaled(force, film.units.N);
     const tension = force ? `, tensions to ${digits(force / newton, 2)} ${newtons}` : "";
     return `positions rounded to ${digits(film.step / length, 2)} ${metres}${tension}`
       + (arrays.curved.data.some((one) => one + arrays.curved.low > 0) ? ", cubic between frames" : ", linear between frames");
@@ -75,7 +75,7 @@ const panel = {
   showArrow() {
     if (!this.shown.forces || !this.arrowReach) return;
     const metre = this.stage.canvas.clientHeight / (2 * this.camera.half * this.camera.distance);
-    const force = round125(100 / (metre * this.arrowReach)), [divisor, unit] = scaled(force, "N");
+    const force = round125(100 / (metre * this.arrowReach)), [divisor, unit] = scaled(force, this.film.units.N);
     const [line, said] = byId("arrow").children;
     line.style.width = `${force * metre * this.arrowReach}px`;
     said.textContent = `${digits(force / divisor)} ${unit}`;
@@ -98,7 +98,7 @@ const panel = {
       return;
     }
     const isTension = shown.colour === "tension", most = isTension ? film.most.tension : film.most.strain;
-    const [divisor, unit] = isTension ? scaled(most, "N") : [0.01, "%"];
+    const [divisor, unit] = isTension ? scaled(most, film.units.N) : [0.01, "%"];
     const rows = [[-1, 0, 1].map((part) => `<span>${digits((part * most) / divisor)}</span>`)];
     rows.push((isTension ? ["compression", unit, "tension"] : ["shorter", unit, "longer"]).map((word) => `<span>${word}</span>`));
     const shades = looks.tension.map((text) => css(seenIn(this.look, text, looks)));
@@ -120,7 +120,7 @@ const panel = {
   drawRuler() {
     const height = this.stage.canvas.clientHeight;
     const metre = height / (2 * this.camera.half * this.camera.distance);
-    const length = round125(120 / metre), [divisor, unit] = scaled(length, "m");
+    const length = round125(120 / metre), [divisor, unit] = scaled(length, this.film.units.m);
     const ruler = byId("ruler");
     ruler.firstElementChild.style.width = `${length * metre}px`;
     ruler.lastElementChild.textContent = `${digits(length / divisor)} ${unit}`;

@@ -43,8 +43,7 @@ class Player {
 
   // Return how times are written: in one unit, with the digits that tell frames apart.
   makeClock() {
-    const times = this.stops, most = Math.max(...this.range.map(Math.abs));
-    const [divisor, unit] = scaled(most, "s");
+    const times = this.stops, [divisor, unit] = this.film.clock;
     const steps = times.slice(1).map((time, i) => time - times[i]).filter((step) => step > 0);
     const least = steps.length ? Math.min(...steps) / divisor : 1;
     const places = Math.max(0, Math.min(6, Math.ceil(-Math.log10(least) - 1e-9)));

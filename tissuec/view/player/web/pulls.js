@@ -3,8 +3,6 @@
 class Pulls {
   constructor(box, film, arrays) {
     Object.assign(this, { box, film, arrays });
-    const most = film.most.pull;
-    [this.divisor, this.unit] = scaled(most, "N");
     box.innerHTML = film.pulls.map(() => '<g><path/><text dy="0.32em"/></g>').join("");
   }
 
@@ -24,7 +22,7 @@ class Pulls {
     const frame = Math.min(Math.floor(moment), film.times.length - 1), next = Math.min(frame + 1, film.times.length - 1);
     const between = [frame, next, next > frame ? moment - frame : 0], points = arrays.position.width / 3;
     const step = film.most.pull / film.steps.pull, reach = 0.18 * film.view.size / film.most.pull;
-    film.pulls.forEach(({ point, life }, i) => {
+    film.pulls.forEach(({ point, life, shown: [divisor, unit] }, i) => {
       const group = box.children[i], [path, text] = group.children;
       const force = this.at(arrays.pulls, i, film.pulls.length, between, step, [0, 0, 0]), size = Math.hypot(...force);
       const isThere = life[0] <= moment && moment < life[1] && size > 0.005 * film.most.pull;
@@ -41,7 +39,7 @@ class Pulls {
       const head = Math.min(9, 0.6 * long), wing = (away, side) => `${tip[0] - away * u - side * v},${tip[1] - away * v + side * u}`;
       const mark = isCut ? `M${wing(head + 4, 5)}L${wing(head + 4, -5)}` : "";  // the arrow is longer than the picture
       path.setAttribute("d", `M${a[0]},${a[1]}L${wing(head, 0)}M${wing(0, 0)}L${wing(head, 4)}L${wing(head, -4)}Z${mark}`);
-      text.textContent = `${digits(size / this.divisor)} ${this.unit}`;
+      text.textContent = `${digits(size / divisor)} ${unit}`;
       const room = 7 * text.textContent.length, right = u >= 0 ? tip[0] + 6 : tip[0] - 6 - room;
       text.setAttribute("x", Math.max(4, Math.min(wide - room - 4, right)));
       text.setAttribute("y", inside(tip[1] + 10 * v, high));

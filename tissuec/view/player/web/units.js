@@ -1,19 +1,10 @@
 // Numbers for people.
 
-const PREFIXES = [[1e-9, "n"], [1e-6, "µ"], [1e-3, "m"], [1, ""], [1e3, "k"], [1e6, "M"]];
-const VOLUMES = [[1e-9, "µl"], [1e-6, "ml"], [1e-3, "l"]];
-const PREFIXED = ["m", "s", "N", "J", "Pa", "W", "m/s"];
-
-// Return by what to divide numbers up to a size, and the unit that they are then in.
-function scaled(most, unit) {
-  if (unit === "m^3" && most > 0) {
-    return VOLUMES.filter(([size]) => size <= most * (1 + 1e-9)).pop() || VOLUMES[0];
-  }
-  if (!PREFIXED.includes(unit) || !(most > 0)) return [1, unit];
-  const largest = unit === "s" ? 1 : 1e6;
-  const fitting = PREFIXES.filter(([size]) => size <= most * (1 + 1e-9) && size <= largest);
-  const [size, prefix] = fitting.length ? fitting[fitting.length - 1] : PREFIXES[0];
-  return [size, prefix + unit];
+// Return by what to divide numbers up to a size, and the unit that they are then in, as messages
+// and axes choose it among `units`, which are sizes and names from the smallest to the largest.
+function scaled(most, units) {
+  if (!(most > 0)) return units.find(([size]) => size === 1);
+  return units.filter(([size]) => 0.9995 * size <= most).pop() ?? units[0];
 }
 
 const hexed = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
