@@ -163,6 +163,7 @@ def test_a_component_that_is_not_there_is_left_out_and_named(small):
         columns=AXES,
         time=time,
         value=value,
+        largest=5.0,
         unit="N",
         with_jumps=lambda: (time, value),
     )
