@@ -367,6 +367,33 @@ def test_springs_that_break_late_are_told_with_a_force_that_breaks_them_early():
     assert found.breaking.stretch[1] == pytest.approx(1.5, rel=1e-2)  # of its three digits
 
 
+def test_frequencies_about_an_equilibrium_are_told_where_they_are_others():
+    """A row of springs that its weight draws down swings faster about its equilibrium."""
+    nodes = "".join(f"{n} {5 * n} 0 0\n" for n in range(9))
+    table = (
+        f'table nodes of piece in mm with columns "id x y z" {{\n{nodes}}}\n'
+        'table springs of piece with columns "a b" {\n'
+        + "".join(f"{n} {n + 1}\n" for n in range(8))
+        + "}\nset ends = nodes of piece where x < 1 mm or x > 39 mm\n"
+    )
+
+    def notes(strain, gravity, script="at 0 s: fix ends"):
+        tissue = f"{SPRINGS}; prestress = {strain} %"
+        text = text_of("explicit", tissue, sets=table, script=f"script {{ {script} }}")
+        text = text.replace("(0, 0, 0) m/s^2", f"(0, 0, -{gravity}) m/s^2")
+        (found,) = tissuec.properties(text)
+        return [note for note in found.notes if "equilibrium" in note], found.vibrations
+
+    (said,), drawn = notes(1, 9.81)
+    assert said.startswith("frequencies are about the state at 0 s, which is not in equil")
+    none, settled = notes(1, 9.81, "at 0 s: { fix ends; settle }")
+    assert not none
+    shown = [float(one) for one in re.findall(r"[\d.]+(?=, | Hz)", said)]
+    assert shown == pytest.approx([one.frequency for one in settled], rel=1e-2)
+    assert shown[0] > 1.1 * drawn[0].frequency
+    assert not notes(20, 1e-3)[0]  # hardly out of balance
+
+
 # --- command ----------------------------------------------------------------------------------
 
 

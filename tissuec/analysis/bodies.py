@@ -7,14 +7,16 @@ of waves are those of an elastic medium (L. D. Landau, E. M. Lifshitz, Theory of
 1970, § 22).
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache, partial
 from math import inf, pi, sqrt
 from typing import Literal, TypeAlias
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
-from tissuec.analysis.vibration.modes import modes_of
+from tissuec.analysis.vibration.modes import Modes, modes_of, out_of_balance
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.initial_state import state_at_start
@@ -36,6 +38,7 @@ LARGEST = 300_000  # springs of a body whose elastic constants are computed: som
 LARGEST_TO_VIBRATE = 5_000  # free nodes of a body whose frequencies are computed: likewise
 FREQUENCIES = 3
 _ALIKE = 1e-9  # of bars: rounding
+_NOTICED = 0.1  # of the lowest frequency: less is not worth a note
 _ABOUT = 0.1  # of breaking strains and moduli that make one stress
 
 
@@ -169,7 +172,7 @@ def properties_of(
             hint = alternatives(body, names, what="bodies")
             raise TissueError(f'there is no body "{body}"; {hint}')
         parts = {key_of(body): parts[key_of(body)]}
-    drawn = state_at_start(compiled)
+    drawn, equilibrium = state_at_start(compiled), cache(partial(_equilibrium, compiled))
     rest: State | str
     try:
         rest = state_at_start(compiled, settles=True)
@@ -178,9 +181,24 @@ def properties_of(
         rest = str(error)
     bodies = compiled.groups.bodies
     return tuple(
-        _Examined(part, bodies[key].drawing, drawn).properties(rest, frequencies)
+        _Examined(part, bodies[key].drawing, drawn, equilibrium).properties(rest, frequencies)
         for key, part in parts.items()
     )
+
+
+def _equilibrium(compiled: Compiled) -> State | None:
+    """Return the state at 0 s after everything has settled; None if that is not found."""
+    state = state_at_start(compiled)
+    if len(state.position) > LARGEST_TO_VIBRATE:
+        return None
+    from tissuec.mechanics.settling import Unsettled, settle  # SciPy: only where it is needed
+
+    state.place_held()
+    try:
+        settle(state, np.ones(len(state.position), dtype=bool))
+    except Unsettled:
+        return None
+    return state
 
 
 class _Examined:
@@ -188,10 +206,18 @@ class _Examined:
 
     Args:
         state: As it is drawn, after the events at 0 s.
+        equilibrium: Finds the state after everything has settled.
     """
 
-    def __init__(self, part: BodyPart, drawing: Drawing, state: State):
+    def __init__(
+        self,
+        part: BodyPart,
+        drawing: Drawing,
+        state: State,
+        equilibrium: Callable[[], State | None],
+    ):
         self.part, self.drawing, self.state = part, drawing, state
+        self.equilibrium = equilibrium
         self.mesh, self.notes = drawing.mesh, list[str]()
         self.own, self.behaviour = acting_springs(part, drawing, state)
         self.ends, self.length = self.mesh.ends[self.own], drawing.length[self.own]
@@ -346,6 +372,30 @@ class _Examined:
 
     # --- motion -------------------------------------------------------------------------------
 
+    def _about_equilibrium(
+        self, found: Modes, chosen: NDArray[np.bool_], unbalanced: str
+    ) -> Iterator[str]:
+        """Yield the frequencies about the equilibrium, if they are others.
+
+        Args:
+            found: The modes about the state at 0 s, which is none.
+            chosen: Nodes of the body, shape (node,).
+            unbalanced: By how much forces fail to balance.
+        """
+        settled = self.equilibrium()
+        if settled is None:
+            yield f"{unbalanced}; frequencies are about the state at 0 s"
+            return
+        others = modes_of(settled, chosen, count=len(found), above=0.0)
+        drawn, at_rest = ([mode.frequency for mode in modes] for modes in (found, others))
+        if not at_rest or abs(at_rest[0] - drawn[0]) <= _NOTICED * drawn[0]:
+            return
+        shown = ", ".join(f"{frequency:.3g}" for frequency in at_rest)
+        yield (
+            "frequencies are about the state at 0 s, which is not in equilibrium; about the "
+            f'equilibrium, they are {shown} Hz (write "at 0 s: settle" to begin there)'
+        )
+
     def _vibrations(self, rest: State | str, count: int) -> Iterator[Vibration]:
         if not isinstance(rest, State):
             self.notes.append(f"frequencies are not computed: {rest}")
@@ -366,7 +416,12 @@ class _Examined:
         except SimulationError as error:
             self.notes.append(f"frequencies are not computed: {error}")
             return
-        self.notes += found.notes
+        unbalanced = out_of_balance(rest, chosen)
+        self.notes += [
+            note for note in found.notes if not (unbalanced and note.startswith(unbalanced))
+        ]
+        if unbalanced:
+            self.notes += self._about_equilibrium(found, chosen, unbalanced)
         for mode in found:
             if mode.frequency and mode.damping_ratio is not None:
                 yield Vibration(mode.frequency, mode.damping_ratio)

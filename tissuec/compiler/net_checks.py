@@ -279,7 +279,7 @@ def _breaks_late(
     arrays = {"breaking force": "strength", "spring constant": "stiffness"}
     return Diagnostic(
         "W209",
-        f"springs of {body.name} break at {1.0 + strain:.3g} times their length: one of "
+        f"springs of {body.name} break only at {1.0 + strain:.3g} times their length: one of "
         f"{show(rest, LENGTH)} has a spring constant of {show(constant, STIFFNESS)} and a "
         f"breaking force of {show(force, FORCE)}",
         body.span,
@@ -294,14 +294,16 @@ def _breaks_late(
 def _breaking_early(network: Network, tissues: Iterable[Tissue], spring: int) -> Hint:
     """Return a hint to write a limit at which a spring breaks at a strain that tissue bears."""
     place = network.provenance["strength"][spring].span
-    limits = (one for tissue in tissues for one in tissue.given.values())
-    given = next((one for one in limits if one.span == place), None)
+    limits = ((tissue, one) for tissue in tissues for one in tissue.given.values())
+    tissue, given = next((pair for pair in limits if pair[1].span == place), (None, None))
     strain = f"{PLAUSIBLE:.0%}".replace("%", " %")
     if given is None or given.how != "written" or not given.quantity.is_of_matter:
-        better = float(network.behaviour().pull(PLAUSIBLE * network.rest)[spring])
+        better = show(float(network.behaviour().pull(PLAUSIBLE * network.rest)[spring]), FORCE)
+        how = "" if tissue is None else f' (--set "breaking force of {tissue.name} = {better}")'
         return Hint(
-            f"{show(better, FORCE)} would break it at {1.0 + PLAUSIBLE:g} times its length; "
-            "a tissue with a Young's modulus can have a breaking strain instead"
+            f"{better} would break it at {1.0 + PLAUSIBLE:g} times its length{how}, where most "
+            "tissue has torn; tissues of matter/ have a breaking strain instead. If nothing is "
+            "to tear in this run, leave it as it is"
         )
     name, entry = given.quantity.name, f"breaking strain = {strain}"
     if name != "breaking strain":

@@ -283,3 +283,46 @@ def test_every_output_says_it(tmp_path):
         tissuec.run(scene, companion="off").close()
     with pytest.raises(tissuec.SimulationError, match="inside out"):
         tissuec.run(scene, companion="off", strict=True)
+
+
+HOOK = """language 1
+tissue gum { spring constant = 40 N/m; viscosity = 0.1 N*s/m; mass = 10 mg }
+body flap {
+  mesh is sheet {
+    corner = (0, 0, 0) mm; first edge = (40, 0, 0) mm; second edge = (0, 40, 0) mm
+    columns = 5; rows = 5; diagonals is both
+  }
+  tissue is gum
+}
+set edge = nodes of flap where x < 1 mm or x > 39 mm
+tool hook {
+  kind is hook; radius = 0.5 mm
+  shaft from (16, -40, -6) mm to (16, -40, -4) mm; bend = (16, 80, -2) mm
+}
+environment {
+  gravity = (0, 0, 0) m/s^2; damping = 1 mN*s/m
+  contact is tools only; contact stiffness = 20 N/m
+}
+script {
+  at 0 s: fix edge
+  WAY
+}
+simulate { duration = 0.5 s; tolerance = 1e-3 }
+output { force of hook every 5 ms }
+"""
+LIFTED = "from 0.05 s to 0.45 s: move hook by (0, 0, 16) mm using smooth profile"
+BACK = """from 0.05 s to 0.25 s: move hook by (0, 0, 3) mm using smooth profile
+  from 0.25 s to 0.45 s: move hook by (0, 0, -3) mm using smooth profile"""
+
+
+@pytest.mark.parametrize(("way", "is_lost"), [(LIFTED, True), (BACK, False)])
+def test_a_tool_that_has_passed_is_told_with_time_and_place(way, is_lost):
+    doubts = tissuec.run(HOOK.replace("WAY", way)).doubts
+    told = {one.subject: one for one in doubts}
+    assert told["hook in flap"].last == 0
+    assert ("hook through flap" in told) == is_lost
+    if is_lost:
+        one = told["hook through flap"]
+        assert one.what == "hook has passed through flap and holds it no longer"
+        assert 0.05 < one.time < 0.45
+        assert one.where.startswith("at node ") and one.where.endswith(" of flap")

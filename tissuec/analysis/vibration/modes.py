@@ -248,7 +248,11 @@ def _notes(
     """Yield what is to be known of the modes."""
     state, unknowns = net.state, net.operator.size
     zero = ZERO * net.operator.top
-    yield from _out_of_balance(state, chosen)
+    if unbalanced := out_of_balance(state, chosen):
+        yield (
+            f"{unbalanced}; the modes use the stiffness of this "
+            'state. Write "at 0 s: settle" for the modes about an equilibrium'
+        )
     if (contact := state.touching) is not None:
         touched = int(contact.touched(state.position)[net.balance.free].sum())
         if touched:
@@ -274,14 +278,19 @@ def _notes(
             yield f"{free} modes have frequency 0; --above 0 omits them"
 
 
-def _out_of_balance(state: State, chosen: NDArray[np.bool_]) -> Iterator[str]:
-    """Yield by how much forces fail to balance, if they do."""
+def out_of_balance(state: State, chosen: NDArray[np.bool_]) -> str:
+    """Return by how much forces fail to balance, as a clause; empty if they balance.
+
+    Args:
+        state: The state.
+        chosen: Which nodes move, shape (node,).
+    """
     balance = Balance(state, chosen)
     bars = balance.bars(balance.start)
     force, largest = greatest(balance.force(bars)), balance.largest(bars)
-    if force > IN_BALANCE * largest + balance.noise(bars):
-        yield (
-            f"forces do not balance: up to {show(force, FORCE)} on a node, where the largest "
-            f"force is {show(largest, FORCE)}; the modes use the stiffness of this "
-            'state. Write "at 0 s: settle" for the modes about an equilibrium'
-        )
+    if force <= IN_BALANCE * largest + balance.noise(bars):
+        return ""
+    return (
+        f"forces do not balance: up to {show(force, FORCE)} on a node, where the largest force "
+        f"is {show(largest, FORCE)}"
+    )

@@ -2,11 +2,13 @@
 
 Surfaces keep off the nodes of threads, and tools and threads keep off the nodes of bodies. What
 is thin beside the distance of nodes can pass between them, and what presses harder than contact
-bears goes through. Then its line crosses the surface; a ball has its centre inside.
+bears goes through. Then its line crosses the surface; a ball has its centre inside. What no
+longer crosses is either drawn back, or has passed: then the middle of its line is on the other
+side of the nearest triangle than before it began to cross.
 """
 
 from collections.abc import Iterator
-from typing import Self
+from typing import Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,8 @@ from tissuec.geometry.intersections import crossings
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Floats, Indices, Network, ToolPart
 from tissuec.script.plan import Plan
+
+_Side: TypeAlias = tuple[int, bool]
 
 KIND = "passes through a surface"
 _OBLIQUE = np.array([0.36, 0.48, 0.80])  # a unit vector that is at right angles to nothing
@@ -41,6 +45,9 @@ class Passing:
         self._closed = {name: Edges.among(skin).is_closed for name, skin in skins.items()}
         self._lines = lines
         self._passing = set[tuple[str, str]]()
+        self._before: Floats | None = None  # positions at the last look
+        #: Of what crosses now: the piece of its line, and on which side it was before.
+        self._begun = dict[tuple[str, str], _Side]()
 
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
@@ -75,6 +82,7 @@ class Passing:
             if not count and pair not in self._passing:
                 continue
             self._passing.add(pair)
+            yield from self._passed(line, body, count, state, position)
             is_thread = isinstance(line, BodyPart)
             yield Finding(
                 f"{line.name} in {body.name}",
@@ -86,6 +94,69 @@ class Passing:
                 _OF_THREADS if is_thread else _OF_TOOLS,
                 line.span,
             )
+        self._before = position.copy()
+
+    def _passed(
+        self,
+        line: BodyPart | ToolPart,
+        body: BodyPart,
+        count: int,
+        state: State,
+        position: Floats,
+    ) -> Iterator[Finding]:
+        """Yield that a line is on the other side of a surface than before it crossed it."""
+        pair = line.name, body.name
+        if count and pair not in self._begun and self._before is not None:
+            pairs = self._crossings(line, body, state.alive, position)
+            if len(pairs):
+                piece = int(pairs[0, 0])
+                self._begun[pair] = piece, self._side(line, body, state, self._before, piece)[0]
+            return
+        if count or pair not in self._begun:
+            return
+        piece, side = self._begun.pop(pair)
+        now, node = self._side(line, body, state, position, piece)
+        if now == side:
+            return  # drawn back
+        ids = self._network.node_ids
+        yield Finding(
+            f"{line.name} through {body.name}",
+            1,
+            f"{line.name} has passed through {body.name} and holds it no longer",
+            f"at node {ids[node]} of {body.name}",
+            "passage",
+            _OF_THREADS if isinstance(line, BodyPart) else _OF_TOOLS,
+            line.span,
+        )
+
+    def _side(
+        self, line: BodyPart | ToolPart, body: BodyPart, state: State, position: Floats,
+        piece: int,
+    ) -> tuple[bool, int]:  # fmt: skip
+        """Return whether a piece of a line is in front of a surface, and the nearest node.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+            piece: Its number in the line.
+        """
+        skin = self._skins[body.name]
+        triangles = skin.triangles[skin.whole(state.alive)]
+        middle = position[_pieces(self._network, line, state.alive)[piece]].mean(axis=0)
+        corners = position[triangles]
+        nearest = int(np.linalg.norm(corners.mean(axis=1) - middle, axis=1).argmin())
+        a, b, c = corners[nearest]
+        nodes = triangles[nearest]
+        node = int(nodes[np.linalg.norm(corners[nearest] - middle, axis=1).argmin()])
+        return bool(np.cross(b - a, c - a) @ (middle - a) > 0.0), node
+
+    def _crossings(
+        self, line: BodyPart | ToolPart, body: BodyPart, alive: NDArray[np.bool_],
+        position: Floats,
+    ) -> Indices:  # fmt: skip
+        """Return pairs of a piece of a line and a whole triangle that it crosses."""
+        skin = self._skins[body.name]
+        segments = position[_pieces(self._network, line, alive)] + _aside(line)
+        return crossings(segments, position[skin.triangles[skin.whole(alive)]])
 
     def _count(
         self, line: BodyPart | ToolPart, body: BodyPart, alive: NDArray[np.bool_],
@@ -102,7 +173,7 @@ class Passing:
         skin = self._skins[body.name]
         whole = skin.whole(alive)
         segments = position[_pieces(self._network, line, alive)] + _aside(line)
-        count = len(crossings(segments, position[skin.triangles[whole]]))
+        count = len(self._crossings(line, body, alive, position))
         balls = segments[(segments[:, 0] == segments[:, 1]).all(axis=1), 0]
         if len(balls) and whole.all() and self._closed[body.name]:
             count += int(np.count_nonzero(inside(balls, position, skin.triangles)))
