@@ -408,7 +408,7 @@ MISTAKES = {
         "displacement of right edge",
         "TIS701",
         "displacement",
-        "outputs: trajectory, precision, surface, distance, elastic energy, ene",
+        "outputs: trajectory, precision, blocks, surface, distance, elastic energy, ene",
     ),
     "output of a component": M(
         "force of forceps A every 1 ms",

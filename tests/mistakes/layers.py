@@ -451,14 +451,14 @@ MISTAKES = {
         "forces of forceps A every",
         "TIS701",
         "forces",
-        'did you mean "force"?  outputs: trajectory, precision, surface, distan',
+        'did you mean "force"?  outputs: trajectory, precision, blocks, surface, distan',
     ),
     "output unknown": M(
         "force of forceps A every",
         "stress of strip every",
         "TIS701",
         "stress",
-        "outputs: trajectory, precision, surface, distance, elastic energy, ene",
+        "outputs: trajectory, precision, blocks, surface, distance, elastic energy, ene",
     ),
     "output at a rate": M(
         "force of forceps A every 1 ms",
