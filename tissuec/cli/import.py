@@ -17,6 +17,7 @@ from tissuec.core.hints import nearby_file
 if TYPE_CHECKING:
     from tissuec.meshes.generators.imported import Imported
     from tissuec.meshes.repair import RepairedMesh
+    from tissuec.model.network import Floats
 
 _MOST_GROUPS = 20  # that are listed in a scene; --json has all of them
 _MOST_HOLES = 5  # whose places are listed
@@ -158,7 +159,8 @@ def _filling(mesh: "Imported", facts: dict[str, Any]) -> tuple[str, str]:
     if not facts["closed"] or shape.is_volume or not facts["volume"] > 0.0:
         return "", ""
     enclosed, area = facts["volume"], float(node_areas(shape.position, shape.skin).sum())
-    box = float(np.prod(facts["high"] - facts["low"]))
+    extents: Floats = facts["high"] - facts["low"]
+    box = float(np.prod(extents))
     least = (max(enclosed / (10 * _NODES), box / _MOST_SITES)) ** (1 / 3)
     cell = max(2.0 * enclosed / area / _CELLS_ACROSS, (enclosed / _NODES) ** (1 / 3))
     while cell >= least:

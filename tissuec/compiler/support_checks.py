@@ -14,7 +14,7 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.model.topology import pieces
 from tissuec.script.measures import MEASURES
 from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
-from tissuec.script.verbs import Shifting, follows
+from tissuec.script.verbs import Action, Shifting, follows
 from tissuec.script.verbs.holding import Driven, Fixed, Holding, Taken
 from tissuec.script.verbs.push import Push
 
@@ -75,7 +75,7 @@ def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPa
         until[nodes] = np.minimum(until[nodes], time)
     piece = None
     loose: dict[int, Loose] = {}
-    held = []
+    held: list[BodyPart] = []
     for body in network.bodies:
         is_net = body.springs.start < body.springs.stop
         if not is_net or network.velocity[body.nodes].any() or not until[body.nodes].all():
@@ -97,7 +97,7 @@ def loose_bodies(network: Network, plan: Plan) -> tuple[list[Loose], list[BodyPa
     return list(loose.values()), held
 
 
-def _held_by(action: object) -> Indices:
+def _held_by(action: Action) -> Indices:
     """Return the nodes that an action holds or drives, shape (n,)."""
     none = np.zeros(0, dtype=np.int64)
     if not follows(action, Holding):
@@ -173,18 +173,17 @@ def _is_caught(
 
 def _way(events: Sequence[ScheduledAction], tool: str = "") -> float:
     """Return how far a script moves a tool at most, or all that it moves [m]."""
-    way = 0.0
-    for event in events:
-        action = event.action
-        if not follows(action, Shifting):
-            continue
-        mover = None
-        if tool and follows(action, Holding):
-            change = action.holding()
-            mover = change.mover.name if isinstance(change, Driven) else None
-        if not tool or mover == tool:
-            way += action.shift
-    return way
+    return sum(
+        event.action.shift
+        for event in events
+        if (not tool or _driven_by(event.action) == tool) and follows(event.action, Shifting)
+    )
+
+
+def _driven_by(action: Action) -> str:
+    """Return the name of what an action drives; empty if it drives nothing."""
+    change = action.holding() if follows(action, Holding) else None
+    return change.mover.name if isinstance(change, Driven) else ""
 
 
 def _is_ahead(

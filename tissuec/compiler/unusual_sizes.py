@@ -79,14 +79,14 @@ def _extent(places: Floats) -> float:
 
 def _once(key: str, found: Iterable[tuple[str, float, Span]]) -> Iterator[Diagnostic]:
     """Yield one warning about the first of some values that is unusual, with the others."""
-    first, *others = [one for one in found if not USUAL[key].holds(one[1])] or [None]
-    if first is None:
+    strange = [one for one in found if not USUAL[key].holds(one[1])]
+    if not strange:
         return
+    (what, value, span), *others = strange
     notes = (
-        Note(f"{what} {show(value, USUAL[key].dimension)}", span)
-        for what, value, span in others[:3]
+        Note(f"{text} {show(number, USUAL[key].dimension)}", place)
+        for text, number, place in others[:3]
     )
-    what, value, span = first
     warning = unusual(key, value, what, span, others=notes)
     assert warning is not None
     yield warning

@@ -3,12 +3,12 @@
 A value of another kind is a TypeError that names it, one beyond its limits a ValueError.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from math import isfinite, isnan
 from numbers import Integral, Real
 from typing import TypeVar
 
-T = TypeVar("T")
+Items = TypeVar("Items", bound=Iterable[object])
 
 
 def text(value: object, what: str) -> str:
@@ -22,8 +22,8 @@ def text(value: object, what: str) -> str:
     return value
 
 
-def several(values: Sequence[T], what: str) -> Sequence[T]:
-    """Return a sequence of values; a text, which is a sequence of letters, is none.
+def several(values: Items, what: str) -> Items:
+    """Return values; a text, which is a sequence of letters, is none.
 
     Raises:
         TypeError: It is a text, or cannot be iterated over.

@@ -158,7 +158,7 @@ class SupportedTriangles:
             following = np.roll(self.triangles, -1, axis=1)
             sides = np.stack([self.triangles, following], axis=-1)
             self._edges = SupportedEdges.of(self._springs, sides)
-        return self._edges.holding(alive).all(axis=1)
+        return np.asarray(self._edges.holding(alive).all(axis=1))
 
 
 def _pieces(ends: NDArray[np.integer], edges: Indices) -> Indices:

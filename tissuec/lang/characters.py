@@ -52,16 +52,20 @@ _INSTEAD = {
 #: A text in curly quotes, on one line.
 CURLY = re.compile('[{0}]([^{0}"\n]*)[{0}]'.format(_INSTEAD['"']))
 
-_REMEDY: dict[str, str] = {
-    character: Hint(f"type {what} instead", Edit(what))
-    for what, group in _INSTEAD.items()
-    for character in group
-} | dict.fromkeys("'‘’‚‛`´′", 'put text in double quotes: "…"')
 #: Signs between the ends of a range, and before a number that is not exact.
 _ABOUT = "≈≅≃~"
 _BETWEEN = f"–—…{_ABOUT}"
-_REMEDY |= dict.fromkeys(_ABOUT, 'write a range: "between 4 mN and 6 mN"')
-_REMEDY["\\"] = "remove it: a line that begins with a joining word continues the line above"
+
+_REMEDY: dict[str, str] = {
+    **{
+        character: Hint(f"type {what} instead", Edit(what))
+        for what, group in _INSTEAD.items()
+        for character in group
+    },
+    **dict.fromkeys("'‘’‚‛`´′", 'put text in double quotes: "…"'),
+    **dict.fromkeys(_ABOUT, 'write a range: "between 4 mN and 6 mN"'),
+    "\\": "remove it: a line that begins with a joining word continues the line above",
+}
 
 
 def normalise(raw: bytes | str, name: str, path: Path | None = None) -> Source:

@@ -158,15 +158,14 @@ def _entries_if_any(member: type) -> dict[str, Term]:
 
 
 def _of_material(kind: str) -> Terms:
+    concluded = plain(CHOICE, [CONCLUDED], "What rules conclude, not the number of the parent.")
+    no_limit = plain(CHOICE, ["none"], "No limit.")
     quantities = {
         name: Term(
             quantity.name, ENTRY,
             f"{describe(quantity.dimension)}, of {' or '.join(quantity.spreads)}",
             f"{quantity.name} = …", " = ", quantity.dimension,
-            (
-                plain(CHOICE, [CONCLUDED], "What rules conclude, not the number of the parent.")
-                | ({} if quantity.none is None else plain(CHOICE, ["none"], "No limit."))
-            ),
+            {**concluded, **({} if quantity.none is None else no_limit)},
         )
         for name, quantity in QUANTITIES.items()
     }  # fmt: skip

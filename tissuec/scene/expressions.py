@@ -49,7 +49,7 @@ _EXTREMES = {"min": np.minimum, "max": np.maximum}
 _NUMERIC = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "log": np.log}
 FUNCTIONS = ("sqrt", "abs", *_EXTREMES, *_NUMERIC)
 
-_RANGES = dict.fromkeys(
+_RANGES: dict[str, str] = dict.fromkeys(
     ("linspace", "arange", "range", "seq", "logspace"),
     "a range is for a study: vary NAME = 2 mm to 10 mm in 5 steps",
 )

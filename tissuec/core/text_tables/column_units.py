@@ -49,10 +49,13 @@ def is_count(name: str) -> bool:
 def is_unit(cell: str) -> bool:
     """Return whether a cell of a row of units is one: "(s)", "[mN]", "mm", "%", or empty."""
     text = cell.strip("()[] ")
+    if not text or text in ("%", "-"):
+        return True
     try:
-        return not text or text in ("%", "-") or _unit(text) is not None
+        _unit(text)
     except UnitError:
         return False
+    return True
 
 
 def _unit(text: str) -> Unit:

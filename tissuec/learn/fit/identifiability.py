@@ -98,8 +98,9 @@ def half_widths(fit: LinearisedFit, draws: Sequence[NoiseDraws], sure: float) ->
     low, high = deviations.min(axis=0), 2.0 * deviations.max(axis=0)
     high = np.maximum(high, 1e-300)
     for _ in range(60):  # twice as near each time, and to 1e-16 in the end
-        middle = 0.5 * (low + high)
-        inside = 2.0 * ndtr(middle / np.maximum(deviations, 1e-300)).mean(axis=0) - 1.0
+        middle: Floats = 0.5 * (low + high)
+        below: Floats = ndtr(middle / np.maximum(deviations, 1e-300))
+        inside = 2.0 * below.mean(axis=0) - 1.0
         low, high = np.where(inside < sure, middle, low), np.where(inside < sure, high, middle)
     return high
 

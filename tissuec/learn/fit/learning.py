@@ -178,8 +178,9 @@ class _Fitting(NamedTuple):
             lambda: sample(problem, session.shaping, bounds, SAMPLED, self.evaluator),
         )
         with file as kept:
-            goes_on = kept is not None and not fresh
-            before, note = (kept.before, kept.note) if goes_on else (None, "")
+            before, note = None, ""
+            if kept is not None and not fresh:
+                before, note = kept.before, kept.note
             return _Found(problem, search.go(before or search.begin()), search, note)
 
     def resampled(self, end: SearchState, draws: Sequence[NoiseDraws]) -> Resampled | None:

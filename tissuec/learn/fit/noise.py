@@ -95,11 +95,12 @@ class Chains(NamedTuple):
             white: Share of white noise.
             random: Source of random numbers.
         """
-        near, both = self.neighbours(correlation), random.standard_normal((2, len(self.order)))
-        own = 1.0 / np.sqrt(1.0 - near**2)
-        bands = np.stack([own, -np.append(near[1:] * own[1:], 0.0)])
-        slow: Any = solve_banded((1, 0), bands, both[0])
-        return size * (np.sqrt(1.0 - white) * slow + np.sqrt(white) * both[1])
+        near, many = self.neighbours(correlation), len(self.order)
+        drive, jitter = random.standard_normal(many), random.standard_normal(many)
+        own: Floats = 1.0 / np.sqrt(1.0 - near**2)
+        bands: Floats = np.stack([own, -np.append(near[1:] * own[1:], 0.0)])
+        slow = solve_banded((1, 0), bands, drive)
+        return size * (np.sqrt(1.0 - white) * slow + np.sqrt(white) * jitter)
 
 
 class _Correlation:
@@ -134,7 +135,7 @@ class _Correlation:
 
     def squares(self, columns: Floats) -> Floats:
         """Return aᵀRa of each column a, shape (column,)."""
-        factor: Any = cholesky_banded(self._bands)
+        factor: Floats = cholesky_banded(self._bands)
         slow = (columns * cho_solve_banded((factor, False), columns)).sum(axis=0)
         return (1.0 - self._white) * slow + self._white * np.square(columns).sum(axis=0)
 
@@ -263,6 +264,7 @@ def _cells(fit: _Fit, others: _Others, size: float) -> list[_Cell]:
     found = [_weighed(fit, 0.0, 0.0, float(np.log(WHITE * (last - first))), others, size)]
     for white, prior in SHARES:
         low, high = (first if white == 0.0 else 0.0), last
+        cells = list[_Cell]()
         for level in range(LEVELS):
             width = (high - low) / CELLS
             angles = low + width * (np.arange(CELLS) + 0.5)
@@ -305,6 +307,7 @@ def _weighed(
         return _Cell(correlation, white, log_prior + float(likely), size, freedom, none, none)
     weighed = known.solved(fit.rows)
     matrix, slope = weighed.T @ fit.rows, weighed.T @ fit.left
+    move, rest, freedom = np.zeros(len(slope)), square, float(many)
     for _ in range(ITERATIONS):
         inverse = np.linalg.inv(matrix + size**2 * others.matrix)
         freedom = max(many - float(np.sum(inverse * matrix)), 1.0)
@@ -327,7 +330,8 @@ def _drawn(fit: _Fit, cells: Sequence[_Cell], random: np.random.Generator) -> No
     likely = np.array([one.likely for one in cells])
     weights = np.exp(likely - likely.max())
     steps = (np.arange(DRAWS) + 0.5) / DRAWS
-    chosen = np.searchsorted(np.cumsum(weights) / weights.sum(), steps).clip(max=len(cells) - 1)
+    shares = np.cumsum(weights) / weights.sum()
+    chosen: Indices = np.searchsorted(shares, steps).clip(max=len(cells) - 1)
     order = random.permutation(DRAWS)
     chosen = chosen[order]
     size = np.array([one.size for one in cells])[chosen]
@@ -335,7 +339,7 @@ def _drawn(fit: _Fit, cells: Sequence[_Cell], random: np.random.Generator) -> No
         freedom = np.array([one.freedom for one in cells])[chosen]
         size = size * np.sqrt(freedom / chi2.ppf(random.permutation(steps), freedom))
     variance = np.zeros((len(cells), fit.answer.shape[1]))
-    for k in np.unique(chosen).tolist():
+    for k in map(int, np.unique(chosen)):
         known = _Correlation(fit.chains, cells[k].correlation, cells[k].white)
         variance[k] = known.squares(fit.answer)
     return NoiseDraws(

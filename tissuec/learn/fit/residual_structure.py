@@ -91,7 +91,7 @@ def _chance(
     ``tr(MA) / f`` and ``(2 tr(MAMA) + tr(MA)²) / (f (f + 2))`` with f = tr M.
     """
     basis = np.zeros((rows, 0)) if basis is None else basis
-    freedom = rows - basis.shape[1]
+    freedom: int = rows - basis.shape[1]
     if freedom < 2 or not len(behind):
         return 1.0
     shifted = np.zeros_like(basis)  # A times the basis

@@ -261,8 +261,8 @@ class Search:
         residuals, rows = problem.residuals(theta), problem.jacobian(theta)
         if not (np.isfinite(residuals).all() and np.isfinite(rows).all()):
             return False
-        step: Floats = np.linalg.lstsq(rows, -residuals, rcond=FAINT)[0]
-        step = np.clip(theta + step, *self.bounds) - theta
+        solved = np.linalg.lstsq(rows, -residuals, rcond=FAINT)[0]
+        step: Floats = np.clip(theta + solved, *self.bounds) - theta
         if (np.abs(step) > np.where(np.isfinite(problem.reaches), NEAR, np.inf)).any():
             return False
         before, promised = (

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from tissuec.core.vectors import cross
 from tissuec.model.network import Floats, Indices
 from tissuec.view.instruments import Course
 from tissuec.view.instruments.meshes import mesh_of
@@ -86,7 +87,7 @@ def _axes(held: Floats, tissue: Floats) -> Floats:
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     across = np.asarray(circle @ plain[:2], dtype=float)
     x = across[int(np.ptp(around @ across.T, axis=0).argmin())]
-    return np.stack([x, np.cross(shaft, x), shaft])
+    return np.stack([x, cross(shaft, x), shaft])
 
 
 def _size(points: Floats) -> float:

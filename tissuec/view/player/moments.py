@@ -161,7 +161,8 @@ class Moments(Struct, frozen=True, eq=False):
             present = skin.at(sides.alive(side))
             if made is None or last is None or not present.same_as(last):
                 made, last = smoothing.refine(present), present
-            yield side, made.at(sides.position[side][nodes][None])[0], made.triangles
+            position = np.asarray(sides.position[side][nodes], dtype=float)
+            yield side, made.at(position[None])[0], made.triangles
 
 
 def slopes(times: Floats, position: Floats) -> Floats:

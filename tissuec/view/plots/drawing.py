@@ -20,6 +20,7 @@ class Axes(Protocol):
     transLimits: Any
     transScale: Any
     transAxes: Any
+    transData: Any
 
     def add_collection(self, collection: Any, autolim: bool = True) -> Any: ...
     def add_patch(self, patch: Any, /) -> Any: ...

@@ -22,6 +22,8 @@ from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
+    from matplotlib.lines import Line2D
+
     from tissuec.results.trajectory import Log, Trajectory
     from tissuec.view.plots.drawing import Axes
 
@@ -142,7 +144,7 @@ class XYPlot(Struct, frozen=True):
             max((pair[k].scale for pair in shown), key=lambda scale: scale.power)
             for k in (0, 1)
         )
-        lines = []
+        lines: list[Line2D] = []
         for number, (run, curve) in enumerate(zip(runs, curves, strict=True)):
             x, y = thinned(along.of(curve.x), up.of(curve.y))
             lines += axes.plot(x, y, label=run.name, **look(number))
