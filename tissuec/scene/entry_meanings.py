@@ -34,7 +34,7 @@ _MEANT = {
 }
 
 #: How another size of something round becomes one entry.
-_SIZES = {
+_SIZES: dict[str, dict[str, str]] = {
     "radius": dict.fromkeys(("diameter", "thickness", "width", "size", "calibre"), " / 2"),
     "diameter": {"radius": " * 2", **dict.fromkeys(("bore", "calibre", "width", "size"), "")},
     "thickness": {"radius": " * 2", **dict.fromkeys(("diameter", "height", "depth"), "")},

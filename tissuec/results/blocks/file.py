@@ -364,17 +364,17 @@ class _BlocksWriter:
             starts = access.array(self.trajectory.content, steps)[: self.frames]
             first = np.array([piece.first for piece in owner.pieces])
             return path, starts + first[owner.of_frame]
-        nodes = owner.nodes[0] if len(owner.nodes) == 1 else np.zeros(0, dtype=np.int64)
-        if not len(nodes):
+        if len(owner.nodes) != 1 or not len(owner.nodes[0]):
             return None
+        nodes, begin = owner.nodes[0], int(owner.nodes[0][0])
         shown = self.trajectory.nodes
         if owner.kind == "tool":
             tools = self.trajectory.tools
             if tools is None:
                 return None
-            row = int(nodes[0]) - self.facts.network.body_nodes
+            row = begin - self.facts.network.body_nodes
             return TOOL_FRAMES, np.arange(self.frames) * tools.shape[1] + row
-        row = int(np.searchsorted(shown, nodes[0]))
+        row = int(np.searchsorted(shown, begin))
         if not np.array_equal(shown[row : row + len(nodes)], nodes):
             return None
         return path, np.arange(self.frames) * len(shown) + row

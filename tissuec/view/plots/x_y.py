@@ -249,9 +249,11 @@ def _arrows(axes: "Axes", x: Floats, y: Floats, number: int) -> None:
     place, x, y = place[finite], x[finite], y[finite]
     if len(place) < 2:
         return
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1))])
-    for part in ARROWS if length[-1] > 0.0 else ():
-        row = min(int(np.searchsorted(length, part * length[-1])), len(x) - 1)
+    pieces = np.linalg.norm(np.diff(place, axis=0), axis=1)
+    length = np.concatenate([[0.0], np.cumsum(pieces)])
+    whole = float(length[-1])
+    for part in ARROWS if whole > 0.0 else ():
+        row = min(int(np.searchsorted(length, part * whole)), len(x) - 1)
         axes.annotate(
             "", (x[row], y[row]), (x[max(row - 1, 0)], y[max(row - 1, 0)]),
             arrowprops={"arrowstyle": "-|>", "color": look(number)["color"], "lw": 0.0,
