@@ -208,7 +208,7 @@ def test_explain_names_rule_line_and_degree_of_each_quantity_of_the_tube(reposit
 @pytest.mark.parametrize("width", [80, 120])
 def test_explain_fits_the_terminal_and_loses_no_word(repository, monkeypatch, width):
     wide = tissuec("explain", "library/scenes/sterilisation.tis", cwd=repository).stdout
-    monkeypatch.setattr(explain, "_width", lambda: width)
+    monkeypatch.setattr(explain, "line_width", lambda stream: width)
     narrow = tissuec("explain", "library/scenes/sterilisation.tis", cwd=repository).stdout
     assert narrow.split() == wide.split()
     assert max(map(len, narrow.splitlines())) <= width < max(map(len, wide.splitlines()))
@@ -321,10 +321,9 @@ output { trajectory every 50 ms }
     assert "; relaxation, " in done.stderr
 
 
-def test_lines_break_between_words_at_the_edge_of_a_terminal(monkeypatch):
-    monkeypatch.setattr(common, "get_terminal_size", lambda: os.terminal_size((30, 24)))
+def test_lines_break_between_words_at_the_edge_of_a_terminal():
     said = "  accuracy: 3.7e-07 of the largest displacement (tolerance 0.0001)"
-    lines = common._wrapped(f"done\n\n{said}").split("\n")
+    lines = common._wrapped(f"done\n\n{said}", 30).split("\n")
     assert lines[:2] == ["done", ""] and max(map(len, lines)) <= 30
     assert lines[2].startswith("  accuracy") and all(line[:4] == "    " for line in lines[3:])
     assert " ".join(" ".join(lines[2:]).split()) == said.strip()

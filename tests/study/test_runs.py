@@ -179,7 +179,7 @@ def test_doubtful_runs_are_marked_in_table_summary_command_and_report(tmp_path):
     (tmp_path / "press.tis").write_text(f"{SOLID}{study}\n")
     path = tmp_path / "press.pressing.csv"
     done = command("study", "press.tis", "--workers", "1", cwd=tmp_path)
-    assert "doubtful: 1 run (inside out: 1)" in done.stderr
+    assert "doubtful: 1 run (1 inside out)" in done.stderr
     table = read_table(path)
     assert table.doubts == ("", "inside out")
     assert summary(table, path)["doubtful"] == {"runs": 1, "inside out": 1}

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from itertools import islice, takewhile
 from pathlib import Path
 from shutil import get_terminal_size
-from typing import Any, TypeVar
+from typing import Any, TextIO, TypeVar
 
 import click
 from msgspec import Struct
@@ -66,22 +66,29 @@ class Settings(Struct, frozen=True):
     def say(self, text: str = "") -> None:
         """Print to stderr, unless output is suppressed."""
         if not self.quiet:
-            echo(_wrapped(text) if sys.stderr.isatty() else text, err=True)
+            echo(_wrapped(text, line_width(sys.stderr)), err=True)
 
 
-def _wrapped(text: str) -> str:
-    """Return text whose lines break between words at the edge of the terminal."""
+def _wrapped(text: str, width: int) -> str:
+    """Return text whose lines break between words at a width."""
+    if len(text) <= width:
+        return text
     from textwrap import wrap  # which few commands need
 
     return "\n".join(
         part
         for line in text.split("\n")
         for part in wrap(
-            line, get_terminal_size().columns, break_long_words=False, break_on_hyphens=False,
+            line, width, break_long_words=False, break_on_hyphens=False,
             subsequent_indent=(len(line) - len(line.lstrip()) + 2) * " ",
             replace_whitespace=False,
         ) or [""]
     )  # fmt: skip
+
+
+def line_width(stream: TextIO) -> int:
+    """Return how many characters a line may have: those of a terminal, any number in a file."""
+    return get_terminal_size().columns if stream.isatty() else sys.maxsize
 
 
 def echo(text: str, *, err: bool = False) -> None:

@@ -1,7 +1,6 @@
 """``tissuec explain``: Show the origin of every number of a scene, or explain a code."""
 
 import re
-import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +14,7 @@ from tissuec.cli.common import (
     Command,
     Settings,
     echo,
+    line_width,
     print_json,
     report,
     scene_options,
@@ -159,15 +159,10 @@ def _print_tissue(tissue: "Tissue") -> None:
 
     cells = [line for row in tissue_rows(tissue) for line in _cells(row)]
     echo(f"\n{tissue.name:<40}{tissue.span.place}")
-    for line in fitted(cells, COLUMNS, 3, _width() - 2):
+    for line in fitted(cells, COLUMNS, 3, line_width(sys.stdout) - 2):
         echo(f"  {line}")
     for name, reason in tissue.missing.items():
         echo(f"  {name:<17}none: {reason}")
-
-
-def _width() -> int:
-    """Return how wide lines may be: as the terminal is, and in files as they are."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
 
 
 def _cells(row: "ProvenanceRow") -> Iterator[tuple[str, ...]]:

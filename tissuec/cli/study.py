@@ -199,7 +199,7 @@ def _tell(
     """Say on stderr what came out."""
     from tissuec.scene.study_model import called
     from tissuec.studies.analysis.completed import completed
-    from tissuec.studies.summary import doubtful
+    from tissuec.studies.summary import doubts_in_words
 
     table = result.table
     taken = f", {result.taken_over} of them done before" if result.taken_over else ""
@@ -214,9 +214,8 @@ def _tell(
     for promise in ("broken", "unknown"):
         if promises[promise]:
             settings.say(f"  accuracy {promise}: {counted(promises[promise], 'run')}")
-    if found := doubtful(table):
-        each = ", ".join(f"{kind}: {count}" for kind, count in found.items() if kind != "runs")
-        settings.say(f"  doubtful: {counted(found['runs'], 'run')} ({each})")
+    if doubts := doubts_in_words(table):
+        settings.say(f"  doubtful: {doubts}")
     for verdict in result.verdicts:
         if not verdict.holds:
             echo(f"  FAILED {verdict.span.place}: {verdict.expect}", err=True)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from tissuec.core.errors import counted
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.rows import title
 from tissuec.studies.table import Column, StudyTable
@@ -45,6 +46,13 @@ def doubtful(table: StudyTable) -> dict[str, int]:
     found = [doubts for doubts in table.doubts if doubts]
     each = Counter(kind for doubts in found for kind in doubts.split(", "))
     return {"runs": len(found), **each} if found else {}
+
+
+def doubts_in_words(table: StudyTable) -> str:
+    """Return how many runs have doubts, and how many of each kind; empty if none has any."""
+    found = doubtful(table)
+    each = ", ".join(f"{count} {kind}" for kind, count in found.items() if kind != "runs")
+    return f"{counted(found['runs'], 'run')} ({each})" if found else ""
 
 
 def values_of(factor: Column) -> str:

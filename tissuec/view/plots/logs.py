@@ -1,6 +1,6 @@
 """Logs over time: forces with their components, lengths, pressures, …"""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
@@ -74,7 +74,7 @@ class LogsPlot(Struct, frozen=True):
             raise TissueError(_no_logs(runs[0].content))
         chosen: list[str] = []
         for wanted in self.log:
-            found = next((one for one in every if one.lower() == wanted.lower()), None)
+            found = log_called(wanted, every)
             if found is None:
                 hint = alternatives(wanted, every, what="there are")
                 raise TissueError(f'there is no log "{wanted}"; {hint}')
@@ -141,6 +141,11 @@ class LogsPlot(Struct, frozen=True):
 
 def _has_rows(run: PlotSubject, name: str) -> bool:
     return name in run.content.logs and len(run.content.logs[name].time) > 0
+
+
+def log_called(wanted: str, names: Iterable[str]) -> str | None:
+    """Return the name of a log that is written in any case; None if there is no such log."""
+    return next((name for name in names if name.lower() == wanted.lower()), None)
 
 
 def is_place(name: str) -> bool:

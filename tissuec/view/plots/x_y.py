@@ -15,7 +15,7 @@ from tissuec.model.network import Floats
 from tissuec.results.recording import AXES
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import above, look, thinned
-from tissuec.view.plots.logs import is_place
+from tissuec.view.plots.logs import is_place, log_called
 from tissuec.view.plots.options import Option, Start, Stop, read_time
 from tissuec.view.plots.over_time import Window, say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
@@ -232,7 +232,8 @@ def _row_at(time: Floats, zero: float | None, name: str) -> int:
 
 
 def _log(run: "Trajectory", name: str) -> "Log | None":
-    return next((run.logs[one] for one in run.logs if one.lower() == name.lower()), None)
+    found = log_called(name, run.logs)
+    return None if found is None else run.logs[found]
 
 
 def _logs_of(run: "Trajectory", wanted: str = "") -> str:

@@ -12,7 +12,7 @@ from tissuec.studies.analysis.answer import Answer
 from tissuec.studies.analysis.quantiles import PARTS, quantiles
 from tissuec.studies.analysis.sobol import ends, sobol_indices
 from tissuec.studies.rows import DONE, ENDED
-from tissuec.studies.summary import doubtful, promises, range_of, values_of
+from tissuec.studies.summary import doubts_in_words, promises, range_of, values_of
 from tissuec.studies.table import StudyTable
 from tissuec.view.plots import PLOTS, USUAL, draw
 from tissuec.view.report.markup import Content, Html, Section, element, html, row
@@ -71,10 +71,8 @@ def _sentence(table: StudyTable) -> str:
     outcomes = ", ".join(f"{count} {name}" for name, count in Counter(table.outcome).items())
     kept = ", ".join(f"{count} {name}" for name, count in promises(table).items())
     sentence = f"Design: {table.head.design}; outcomes: {outcomes}; accuracy: {kept}."
-    if found := doubtful(table):
-        each = ", ".join(f"{count} {kind}" for kind, count in found.items() if kind != "runs")
-        sentence += f" Doubtful: {counted(found['runs'], 'run')} ({each})."
-    return sentence
+    doubts = doubts_in_words(table)
+    return f"{sentence} Doubtful: {doubts}." if doubts else sentence
 
 
 def _factors(table: StudyTable) -> Section:
