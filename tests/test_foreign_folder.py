@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import subprocess
 import sys
 
@@ -55,7 +56,7 @@ COMMANDS = {
     "report": (["report", "done.vtkhdf", "-o", "out.html"], ["out.html"]),
     "compare": (["compare", "done.vtkhdf", "done.vtkhdf"], []),
     "validate": (["validate", "pair.tis"], []),
-    "modes": (["modes", "pair.tis"], []),
+    "modes": (["modes", "free.tis"], []),
     "learn": (
         ["learn", "pair.tis", "-o", "out.tis", "--anyway", "--workers", "2"],
         ["out.tis"],
@@ -101,6 +102,7 @@ def folder(tmp_path, result):
             trap = f"open({str(traces / f'{name}_{part}')!r}, 'w').close()\n"
             (folder / name / f"{part}.py").write_text(trap)
     (folder / "pair.tis").write_text(SCENE)
+    (folder / "free.tis").write_text(re.sub(r"script \{.*?\n\}\n", "", PLAIN, flags=re.S))
     (folder / "data.csv").write_text(
         "t,f\n" + "".join(f"{n / 100},{n / 900}\n" for n in range(9))
     )
