@@ -102,8 +102,14 @@ def test_scissors_close_in_the_plane_of_the_cut_when_it_happens():
 
 
 def test_a_scalpel_cuts_where_no_scissors_are_named():
-    _, _, found = seen(PLANE)
+    result, moments, found = seen(PLANE)
     assert "scalpel" in found and "scissors" not in found
+    scalpel, row = found["scalpel"], Scenery.of(moments).row(0.4)
+    # Its edge stands at the outermost of the springs that it cuts, not in the tissue.
+    event = next(one for one in result.events if one.kind == "cut")
+    places = moments.vectors_in("position", row)[result.network.ends[list(event.springs)]]
+    shaft = scalpel.axes[row, 2]
+    assert scalpel.origin[row] @ shaft == pytest.approx((places.mean(axis=1) @ shaft).max())
 
 
 def test_a_jet_flows_while_it_irrigates_and_ends_at_the_tissue():

@@ -86,8 +86,10 @@ def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
     if is_scissors:
         during = (before == 0.0) & (after == 0.0) & (len(events) > 1)
         setting = _OPEN * before + _AFTER * after + _ALONG * during * (times < time[-1])
-    elif len(events) == 1:  # it is drawn through the tissue
-        origin = origin + axes[0] * (spans[0] * (0.5 - before))[:, None]
+    else:  # its edge is drawn through the surface of the tissue
+        origin = origin + shaft * (float((every @ shaft).max()) - origin @ shaft)[:, None]
+        if len(events) == 1:
+            origin = origin + axes[0] * (spans[0] * (0.5 - before))[:, None]
     origin = origin + shaft * (_AWAY * unit * after)[:, None]
     life = (time[0] - scenery.pause, time[-1] + scenery.pause)
     seen = np.broadcast_to(axes, (len(times), 3, 3))
