@@ -81,6 +81,10 @@ FORCES: dict[str, tuple[str, ...] | None] = {
     "tissuec.forces.pairs_kernel": None,
     "tissuec.forces.runs_kernel": None,
     "tissuec.forces.contact_kernel": None,
+    "tissuec.forces.contact_place_kernel": None,
+    "tissuec.forces.contact_rows_kernel": None,
+    "tissuec.forces.contact_couples_kernel": None,
+    "tissuec.forces.friction_kernel": None,
 }
 POWERS = ("SHARPNESS",)  # whole numbers that are part of a formula, and no index
 #: What may change by 1 % without being wrong, with the reason: functions, numbers of a module,

@@ -42,7 +42,8 @@ from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.vectors import norm
 from tissuec.forces import Field, Resisting, in_line, stretches
-from tissuec.forces.contact_kernel import COLUMNS, PLACES, touch
+from tissuec.forces.contact_kernel import touch
+from tissuec.forces.contact_rows_kernel import COLUMNS, PLACES
 from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights

@@ -54,8 +54,8 @@ def _words_of(item: object) -> Iterator[str]:
                 yield name
                 yield from _words_of(value)
             yield ")"
-        case list():
-            for member in item:
+        case [*members]:
+            for member in members:
                 yield from _words_of(member)
         case _:
             yield repr(item)
