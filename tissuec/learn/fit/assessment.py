@@ -13,10 +13,11 @@ from tissuec.learn.fit.identifiability import SHOWN, Identifiability, judge
 from tissuec.learn.fit.linearised import LinearisedFit, linearised
 from tissuec.learn.fit.misfit import misfit, remarks, too_coarse, units
 from tissuec.learn.fit.noise import NoiseDraws, noise_of
+from tissuec.learn.fit.optimiser import LEAST_SQUARES
 from tissuec.learn.fit.outcome import Estimates, Fitted, Learnt
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.fit.residual_structure import residual_structure
-from tissuec.learn.fit.search import LEAST_SQUARES, Search, SearchState
+from tissuec.learn.fit.search import Search, SearchState
 from tissuec.learn.fit.session import LearnSession
 from tissuec.learn.fit.suspicions import contradictions, suspicions
 from tissuec.model.network import Floats
@@ -207,11 +208,11 @@ def _stepping(problem: Problem, theta: Floats, errors: Sequence[Floats]) -> tupl
 
 def _method(session: LearnSession, search: Search) -> str:
     names = dict.fromkeys(trial.model.name for trial in session.learning)
-    way = "forwards" if search.method == LEAST_SQUARES else "backwards"
+    way = "forwards" if search.optimiser.method == LEAST_SQUARES else "backwards"
     derivatives = ", ".join(names)
     if any(isinstance(trial.model, DynamicModel) for trial in session.learning):
         derivatives += f", {way}"
-    return f"{search.method}, {derivatives}"
+    return f"{search.optimiser.method}, {derivatives}"
 
 
 def _notes(session: LearnSession, theta: Floats, stepping_error: float) -> Iterator[str]:

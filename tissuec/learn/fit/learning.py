@@ -17,12 +17,13 @@ from tissuec.learn.fit.assessment import assess, estimates, relative_error
 from tissuec.learn.fit.bootstrap import Resampled, intervals
 from tissuec.learn.fit.checkpoint import KeptSearch, key_of
 from tissuec.learn.fit.evaluations import Evaluator, LostWorkersError
+from tissuec.learn.fit.horizons import HORIZONS
 from tissuec.learn.fit.identifiability import Identifiability
 from tissuec.learn.fit.noise import NoiseDraws
 from tissuec.learn.fit.outcome import Learnt
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.fit.rule_revision import CandidateScene, revised, with_texts
-from tissuec.learn.fit.search import HORIZONS, Search, SearchState
+from tissuec.learn.fit.search import Search, SearchState
 from tissuec.learn.fit.session import LearnSession, prepare
 from tissuec.learn.fit.starts import sample
 from tissuec.scene.request import Request

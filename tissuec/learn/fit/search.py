@@ -3,11 +3,8 @@
 A pass freezes what happens in all experiments where the last one came to, and begins the
 optimiser anew there. Only the state of the search goes from pass to pass, so that an
 interrupted one goes on to the same result. Where the first prediction is far off, the beginning
-of the data is learnt first: over many periods of an oscillation, an error function has a
-minimum for each period that is missed. (H. U. Voss, J. Timmer, J. Kurths, Int. J. Bifurcation
-and Chaos 14:1905, 2004.) It is near enough if a step by derivatives on the whole horizon makes
-the error as small as these promise. The beginning alone tells some parameters next to nothing,
-and noise would carry them far away: there, all are pulled towards where they start.
+of the data is learnt first; see ``horizons``. The beginning alone tells some parameters next to
+nothing, and noise would carry them far away: there, all are pulled towards where they start.
 
 If what is left on the whole horizon does not look like noise, further starts are tried: the
 same with the other kind of horizons, then the best of a random sample. The best minimum of all
@@ -16,50 +13,31 @@ if predictions hardly change once events are found anew.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
-from scipy.optimize import least_squares, minimize
 
 from tissuec.core.errors import TissueError
 from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.horizons import FAR, NEAR, WHOLE, Horizons, limit
+from tissuec.learn.fit.optimiser import InfiniteError, Optimiser
 from tissuec.learn.fit.problem import Problem
 from tissuec.learn.fit.residual_structure import residual_structure
 from tissuec.model.network import Floats
 
-LEAST_SQUARES, LBFGS = "least squares", "l-bfgs-b"
-FEW = 1000  # parameters up to which every one is carried forward through the motion
-ENTRIES = 4e7  # of the matrix of sensitivities, up to which it is made
-ROUNDS, ITERATIONS = 50, 60  # of either optimiser in a pass
-HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)  # parts of the data, from the beginning
-WHOLE = len(HORIZONS) - 1
-FAR = 0.02  # of the data's own deviation: an error from which on horizons may grow
-KEPT = 0.75  # of the decrease that derivatives promise: their step is to be relied on
-NEAR, WIDE = 1.0, 3.0  # how far a pass goes in any parameter, before and on the last horizon
+WIDE = 3.0  # how far a pass goes in any parameter on the last horizon
 LOOKS = 3  # at the noise, at most
 SAME_NOISE = 0.05  # change of the noise for which nothing is weighed anew
 TRIES = 3  # passes at most, before the last horizon
 LOOSE = 1e-3  # tolerance of a start, before the best one is refined
-HALVINGS = 4  # of the way of a pass whose end is worse once events are found anew
 SEARCHING = 0.6  # of all passes, after which no further start is tried
-FAINT = 1e-8  # of the strongest sensitivity: what is weaker leaves a parameter where it is
 PERFECT = 1e-28  # of the first error: rounding is all that is left
-FITTING, MET = (
-    0.3,
-    1.5,
-)  # errors that are good: of uncorrelated residuals, in units of given noise
+#: Errors that are good: of uncorrelated residuals, and in units of given noise.
+FITTING, MET = 0.3, 1.5
 # Two starts that are so close came to the same minimum: their errors, and either their
 # parameters or, as a part of the residuals, their predictions.
 SAME_ERROR, SAME_PLACE = 0.01, 0.1
-
-
-class InfiniteError(Diverged):
-    """Predictions are so far from the data that their error is not finite."""
-
-    def __str__(self) -> str:
-        return "the prediction is too far from the data: the error is not finite"
 
 
 class SearchState(Struct, frozen=True, eq=False):
@@ -105,19 +83,6 @@ class SearchState(Struct, frozen=True, eq=False):
 Keep = Callable[[SearchState], None]
 
 
-class _Reached(NamedTuple):
-    """Where an optimiser came to.
-
-    Attributes:
-        error: E with the events of these parameters.
-        is_final: Whether a further pass would find nothing better within the tolerance.
-    """
-
-    theta: Floats
-    error: float
-    is_final: bool
-
-
 class Search:
     """A search for the parameters of least error.
 
@@ -136,13 +101,8 @@ class Search:
         sample: Callable[[], Floats] | None = None,
     ):
         self.problem, self.bounds, self.keep, self.sample = problem, bounds, keep, sample
-        self.rounds, self._is_blind = ROUNDS, False
-        fit_problem = problem.fit_problem
-        entries = problem.size * len(problem.data)
-        self.method = fit_problem.method
-        if self.method == "automatic":
-            is_small = problem.size <= FEW and entries <= ENTRIES
-            self.method = LEAST_SQUARES if is_small else LBFGS
+        self.optimiser = Optimiser(problem, bounds)
+        self.horizons = Horizons(problem, self.optimiser)
 
     def begin(self) -> SearchState:
         """Return the first state of a search.
@@ -154,10 +114,10 @@ class Search:
         problem = self.problem
         problem.trust = self._trust(0, 0.0)
         theta = np.clip(np.zeros(problem.size), *self.bounds)
-        horizon, theta = self._begun(theta)
-        self._limit(WHOLE)
-        whole = self._error_at(theta)
-        self._limit(horizon)
+        horizon, theta = self.horizons.begun(theta)
+        limit(problem, WHOLE)
+        whole = self.optimiser.error_at(theta)
+        limit(problem, horizon)
         error = problem.error_at(theta)
         if not np.isfinite(error):
             raise InfiniteError(problem.stop)
@@ -190,12 +150,12 @@ class Search:
         Raises:
             Diverged: The first prediction is not finite.
         """
-        self.rounds = rounds
+        self.optimiser.rounds = rounds
         with np.errstate(all="ignore"):
-            _, start = self._begun(np.clip(np.zeros(self.problem.size), *self.bounds))
-            self._limit(WHOLE)
+            _, start = self.horizons.begun(np.clip(np.zeros(self.problem.size), *self.bounds))
+            limit(self.problem, WHOLE)
             self.problem.freeze(start)
-            return self._improved(start, self.problem.error(start), LOOSE, WIDE).theta
+            return self.optimiser.improved(start, self.problem.error(start), LOOSE, WIDE).theta
 
     def refit(self, end: SearchState) -> Floats:
         """Return the result of a single pass from the end of a search, with other data.
@@ -205,85 +165,14 @@ class Search:
         tolerance = self.problem.fit_problem.tolerance
         with np.errstate(all="ignore"):
             before = self.problem.error(end.theta)
-            return self._improved(end.theta, before, tolerance, WIDE).theta
-
-    # --- parts --------------------------------------------------------------------------------
-
-    def _limit(self, horizon: int) -> None:
-        self.problem.limit_to(HORIZONS[horizon])
-
-    def _begun(self, theta: Floats) -> tuple[int, Floats]:
-        """Return the horizon to begin with, and parameters with the zeros that suit it.
-
-        The horizon is the whole, unless its prediction is far off.
-        """
-        problem = self.problem
-        self._limit(WHOLE)
-        problem.freeze(theta)
-        best = problem.with_zeros(theta)
-        if self._is_near(best):
-            return WHOLE, best
-        return self._growing(theta)
-
-    def _growing(self, theta: Floats) -> tuple[int, Floats]:
-        """Return the least horizon that tells all parameters, and zeros that suit it."""
-        problem = self.problem
-        enough = [
-            k
-            for k, part in enumerate(HORIZONS)
-            if problem.many_until(part * problem.duration) >= 4 * problem.size
-        ]
-        horizon = WHOLE if self._is_still else min(enough, default=WHOLE)
-        self._limit(horizon)
-        return horizon, problem.with_zeros(theta)
-
-    @property
-    def _is_still(self) -> bool:
-        """Return whether there is no time, so that horizons do not grow."""
-        return self.problem.fit_problem.axis.nodes is not None or not self.problem.duration
-
-    def _is_near(self, theta: Floats) -> bool:
-        """Return whether the whole horizon, with events as they are frozen, can be learnt."""
-        try:
-            return (
-                self._is_still
-                or self.problem.relative(theta) < FAR
-                or self._keeps_promise(theta)
-            )
-        except (Diverged, TissueError):
-            return False
-
-    def _keeps_promise(self, theta: Floats) -> bool:
-        """Return whether a step by derivatives decreases the error as much as it should."""
-        problem = self.problem
-        if self.method != LEAST_SQUARES or not problem.size:
-            return False
-        residuals, rows = problem.residuals(theta), problem.jacobian(theta)
-        if not (np.isfinite(residuals).all() and np.isfinite(rows).all()):
-            return False
-        solved = np.linalg.lstsq(rows, -residuals, rcond=FAINT)[0]
-        step: Floats = np.clip(theta + solved, *self.bounds) - theta
-        if (np.abs(step) > np.where(np.isfinite(problem.reaches), NEAR, np.inf)).any():
-            return False
-        before, promised = (
-            0.5 * float(np.square(some).sum()) for some in (residuals, residuals + rows @ step)
-        )
-        return before - problem.error(theta + step) >= KEPT * (before - promised)
+            return self.optimiser.improved(end.theta, before, tolerance, WIDE).theta
 
     def enter(self, state: SearchState) -> None:
         """Measure residuals as they are at a state of the search."""
-        self._limit(state.horizon)
         problem = self.problem
+        limit(problem, state.horizon)
         problem.trust, problem.noise = self._trust(state.rounds, state.rest), state.noise
         problem.faint = np.zeros(problem.size)
-
-    def _error_at(self, theta: Floats) -> float:
-        """Return E with what happens for these parameters; infinite where there is none."""
-        try:
-            error = self.problem.error_at(theta)
-        except (Diverged, TissueError):
-            return np.inf
-        return error if np.isfinite(error) else np.inf
 
     def _pass(self, old: SearchState) -> SearchState:
         """Return where one pass comes to."""
@@ -292,13 +181,13 @@ class Search:
         is_fine = old.refined or (last and old.start == 0)
         tolerance = problem.fit_problem.tolerance if is_fine else LOOSE
         self.enter(old)
-        before = self._error_at(old.theta)
+        before = self.optimiser.error_at(old.theta)
         if not np.isfinite(before):
             return self._failed(replace(old, passes=old.passes + 1))
         if not last:
             problem.faint = problem.rms(old.theta) / problem.reaches
             before = problem.error(old.theta)
-        reached = self._improved(old.theta, before, tolerance, WIDE if last else NEAR)
+        reached = self.optimiser.improved(old.theta, before, tolerance, WIDE if last else NEAR)
         theta, error = reached.theta, reached.error
         new = replace(old, theta=theta, passes=old.passes + 1, error=error, tries=old.tries + 1)
         calm = (
@@ -324,32 +213,6 @@ class Search:
                 return new
         return replace(old, reason="the error no longer decreases", converged=True)
 
-    def _improved(
-        self, theta: Floats, before: float, tolerance: float, reach: float
-    ) -> _Reached:
-        """Return where the optimiser comes to, with events found anew there.
-
-        They may make it worse than the frozen ones promised: then half of the way is tried.
-        """
-        problem, pull = self.problem, self.problem.faint
-        try:
-            there, expected = self._optimised(theta, tolerance, reach)
-        except (Diverged, TissueError):
-            return _Reached(theta, before, is_final=False)
-        finally:
-            problem.faint = pull
-        for halved in range(HALVINGS):
-            error = self._error_at(there)
-            if error <= before:
-                is_final = False
-                if expected is not None and not halved:
-                    # No step of a linear model gains more, without what was faint then, too.
-                    gain = 0.5 * float(np.square(problem.residuals(there) - expected).sum())
-                    is_final = gain <= tolerance * error
-                return _Reached(there, error, is_final)
-            there = 0.5 * (theta + there)
-        return _Reached(theta, before, is_final=False)
-
     # --- starts -------------------------------------------------------------------------------
 
     def _next_start(self, old: SearchState) -> SearchState:
@@ -359,14 +222,16 @@ class Search:
             old = replace(old, best=old.theta, best_error=old.error)
         # Two ways from one place may miss the same periods; then little is explained.
         is_sure = again and (old.start > 1 or self._explains(old.best))
-        if is_sure or self._is_blind or self._is_good(old.best):
+        if is_sure or self.optimiser.is_blind or self._is_good(old.best):
             return self._refined(old)
         start = old.start + 1
         if start == 1:
             theta = np.clip(np.zeros(self.problem.size), *self.bounds)
-            horizon, whole = self._begun(theta)
-            horizon, theta = self._growing(theta) if horizon == WHOLE else (WHOLE, whole)
-            if not self._is_still:
+            horizon, whole = self.horizons.begun(theta)
+            horizon, theta = (
+                self.horizons.growing(theta) if horizon == WHOLE else (WHOLE, whole)
+            )
+            if not self.horizons.is_still:
                 return replace(old, theta=theta, horizon=horizon, start=start, tries=0)
             start = 2
         if start == 2 and self.sample is not None:
@@ -374,7 +239,7 @@ class Search:
         is_late = old.passes > SEARCHING * self.problem.fit_problem.passes
         if start > len(old.sample) + 1 or is_late:
             return self._refined(old)
-        horizon, theta = self._begun(np.clip(old.sample[start - 2], *self.bounds))
+        horizon, theta = self.horizons.begun(np.clip(old.sample[start - 2], *self.bounds))
         return replace(old, theta=theta, horizon=horizon, start=start, tries=0)
 
     def _is_same(self, old: SearchState) -> bool:
@@ -387,7 +252,7 @@ class Search:
         if np.abs(old.theta - old.best).max(initial=0.0) <= SAME_PLACE:
             return True
         problem, left = self.problem, list[Floats]()
-        self._limit(WHOLE)
+        limit(problem, WHOLE)
         try:
             for theta in (old.theta, old.best):
                 problem.freeze(theta)
@@ -410,7 +275,7 @@ class Search:
 
     def _explains(self, theta: Floats) -> bool:
         """Return whether parameters explain most of the data on the whole horizon."""
-        self._limit(WHOLE)
+        limit(self.problem, WHOLE)
         try:
             self.problem.freeze(theta)
             return self.problem.relative(theta) < FITTING
@@ -420,7 +285,7 @@ class Search:
     def _is_good(self, theta: Floats) -> bool:
         """Return whether what is left on the whole horizon may well be noise."""
         problem = self.problem
-        self._limit(WHOLE)
+        limit(problem, WHOLE)
         try:
             problem.freeze(theta)
             if problem.relative(theta) < FAR:
@@ -439,7 +304,7 @@ class Search:
             return state
         whole = replace(state, horizon=WHOLE)
         self.enter(whole)
-        error = self._error_at(state.theta)
+        error = self.optimiser.error_at(state.theta)
         if error < state.best_error:
             return replace(whole, error=error)
         return replace(whole, theta=state.best, error=state.best_error)
@@ -483,82 +348,3 @@ class Search:
             if fit.noise is None and len(mine):
                 found[k] = max(float(np.sqrt(np.mean(mine**2))), 1e-9 * problem.spread[k])
         return replace(new, noise=found)
-
-    def _optimised(
-        self, theta: Floats, tolerance: float, farthest: float
-    ) -> tuple[Floats, Floats | None]:
-        """Return where the optimiser comes to, at most so far away in any parameter.
-
-        Data that is noisy or short may tell next to nothing of some parameters, which then
-        would go anywhere in one step. If there is the minimum, its residuals are returned, too.
-        """
-        low, high = self.bounds
-        reach = np.where(
-            np.isfinite(self.problem.reaches), farthest, np.inf
-        )  # zeros are linear
-        bounds = np.maximum(low, theta - reach), np.minimum(high, theta + reach)
-        step = self._by_least_squares if self.method == LEAST_SQUARES else self._by_lbfgs
-        if not self.problem.size:
-            return theta, None  # only rules are revised
-        there, left = step(theta, bounds, tolerance)
-        is_inside = (np.abs(there - theta) < 0.9 * reach).all()
-        return there, left if is_inside else None
-
-    def _by_least_squares(
-        self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
-    ) -> tuple[Floats, Floats | None]:
-        """Return where SciPy's trust region of least squares comes to."""
-        problem, pull = self.problem, self.problem.faint
-        problem.faint = np.zeros(problem.size)
-        columns = np.sqrt(np.square(problem.jacobian(theta)).sum(axis=0))
-        self._is_blind = not columns.any()
-        if self._is_blind:
-            return theta, None  # nothing that is looked at depends on anything
-        if not np.isfinite(columns).all():
-            raise InfiniteError(problem.stop)
-        problem.faint = np.maximum(FAINT * columns.max(), pull)
-        size = len(problem.residuals(theta))
-
-        def residuals(at: Floats) -> Floats:
-            try:
-                return problem.residuals(at)
-            except (Diverged, TissueError):
-                return np.full(size, np.nan)  # SciPy takes a shorter step
-
-        options: dict[str, Any] = {
-            "jac": problem.jacobian,
-            "bounds": bounds,
-            "ftol": max(tolerance, 1e-15),
-            "xtol": 1e-14,
-            "gtol": None,
-            "max_nfev": self.rounds,
-        }
-        found: Any = least_squares(residuals, theta, **options)
-        return np.asarray(found.x), np.asarray(found.fun) if found.status > 0 else None
-
-    def _by_lbfgs(
-        self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
-    ) -> tuple[Floats, None]:
-        """Return where SciPy's L-BFGS-B comes to; how exactly, it does not say."""
-        scale = max(self.problem.error(theta), 1e-300)
-
-        def value(at: Floats) -> tuple[float, Floats]:
-            try:
-                error, slope = self.problem.gradient(at)
-            except (Diverged, TissueError):
-                return 1e30, np.zeros_like(at)
-            if not (np.isfinite(error) and np.isfinite(slope).all()):
-                return 1e30, np.zeros_like(at)
-            return error / scale, slope / scale
-
-        options: Any = {"maxiter": ITERATIONS, "maxcor": 30, "ftol": tolerance, "gtol": 0.0}
-        limits: Any = np.stack(bounds, axis=1)
-        found: Any = minimize(
-            value,
-            theta,
-            jac=True,
-            method="L-BFGS-B",
-            bounds=limits,
-            options=options,
-        )
-        return np.asarray(found.x), None

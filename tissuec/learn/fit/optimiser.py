@@ -1,0 +1,181 @@
+"""Passes of SciPy's optimisers, each with what happens in experiments as it is where it begins.
+
+Least squares are minimised by a trust region with exact derivatives; where parameters or data
+are too many for a matrix of derivatives, L-BFGS-B follows gradients.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares, minimize
+
+from tissuec.core.errors import TissueError
+from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.fit.problem import Problem
+from tissuec.model.network import Floats
+
+LEAST_SQUARES, LBFGS = "least squares", "l-bfgs-b"
+FEW = 1000  # parameters up to which every one is carried forward through the motion
+ENTRIES = 4e7  # of the matrix of sensitivities, up to which it is made
+ROUNDS, ITERATIONS = 50, 60  # of either optimiser in a pass
+HALVINGS = 4  # of the way of a pass whose end is worse once events are found anew
+FAINT = 1e-8  # of the strongest sensitivity: what is weaker leaves a parameter where it is
+
+
+class InfiniteError(Diverged):
+    """Predictions are so far from the data that their error is not finite."""
+
+    def __str__(self) -> str:
+        return "the prediction is too far from the data: the error is not finite"
+
+
+class PassEnd(NamedTuple):
+    """Where an optimiser came to.
+
+    Attributes:
+        error: E with the events of these parameters.
+        is_final: Whether a further pass would find nothing better within the tolerance.
+    """
+
+    theta: Floats
+    error: float
+    is_final: bool
+
+
+class Optimiser:
+    """The optimiser of a problem, by the method that it asks for or that its size allows.
+
+    Args:
+        problem: The problem.
+        bounds: Least and greatest parameters, shape (parameter,).
+
+    Attributes:
+        method: ``LEAST_SQUARES`` or ``LBFGS``.
+        rounds: How often a pass by least squares looks at the predictions at most.
+        is_blind: Whether nothing that the last pass looked at depended on any parameter.
+    """
+
+    def __init__(self, problem: Problem, bounds: tuple[Floats, Floats]):
+        self.problem, self.bounds, self.rounds = problem, bounds, ROUNDS
+        self.method, self.is_blind = problem.fit_problem.method, False
+        if self.method == "automatic":
+            entries = problem.size * len(problem.data)
+            is_small = problem.size <= FEW and entries <= ENTRIES
+            self.method = LEAST_SQUARES if is_small else LBFGS
+
+    def error_at(self, theta: Floats) -> float:
+        """Return E with what happens for these parameters; infinite where there is none."""
+        try:
+            error = self.problem.error_at(theta)
+        except (Diverged, TissueError):
+            return np.inf
+        return error if np.isfinite(error) else np.inf
+
+    def improved(self, theta: Floats, before: float, tolerance: float, reach: float) -> PassEnd:
+        """Return where a pass comes to, with events found anew there.
+
+        They may make it worse than the frozen ones promised: then half of the way is tried.
+
+        Args:
+            theta: Where it begins, dimensionless, shape (parameter,).
+            before: E there.
+            tolerance: Relative decrease of E that is too small to go on.
+            reach: How far it goes in any parameter.
+        """
+        problem, pull = self.problem, self.problem.faint
+        try:
+            there, expected = self._optimised(theta, tolerance, reach)
+        except (Diverged, TissueError):
+            return PassEnd(theta, before, is_final=False)
+        finally:
+            problem.faint = pull
+        for halved in range(HALVINGS):
+            error = self.error_at(there)
+            if error <= before:
+                is_final = False
+                if expected is not None and not halved:
+                    # No step of a linear model gains more, without what was faint then, too.
+                    gain = 0.5 * float(np.square(problem.residuals(there) - expected).sum())
+                    is_final = gain <= tolerance * error
+                return PassEnd(there, error, is_final)
+            there = 0.5 * (theta + there)
+        return PassEnd(theta, before, is_final=False)
+
+    def _optimised(
+        self, theta: Floats, tolerance: float, farthest: float
+    ) -> tuple[Floats, Floats | None]:
+        """Return where the optimiser comes to, at most so far away in any parameter.
+
+        Data that is noisy or short may tell next to nothing of some parameters, which then
+        would go anywhere in one step. If there is the minimum, its residuals are returned, too.
+        """
+        low, high = self.bounds
+        reach = np.where(
+            np.isfinite(self.problem.reaches), farthest, np.inf
+        )  # zeros are linear
+        bounds = np.maximum(low, theta - reach), np.minimum(high, theta + reach)
+        step = self._by_least_squares if self.method == LEAST_SQUARES else self._by_lbfgs
+        if not self.problem.size:
+            return theta, None  # only rules are revised
+        there, left = step(theta, bounds, tolerance)
+        is_inside = (np.abs(there - theta) < 0.9 * reach).all()
+        return there, left if is_inside else None
+
+    def _by_least_squares(
+        self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
+    ) -> tuple[Floats, Floats | None]:
+        """Return where SciPy's trust region of least squares comes to."""
+        problem, pull = self.problem, self.problem.faint
+        problem.faint = np.zeros(problem.size)
+        columns = np.sqrt(np.square(problem.jacobian(theta)).sum(axis=0))
+        self.is_blind = not columns.any()
+        if self.is_blind:
+            return theta, None  # nothing that is looked at depends on anything
+        if not np.isfinite(columns).all():
+            raise InfiniteError(problem.stop)
+        problem.faint = np.maximum(FAINT * columns.max(), pull)
+        size = len(problem.residuals(theta))
+
+        def residuals(at: Floats) -> Floats:
+            try:
+                return problem.residuals(at)
+            except (Diverged, TissueError):
+                return np.full(size, np.nan)  # SciPy takes a shorter step
+
+        options: dict[str, Any] = {
+            "jac": problem.jacobian,
+            "bounds": bounds,
+            "ftol": max(tolerance, 1e-15),
+            "xtol": 1e-14,
+            "gtol": None,
+            "max_nfev": self.rounds,
+        }
+        found: Any = least_squares(residuals, theta, **options)
+        return np.asarray(found.x), np.asarray(found.fun) if found.status > 0 else None
+
+    def _by_lbfgs(
+        self, theta: Floats, bounds: tuple[Floats, Floats], tolerance: float
+    ) -> tuple[Floats, None]:
+        """Return where SciPy's L-BFGS-B comes to; how exactly, it does not say."""
+        scale = max(self.problem.error(theta), 1e-300)
+
+        def value(at: Floats) -> tuple[float, Floats]:
+            try:
+                error, slope = self.problem.gradient(at)
+            except (Diverged, TissueError):
+                return 1e30, np.zeros_like(at)
+            if not (np.isfinite(error) and np.isfinite(slope).all()):
+                return 1e30, np.zeros_like(at)
+            return error / scale, slope / scale
+
+        options: Any = {"maxiter": ITERATIONS, "maxcor": 30, "ftol": tolerance, "gtol": 0.0}
+        limits: Any = np.stack(bounds, axis=1)
+        found: Any = minimize(
+            value,
+            theta,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=limits,
+            options=options,
+        )
+        return np.asarray(found.x), None
