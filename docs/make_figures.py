@@ -37,8 +37,8 @@ from tissuec.view import plots
 from tissuec.view.plots.curves import look
 from tissuec.view.plots.marks import clusters, mark_events
 from tissuec.view.plots.net import draw_skin, draw_springs, tension_colours
-from tissuec.view.plots.page import STYLE
 from tissuec.view.plots.projection import Projection
+from tissuec.view.plots.styles import STYLES
 
 FIGURES = Path(__file__).resolve().parent / "figures"
 BLUE, RED, GREEN = palette.SERIES[:3]
@@ -58,7 +58,7 @@ MOMENTS = (
 def main() -> None:
     """Run the scene, draw every figure, and say where they are."""
     FIGURES.mkdir(exist_ok=True)
-    plt.rcParams.update(STYLE)
+    plt.rcParams.update(STYLES["screen"].settings)
     with tempfile.TemporaryDirectory() as folder:
         smoothed = "surface of oviduct every 40 ms { subdivisions = 3 }"
         with shipped("sterilisation", folder, output=smoothed) as trajectory:

@@ -148,7 +148,7 @@ def test_map_is_a_table_with_the_scenes_of_what_is_bad(tmp_path):
     assert "language 1" in lines
     pytest.importorskip("matplotlib")
     from tissuec.view.plots import draw
-    from tissuec.view.plots.page import save
+    from tissuec.view.plots.formats import save
 
     save(draw("stability", grid.as_dict(stress)), tmp_path / "map.png")
     assert (tmp_path / "map.png").stat().st_size > 1000

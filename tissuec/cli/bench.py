@@ -162,7 +162,7 @@ def _bench(
         echo("\n".join(as_text(found)))
     if plot is not None:
         from tissuec.view.plots import draw
-        from tissuec.view.plots.page import save
+        from tissuec.view.plots.formats import save
 
         save(draw(None, document), plot)
     return DONE

@@ -8,9 +8,11 @@ from msgspec.structs import fields
 
 from tissuec.cli.arguments import OptionReader
 from tissuec.cli.common import DONE, Command, Settings, keep_input, print_json, scene_options
+from tissuec.core.errors import TissueError
 from tissuec.core.hints import alternatives
 from tissuec.view.plots import PLOTS, USUAL
 from tissuec.view.plots.options import Option, options_of
+from tissuec.view.plots.styles import STYLES, style_named
 
 SMALLEST, LARGEST = 30.0, 2000.0  # [mm]
 
@@ -41,6 +43,19 @@ def read_kind(text: str) -> str:
     if text not in PLOTS:
         hint = alternatives(text, PLOTS, what="kinds")
         raise ValueError(f'there is no kind of plot called "{text}"; {hint}')
+    return text
+
+
+def read_style(text: str) -> str:
+    """Return the name of a style.
+
+    Raises:
+        ValueError: There is no such style.
+    """
+    try:
+        style_named(text)
+    except TissueError as error:
+        raise ValueError(str(error)) from error
     return text
 
 
@@ -85,7 +100,7 @@ def _as_click(name: str, options: dict[str, Option], default: Any) -> Any:
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Picture to write: .png, .svg or .pdf; by default named after the file.",
+    help="Picture to write: .png, .svg, .pdf, .eps or .pgf; by default named after the file.",
 )
 @click.option(
     "--size",
@@ -101,6 +116,14 @@ def _as_click(name: str, options: dict[str, Option], default: Any) -> Any:
     help="Resolution of a .png, in pixels per inch.",
 )
 @click.option("--title", default="", help="Title of the picture.")
+@click.option(
+    "--style",
+    type=OptionReader(read_style),
+    default="screen",
+    metavar="|".join(STYLES),
+    help="Look: paper is a column of a journal (85 mm, letters of 7 to 9 pt), paper-wide a "
+    "page (180 mm).",
+)
 @plot_options
 @scene_options
 def command(
@@ -111,6 +134,7 @@ def command(
     size: tuple[float, float] | None,
     dpi: int,
     title: str,
+    style: str,
     overrides: tuple[str, ...],
     libraries: tuple[Path, ...],
     strict: bool,
@@ -130,7 +154,8 @@ def command(
     tissuec plot lift.stretching.csv --kind response --measure pull
     """
     from tissuec.view.plots import WrongOption, draw
-    from tissuec.view.plots.page import check_suffix, need_matplotlib, save
+    from tissuec.view.plots.formats import check_suffix, save
+    from tissuec.view.plots.page import need_matplotlib
 
     need_matplotlib()  # before all the work
     given = {name: value for name, value in options.items() if value not in (None, ())}
@@ -140,8 +165,8 @@ def command(
             keep_input(output, Path(file))
     try:
         figure: Any = draw(
-            kind, *files, size=size, title=title, overrides=overrides, libraries=libraries,
-            strict=strict, **given,
+            kind, *files, size=size, title=title, style=style, overrides=overrides,
+            libraries=libraries, strict=strict, **given,
         )  # fmt: skip
     except WrongOption as error:
         raise click.UsageError(str(error)) from error

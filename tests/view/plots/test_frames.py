@@ -86,7 +86,10 @@ def test_colours_are_those_of_the_scale_of_tension(result, strip):
     found = lines.get_colors()[:, :3]
     assert in_order(found) == pytest.approx(in_order(expected))
     bar = figure.axes[-1]
-    assert bar.get_xlabel() == "tension of the springs [mN]; negative: compression"
+    assert (
+        bar.get_xlabel().replace("\n", " ")
+        == "tension of the springs [mN]; negative: compression"
+    )
     low, high = bar.get_xlim()
     assert (low, high) == pytest.approx((-1e3 * norm.vmax, 1e3 * norm.vmax))
     assert norm.vmax == pytest.approx(np.percentile(np.abs(tension), 99))

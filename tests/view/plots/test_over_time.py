@@ -226,7 +226,8 @@ def test_the_stack_reaches_what_was_put_in(result, strip):
 def test_energies_have_lines_if_asked_and_for_several_runs(result, later):
     above, _ = draw("energies", result, lines=True).axes
     assert set(lines_of(above)) == {"elastic", "kinetic", "gravity", "dissipated", "supplied"}
-    labels = [axes.get_ylabel() for axes in draw("energies", result, later).axes]
+    figure = draw("energies", result, later)
+    labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
     assert [label.partition(" [")[0] for label in labels] == [
         "elastic energy", "kinetic energy", "gravity energy", "energy dissipated",
         "energy supplied", "energy drift",

@@ -56,7 +56,7 @@ def test_the_document_says_what_was_written(call, result, tmp_path):
     assert found["drawn_of"] == [str(result)]
     assert found["size_mm"][0] == 180.0
     text = (tmp_path / "x.svg").read_text(encoding="utf-8")
-    assert "<!-- 40 ms -->" in text and "<!-- 100 ms: cut at 60 ms -->" in text
+    assert ">40 ms</text>" in text and ">100 ms: cut at 60 ms</text>" in text
 
 
 @pytest.mark.parametrize(

@@ -89,6 +89,7 @@ def draw(
     *given: Any,
     size: tuple[float, float] | None = None,
     title: str = "",
+    style: str = "screen",
     overrides: Sequence[str] = (),
     libraries: Sequence[Path] = (),
     strict: bool = False,
@@ -101,21 +102,25 @@ def draw(
         given: Names of files, vocabularies, open results, or what a bench found.
         size: Width and height [mm]; chosen by the kind if not given.
         title: Stands above all.
+        style: "screen", or for journals "paper" (85 mm wide) and "paper-wide" (180 mm).
         overrides: Texts of ``--set``, for what is given as a text.
         libraries: Folders in which a text finds what it uses.
         strict: Whether warnings about a text are errors.
         options: Of the kind, such as ``log="force of forceps A"``.
 
     Raises:
-        TissueError: A file, the kind or an option is wrong, or matplotlib is not installed.
+        TissueError: A file, the kind, the style or an option is wrong, or matplotlib is not
+            installed.
         CompileError: A text is wrong.
         WrongOption: An option is none of the kind's.
         ValueError: Nothing was given, or nothing that can be plotted.
     """
     from tissuec.view.plots.page import need_matplotlib, new_sheet
+    from tissuec.view.plots.styles import style_named
     from tissuec.view.plots.subjects import opened
 
     need_matplotlib()  # before all the work
+    look = style_named(style)
     if not given:
         raise ValueError("give at least one file to plot")
     with opened(given, overrides=overrides, libraries=libraries, strict=strict) as subjects:
@@ -123,7 +128,8 @@ def draw(
         plot = make(name, options)
         check(name, plot, subjects)
         picture = plot.picture(subjects)
-        with new_sheet(*(size or (picture.width, picture.height))) as sheet:
+        size = size or look.size_of(picture.width, picture.height)
+        with new_sheet(*size, look) as sheet:
             picture.on(sheet)
             if title:
                 sheet.figure.suptitle(title, x=0.01, ha="left", fontsize=10)

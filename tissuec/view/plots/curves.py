@@ -26,6 +26,8 @@ _LONGEST_NAME = 20
 _MOST_ROWS = 5000  # of a curve that is drawn as it is
 _LETTERS = 8  # [pt]
 _APART = 1.25  # of their height
+_NARROW = 300.0  # [pt]: of figures that have no room beside the axes
+_LETTER, _HANDLE = 4.8, 45.0  # [pt]: of legends
 
 
 def look(number: int) -> dict[str, Any]:
@@ -104,11 +106,23 @@ def name_curves(sheet: Canvas, axes: "Axes", lines: Sequence["Line2D"]) -> None:
 
 
 def beside(axes: "Axes", drawn: Sequence[Any], **options: Any) -> None:
-    """Put a legend beside the axes.
+    """Put a legend beside the axes, or below all axes of a narrow figure.
 
     Args:
         drawn: What the legend names.
     """
+    figure, names = axes.figure, [str(one.get_label()) for one in drawn]
+    width = figure.bbox.width / figure.dpi * 72.0
+    there = [[text.get_text() for text in legend.get_texts()] for legend in figure.legends]
+    if names in there:
+        return
+    if width < _NARROW and not there:
+        columns = int(width / (_LETTER * max(map(len, names)) + _HANDLE))
+        figure.legend(
+            handles=list(drawn), loc="outside lower left", handlelength=2.6,
+            ncols=max(1, min(len(names), columns)), **options,
+        )  # fmt: skip
+        return
     axes.legend(
         handles=list(drawn), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
         handlelength=2.6, **options,

@@ -1,7 +1,4 @@
-"""Figures of one style that need no screen, and the files that they are written to.
-
-The same figure makes the same bytes: vector files carry no date, and their marks no chance.
-"""
+"""Figures that need no screen."""
 
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
@@ -16,49 +13,18 @@ import numpy as np
 from msgspec import Struct, field
 
 from tissuec.core.errors import TissueError
-from tissuec.core.files import replacing
-from tissuec.core.palette import GRID, INK, PAPER
 from tissuec.core.printable import printable
+from tissuec.view.plots.formats import DPI, FORMATS, prepared
+from tissuec.view.plots.labels import powers_as_text, wrapped_labels
+from tissuec.view.plots.pgf import canvas_class
+from tissuec.view.plots.styles import STYLES, PlotStyle, drawn_in
 
 if TYPE_CHECKING:
     from tissuec.view.plots import drawing
 
 INCH = 25.4  # [mm]
-DPI = 150
 _DIGITS = 6  # of places, as parts of the page
 _LAYOUTS, _SETTLED = 6, 1e-4  # at most, and until places of axes move by no more than this
-#: Formats by the endings of files, and what to leave out of each so that it does not change.
-FORMATS: dict[str, dict[str, Any]] = {
-    ".png": {"Software": None},
-    ".svg": {"Date": None, "Creator": None},
-    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-}
-STYLE: dict[str, Any] = {
-    "axes.axisbelow": True,
-    "axes.edgecolor": "#888888",
-    "axes.facecolor": PAPER,
-    "axes.grid": True,
-    "axes.labelcolor": INK,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 9,
-    "figure.facecolor": PAPER,
-    "font.family": "sans-serif",
-    "font.size": 8.5,
-    "grid.color": GRID,
-    "grid.linewidth": 0.6,
-    "legend.fontsize": 8,
-    "legend.frameon": False,
-    "lines.linewidth": 1.3,
-    "mathtext.default": "regular",
-    "pdf.fonttype": 42,
-    "savefig.facecolor": PAPER,
-    "svg.hashsalt": "tissuec",
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-}
 
 
 class Canvas(Struct):
@@ -128,33 +94,33 @@ def need_matplotlib() -> None:
 
 
 @contextmanager
-def style() -> Generator[None]:
-    """Draw in our style within the block, whatever a user has set; needs matplotlib."""
-    matplotlib: Any = import_module("matplotlib")
+def new_sheet(
+    width: float, height: float, style: PlotStyle = STYLES["screen"]
+) -> Generator[Canvas]:
+    """Yield an empty sheet, and finish it behind the block.
 
-    with matplotlib.rc_context():
-        matplotlib.rcParams.update(matplotlib.rcParamsDefault | STYLE)
-        yield
-
-
-@contextmanager
-def new_sheet(width: float, height: float) -> Generator[Canvas]:
-    """Yield an empty sheet of a size [mm], and finish it behind the block.
+    Args:
+        width: [mm].
+        height: [mm].
+        style: Style of the figure.
 
     Raises:
         TissueError: matplotlib is not installed.
     """
     need_matplotlib()
-    with style():
+    with drawn_in(style):
         size = (width / INCH, height / INCH)  # exact, for whole numbers of pixels
         figure = _page_class()(figsize=size, dpi=DPI, layout="constrained")
+        figure.style = style
         sheet = Canvas(figure)
         yield sheet
-        _show_plainly(figure)
+        _finish_texts(figure)
         _lay_out(figure)
+        if wrapped_labels(figure):
+            _lay_out(figure)
         for finish in sheet.later:
             finish()
-        _show_plainly(figure)
+        _finish_texts(figure)
         _lay_out(figure)  # with room for what was added
         _keep_layout(figure)
         figure.notes, figure.areas = tuple(sheet.notes), sheet.areas
@@ -176,21 +142,17 @@ def _lay_out(figure: Any) -> None:
         former = places
 
 
-def _show_plainly(figure: Any) -> None:
-    """Have names drawn as they are, "$" too; only numbers on logarithmic axes are formulas."""
+def _finish_texts(figure: Any) -> None:
+    """Have texts drawn as they are, "$" too, in sizes of the style."""
     from matplotlib.text import Text
-    from matplotlib.ticker import LogFormatter
 
-    axes = [axis for one in figure.axes for axis in (one.xaxis, one.yaxis)]
-    numbers = {
-        label
-        for axis in axes
-        if isinstance(axis.get_major_formatter(), LogFormatter)
-        for label in axis.get_ticklabels(which="both")
-    }
-    for text in set(figure.findobj(Text)) - numbers:
+    for one in figure.axes:
+        for axis in (one.xaxis, one.yaxis):
+            powers_as_text(axis)
+    for text in figure.findobj(Text):
         text.set_parse_math(False)
         text.set_text(printable(text.get_text()))
+    figure.style.fit(figure)
 
 
 def _keep_layout(figure: Any) -> None:
@@ -213,18 +175,37 @@ def _page_class() -> type[Any]:
         """A figure of tissuec; ``notes`` contains remarks on it, ``areas`` those of curves."""
 
         notes: tuple[str, ...] = ()
+        style: PlotStyle = STYLES["screen"]
         areas: Mapping[str, Any] = MappingProxyType({})
 
         def __init__(self, *args: Any, **keywords: Any):
             super().__init__(*args, **keywords)  # pyright: ignore[reportUnknownMemberType]  # keywords
             FigureCanvasAgg(self)
 
-        def savefig(self, fname: Any, **keywords: Any) -> None:
-            """Write the figure in the style of tissuec; see ``Figure.savefig``."""
+        def savefig(self, fname: Any, *, outlines: bool = False, **keywords: Any) -> None:
+            """Write the figure in its style; see ``Figure.savefig``.
+
+            Args:
+                fname: File to write.
+                outlines: Whether texts of SVG are outlines, which look alike everywhere.
+                keywords: Of matplotlib.
+            """
             suffix = Path(fname).suffix.lower() if isinstance(fname, str | Path) else ""
             suffix = f".{keywords['format']}" if keywords.get("format") else suffix
-            keywords.setdefault("metadata", FORMATS.get(suffix))
-            with style():
+            if metadata := FORMATS.get(suffix):
+                keywords.setdefault("metadata", metadata)
+            with drawn_in(self.style), prepared(self, suffix):
+                if suffix == ".pgf":
+                    canvas_class()(self).print_pgf(fname)
+                    FigureCanvasAgg(self)
+                    return
+                if suffix == ".eps" and isinstance(fname, str | Path):
+                    # Otherwise its title is the name of the file.
+                    with Path(fname).open("wb") as stream:
+                        super().savefig(stream, **keywords, format="eps")  # pyright: ignore[reportUnknownMemberType]  # keywords
+                    return
+                if outlines:
+                    import_module("matplotlib").rcParams["svg.fonttype"] = "path"
                 super().savefig(fname, **keywords)  # pyright: ignore[reportUnknownMemberType]  # keywords
 
         def _repr_png_(self) -> bytes:
@@ -233,38 +214,3 @@ def _page_class() -> type[Any]:
             return picture.getvalue()
 
     return Page
-
-
-def save(figure: "drawing.Figure", path: Path, *, dpi: float = DPI) -> None:
-    """Write a figure to a file, in the format of its suffix.
-
-    Args:
-        figure: The figure.
-        path: The file.
-        dpi: Resolution [1/inch].
-
-    Raises:
-        TissueError: There is no such format, or the file cannot be written.
-    """
-    check_suffix(path)
-    try:
-        with replacing(path) as beside:
-            figure.savefig(beside, dpi=dpi)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise TissueError(f'cannot write "{path}": {reason}') from error
-
-
-def check_suffix(path: Path) -> None:
-    """Check that the suffix of a file is a known format.
-
-    Raises:
-        TissueError: It does not.
-    """
-    if path.suffix.lower() not in FORMATS:
-        ends = "has no ending" if not path.suffix else f"ends with {path.suffix}"
-        *others, last = FORMATS
-        raise TissueError(
-            f'"{path}" {ends}; the name of a picture must end with {", ".join(others)} or '
-            f"{last}"
-        )

@@ -44,7 +44,7 @@ def inline(drawn: Any, key: str, label: str) -> Html:
         label: Description for those who do not see it.
     """
     written = StringIO()
-    drawn.savefig(written, format="svg")
+    drawn.savefig(written, format="svg", outlines=True)
     picture = Html(_inline(written.getvalue(), key))
     notes = [element("figcaption", note) for note in drawn.notes]
     return element("figure", element("div", picture, role="img", aria_label=label), notes)

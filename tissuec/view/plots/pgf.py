@@ -1,0 +1,80 @@
+"""Figures as PGF for LaTeX, written without LaTeX: texts are set by the document itself."""
+
+from functools import cache
+from typing import Any
+
+from tissuec.core.errors import TissueError
+
+_SPECIAL = {
+    "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#",
+    "_": r"\_", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
+    "µ": r"\ensuremath{\mu}", "·": r"\ensuremath{\cdot}", "×": r"\ensuremath{\times}",
+    "∫": r"\ensuremath{\int}", "…": r"\ldots{}",
+}  # fmt: skip
+_RAISED = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True))
+
+
+def in_latex(text: str) -> str:
+    """Return a text in which nothing is a command of LaTeX."""
+    raised = {mark: rf"\textsuperscript{{{plain}}}" for mark, plain in _RAISED.items()}
+    special = _SPECIAL | raised
+    return "".join(special.get(letter, letter) for letter in text)
+
+
+@cache
+def canvas_class() -> type[Any]:
+    """Return matplotlib's canvas of PGF with sizes of texts of its own fonts.
+
+    matplotlib runs LaTeX to measure texts, which are as good as measured: our figures have
+    their places already.
+    """
+    from matplotlib.backend_bases import FigureCanvasBase
+    from matplotlib.backends import backend_pgf
+    from matplotlib.backends.backend_agg import RendererAgg
+
+    class LatexRenderer(backend_pgf.RendererPgf):
+        """Draws without LaTeX."""
+
+        def __init__(self, figure: Any, stream: Any):
+            super().__init__(figure, stream)
+            width, height = figure.get_size_inches() * figure.dpi
+            self._rulers = RendererAgg(width, height, figure.dpi)
+
+        def get_text_width_height_descent(self, s: str, prop: Any, ismath: Any) -> Any:
+            """Return the size of a text in our fonts [px]."""
+            return self._rulers.get_text_width_height_descent(s, prop, ismath)
+
+        def draw_text(self, gc: Any, x: Any, y: Any, s: str, *rest: Any, **more: Any) -> None:
+            """Draw a text in which nothing is a command."""
+            super().draw_text(gc, x, y, in_latex(s), *rest, **more)
+
+        def draw_image(self, *_: Any, **__: Any) -> None:
+            """Refuse an image.
+
+            Raises:
+                TissueError: Always.
+            """
+            raise TissueError("this plot has shades that PGF cannot hold; write .pdf or .eps")
+
+        draw_gouraud_triangles = draw_image
+
+    class LatexCanvas(FigureCanvasBase):
+        """Writes a figure as the commands of a pgfpicture."""
+
+        def print_pgf(self, target: Any, **_: Any) -> None:
+            """Write the figure to a file or stream."""
+            from matplotlib import cbook
+
+            width, height = self.figure.get_size_inches()
+            with cbook.open_file_cm(target, "w", encoding="utf-8") as stream:
+                stream.write(
+                    "% \\usepackage{pgf} in the preamble, \\input{this file} in a figure\n"
+                    "\\begingroup\\makeatletter\\begin{pgfpicture}\n"
+                    "\\pgfpathrectangle{\\pgfpointorigin}"
+                    f"{{\\pgfqpoint{{{width:f}in}}{{{height:f}in}}}}\n"
+                    "\\pgfusepath{use as bounding box, clip}\n"
+                )
+                self.figure.draw(LatexRenderer(self.figure, stream))
+                stream.write("\\end{pgfpicture}\\makeatother\\endgroup\n")
+
+    return LatexCanvas
