@@ -41,11 +41,24 @@ def canvas_class() -> type[Any]:
             self._rulers = RendererAgg(width, height, figure.dpi)
 
         def get_text_width_height_descent(self, s: str, prop: Any, ismath: Any) -> Any:
-            """Return the size of a text in our fonts [px]."""
+            """Return width, height and descent of a text in our fonts [px].
+
+            Args:
+                s: The text.
+                prop: Its font.
+                ismath: Whether it is a formula.
+            """
             return self._rulers.get_text_width_height_descent(s, prop, ismath)
 
         def draw_text(self, gc: Any, x: Any, y: Any, s: str, *rest: Any, **more: Any) -> None:
-            """Draw a text in which nothing is a command."""
+            """Draw a text in which nothing is a command.
+
+            Args:
+                gc: Looks.
+                x, y: Its place [px].
+                s: The text.
+                rest, more: As matplotlib has them.
+            """
             super().draw_text(gc, x, y, in_latex(s), *rest, **more)
 
         def draw_image(self, *_: Any, **__: Any) -> None:
