@@ -16,7 +16,7 @@ from tissuec.core.errors import TissueError
 from tissuec.core.printable import printable
 from tissuec.view.plots.formats import DPI, FORMATS, prepared
 from tissuec.view.plots.labels import powers_as_text, wrapped_labels
-from tissuec.view.plots.pgf import canvas_class
+from tissuec.view.plots.pgf import write_pgf
 from tissuec.view.plots.styles import STYLES, PlotStyle, drawn_in
 
 if TYPE_CHECKING:
@@ -196,8 +196,7 @@ def _page_class() -> type[Any]:
                 keywords.setdefault("metadata", metadata)
             with drawn_in(self.style), prepared(self, suffix):
                 if suffix == ".pgf":
-                    canvas_class()(self).print_pgf(fname)
-                    FigureCanvasAgg(self)
+                    write_pgf(self, fname)
                     return
                 if suffix == ".eps" and isinstance(fname, str | Path):
                     # Otherwise its title is the name of the file.

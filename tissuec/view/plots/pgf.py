@@ -1,7 +1,8 @@
 """Figures as PGF for LaTeX, written without LaTeX: texts are set by the document itself."""
 
 from functools import cache
-from typing import Any
+from pathlib import Path
+from typing import Any, TextIO
 
 from tissuec.core.errors import TissueError
 
@@ -21,14 +22,37 @@ def in_latex(text: str) -> str:
     return "".join(special.get(letter, letter) for letter in text)
 
 
-@cache
-def canvas_class() -> type[Any]:
-    """Return matplotlib's canvas of PGF with sizes of texts of its own fonts.
+def write_pgf(figure: Any, target: Path | str | TextIO) -> None:
+    """Write a figure as the commands of a pgfpicture.
 
-    matplotlib runs LaTeX to measure texts, which are as good as measured: our figures have
-    their places already.
+    Args:
+        figure: matplotlib's figure, with the places of its axes.
+        target: File or stream.
+
+    Raises:
+        TissueError: The figure has shades.
     """
-    from matplotlib.backend_bases import FigureCanvasBase
+    from matplotlib import cbook
+
+    width, height = figure.get_size_inches()
+    with cbook.open_file_cm(target, "w", encoding="utf-8") as stream:
+        stream.write(
+            "% \\usepackage{pgf} in the preamble, \\input{this file} in a figure\n"
+            "\\begingroup\\makeatletter\\begin{pgfpicture}\n"
+            "\\pgfpathrectangle{\\pgfpointorigin}"
+            f"{{\\pgfqpoint{{{width:f}in}}{{{height:f}in}}}}\n"
+            "\\pgfusepath{use as bounding box, clip}\n"
+        )
+        figure.draw(_renderer()(figure, stream))
+        stream.write("\\end{pgfpicture}\\makeatother\\endgroup\n")
+
+
+@cache
+def _renderer() -> type[Any]:
+    """Return matplotlib's renderer of PGF with sizes of texts in its own fonts.
+
+    matplotlib runs LaTeX to measure texts; our figures have the places of all texts already.
+    """
     from matplotlib.backends import backend_pgf
     from matplotlib.backends.backend_agg import RendererAgg
 
@@ -71,23 +95,4 @@ def canvas_class() -> type[Any]:
 
         draw_gouraud_triangles = draw_image
 
-    class LatexCanvas(FigureCanvasBase):
-        """Writes a figure as the commands of a pgfpicture."""
-
-        def print_pgf(self, target: Any, **_: Any) -> None:
-            """Write the figure to a file or stream."""
-            from matplotlib import cbook
-
-            width, height = self.figure.get_size_inches()
-            with cbook.open_file_cm(target, "w", encoding="utf-8") as stream:
-                stream.write(
-                    "% \\usepackage{pgf} in the preamble, \\input{this file} in a figure\n"
-                    "\\begingroup\\makeatletter\\begin{pgfpicture}\n"
-                    "\\pgfpathrectangle{\\pgfpointorigin}"
-                    f"{{\\pgfqpoint{{{width:f}in}}{{{height:f}in}}}}\n"
-                    "\\pgfusepath{use as bounding box, clip}\n"
-                )
-                self.figure.draw(LatexRenderer(self.figure, stream))
-                stream.write("\\end{pgfpicture}\\makeatother\\endgroup\n")
-
-    return LatexCanvas
+    return LatexRenderer
