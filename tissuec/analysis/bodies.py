@@ -387,7 +387,9 @@ class _Examined:
             yield f"{unbalanced}; frequencies are about the state at 0 s"
             return
         others = modes_of(settled, chosen, count=len(found), above=0.0)
-        drawn, at_rest = ([mode.frequency for mode in modes] for modes in (found, others))
+        drawn, at_rest = (
+            [mode.frequency for mode in modes if mode.frequency] for modes in (found, others)
+        )
         if not at_rest or abs(at_rest[0] - drawn[0]) <= _NOTICED * drawn[0]:
             return
         shown = ", ".join(f"{frequency:.3g}" for frequency in at_rest)

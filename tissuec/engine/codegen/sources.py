@@ -3,6 +3,7 @@
 import ast
 import hashlib
 from collections.abc import Iterator
+from typing import cast
 
 from tissuec.core.resources import PACKAGE
 
@@ -54,8 +55,8 @@ def _words_of(item: object) -> Iterator[str]:
                 yield name
                 yield from _words_of(value)
             yield ")"
-        case [*members]:
-            for member in members:
+        case list():
+            for member in cast("list[object]", item):
                 yield from _words_of(member)
         case _:
             yield repr(item)

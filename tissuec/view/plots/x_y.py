@@ -107,7 +107,8 @@ class XYPlot(Struct, frozen=True):
         if wrong is not None:
             raise TissueError(f'"{wrong}" is no scale of an axis; write x=log or y=log')
         found = [
-            tuple(self._quantity(axis, run.content) for axis in ("x", "y")) for run in subjects
+            (self._quantity("x", run.content), self._quantity("y", run.content))
+            for run in subjects
         ]
         curves = [joined(x, y) for x, y in found]
         x, y = found[0]
