@@ -108,7 +108,8 @@ def command(
     """
     use_one_thread()
     if plot is not None:
-        from tissuec.view.plots.page import check_suffix, need_matplotlib
+        from tissuec.view.plots.formats import check_suffix
+        from tissuec.view.plots.page import need_matplotlib
 
         need_matplotlib()  # before all the work
         check_suffix(plot)

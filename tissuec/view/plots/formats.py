@@ -1,7 +1,7 @@
 """Files of figures: formats by their endings, the same bytes for the same figure."""
 
 import os
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -99,7 +99,8 @@ def _mixed(artist: Any) -> Any:
     import numpy as np
     from matplotlib.colors import to_rgb, to_rgba_array
 
-    opacity, undo = _opacity(artist), []
+    opacity = _opacity(artist)
+    undo: list[tuple[Callable[[Any], object], Any]] = []
     artist.set_alpha(None)
     for name in ("color", "facecolor", "edgecolor"):
         if not hasattr(artist, f"set_{name}") or not hasattr(artist, f"get_{name}"):

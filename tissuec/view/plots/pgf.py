@@ -1,8 +1,9 @@
 """Figures as PGF for LaTeX, written without LaTeX: texts are set by the document itself."""
 
+from contextlib import AbstractContextManager
 from functools import cache
 from pathlib import Path
-from typing import Any, TextIO
+from typing import IO, Any, TextIO
 
 from tissuec.core.errors import TissueError
 
@@ -35,7 +36,8 @@ def write_pgf(figure: Any, target: Path | str | TextIO) -> None:
     from matplotlib import cbook
 
     width, height = figure.get_size_inches()
-    with cbook.open_file_cm(target, "w", encoding="utf-8") as stream:
+    opened: AbstractContextManager[IO[str]] = cbook.open_file_cm(target, "w", encoding="utf-8")  # pyright: ignore[reportUnknownMemberType]  # matplotlib does not say of what streams are
+    with opened as stream:
         stream.write(
             "% \\usepackage{pgf} in the preamble, \\input{this file} in a figure\n"
             "\\begingroup\\makeatletter\\begin{pgfpicture}\n"
