@@ -33,11 +33,8 @@ def write_pgf(figure: Any, target: Path | str | TextIO) -> None:
     Raises:
         TissueError: The figure has shades.
     """
-    from matplotlib import cbook
-
     width, height = figure.get_size_inches()
-    opened: AbstractContextManager[IO[str]] = cbook.open_file_cm(target, "w", encoding="utf-8")  # pyright: ignore[reportUnknownMemberType]  # matplotlib does not say of what streams are
-    with opened as stream:
+    with _opened(target) as stream:
         stream.write(
             "% \\usepackage{pgf} in the preamble, \\input{this file} in a figure\n"
             "\\begingroup\\makeatletter\\begin{pgfpicture}\n"
@@ -47,6 +44,12 @@ def write_pgf(figure: Any, target: Path | str | TextIO) -> None:
         )
         figure.draw(_renderer()(figure, stream))
         stream.write("\\end{pgfpicture}\\makeatother\\endgroup\n")
+
+
+def _opened(target: Path | str | TextIO) -> AbstractContextManager[IO[str]]:
+    from matplotlib import cbook
+
+    return cbook.open_file_cm(target, "w", encoding="utf-8")  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]  # matplotlib does not say of what streams are
 
 
 @cache
