@@ -24,6 +24,7 @@ PAGE, PICTURES = DOCS / "gallery.md", DOCS / "figures" / "gallery"
 ENTRY = re.compile(
     r"\(figures/gallery/(?P<name>\w+)\.png\).*?^```sh\n(?P<text>.*?)^```$", re.M | re.S
 )
+SCENE = re.compile(r"^```tis (?P<name>\S+)\n(?P<text>.*?)^```$", re.M | re.S)
 COLOURS = 128  # of a picture, as many as its palette holds
 DPI = "110"
 
@@ -35,8 +36,11 @@ def main(names: list[str]) -> None:
         (Path(folder) / "tube.tis").write_bytes(
             (ROOT / "benchmarks" / "nets" / "tube.tis").read_bytes()
         )
+        page = PAGE.read_text(encoding="utf-8")
+        for scene in SCENE.finditer(page):
+            (Path(folder) / scene["name"]).write_text(scene["text"], encoding="utf-8")
         done: set[str] = set()
-        for name, commands in entries(PAGE.read_text(encoding="utf-8")):
+        for name, commands in entries(page):
             if not names or name in names:
                 make(name, commands, Path(folder), done)
     total = sum(path.stat().st_size for path in PICTURES.glob("*.png"))

@@ -188,7 +188,7 @@ def _report(figure: Any, target: Path, files: tuple[str, ...], settings: Setting
                 "drawn_of": files,
                 "size_mm": [width, height],
                 "notes": figure.notes,
-                **({"areas": figure.areas} if figure.areas else {}),
+                **figure.numbers,
             }
         )
         return

@@ -14,6 +14,7 @@ MEANT = {
     "--log": "logs", "--of": "paths", "--time": "frames", "tube.json": "work-precision",
     "stress.json": "stability", "liver.json": "stress-strain", "fuzzy/soft_tissue": "words",
     "sterilisation.vtkhdf": "overview", "displacement of pressed along z": "x-y",
+    "--spectrum": "spectrum", "--envelope": "envelope",
 }  # fmt: skip
 MOST = 1.2e6  # bytes of all pictures
 SHELL = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -35,7 +35,11 @@ WITH_UNIT = re.compile(r"\[[^\]]+\]( \(.*\))?$|\[[^\]]+\];")
 
 
 #: What keeps the slow ones quick, and what one cannot be without; the laws hold of the rest.
-QUICK = {"rules": {"of": "viscosity"}, "x-y": {"x": "time", "y": "force of right end"}}
+QUICK = {
+    "rules": {"of": "viscosity"}, "x-y": {"x": "time", "y": "force of right end"},
+    "spectrum": {"spectrum": "force of right end along z"},
+    "envelope": {"envelope": "force of right end along z"},
+}  # fmt: skip
 
 
 @pytest.fixture(scope="session")

@@ -4,10 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.study import tables_of_designs as tables
 from tissuec.core.errors import TissueError
 from tissuec.studies.rows import FactorHead
+from tissuec.studies.table import MeasureCurve
 from tissuec.view.plots import WrongOption, draw
 
 pytestmark = pytest.mark.usefixtures("unplaced")
@@ -139,3 +141,22 @@ def test_too_many_combinations_are_told_with_a_way_out():
     table = tables.table_of("grid", factors, points, lambda x, y: (x + y,))
     with pytest.raises(TissueError, match="scatter-matrix"):
         draw("response", table, x="lift")
+
+
+def test_curves_of_a_study_can_have_another_measure_on_the_horizontal_axis():
+    """One that is sampled twice as often has the times of the other."""
+    table = tables.grid()
+    (curve,) = table.curves
+    finer = np.arange(2 * curve.values.shape[1] - 1) * curve.every / 2.0
+    places = 1e-3 * np.sqrt(1.0 + finer)[None] * np.arange(1, len(table) + 1)[:, None]
+    place = MeasureCurve("place", "m", curve.every / 2.0, places)
+    figure = draw("study-curves", replace(table, curves=(curve, place)), x="Place")
+    (axes, _) = figure.axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("place [mm]", "curve [mN]")
+    line = axes.get_lines()[2]
+    known = np.isfinite(curve.values[2])
+    assert np.asarray(line.get_ydata()) == pytest.approx(1e3 * curve.values[2][known])
+    assert np.asarray(line.get_xdata()) == pytest.approx(1e3 * places[2, ::2][known])
+    assert "curve: Place has other times and is interpolated" in figure.notes
+    with pytest.raises(TissueError, match="on the horizontal axis already"):
+        draw("study-curves", table, x="curve")

@@ -6,10 +6,10 @@ from scipy.integrate import trapezoid
 
 from tests.view.plots.conftest import carry_out
 from tissuec.core.errors import TissueError
-from tissuec.core.scale import AxisUnit
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.plots import draw
-from tissuec.view.plots.x_y import LoggedQuantity, joined, quantity
+from tissuec.view.plots.quantities import LoggedQuantity, quantity
+from tissuec.view.plots.x_y import joined
 
 pytestmark = pytest.mark.usefixtures("unplaced")
 
@@ -49,7 +49,7 @@ def test_a_damper_loses_in_each_loop_what_its_formula_says(swung):
         "x-y", swung, x="displacement of hand along x", y="force of hand along x",
         start=0.1, stop=0.2,
     )  # fmt: skip
-    area = figure.areas["swung"]
+    area = figure.numbers["areas"]["swung"]
     assert area["unit"] == "J"
     lost = np.pi * DAMPER * (2.0 * np.pi * ROUNDS) * SPAN**2
     assert abs(area["value"]) == pytest.approx(lost, rel=1e-4)
@@ -66,7 +66,7 @@ def test_the_area_is_that_of_the_log(swung):
         start=0.1, stop=0.25,
     )  # fmt: skip
     area = trapezoid(force.value[rows, 0], place.value[rows, 0])
-    assert found.areas["swung"]["value"] == pytest.approx(area, rel=1e-9)
+    assert found.numbers["areas"]["swung"]["value"] == pytest.approx(area, rel=1e-9)
 
 
 def test_different_times_are_interpolated_and_it_is_said(swung):
@@ -91,10 +91,18 @@ def test_a_circle_encloses_its_area():
     time = np.linspace(0.0, 1.0, 2001)
     turn = 2.0 * np.pi * time
     x, y = (
-        LoggedQuantity("one", "m", AxisUnit(0, "m"), time, value)
-        for value in (np.cos(turn), np.sin(turn))
+        LoggedQuantity("one", "m", 1.0, time, value) for value in (np.cos(turn), np.sin(turn))
     )
     assert joined(x, y).area == pytest.approx(-np.pi, rel=1e-5)  # anticlockwise
+
+
+def test_times_begin_where_one_says(swung):
+    figure = draw("x-y", swung, x="time", y="force of hand", zero=0.1, start=0.11, stop=0.2)
+    (axes,) = figure.axes
+    assert axes.get_xlabel() == "time after 100 ms [ms]"
+    times = np.asarray(axes.get_lines()[0].get_xdata())
+    assert (times[0], times[-1]) == pytest.approx((10.0, 100.0))
+    assert not figure.numbers
 
 
 def test_logarithmic_axes(swung):
@@ -119,4 +127,4 @@ def test_what_is_wrong_is_said_with_a_remedy(swung, options, message):
 
 def test_over_time_there_is_no_area(result):
     figure = draw("x-y", result, x="time", y="force of right end along z")
-    assert figure.areas == {}
+    assert figure.numbers == {}

@@ -136,8 +136,7 @@ def draw_panels(
     times = [curve.time for panel in panels for curve in panel.curves]
     shown = (min(float(t[0]) for t in times), max(float(t[-1]) for t in times))
     # As wide as the runs, whatever part of them is shown.
-    clocks = [scale_of("s", [shown]), *(run.content.clock for run in runs)]
-    scale = max(clocks, key=lambda clock: clock.power)
+    scale = scale_of("s", [shown, *(run.content.last_time for run in runs)])
     # Where all panels have the same curves, their names stand once, above all.
     sets = {tuple(curve.name for curve in panel.curves if curve.name) for panel in panels}
     are_alike = len(panels) > 1 and len(sets) == 1 and len(next(iter(sets))) > 1

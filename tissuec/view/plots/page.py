@@ -33,13 +33,13 @@ class Canvas(Struct):
     Attributes:
         figure: matplotlib's figure or subfigure.
         notes: What there is to be said beside the picture.
-        areas: Under curves of one quantity against another, by their names: value and unit.
+        numbers: What was computed for the picture, by what it is and the names of runs.
         later: What waits until the places of all axes are known.
     """
 
     figure: "drawing.Figure"
     notes: list[str] = field(default_factory=list[str])
-    areas: dict[str, Any] = field(default_factory=dict[str, Any])
+    numbers: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
     later: list[Callable[[], None]] = field(default_factory=list[Callable[[], None]])
 
     @property
@@ -50,7 +50,17 @@ class Canvas(Struct):
 
     def part(self, figure: "drawing.Figure") -> "Canvas":
         """Return a part of this sheet."""
-        return Canvas(figure, self.notes, self.areas, self.later)
+        return Canvas(figure, self.notes, self.numbers, self.later)
+
+    def tell(self, what: str, name: str, number: Any) -> None:
+        """Keep what was computed for the picture.
+
+        Args:
+            what: Such as "areas".
+            name: Of the run.
+            number: Plain data, with units.
+        """
+        self.numbers.setdefault(what, {})[name] = number
 
     def note(self, text: str) -> None:
         """Say something once."""
@@ -123,7 +133,7 @@ def new_sheet(
         _finish_texts(figure)
         _lay_out(figure)  # with room for what was added
         _keep_layout(figure)
-        figure.notes, figure.areas = tuple(sheet.notes), sheet.areas
+        figure.notes, figure.numbers = tuple(sheet.notes), sheet.numbers
 
 
 def _lay_out(figure: Any) -> None:
@@ -172,11 +182,11 @@ def _page_class() -> type[Any]:
     from matplotlib.figure import Figure
 
     class Page(Figure):
-        """A figure of tissuec; ``notes`` contains remarks on it, ``areas`` those of curves."""
+        """A figure of tissuec; ``notes`` contains remarks on it, ``numbers`` what it shows."""
 
         notes: tuple[str, ...] = ()
         style: PlotStyle = STYLES["screen"]
-        areas: Mapping[str, Any] = MappingProxyType({})
+        numbers: Mapping[str, Any] = MappingProxyType({})
 
         def __init__(self, *args: Any, **keywords: Any):
             super().__init__(*args, **keywords)  # pyright: ignore[reportUnknownMemberType]  # keywords

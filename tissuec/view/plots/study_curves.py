@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -11,10 +11,12 @@ from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.palette import AMOUNT
 from tissuec.core.scale import scale_of
+from tissuec.model.network import Floats
 from tissuec.studies.analysis.completed import completed
 from tissuec.studies.table import MeasureCurve, StudyTable
 from tissuec.view.plots import PLOTS
 from tissuec.view.plots.curves import beside, look
+from tissuec.view.plots.options import Option
 from tissuec.view.plots.page import Canvas
 from tissuec.view.plots.study_axes import FactorAxis, factor_of
 from tissuec.view.plots.study_plot import Panels, StudyPlot, left_out
@@ -29,10 +31,15 @@ class StudyCurves(StudyPlot, frozen=True):
 
     Attributes:
         measure: Measures over time; all if none is named.
+        x: Another measure over time, on the horizontal axis.
     """
 
     width: ClassVar[float] = 170.0
     shares_x: ClassVar[bool] = True
+
+    x: Annotated[str | None, Option("Measure over time on the horizontal axis.", "MEASURE")] = (
+        None
+    )
 
     @staticmethod
     def suits(table: StudyTable) -> bool:
@@ -40,8 +47,27 @@ class StudyCurves(StudyPlot, frozen=True):
         return bool(table.curves) and not table.measures
 
     def panels(self, table: StudyTable) -> Panels:
+        """Return a panel for each measure.
+
+        Args:
+            table: The table.
+
+        Raises:
+            TissueError: There is no such measure over time, or none but that of the other axis.
+        """
         curves = _chosen(table, self.measure)
-        return Panels([partial(_draw, table, one) for one in curves], left_out(table, curves))
+        along = _chosen(table, [self.x])[0] if self.x else None
+        if along is not None:
+            curves = [one for one in curves if one.name != along.name]
+            if not curves:
+                raise TissueError(f'"{along.name}" is on the horizontal axis already')
+        other = [one.name for one in curves if along and one.every != along.every]
+        notes = [f"{name}: {self.x} has other times and is interpolated" for name in other]
+        shown = [*curves, along] if along else curves
+        return Panels(
+            [partial(_draw, table, one, along) for one in curves],
+            [*left_out(table, shown), *notes],
+        )
 
 
 def _chosen(table: StudyTable, names: Sequence[str]) -> list[MeasureCurve]:
@@ -57,20 +83,45 @@ def _chosen(table: StudyTable, names: Sequence[str]) -> list[MeasureCurve]:
     return [by_key[key_of(name)] for name in names] or list(table.curves)
 
 
-def _draw(table: StudyTable, curve: MeasureCurve, sheet: Canvas, axes: "Axes") -> None:
-    value, time = scale_of(curve.unit, [curve.values]), scale_of("s", [curve.times])
+def _draw(
+    table: StudyTable,
+    curve: MeasureCurve,
+    along: MeasureCurve | None,
+    sheet: Canvas,
+    axes: "Axes",
+) -> None:
+    value = scale_of(curve.unit, [curve.values])
+    x = scale_of("s", [curve.times]) if along is None else scale_of(along.unit, [along.values])
     axis = FactorAxis.of(factor_of(table, None)) if table.factors else None
     places = np.zeros(len(table)) if axis is None else axis.places()
     colours = _Colours(axis, places)
     for row in completed(table, curve).rows.tolist():
-        known, looks = np.isfinite(curve.values[row]), colours.of(float(places[row]))
-        values = value.of(curve.values[row][known])
-        axes.plot(time.of(curve.times[known]), values, lw=0.9, **looks)
-    axes.set(xlabel=time.label("time"), ylabel=value.label(curve.name))
+        where = curve.times if along is None else _at(along, row, curve.times)
+        known = np.isfinite(curve.values[row]) & np.isfinite(where)
+        values, looks = value.of(curve.values[row][known]), colours.of(float(places[row]))
+        axes.plot(x.of(where[known]), values, lw=0.9, **looks)
+    name = "time" if along is None else along.name
+    axes.set(xlabel=x.label(name), ylabel=value.label(curve.name))
     if axis is not None and axis.words:
         beside(axes, [_sample(axes, number, word) for number, word in enumerate(axis.words)])
     elif axis is not None:
         sheet.figure.colorbar(colours.scale(), ax=axes, label=axis.label)
+
+
+def _at(curve: MeasureCurve, row: int, times: Floats) -> Floats:
+    """Return the values of a run at some times, NaN where it has none, shape (time,).
+
+    Args:
+        curve: The measure.
+        row: Row of the run.
+        times: [s], shape (time,).
+    """
+    known = np.isfinite(curve.values[row])
+    if not known.any():
+        return np.full(len(times), np.nan)
+    return np.interp(
+        times, curve.times[known], curve.values[row][known], left=np.nan, right=np.nan
+    )
 
 
 def _sample(axes: "Axes", number: int, word: str) -> Any:

@@ -12,8 +12,24 @@ if TYPE_CHECKING:
     from tissuec.view.plots.drawing import Axes
 
 _FEW_DECADES = 2.2
+_MANY_DECADES = 4.5
 _MOST_DECADES = 9
 _LETTER = 5.5  # width of a digit [pt]
+
+
+def log_ticks(axes: "Axes", which: str) -> None:
+    """Give a logarithmic axis readable numbers: plain ones, over many decades powers."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    low, high = sorted(axis.get_view_interval())
+    if low <= 0.0 or high / low > 10.0**_MANY_DECADES:
+        return
+    plain_ticks(axes, which)
+    if high / low < 10.0:  # 1, 2 and 5 may be none of it
+        axis.set_major_locator(MaxNLocator(5))
+        axis.set_major_formatter(FuncFormatter(_plain))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def plain_ticks(axes: "Axes", which: str = "x") -> None:
