@@ -333,7 +333,7 @@ def test_repairs_are_counted_and_give_the_clean_organ(tmp_path):
     mesh = imported(tmp_path / "dirty.obj")
     assert mesh.remarks == (
         f"{5 + (30 - used) + lost} nodes without a surface or cell removed",
-        f"{used - lost} nodes merged with another node that is no more than 0.238 um away",
+        f"{used - lost} nodes merged with another node that is no more than 238 nm away",
         "3 triangles with two corners in one node removed",
         "7 triangles removed (duplicate)",
         "40 triangles flipped to face the same way as the others",

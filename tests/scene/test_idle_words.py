@@ -79,7 +79,7 @@ def test_the_commands_refuse_it_and_say_where_the_number_is(tmp_path):
         found = call(*words, cwd=tmp_path)
         assert found.returncode == 2
         assert found.stderr.count("error[TIS208]") == 1
-        assert "matter/liver.tis:13" in found.stderr and "is concluded" in found.stderr
+        assert "matter/liver.tis:14" in found.stderr and "is concluded" in found.stderr
     (tmp_path / "rows.csv").write_text("hardness of liver\nsoft\nhard\n")
     found = call("study", "scene.tis", "--rows", "rows.csv", "--measure", PULL, cwd=tmp_path)
     assert found.returncode == 2 and "run 0" in found.stderr

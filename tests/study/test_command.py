@@ -217,7 +217,7 @@ def test_expectations_say_which_runs_they_are_not_about(call, tmp_path):
         (("--vary", "lift = []"), ('wrong form of "vary"',)),
         (("--vary", "lfit = [2 mm]"), ('did you mean "lift"',)),
         (("--vary", "hardness of spring = [sofd]"), ('did you mean "soft"',)),
-        (("--vary", "colour of spring = [soft]"), ('"colour" is neither',)),
+        (("--vary", "shade of spring = [soft]"), ('"shade" is neither',)),
         (("--vary", "lift = [2 mm, 30 mm]"), ("30 mm is not between 0 m and 20 mm",)),
         (("--vary", "lift = normal(10 mm, 8 mm)", "--runs", "20"), ("(runs ",)),
         (("--vary", "lift = [2 mm]", "--runs", "5"), ("runs has no effect",)),

@@ -14,6 +14,8 @@ _RENAMED = {
 }
 _TAKE_PREFIXES = ("m", "s", "N", "J", "W", "Pa", "Hz")
 _POWERS = {"n": -9, "u": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
+#: SI units of which larger numbers have no multiple: a thousand litres are a cubic metre.
+_BEYOND = ("m^3", "m^3/s")
 #: Of units that take no larger ones: there are no kiloseconds or megagrams.
 _LARGEST = {"s": "", "l": "", "l/s": "", "g": "k", "m": "k", "m/s": "", "m/s^2": ""}
 
@@ -41,11 +43,12 @@ def shown_units(unit: str) -> tuple[ShownUnit, ...]:
     if not symbol:
         return (ShownUnit(0, unit),)
     most = _POWERS[_LARGEST.get(f"{symbol}{rest}", "G")]
-    return tuple(
+    known = tuple(
         ShownUnit(power + size, f"{prefix}{symbol}{rest}")
         for prefix, size in _POWERS.items()
         if size <= most
     )
+    return (*known, ShownUnit(0, unit)) if unit in _BEYOND else known
 
 
 def shown_unit(unit: str, largest: float, *, digits: int = 3) -> ShownUnit:
@@ -58,7 +61,8 @@ def shown_unit(unit: str, largest: float, *, digits: int = 3) -> ShownUnit:
     """
     known = shown_units(unit)
     if largest == 0.0 or not math.isfinite(largest):
-        return next((one for one in known if one.power == 0), known[-1])
+        plain = known[:-1] if unit in _BEYOND else known
+        return next((one for one in plain if one.power == 0), plain[-1])
     # Half a unit in the last digit, so that 0.9999 mm is shown as 1 mm and not 1e+03 um.
     least = 1.0 - 0.5 * 10.0**-digits
     return next((one for one in known[::-1] if abs(largest) >= least * one.size), known[0])

@@ -368,5 +368,5 @@ def test_errors_of_a_net_that_hardly_moves_are_told_to_be_relative_to_its_size()
     found = promise_of(PAIR.replace("2 11", "2 10.0000000000001"))
     assert found.state == "kept"
     assert found.least == pytest.approx(1e-8)  # of 10 mm
-    assert "of 0.01 um, a millionth of the size" in accuracy(found)
+    assert "of 10 nm, a millionth of the size" in accuracy(found)
     assert promise_of(PAIR).least is None

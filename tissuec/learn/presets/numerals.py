@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from tissuec.core.prefixes import shown_units
-from tissuec.core.units import NUMBER, Dimension, si_unit
+from tissuec.core.units import NUMBER, Dimension, parse_unit, si_unit
 
 LEAST = 6  # significant digits of what was learnt
 BEYOND = 2  # digits behind the first one in which the interval is seen
@@ -59,4 +59,5 @@ def _scale(value: float, dimension: Dimension, *, percent: bool) -> tuple[float,
         return _PERCENT
     known = shown_units(si_unit(dimension))
     chosen = ([one for one in known if one.size <= abs(value)] or known[:1])[-1]
-    return chosen.size, chosen.unit
+    factor = parse_unit(chosen.unit).factor if chosen.unit else 1.0
+    return factor, chosen.unit  # as it is read: not quite 1e-12 for ng

@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from tissuec.core.errors import TissueError
+from tissuec.core.files import write_file
 from tissuec.core.printable import printable
 from tissuec.view.plots.formats import DPI, FORMATS, prepared
 from tissuec.view.plots.labels import powers_as_text, wrapped_labels
@@ -209,9 +210,9 @@ def _page_class() -> type[Any]:
                     write_pgf(self, fname)
                     return
                 if suffix == ".eps" and isinstance(fname, str | Path):
-                    # Otherwise its title is the name of the file.
-                    with Path(fname).open("wb") as stream:
-                        super().savefig(stream, **keywords, format="eps")  # pyright: ignore[reportUnknownMemberType]  # keywords
+                    stream = BytesIO()  # otherwise its title is the name of the file
+                    super().savefig(stream, **keywords, format="eps")  # pyright: ignore[reportUnknownMemberType]  # keywords
+                    write_file(Path(fname), stream.getvalue())
                     return
                 if outlines:
                     import_module("matplotlib").rcParams["svg.fonttype"] = "path"
