@@ -61,7 +61,8 @@ function trimmed(digits) {
 /** A value for people, such as "3.16 mN*s/m"; units from the smallest to the largest. */
 function show(value, units, digits = 3) {
   let [factor, unit] = units[0];
-  if (value === 0) [factor, unit] = units.find(([size]) => size === 1) ?? units.at(-1);
+  const plain = units.filter(([, name]) => !name.startsWith("m^3"));  // 0 of a volume is in litres
+  if (value === 0) [factor, unit] = plain.find(([size]) => size === 1) ?? plain.at(-1) ?? units[0];
   for (const [size, name] of value === 0 ? [] : units) {
     if (Math.abs(value) >= size * (1 - 0.5 * 10 ** -digits)) [factor, unit] = [size, name];
   }
