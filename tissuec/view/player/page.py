@@ -28,6 +28,7 @@ from tissuec.view.player.lifetimes import FOREVER
 from tissuec.view.player.options import DEFAULT, Options
 from tissuec.view.player.pace import pace
 from tissuec.view.player.packing import Pack, box_scale, even
+from tissuec.view.player.quantities import first_pair, read_quantities
 from tissuec.view.player.reading import read_film
 from tissuec.view.plots.projection import viewpoint
 
@@ -35,8 +36,8 @@ WEB = Path(__file__).resolve().parent / "web"
 #: Parts of the script, in order.
 SCRIPTS = (
     "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js",
-    "instruments.js", "stage.js", "flat.js", "marks.js", "pulls.js", "curves.js", "panel.js",
-    "hands.js", "player.js",
+    "instruments.js", "stage.js", "flat.js", "marks.js", "pulls.js", "curves.js", "pairs.js",
+    "panel.js", "hands.js", "player.js",
 )  # fmt: skip
 #: What only readers of the source need: indents and comments.
 _LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n|^\n|  // .*$", re.MULTILINE)
@@ -145,6 +146,7 @@ def describe(
         "surfaces": _surfaces(film, pack, scale.step),
         "units": {unit: units_of(unit) for unit in ("m", "N")},
         "clock": _shown(trajectory.clock),
+        **_pairs(trajectory),
         "curves": [
             _curve(curve, number, pack) for number, curve in enumerate(read_curves(trajectory))
         ],
@@ -268,6 +270,21 @@ def _shown(scale: AxisUnit) -> tuple[float, str]:
 def units_of(unit: str) -> list[tuple[float, str]]:
     """Return sizes and names of units for lengths and forces that depend on the view."""
     return [(one.size, readable(one.unit)) for one in shown_units(unit)]
+
+
+def _pairs(trajectory: Trajectory) -> dict[str, Any]:
+    """Describe what the menus of the chart of two quantities offer and show first."""
+    quantities = read_quantities(trajectory)
+    return {
+        "quantities": [
+            {
+                "name": one.name, "curve": one.curve, "columns": one.columns,
+                "from": one.is_displacement, "shown": _shown(one.scale),
+            }
+            for one in quantities
+        ],
+        "pair": first_pair(quantities),
+    }  # fmt: skip
 
 
 def _curve(curve: LogCurve, number: int, pack: Pack) -> dict[str, Any]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 TIME = "time"
 #: "magnitude of LOG", "LOG along z"
 _PART = re.compile(r"(?:(?P<magnitude>magnitude) of )?(?P<name>.+?)(?: along (?P<axis>[xyz]))?")
-_FROM, _TO = "displacement of ", "position of "
+WAY, PLACE = "displacement of ", "position of "
 QUANTITY = '"time", a log, "LOG along z", "magnitude of LOG", or "displacement of SET along z"'
 
 
@@ -95,8 +95,8 @@ def quantity(run: "Trajectory", wanted: str, zero: float | None = None) -> Logge
     axis, is_displacement = None, False
     if log is None:
         axis, name = matched["axis"], matched["name"]
-        is_displacement = name.lower().startswith(_FROM)
-        log = _log(run, _TO + name[len(_FROM) :] if is_displacement else name)
+        is_displacement = name.lower().startswith(WAY)
+        log = _log(run, PLACE + name[len(WAY) :] if is_displacement else name)
     if log is None:
         raise TissueError(f'there is no quantity "{wanted}"; {logs_of(run, wanted)}')
     time, value = log.with_jumps()
@@ -116,7 +116,7 @@ def quantity(run: "Trajectory", wanted: str, zero: float | None = None) -> Logge
     if is_place(log.name) and not is_displacement:
         raise TissueError(
             f'"{log.name}" has three components; write "{log.name} along z", or '
-            f'"{_FROM}{log.name.removeprefix(_TO)}" for the distance from the beginning'
+            f'"{WAY}{log.name.removeprefix(PLACE)}" for the distance from the beginning'
         )
     name = wanted if matched["magnitude"] else f"magnitude of {wanted}"
     return LoggedQuantity(name, log.unit, largest, time, np.linalg.norm(value, axis=1))

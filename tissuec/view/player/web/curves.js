@@ -3,6 +3,41 @@
 const DASHES = [[], [5, 3], [1.5, 2.5], [8, 3, 2, 3], [3, 3]];
 const BELOW = 16, LEFT = 44;  // pixels for numbers
 
+// Return the pen of a canvas as large as its box, with what it measures.
+function penOf(canvas, box, style) {
+  const ratio = Math.min(window.devicePixelRatio || 1, 2), width = box.clientWidth, height = box.clientHeight;
+  [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+  const pen = canvas.getContext("2d");
+  pen.scale(ratio, ratio);
+  pen.font = "11px system-ui, sans-serif";
+  pen.fillStyle = style.muted;
+  return { pen, width, height };
+}
+
+// Draw levels with their numbers; return how far these reach from the left.
+function drawLevels(pen, style, low, high, y, width, height) {
+  pen.lineWidth = 1;
+  pen.textAlign = "right";
+  pen.textBaseline = "middle";
+  const levels = ticks(low, high, Math.max(2, Math.floor(height / 34))), texts = apart(levels);
+  const left = Math.max(LEFT, ...texts.map((text) => Math.ceil(pen.measureText(text).width) + 8));
+  levels.forEach((tick, k) => {
+    pen.strokeStyle = style.grid;
+    pen.beginPath();
+    pen.moveTo(left, Math.round(y(tick)) + 0.5);
+    pen.lineTo(width - 6, Math.round(y(tick)) + 0.5);
+    pen.stroke();
+    pen.fillText(texts[k], left - 5, y(tick));
+  });
+  return left;
+}
+
+// Return an interval that is wide enough for an axis.
+function roomFor(low, high) {
+  if (low < high) return [low, high];
+  return low === 0 ? [-1, 1] : [low - Math.abs(low) / 2, high + Math.abs(high) / 2];
+}
+
 class Chart {
   constructor(box, curve, levels, player) {
     Object.assign(this, { curve, levels, player, left: LEFT });
@@ -84,36 +119,17 @@ class Chart {
 
   // Draw all but the running line.
   draw(style) {
-    const { canvas, curve } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
-    this.width = this.plot.clientWidth;
-    const height = this.plot.clientHeight;
-    [canvas.width, canvas.height] = [Math.round(this.width * ratio), Math.round(height * ratio)];
+    const { canvas, curve } = this, { pen, width, height } = penOf(canvas, this.plot, style);
+    this.width = width;
     this.figure.querySelectorAll("line").forEach((line, k) => line.setAttribute("stroke", this.colour(k)));
-    const pen = canvas.getContext("2d");
-    pen.scale(ratio, ratio);
-    pen.font = "11px system-ui, sans-serif";
-    pen.fillStyle = style.muted;
     if (curve.empty) {
       pen.fillText(curve.time.length ? "no numbers" : "no data", this.left, height / 2);
       return;
     }
-    let low = curve.low / this.divisor, high = curve.high / this.divisor;
-    if (low === high) [low, high] = low === 0 ? [-1, 1] : [low - Math.abs(low) / 2, high + Math.abs(high) / 2];
+    const [low, high] = roomFor(curve.low / this.divisor, curve.high / this.divisor);
     const bottom = height - BELOW, top = 7;
     const y = (value) => bottom - 3 - ((value - low) / (high - low)) * (bottom - top - 3);
-    pen.lineWidth = 1;
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    const levels = ticks(low, high, Math.max(2, Math.floor(height / 34))), texts = apart(levels);
-    this.left = Math.max(LEFT, ...texts.map((text) => Math.ceil(pen.measureText(text).width) + 8));
-    levels.forEach((tick, k) => {
-      pen.strokeStyle = style.grid;
-      pen.beginPath();
-      pen.moveTo(this.left, Math.round(y(tick)) + 0.5);
-      pen.lineTo(this.width - 6, Math.round(y(tick)) + 0.5);
-      pen.stroke();
-      pen.fillText(texts[k], this.left - 5, y(tick));
-    });
+    this.left = drawLevels(pen, style, low, high, y, width, height);
     this.drawTimes(pen, bottom, style);
     pen.lineJoin = "round";
     pen.globalAlpha = curve.columns.length > 7 ? 0.6 : 1;

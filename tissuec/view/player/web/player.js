@@ -34,6 +34,7 @@ class Player {
     });
     this.charts = film.curves.map((curve, k) => new Chart(byId("curves"), curve, arrays[`curve ${k}`], this));
     this.pulls = new Pulls(byId("pulls"), film, arrays);
+    if (film.quantities.length > 1) this.pair = new PairChart(byId("curves"), this);
     this.prepareControls(hasSkin);
     this.listen();
     this.theme("auto");
@@ -170,6 +171,7 @@ class Player {
       byId("clock").innerHTML = `<b>${text}</b> <span>of ${clock(this.range[1])}</span>`;
     }
     for (const chart of this.charts) chart.show(time);
+    this.pair?.show(time);
     this.drawRuler();
     this.drawTriad();
   }
@@ -182,7 +184,7 @@ class Player {
   resize() {
     this.camera.reshape(this.stage.resize());
     const box = byId("curves");
-    box.classList.toggle("many", this.charts.length * CHART > box.clientWidth);
+    box.classList.toggle("many", box.childElementCount * CHART > box.clientWidth);
     this.marks = placeMarks(byId("marks"), this.film.marks, this.range, this.clock, (time) => {
       this.seek(time);
       this.tell(true);
@@ -201,6 +203,7 @@ class Player {
     };
     const colours = { muted: resolved("--muted"), grid: resolved("--grid") };
     for (const chart of this.charts) chart.draw(colours);
+    this.pair?.draw(colours);
     this.showScale();
     this.refresh();
   }
