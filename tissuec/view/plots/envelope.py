@@ -103,5 +103,8 @@ def common(logs: Sequence[LoggedQuantity]) -> JoinedRuns:
     shown = finest[(finest >= first) & (finest <= last)]
     if not len(shown):
         raise TissueError(f'the runs have no common time of "{logs[0].name}"')
-    joined = [np.interp(shown, *pair) for pair in zip(times, values, strict=True)]
+    joined = [
+        np.asarray(np.interp(shown, time, value), dtype=float)
+        for time, value in zip(times, values, strict=True)
+    ]
     return JoinedRuns(shown, np.stack(joined), is_interpolated=True)

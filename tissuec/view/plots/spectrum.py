@@ -137,7 +137,7 @@ def spectrum_of(log: LoggedQuantity, segment: float | None = None) -> Spectrum:
     even = time[0] + step * np.arange(int(np.floor((time[-1] - time[0]) / step + _UNEVEN)) + 1)
     is_even = len(even) == len(time) and bool(np.abs(even - time).max() <= _UNEVEN * step)
     if not is_even:
-        value = np.interp(even, time, value)
+        value = np.asarray(np.interp(even, time, value), dtype=float)
     count = len(value)
     length = 2 * count // (SEGMENTS + 1) if segment is None else round(segment / step)
     length = max(length, min(FEWEST, count)) if segment is None else length

@@ -119,9 +119,10 @@ def _at(curve: MeasureCurve, row: int, times: Floats) -> Floats:
     known = np.isfinite(curve.values[row])
     if not known.any():
         return np.full(len(times), np.nan)
-    return np.interp(
+    found = np.interp(
         times, curve.times[known], curve.values[row][known], left=np.nan, right=np.nan
     )
+    return np.asarray(found, dtype=float)
 
 
 def _sample(axes: "Axes", number: int, word: str) -> Any:
