@@ -1,7 +1,8 @@
 """Tools in the file: where the nodes of their shapes are, and who holds what."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from tissuec.results.access import ResultGroup
 from tissuec.results.finite import check_finite
 from tissuec.results.store import FEW, TEXT, Store
 
+FIX = "fix"  # the holder of fixed nodes
 TOOL_FRAMES = "/tissuec/tools/position"
 HOLDS = "/tissuec/holds"
 TOOL_CHUNK = 1024
@@ -31,6 +33,18 @@ class HoldInterval(Struct, frozen=True, eq=False):
     time: float
     holder: str
     nodes: Indices
+
+
+def with_ends(holds: Sequence[HoldInterval]) -> Iterator[tuple[HoldInterval, float]]:
+    """Yield the intervals in which nodes are held, and the end of each [s]; infinite without.
+
+    Args:
+        holds: In order of time.
+    """
+    for number, hold in enumerate(holds):
+        if len(hold.nodes):
+            later = (one.time for one in holds[number + 1 :] if one.holder == hold.holder)
+            yield hold, next(later, inf)
 
 
 class ToolTable:

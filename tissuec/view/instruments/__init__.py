@@ -1,7 +1,7 @@
 """Instruments as they are drawn: their shapes, and where they are at each moment.
 
 Forceps and scissors without a shape act on nodes by name. They are drawn where they hold and
-cut, for whoever looks on; nothing of this has an effect on a run.
+cut; this has no effect on a run.
 """
 
 import numpy as np

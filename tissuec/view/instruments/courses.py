@@ -7,8 +7,8 @@ from tissuec.model.network import Floats
 from tissuec.view.instruments import Course
 from tissuec.view.instruments.cuts import cuts
 from tissuec.view.instruments.grips import grips
-from tissuec.view.instruments.scenery import Scenery, frame_along
-from tissuec.view.instruments.shafts import free_shaft
+from tissuec.view.instruments.scenery import Scenery
+from tissuec.view.instruments.shafts import frame_along, free_shaft
 from tissuec.view.player.moments import Moments
 
 
@@ -53,17 +53,18 @@ def _jets(scenery: Scenery) -> list[Course]:
     found: list[Course] = []
     events = scenery.moments.trajectory.events
     for name, radius, points in _tools(scenery, "nozzle"):
+        flows = [one for one in events if one.kind == "irrigate" and name in one.cause]
+        if not flows:
+            continue
         way = points[:, 1] - points[:, 0]
         way /= np.linalg.norm(way, axis=1, keepdims=True)
         axes = np.stack([frame_along(-one) for one in way])
-        for event in events:
-            if event.kind != "irrigate" or name not in event.cause:
-                continue
+        reach = [_reach(scenery.tissue(row), points[row, 0], way[row], radius)
+                 for row in range(len(points))]  # fmt: skip
+        for event in flows:
             later = (one for one in events if one.time > event.time)
             ends = (one.time for one in later if (one.kind, one.place) == ("end", event.place))
             life = (event.time, next(ends, np.inf))
-            reach = [_reach(scenery.tissue(row), points[row, 0], way[row], radius)
-                     for row in range(len(points))]  # fmt: skip
             found.append(
                 Course("jet", name, radius, life, points[:, 0], axes, np.array(reach) / radius)
             )

@@ -5,9 +5,8 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tissuec.model.network import Floats
+from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import Event
 from tissuec.view.instruments import Course
 from tissuec.view.instruments.scenery import Scenery
@@ -22,7 +21,7 @@ _WITH = re.compile(r'"[^"]*"|\bwith\b')
 def cuts(scenery: Scenery) -> Iterator[Course]:
     """Yield an instrument for each sentence that cuts."""
     cut = (one for one in scenery.moments.trajectory.events if one.kind == "cut")
-    events = [one for one in cut if _shown(scenery, one).any()]
+    events = [one for one in cut if len(_ends(scenery, one))]
     for _, same in groupby(events, key=lambda one: one.place):
         yield _cut(scenery, list(same))
 
@@ -47,14 +46,10 @@ def _normal(places: Floats, ways: Floats) -> Floats:
     return max(found, key=lambda one: one[0])[1]
 
 
-def _shown(scenery: Scenery, event: Event) -> NDArray[np.bool_]:
-    """Return which of the springs that are cut have both ends in frames, shape (spring,)."""
+def _ends(scenery: Scenery, event: Event) -> Indices:
+    """Return the rows in frames of the ends of the springs that are cut, shape (spring, 2)."""
     trajectory = scenery.moments.trajectory
-    return np.asarray(np.isin(_ends(scenery, event), trajectory.nodes).all(axis=1))
-
-
-def _ends(scenery: Scenery, event: Event) -> NDArray[np.integer]:
-    return scenery.moments.trajectory.network.ends[list(event.springs)]
+    return trajectory.ends[np.isin(trajectory.springs, event.springs)]
 
 
 def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
@@ -63,9 +58,8 @@ def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
     places: list[Floats] = []
     ways: list[Floats] = []
     for event in events:
-        ends = _ends(scenery, event)[_shown(scenery, event)]
-        row = moments.vectors_in("position", scenery.row(event.time))
-        first, second = (row[np.searchsorted(moments.trajectory.nodes, one)] for one in ends.T)
+        position = moments.vectors_in("position", scenery.row(event.time))
+        first, second = (position[one] for one in _ends(scenery, event).T)
         places.append((first + second) / 2.0)
         ways.append(second - first)
     every, way = np.concatenate(places), np.concatenate(ways)

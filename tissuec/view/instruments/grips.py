@@ -1,18 +1,17 @@
 """Forceps without a shape: drawn where they hold nodes, and moving rigidly with these."""
 
 from collections.abc import Iterator
-from itertools import pairwise
 
 import numpy as np
 
 from tissuec.core.vectors import cross
 from tissuec.model.network import Floats, Indices
+from tissuec.results.tools import FIX, with_ends
 from tissuec.view.instruments import Course
 from tissuec.view.instruments.meshes import mesh_of
-from tissuec.view.instruments.scenery import Scenery, frame_along
-from tissuec.view.instruments.shafts import free_shaft
+from tissuec.view.instruments.scenery import Scenery
+from tissuec.view.instruments.shafts import frame_along, free_shaft
 
-_FIX = "fix"
 _WIDEST = 0.35  # [rad]: of each arm
 _OPEN = 0.05  # [rad]: by which arms open before they hold
 _AWAY = 1.5  # units that forceps come from
@@ -24,17 +23,11 @@ def grips(scenery: Scenery) -> Iterator[Course]:
     """Yield forceps for each time that one holds nodes."""
     trajectory = scenery.moments.trajectory
     shaped = {tool.name for tool in trajectory.network.tools if tool.shapes}
-    others = {_FIX, *trajectory.sets, *shaped}
-    for holder in dict.fromkeys(hold.holder for hold in trajectory.holds):
-        if holder in others:
-            continue
-        own = [hold for hold in trajectory.holds if hold.holder == holder]
-        for hold, after in pairwise([*own, None]):
-            assert hold is not None
-            nodes = scenery.rows_of(hold.nodes)
-            if len(nodes) and hold.time < scenery.moments.times[-1]:
-                stop = np.inf if after is None else after.time
-                yield _grip(scenery, holder, nodes, (hold.time, stop))
+    others = {FIX, *trajectory.sets, *shaped}
+    for hold, stop in with_ends(trajectory.holds):
+        nodes = scenery.rows_of(hold.nodes)
+        if hold.holder not in others and len(nodes) and hold.time < scenery.moments.times[-1]:
+            yield _grip(scenery, hold.holder, nodes, (hold.time, stop))
 
 
 def _grip(scenery: Scenery, name: str, nodes: Indices, held: tuple[float, float]) -> Course:
@@ -49,7 +42,7 @@ def _grip(scenery: Scenery, name: str, nodes: Indices, held: tuple[float, float]
     moments = scenery.moments
     first, last = scenery.row(held[0]), scenery.last_row(min(held[1], float(moments.times[-1])))
     rows = np.clip(np.arange(len(moments)), first, max(first, last))
-    points = moments.vectors("position", nodes, np.float64)[rows]
+    points = moments.of_held("position", nodes)[rows]
     begin = points[0]
     middle = (begin.max(axis=0) + begin.min(axis=0)) / 2.0
     axes = _axes(begin, scenery.tissue(first))

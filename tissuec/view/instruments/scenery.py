@@ -62,11 +62,3 @@ class Scenery(NamedTuple):
     def unit(self, length: float) -> float:
         """Return the unit of an instrument that spans a length, both [m]."""
         return float(np.clip(length, _SMALLEST * self.size, _LARGEST * self.size))
-
-
-def frame_along(shaft: Floats) -> Floats:
-    """Return unit vectors x, y and z, of which z is the given one, shape (3, 3)."""
-    side = np.eye(3)[int(np.abs(shaft).argmin())]
-    x = np.cross(side, shaft)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(shaft, x), shaft])

@@ -3,8 +3,10 @@
 import numpy as np
 
 from tissuec.model.network import Floats
+from tissuec.view.plots.projection import directions
 
 _TRIED = 72  # directions in the plane
+_SPREAD = 200  # directions in space
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -16,13 +18,18 @@ def shaft_across(axis: Floats, foot: Floats, tissue: Floats) -> Floats:
         foot: Where the instrument works [m], shape (3,).
         tissue: Nodes around it [m], shape (node, 3).
     """
-    side = np.eye(3)[int(np.abs(axis).argmin())]
-    right = np.cross(axis, side)
-    right /= np.linalg.norm(right)
     turn = np.linspace(0.0, 2.0 * np.pi, _TRIED, endpoint=False)
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    tried = np.asarray(circle @ np.stack([right, np.cross(axis, right)]), dtype=float)
+    tried = np.asarray(circle @ frame_along(axis)[:2], dtype=float)
     return tried[int(np.argmax(_merit(tried, foot, tissue)))]
+
+
+def frame_along(shaft: Floats) -> Floats:
+    """Return unit vectors x, y and z, of which z is the given one, shape (3, 3)."""
+    side = np.eye(3)[int(np.abs(shaft).argmin())]
+    x = np.cross(side, shaft)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(shaft, x), shaft])
 
 
 def free_shaft(foot: Floats, tissue: Floats) -> Floats:
@@ -32,10 +39,7 @@ def free_shaft(foot: Floats, tissue: Floats) -> Floats:
         foot: Where the instrument works [m], shape (3,).
         tissue: Nodes around it [m], shape (node, 3).
     """
-    height = 1.0 - 2.0 * (np.arange(200) + 0.5) / 200
-    turn = np.arange(200) * np.pi * (3.0 - np.sqrt(5.0))
-    flat = np.sqrt(1.0 - height**2)
-    tried = np.stack([flat * np.cos(turn), flat * np.sin(turn), height], axis=1)
+    tried = directions(_SPREAD)
     return tried[int(np.argmax(_merit(tried, foot, tissue)))]
 
 

@@ -197,7 +197,7 @@ def rounded(mesh: TriangleMesh, bulge: Floats, divisions: int) -> tuple[Triangle
 
 
 def spread(values: NDArray[Any], weights: Floats) -> Floats:
-    """Return what parts of triangles have at their corners, shape (triangle * part, 3, …).
+    """Interpolate values to the corners of parts, shape (triangle * part, 3, number).
 
     Args:
         values: At the corners of triangles, in any unit, shape (triangle, 3, number).

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
 from tissuec.view.player.film import PlayerData
-from tissuec.view.plots.projection import Projection
+from tissuec.view.plots.projection import Projection, directions
 
 ANGLE = 36.0  # of the longer side of the picture [deg]
 MARGIN = 0.86  # of the picture, that the motion fills
@@ -84,15 +84,7 @@ def outermost(points: NDArray[Any]) -> Floats:
     return points[np.unique((points @ _DIRECTIONS.T).argmax(axis=0))].astype(float)
 
 
-def _sphere(count: int) -> Floats:
-    """Return unit vectors, evenly spread."""
-    turn = np.arange(count) * np.pi * (3.0 - np.sqrt(5.0))
-    height = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
-    flat = np.sqrt(1.0 - height**2)
-    return np.stack([flat * np.cos(turn), flat * np.sin(turn), height], axis=1)
-
-
-_DIRECTIONS = _sphere(96)
+_DIRECTIONS = directions(96)
 
 
 class Camera(Struct, frozen=True, eq=False):

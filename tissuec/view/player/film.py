@@ -89,23 +89,19 @@ class ToolSolid(Struct, frozen=True):
 
 
 class HeldTissue(Struct, frozen=True, eq=False):
-    """What is held, but for what instruments hold that are drawn themselves.
+    """Fixed and held parts of the net, without those that drawn instruments hold.
 
     Attributes:
         patches: When each triangle of the skin is held at all corners, in frames, the longest
             time; 0 and 0 for never, shape (triangle, 2).
-        moved: Whether these are held by what may move, shape (triangle,).
         rods: Ends of springs between held nodes outside of patches, or single nodes twice,
             shape (rod, 2).
         life: Of rods, in frames, shape (rod, 2).
-        fixed: Whether rods are held by nobody that moves, shape (rod,).
     """
 
     patches: Floats
-    moved: NDArray[np.bool_]
     rods: Indices
     life: Floats
-    fixed: NDArray[np.bool_]
 
 
 class Instrument(Struct, frozen=True):

@@ -1,4 +1,4 @@
-"""What is held: patches of the skin, springs between held nodes, and single nodes."""
+"""Fixed and held parts of a net: patches of the skin, its edges, and single nodes."""
 
 from collections.abc import Container, Iterator
 from typing import Self
@@ -7,17 +7,15 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from tissuec.model.network import Floats, Indices
+from tissuec.model.network import Indices
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.film import HeldTissue, SkinPiece
 from tissuec.view.player.lifetimes import Mask, Timeline, lives
 from tissuec.view.player.thinning import Thinning
 
-FIX = "fix"
-
 
 class DrawnNet(Struct, frozen=True, eq=False):
-    """What held nodes can be seen by.
+    """The net that is drawn, in which held nodes form patches and edges.
 
     Attributes:
         thin: Which nodes are drawn.
@@ -33,7 +31,7 @@ class DrawnNet(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, thin: Thinning, skin: SkinPiece, ends: Indices) -> Self:
-        """Return that of a film.
+        """Return the drawn net of a film.
 
         Args:
             thin: Which nodes are drawn.
@@ -76,53 +74,32 @@ class DrawnNet(Struct, frozen=True, eq=False):
 def read_held(
     trajectory: Trajectory, timeline: Timeline, drawn: DrawnNet, seen: Container[str]
 ) -> HeldTissue:
-    """Return what is held when.
+    """Return the fixed and held parts of a net.
 
     Args:
         trajectory: The result.
         timeline: The frames that are shown.
-        drawn: What held nodes can be seen by.
-        seen: Tools that are drawn themselves, and not what they hold.
+        drawn: The net that is drawn.
+        seen: Tools that are drawn themselves, and not the nodes that they hold.
     """
+    masks = list(_changes(trajectory, timeline, drawn.thin, seen))
     patches = np.zeros((len(drawn.skin.triangles), 2))
-    moved = np.zeros(len(patches), dtype=bool)
-    rods: list[tuple[Indices, Floats, bool]] = []
-    for fixed in (True, False):
-        masks = list(_changes(trajectory, timeline, drawn.thin, seen, fixed=fixed))
-        if not masks:
-            continue
-        found = lives(((at, drawn.triangles(held)) for at, held in masks), len(patches))
-        longest = np.argsort(found.life[:, 1] - found.life[:, 0], kind="stable")
-        patches[found.of[longest]] = found.life[longest]
-        moved[found.of] = not fixed
-        springs = lives(((at, drawn.springs(held)) for at, held in masks), len(drawn.ends))
-        nodes = lives(((at, drawn.nodes(held)) for at, held in masks), len(drawn.thin.kept))
-        rods.append((drawn.ends[springs.of], springs.life, fixed))
-        rods.append((np.stack([nodes.of, nodes.of], axis=1), nodes.life, fixed))
-    none = np.zeros((0, 2))
-    return HeldTissue(
-        patches,
-        moved,
-        np.concatenate([none.astype(np.int64), *(ends for ends, _, _ in rods)]),
-        np.concatenate([none, *(life for _, life, _ in rods)]),
-        np.repeat([fixed for _, _, fixed in rods], [len(ends) for ends, _, _ in rods]) > 0,
-    )
+    found = lives(((at, drawn.triangles(held)) for at, held in masks), len(patches))
+    longest = np.argsort(found.life[:, 1] - found.life[:, 0], kind="stable")
+    patches[found.of[longest]] = found.life[longest]
+    springs = lives(((at, drawn.springs(held)) for at, held in masks), len(drawn.ends))
+    nodes = lives(((at, drawn.nodes(held)) for at, held in masks), len(drawn.thin.kept))
+    rods = np.concatenate([drawn.ends[springs.of], np.stack([nodes.of, nodes.of], axis=1)])
+    return HeldTissue(patches, rods, np.concatenate([springs.life, nodes.life]))
 
 
 def _changes(
-    trajectory: Trajectory,
-    timeline: Timeline,
-    thin: Thinning,
-    seen: Container[str],
-    *,
-    fixed: bool,
+    trajectory: Trajectory, timeline: Timeline, thin: Thinning, seen: Container[str]
 ) -> Iterator[tuple[float, Mask]]:
     """Yield frames, and which of the drawn nodes are held from then on."""
     holders: dict[str, NDArray[np.integer]] = {}
     for hold in trajectory.holds:
-        if hold.holder in seen or hold.time > timeline.times[-1]:
-            continue
-        if (hold.holder == FIX) == fixed:
+        if hold.holder not in seen and hold.time <= timeline.times[-1]:
             holders[hold.holder] = hold.nodes
             held = np.unique(np.concatenate(list(holders.values())))
             shown = np.isin(trajectory.nodes, held)

@@ -5,6 +5,7 @@ after it, at the same time, so that what lies between two rows is free of events
 """
 
 from collections.abc import Iterator
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, Self
 
@@ -23,7 +24,7 @@ _NEAR = 1e-12  # of the duration: times that differ by less are one
 _FRAME = 2  # rank at one time: behind the sides 0 and 1 of an event
 
 
-class Moments(Struct, frozen=True, eq=False):
+class Moments(Struct, frozen=True, eq=False, dict=True):
     """Moments of a result, in order.
 
     Attributes:
@@ -84,6 +85,30 @@ class Moments(Struct, frozen=True, eq=False):
         for row, frame, side in self.rows():
             found[row] = (sides[side] if frame < 0 else frames[frame])[kept]
         return found
+
+    @cached_property
+    def held(self) -> Indices:
+        """Return rows in frames of the recorded nodes that are ever held, shape (node,)."""
+        every = [np.zeros(0, dtype=np.int64), *(hold.nodes for hold in self.trajectory.holds)]
+        return np.flatnonzero(np.isin(self.trajectory.nodes, np.concatenate(every)))
+
+    @cached_property
+    def _of_held(self) -> dict[str, Floats]:
+        return {}
+
+    def of_held(self, name: str, nodes: Indices) -> Floats:
+        """Return vectors at some nodes that are ever held; files are read once for all.
+
+        Args:
+            name: "position" [m] or "force" [N].
+            nodes: Rows in frames, among ``held``, shape (node,).
+
+        Returns:
+            Shape (row, node, 3).
+        """
+        if name not in self._of_held:
+            self._of_held[name] = self.vectors(name, self.held, np.float64)
+        return self._of_held[name][:, np.searchsorted(self.held, nodes)]
 
     def vectors_in(self, name: str, row: int) -> Floats:
         """Return vectors at all recorded nodes in one row, shape (node, 3).

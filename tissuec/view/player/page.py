@@ -173,7 +173,6 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         ("tints", np.rint(255.0 * film.tints).astype(np.int64).reshape(1, -1)),
         ("dots", film.dots.of[None]),
         ("held", film.held.rods.T),
-        ("fixed", film.held.fixed[None].astype(int)),
         ("curved", film.curved[None].astype(int)),
     ):
         pack.add(name, numbers)
@@ -263,7 +262,7 @@ def _piece(piece: SurfacePiece, name: str, pack: Pack, step: float) -> dict[str,
 
 
 def _shown(scale: AxisUnit) -> tuple[float, str]:
-    """Return what numbers are divided by, and the unit that they are then in."""
+    """Return the divisor of numbers in the SI unit, and the unit of the quotients."""
     return float(f"1e{scale.power}"), scale.unit
 
 

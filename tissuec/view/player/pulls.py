@@ -7,11 +7,10 @@ from msgspec import Struct
 
 from tissuec.model import topology
 from tissuec.model.network import Floats, Indices
-from tissuec.results.tools import HoldInterval
+from tissuec.results.recording import AXES
+from tissuec.results.tools import FIX, with_ends
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.moments import Moments
-
-_FIX = "fix"
 
 
 class HoldingForce(Struct, frozen=True, eq=False):
@@ -38,24 +37,14 @@ def read_pulls(moments: Moments) -> list[HoldingForce]:
 def _holds(moments: Moments) -> Iterator[HoldingForce]:
     """Yield minus the sum of spring forces on held nodes, where all of them are recorded."""
     trajectory = moments.trajectory
-    for hold, stop in _intervals(trajectory):
-        for nodes in (
-            _connected(trajectory, hold.nodes) if hold.holder == _FIX else [hold.nodes]
-        ):
-            if not np.isin(nodes, trajectory.nodes).all():
-                continue
-            rows = np.searchsorted(trajectory.nodes, nodes)
-            place = moments.vectors("position", rows, np.float64).mean(axis=1)
-            force = 0.0 - moments.vectors("force", rows, np.float64).sum(axis=1)
-            yield HoldingForce(hold.holder, (hold.time, stop), place, force)
-
-
-def _intervals(trajectory: Trajectory) -> Iterator[tuple[HoldInterval, float]]:
-    """Yield what holds nodes, and until when."""
-    for number, hold in enumerate(trajectory.holds):
-        if len(hold.nodes) and hold.time < trajectory.times[-1]:
-            later = trajectory.holds[number + 1 :]
-            yield hold, next((one.time for one in later if one.holder == hold.holder), np.inf)
+    for hold, stop in with_ends(trajectory.holds):
+        is_fixed, begins = hold.holder == FIX, hold.time < moments.times[-1]
+        for nodes in _connected(trajectory, hold.nodes) if is_fixed else [hold.nodes]:
+            if begins and np.isin(nodes, trajectory.nodes).all():
+                rows = np.searchsorted(trajectory.nodes, nodes)
+                place = moments.of_held("position", rows).mean(axis=1)
+                force = 0.0 - moments.of_held("force", rows).sum(axis=1)
+                yield HoldingForce(hold.holder, (hold.time, stop), place, force)
 
 
 def _connected(trajectory: Trajectory, nodes: Indices) -> list[Indices]:
@@ -75,7 +64,7 @@ def _contacts(moments: Moments) -> Iterator[HoldingForce]:
     network = trajectory.network
     for tool in network.tools:
         log = trajectory.logs.get(f"force of {tool.name}")
-        if log is None or log.columns != ("x", "y", "z") or not len(log.time):
+        if log is None or log.columns != AXES or not len(log.time):
             continue
         first = int(tool.nodes.start) - network.body_nodes
         time, value = log.with_jumps()

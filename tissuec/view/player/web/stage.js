@@ -170,7 +170,7 @@ class Stage {
     this.makeTints();
   }
 
-  // Return what draws triangles, each of them divided.
+  // Return an array of triangles that are each drawn in parts.
   faces(divisions, { nodes, spans, held, hollow }) {
     const { gl } = this, array = gl.createVertexArray(), { weights, indices } = partsOfTriangle(divisions);
     gl.bindVertexArray(array);
