@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.test_cli import tissuec
+from tests.vtk_reading import opened
 from tissuec.compiler.anatomy import anatomy_of
 from tissuec.core.resources import library
 from tissuec.core.source import Source
@@ -23,8 +24,8 @@ from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
 from tissuec.scene.request import Request
 
-vtk_hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
-from vtkmodules.util.numpy_support import vtk_to_numpy  # noqa: E402
+pytest.importorskip("vtkmodules.vtkIOHDF")
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 SCENE = """language 1
 use "tissues/fat"
@@ -91,14 +92,6 @@ def made(tmp_path_factory):
     with Trajectory.open(result.path) as trajectory:
         write_blocks(trajectory, anatomy_of(compiled), copied, links=False)
         yield compiled, trajectory, (result.blocks, copied)
-
-
-def opened(path):
-    reader = vtk_hdf.vtkHDFReader()
-    reader.SetFileName(str(path))
-    assert reader.CanReadFile(str(path))
-    reader.UpdateInformation()
-    return reader
 
 
 def shown(reader, frame):

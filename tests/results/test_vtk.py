@@ -5,20 +5,13 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-vtk_hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
-from vtkmodules.util.numpy_support import vtk_to_numpy  # noqa: E402
+pytest.importorskip("vtkmodules.vtkIOHDF")
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from tissuec.results.recording import Recording  # noqa: E402
-from tissuec.results.trajectory import Trajectory  # noqa: E402
-from tissuec.results.writer import ResultWriter  # noqa: E402
-
-
-def opened(path):
-    reader = vtk_hdf.vtkHDFReader()
-    reader.SetFileName(str(path))
-    assert reader.CanReadFile(str(path))
-    reader.UpdateInformation()
-    return reader
+from tests.vtk_reading import opened
+from tissuec.results.recording import Recording
+from tissuec.results.trajectory import Trajectory
+from tissuec.results.writer import ResultWriter
 
 
 def shown(reader, frame):
