@@ -194,7 +194,7 @@ def simulate(
 def _writer(
     compiled: Compiled, path: Path, request: Request, *, resume: bool
 ) -> "tuple[ResultWriter, Mapping[str, Any] | None]":
-    """Return what writes a result, and the state that a run is resumed from."""
+    """Return the writer of a result, and the state that a run resumes from."""
     from tissuec.engine.execution.recorder import wishes
     from tissuec.results.resuming import find_checkpoint
     from tissuec.results.writer import ResultWriter

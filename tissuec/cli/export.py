@@ -197,7 +197,7 @@ class _Series(Struct, frozen=True):
 
 
 def _shapes(shape: "Callable[[int], ExportedShape]") -> Callable[[int, str, Path, str], None]:
-    """Return what writes a shape of each frame."""
+    """Return the function that writes a shape of each frame."""
     from tissuec.results.shapes import WRITERS
 
     return lambda number, kind, path, _: WRITERS[kind](shape(number), path)
@@ -219,7 +219,7 @@ def _blocks(trajectory: "Trajectory", output: Path | None) -> dict[str, Any]:
 
 
 def _anatomy(trajectory: "Trajectory") -> "tuple[Anatomy | None, list[str]]":
-    """Return what blocks show of the scene of a result, or why that is not known."""
+    """Return the anatomy of the scene of a result, or the reason why it is unknown."""
     from tissuec.analysis.result_scene import recompile
     from tissuec.compiler.anatomy import anatomy_of
 
@@ -312,7 +312,7 @@ def _write_frames(
 
 
 def _told(document: dict[str, Any], output: Path) -> str:
-    """Return what was written, and what is left out, in words."""
+    """Describe the written blocks and the omitted parts."""
     notes = (f"note: {sentence}" for sentence in document.get("left_out", ()))
     return "\n".join([_written(document, output), *notes])
 

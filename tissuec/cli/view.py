@@ -64,7 +64,7 @@ class ViewCommand(Command):
 
 
 def _without_picture(written: tuple[str, ...]) -> str:
-    """Return what to write where an option of a picture is not followed by its name."""
+    """Return the full command for a picture option that lacks its file name."""
     for place, word in enumerate(written):
         name = word.removeprefix("--")
         if word not in {f"--{one}" for one in PICTURES}:

@@ -21,7 +21,7 @@ from tissuec.script.verbs.preserve import Inflate, Preserve
 
 
 def anatomy_of(compiled: Compiled) -> Anatomy:
-    """Return what blocks show of a scene beside its result."""
+    """Return the tissues, regions and volumes of a scene that blocks files contain."""
     network, notes = compiled.network, list[str]()
     names: dict[str, int] = {}
     tissue = np.zeros(network.body_nodes, dtype=np.int64)
@@ -74,7 +74,7 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
 
 
 def _pressure(compiled: Compiled, part: BodyPart) -> CellPressure | str | None:
-    """Return what keeps the volume of the cells of a solid; a reason if that changes."""
+    """Return the force that preserves the cells of a solid, or a reason if it changes."""
     plan, network = compiled.plan, compiled.network
     events = [*plan.events, *(event for one in plan.triggers for event in one.events)]
     acting = [
@@ -121,7 +121,7 @@ def _cells(part: BodyPart) -> Indices | None:
 
 
 def _filled(mesh: Mesh) -> Floats:
-    """Return what the nodes of a filled surface stand for [m³], shape (node,).
+    """Return the volume of each node of a filled surface [m³], shape (node,).
 
     The quarters of Delaunay's tetrahedra inside, as in fillings of matter.
     """

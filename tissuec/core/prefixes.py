@@ -5,7 +5,7 @@ from functools import cache
 from typing import NamedTuple
 
 #: SI units of which people use a multiple with a name of its own: the power of ten [SI] of what
-#: takes the prefix, its symbol, and what stands behind it.
+#: takes the prefix, its symbol, and the rest of the unit.
 _RENAMED = {
     "m^3": (-3, "l", ""),
     "m^3/s": (-3, "l", "/s"),
@@ -28,7 +28,7 @@ class ShownUnit(NamedTuple):
 
     @property
     def size(self) -> float:
-        """Return what one of it is in the SI unit."""
+        """Return the size of the unit, in the SI unit."""
         return float(f"1e{self.power}")
 
 
@@ -69,7 +69,7 @@ def shown_unit(unit: str, largest: float, *, digits: int = 3) -> ShownUnit:
 
 
 def _split(unit: str) -> tuple[int, str, str]:
-    """Return what takes a prefix in a unit, and what stands behind it; nothing if none can."""
+    """Split a unit into the symbol that takes a prefix and the rest; "" if none does."""
     for symbol in _TAKE_PREFIXES:
         rest = unit.removeprefix(symbol)
         if rest != unit and (not rest or rest[0] in "*/"):

@@ -29,7 +29,7 @@ class AxisUnit(Struct, frozen=True):
 
     @property
     def factor(self) -> float:
-        """Return what numbers in the SI unit are multiplied by."""
+        """Return the factor from numbers in the SI unit to this unit."""
         return float(f"1e{-self.power}")
 
     @property

@@ -45,7 +45,7 @@ def without_tolerance(number: str, unit: str | None, place: Span) -> Hint:
 
     Args:
         number: The number as written.
-        unit: Its unit, which may stand behind the tolerance.
+        unit: Its unit, which may follow the tolerance.
         place: Number and tolerance.
     """
     amount = f"{number} {'' if unit in (None, '%') else unit}".rstrip()

@@ -55,7 +55,7 @@ _USUAL = {"stiffness": "spring constant", "damping": "viscosity"}
 
 
 def left_side(item: s.Assign | s.Sentence | s.Block) -> str:
-    """Return what stands before the sign of an entry: in --set, also the name of its block."""
+    """Return the text before the sign of an entry; in --set, with the name of its block."""
     value = item.value if isinstance(item, s.Assign) else item.phrase
     if value is None:
         return item.name.span.text

@@ -118,7 +118,7 @@ class Scope:
             )
         if name.text in SYMBOLS:
             text = f"1 {name.text}"
-            return Hint(f'a unit stands behind a number: write "{text}"', Edit(text))
+            return Hint(f'a unit follows a number: write "{text}"', Edit(text))
         declared = f'declare it: "param {name.text} = …" or "let {name.text} = …"'
         found = alternatives(name.text, self.names(), what="numbers") or Hint(declared)
         return Hint(found + _AXES.get(name.key, ""), *found.edits)

@@ -36,7 +36,7 @@ TOO_MANY = "write digits without separators, and units behind the names of colum
 
 
 def remedy(cell: str) -> str:
-    """Return what to do about a cell that is no number."""
+    """Return the remedy for a cell that is not a number."""
     text = cell.strip()
     if clock := _CLOCK.fullmatch(text):
         hours, minutes, seconds = clock[1] or "0", clock[2], clock[3].replace(",", ".")

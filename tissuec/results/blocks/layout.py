@@ -140,7 +140,7 @@ def blocks_of(trajectory: Trajectory, anatomy: Anatomy | None) -> tuple[ResultBl
 
 
 def _parts(cloud: Cloud, network: Network) -> Sequence[tuple[str, str]]:
-    """Return what the blocks of a cloud draw, and what their names end with."""
+    """Return the kinds of blocks of a cloud, and the endings of their names."""
     if cloud.kind == "grip":
         return (("Vertices", ""),)
     if cloud.kind != "body" or cloud.name in network.threads:
