@@ -15,6 +15,7 @@ from tissuec.lang.walk import walk
 from tissuec.meshes.generators import MESHES, Generator
 from tissuec.model.network import Floats
 from tissuec.scene import schema
+from tissuec.scene.appearance import APPEARANCE
 from tissuec.scene.declarations import Declarations, without
 from tissuec.scene.entry_meanings import left_side, unknown_entry
 from tissuec.scene.expressions import Scope
@@ -290,6 +291,8 @@ class _BodyReader:
     def _elsewhere(self, item: s.Assign | s.Sentence | s.Block) -> str:
         """Return where an entry belongs that is one of a tissue or of the mesh, or ""."""
         key, text = item.name.key, item.span.one_line
+        if key in APPEARANCE:
+            return "it is an entry of tissues; move it into the tissue block of this body"
         if key in QUANTITIES:
             return (
                 f"it describes tissue: write tissue NAME {{ {text} }}, and in the body "
