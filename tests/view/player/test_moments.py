@@ -6,10 +6,10 @@ from msgspec.structs import replace
 
 import tissuec
 from tissuec.core.resources import library
+from tissuec.results.moments import curved, slopes
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.lifetimes import Timeline
 from tissuec.view.player.moment import position_at
-from tissuec.view.player.moments import curved, slopes
 from tissuec.view.player.options import Options
 from tissuec.view.player.reading import read_film
 

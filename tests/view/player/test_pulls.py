@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import tissuec
+from tissuec.results.moments import Moments
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.moments import Moments
 from tissuec.view.player.options import Options
 from tissuec.view.player.pulls import read_pulls
 from tissuec.view.player.reading import read_film

@@ -13,9 +13,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core.vectors import directions
 from tissuec.model.network import Floats
 from tissuec.view.player.film import PlayerData
-from tissuec.view.plots.projection import Projection, directions
+from tissuec.view.plots.projection import Projection
 
 ANGLE = 36.0  # of the longer side of the picture [deg]
 MARGIN = 0.86  # of the picture, that the motion fills

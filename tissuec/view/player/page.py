@@ -17,8 +17,8 @@ from tissuec.core.prefixes import shown_units
 from tissuec.core.scale import AxisUnit, readable
 from tissuec.core.version import __version__
 from tissuec.model.network import Floats
+from tissuec.results.instruments.meshes import mesh_of
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.instruments.meshes import mesh_of
 from tissuec.view.player import facts
 from tissuec.view.player.camera import ANGLE, MARGIN, framing
 from tissuec.view.player.curves import LogCurve, read_curves

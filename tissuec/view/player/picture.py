@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tissuec.core import palette
 from tissuec.core.scale import PERCENT, scale_of
 from tissuec.model.network import Floats, Indices
-from tissuec.view.instruments.meshes import mesh_of
+from tissuec.results.instruments.meshes import mesh_of
 from tissuec.view.player.bodies import (
     TriangleMesh,
     across,

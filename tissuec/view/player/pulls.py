@@ -7,10 +7,10 @@ from msgspec import Struct
 
 from tissuec.model import topology
 from tissuec.model.network import Floats, Indices
+from tissuec.results.moments import Moments
 from tissuec.results.recording import AXES
 from tissuec.results.tools import FIX, with_ends
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.moments import Moments
 
 
 class HoldingForce(Struct, frozen=True, eq=False):

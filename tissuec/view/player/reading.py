@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices
+from tissuec.results.instruments import Course
+from tissuec.results.instruments.courses import courses
+from tissuec.results.moments import Moments, curved, slopes
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.instruments import Course
-from tissuec.view.instruments.courses import courses
 from tissuec.view.player.film import (
     Instrument,
     Lines,
@@ -30,7 +31,6 @@ from tissuec.view.player.lifetimes import (
     lives,
     sharpened_triangles,
 )
-from tissuec.view.player.moments import Moments, curved, slopes
 from tissuec.view.player.options import Options
 from tissuec.view.player.pulls import read_pulls
 from tissuec.view.player.thinning import (

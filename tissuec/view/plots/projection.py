@@ -65,14 +65,6 @@ class Projection(Struct, frozen=True):
         return names[0], names[1]
 
 
-def directions(count: int) -> Floats:
-    """Return unit vectors, evenly spread over all directions, shape (count, 3)."""
-    turn = np.arange(count) * np.pi * (3.0 - np.sqrt(5.0))
-    height = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
-    flat = np.sqrt(1.0 - height**2)
-    return np.stack([flat * np.cos(turn), flat * np.sin(turn), height], axis=1)
-
-
 def viewpoint(points: Floats, moved: Sequence[Floats] = ()) -> tuple[float, float]:
     """Return azimuth and elevation from which points and their motion are seen well [deg].
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import tissuec
-from tissuec.view.instruments.courses import courses
-from tissuec.view.instruments.grips import rotations
-from tissuec.view.instruments.meshes import KINDS, mesh_of
-from tissuec.view.instruments.scenery import Scenery
-from tissuec.view.player.moments import Moments
+from tissuec.results.instruments.courses import courses
+from tissuec.results.instruments.grips import rotations
+from tissuec.results.instruments.meshes import KINDS, mesh_of
+from tissuec.results.instruments.scenery import Scenery
+from tissuec.results.moments import Moments
 
 BAR = """language 1
 tissue wall { spring constant = 100 N/m; viscosity = 0.1 N*s/m; mass = 2 g }

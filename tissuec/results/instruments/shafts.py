@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from tissuec.core.vectors import directions
 from tissuec.model.network import Floats
-from tissuec.view.plots.projection import directions
 
 _TRIED = 72  # directions in the plane
 _SPREAD = 200  # directions in space

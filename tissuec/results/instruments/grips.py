@@ -6,11 +6,11 @@ import numpy as np
 
 from tissuec.core.vectors import cross
 from tissuec.model.network import Floats, Indices
+from tissuec.results.instruments import Course
+from tissuec.results.instruments.meshes import mesh_of
+from tissuec.results.instruments.scenery import Scenery
+from tissuec.results.instruments.shafts import frame_along, free_shaft
 from tissuec.results.tools import FIX, with_ends
-from tissuec.view.instruments import Course
-from tissuec.view.instruments.meshes import mesh_of
-from tissuec.view.instruments.scenery import Scenery
-from tissuec.view.instruments.shafts import frame_along, free_shaft
 
 _WIDEST = 0.35  # [rad]: of each arm
 _OPEN = 0.05  # [rad]: by which arms open before they hold

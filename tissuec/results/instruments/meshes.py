@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
-from tissuec.view.instruments import FIXED, LOWER, STRETCHED, UPPER, InstrumentMesh
+from tissuec.results.instruments import FIXED, LOWER, STRETCHED, UPPER, InstrumentMesh
 
 _SIDES = 12
 _MIRRORED = np.array([-1.0, -1.0, 1.0])  # half a turn about z: one jaw becomes the other

@@ -7,10 +7,10 @@ from itertools import groupby
 import numpy as np
 
 from tissuec.model.network import Floats, Indices
+from tissuec.results.instruments import Course
+from tissuec.results.instruments.scenery import Scenery
+from tissuec.results.instruments.shafts import shaft_across
 from tissuec.results.recording import Event
-from tissuec.view.instruments import Course
-from tissuec.view.instruments.scenery import Scenery
-from tissuec.view.instruments.shafts import shaft_across
 
 _OPEN, _AFTER, _ALONG = 0.35, 0.2, 0.15  # [rad]: of each blade before, after and during a cut
 _SPAN = 1.6  # units of tissue between blades

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tissuec.model.network import Floats, Indices
-from tissuec.view.player.moments import Moments
+from tissuec.results.moments import Moments
 
 _SHARE = 1.0 / 15.0  # of the run, that an instrument takes to come or to go
 _SMALLEST, _LARGEST = 0.03, 0.1  # units of instruments, beside the size of the bodies

@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
-from tissuec.view.instruments import Course
-from tissuec.view.instruments.cuts import cuts
-from tissuec.view.instruments.grips import grips
-from tissuec.view.instruments.scenery import Scenery
-from tissuec.view.instruments.shafts import frame_along, free_shaft
-from tissuec.view.player.moments import Moments
+from tissuec.results.instruments import Course
+from tissuec.results.instruments.cuts import cuts
+from tissuec.results.instruments.grips import grips
+from tissuec.results.instruments.scenery import Scenery
+from tissuec.results.instruments.shafts import frame_along, free_shaft
+from tissuec.results.moments import Moments
 
 
 def courses(moments: Moments) -> tuple[Course, ...]:
