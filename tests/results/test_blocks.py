@@ -1,6 +1,7 @@
 """VTK sees the parts of bodies, joints and tools of a blocks file with the numbers of a run."""
 
 import json
+import re
 
 import h5py
 import numpy as np
@@ -19,6 +20,7 @@ from tissuec.results.blocks.file import write_blocks
 from tissuec.results.blocks.layout import Names
 from tissuec.results.blocks.pieces import BlockFrames, write_series
 from tissuec.results.errors import PlaceError, ResultError
+from tissuec.results.instruments.meshes import mesh_of
 from tissuec.results.paraview import blocks_path
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
@@ -126,6 +128,10 @@ def at_lines(block):
     return arrays(block.GetCellData())
 
 
+def triangles(block):
+    return vtk_to_numpy(block.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+
+
 def lines(block):
     return vtk_to_numpy(block.GetLines().GetConnectivityArray()).reshape(-1, 2)
 
@@ -134,7 +140,7 @@ def test_blocks_are_bodies_joints_and_tools(made):
     for path in made[2]:
         assert list(shown(opened(path), 0)) == [
             "pad_springs", "pad_skin", "cube_springs", "cube_skin", "long_thread", "a_seam",
-            "finger", "grip", "shears",
+            "finger", "grip", "grip_held", "shears",
         ]  # fmt: skip
 
 
@@ -156,9 +162,8 @@ def test_every_frame_holds_the_numbers_of_the_result(made):
                 at, along = at_points(block), at_lines(block)
                 for numbers in (*at.values(), *along.values()):
                     assert np.isfinite(numbers).all()
-                if name == "finger":
-                    assert np.array_equal(points(block), trajectory.tools[frame])
-                    assert along["radius"].tolist() == [0.002]
+                if name in ("finger", "grip", "shears"):
+                    assert not along and set(at) == {"body"}
                     continue
                 nodes = at["node"]
                 assert np.array_equal(points(block), positions[frame, nodes])
@@ -205,13 +210,36 @@ def test_a_tool_without_a_shape_is_what_it_holds(made):
     other = np.flatnonzero(compiled.network.position[:9, 0] > 9e-3)
     for path in paths:
         reader = opened(path)
-        held = [at_points(shown(reader, frame)["grip"]).get("node", []) for frame in range(9)]
+        held = [
+            at_points(shown(reader, frame)["grip_held"]).get("node", []) for frame in range(9)
+        ]
         assert [len(nodes) for nodes in held] == [0, 0, 3, 3, 3, 3, 3, 0, 0]
         assert np.array_equal(held[4], other)
-        vertices = shown(reader, 4)["grip"].GetVerts()
+        vertices = shown(reader, 4)["grip_held"].GetVerts()
         assert vtk_to_numpy(vertices.GetConnectivityArray()).tolist() == [0, 1, 2]
         assert vtk_to_numpy(vertices.GetOffsetsArray()).tolist() == [0, 1, 2, 3]
-        assert all(not shown(reader, frame)["shears"].GetNumberOfPoints() for frame in (0, 8))
+
+
+def test_tools_are_closed_surfaces_where_they_act(made):
+    _, trajectory, paths = made
+    for path in paths:
+        reader = opened(path)
+        blocks = [shown(reader, frame) for frame in range(9)]
+        for name, frames in (("finger", range(9)), ("grip", range(2, 8)), ("shears", (5,))):
+            for frame in range(9):
+                block = blocks[frame][name]
+                assert bool(block.GetNumberOfPolys()) == (frame in frames)
+                corners = triangles(block)
+                edges = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+                assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+        for frame in (0, 5, 8):
+            away = points(blocks[frame]["finger"]) - trajectory.tools[frame][0]
+            distance = np.linalg.norm(away, axis=1)[: len(mesh_of("capsule").vertices)]
+            assert distance.max() == pytest.approx(2e-3) and distance.min() > 1.9e-3
+        # The blades lie in the plane of the cut, and both jaws at what they hold.
+        assert points(blocks[5]["shears"])[:, 0] == pytest.approx(7.5e-3, abs=1e-3)
+        held, jaws = points(blocks[4]["grip_held"]), points(blocks[4]["grip"])
+        assert jaws[:, 0].min() < held[:, 0].max() and jaws[:, 2].max() > held[:, 2].max()
 
 
 def test_tissue_region_and_body_are_numbers_with_names(made):
@@ -329,7 +357,7 @@ def test_without_its_scene_a_result_has_blocks_without_tissues(made, tmp_path):
     path = tmp_path / "a.vtkhdf"
     write_blocks(made[1], None, path, links=False)
     blocks = shown(opened(path), 3)
-    assert "shears" not in blocks and "finger" in blocks
+    assert {"finger", "grip", "shears"} < set(blocks)
     at = at_points(blocks["cube_skin"])
     assert "tissue" not in at and "stress" not in at and "tension" in at
 
@@ -488,8 +516,8 @@ def test_blocks_of_shipped_scenes_are_whole(tmp_path, name):
         assert frames == len(trajectory.times)
         for frame in np.linspace(0, frames - 1, 5).astype(int).tolist():
             blocks = shown(reader, frame)
-            plain = [one.removesuffix("_springs").removesuffix("_skin") for one in blocks]
-            assert set(plain) == names
+            plain = {re.sub("_(springs|skin|held|jet)$", "", one) for one in blocks}
+            assert plain - {"scalpel"} == names
             every = []
             for title, block in blocks.items():
                 for numbers in (*at_points(block).values(), *at_lines(block).values()):
@@ -553,7 +581,7 @@ def test_frames_as_xml_hold_the_same_blocks(made, tmp_path):
             assert found.GetNumberOfVerts() == block.GetNumberOfVerts()
             assert found.GetNumberOfPolys() == block.GetNumberOfPolys()
     assert sorted(p.name for p in (tmp_path / "pad").glob("grip_*")) == [
-        f"grip_{number:04}.vtp" for number in range(9)
+        f"grip{part}_{number:04}.vtp" for part in ("", "_held") for number in range(9)
     ]
 
 

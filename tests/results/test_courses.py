@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import tissuec
-from tissuec.results.instruments.courses import courses
+from tissuec.results.instruments.courses import courses, solids
+from tissuec.results.instruments.cuts import scissors_of
 from tissuec.results.instruments.grips import rotations
-from tissuec.results.instruments.meshes import KINDS, mesh_of
+from tissuec.results.instruments.meshes import KINDS, mesh_of, placed
 from tissuec.results.instruments.scenery import Scenery
 from tissuec.results.moments import Moments
 
@@ -28,6 +29,7 @@ tool pincers { kind is forceps }
 tool shears { kind is scissors }
 tool finger { kind is probe; radius = 3 mm; centre = (30, 0, 40) mm }
 tool spout { kind is nozzle; diameter = 2 mm; tip = (10, 0, 25) mm; direction = (0, 0, -1) }
+tool bench { kind is plane; point = (0, 0, -20) mm; normal = (0, 0.6, 0.8) }
 environment {
   gravity = (0, 0, 0) m/s^2; damping = 0.1 N*s/m
   contact is tools only; contact stiffness = 10 N/m
@@ -126,6 +128,44 @@ def test_the_handle_of_a_probe_leads_away_from_the_tissue():
     handle = found["handle"]
     assert handle.size == 3e-3
     assert handle.axes[0, 2, 2] > 0.7  # upwards: the tube is below
+
+
+def test_shapes_of_tools_are_surfaces_where_their_nodes_are():
+    _, moments, _ = seen(PLANE)
+    found = {one.kind: one for one in solids(moments)}
+    names = {kind: one.name for kind, one in found.items()}
+    assert names == {"capsule": "finger", "opening": "spout", "plane": "bench"}
+    ball, tube, plate = (placed(found[kind], 3) for kind in ("capsule", "opening", "plane"))
+    distance = np.linalg.norm(ball - [30e-3, 0.0, 40e-3], axis=1)
+    assert distance.max() == pytest.approx(3e-3) and distance.min() > 2.9e-3
+    # The opening of 2 mm looks down; its tube leads upwards.
+    assert tube[:, 2].min() == pytest.approx(25e-3)
+    rim = np.hypot(tube[:, 0] - 10e-3, tube[:, 1])[tube[:, 2] < 25.001e-3]
+    assert rim.max() == pytest.approx(1e-3) and tube[:, 2].max() > 40e-3
+    height = (plate - [0.0, 0.0, -20e-3]) @ [0.0, 0.6, 0.8]
+    assert height.max() == pytest.approx(0.0, abs=1e-9) and height.min() > -1e-3
+    # Below the middle of the bar.
+    assert plate.mean(axis=0)[0] == pytest.approx(30e-3, abs=1e-3)
+
+
+def test_a_rod_reaches_from_end_to_end():
+    rod = mesh_of("capsule").posed(4.0)
+    ends = np.clip(rod[:, 2], 0.0, 4.0)
+    assert np.linalg.norm(rod - ends[:, None] * [0, 0, 1], axis=1) == pytest.approx(1, abs=0.02)
+    assert (rod[:, 2].min(), rod[:, 2].max()) == pytest.approx((-1.0, 5.0), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "name"),
+    [
+        (f"{PLANE} with shears", "shears"),
+        ("cut stems with my shears", "my shears"),
+        ('cut "tube with ends" with "shears by hand" along line from a to b', "shears by hand"),
+        ('cut "tube with shears"', ""),
+    ],
+)
+def test_scissors_are_those_of_the_sentence(sentence, name):
+    assert scissors_of(sentence) == name
 
 
 def test_shafts_do_not_lead_through_tissue():

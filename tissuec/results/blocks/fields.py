@@ -18,7 +18,7 @@ from tissuec.results.blocks.moment import Facts, Moment
 
 Values: TypeAlias = "NDArray[np.floating] | NDArray[np.integer]"
 NODES: tuple[Kind, ...] = ("body", "joint", "grip")
-ALL: tuple[Kind, ...] = ("body", "joint", "grip", "tool")
+ALL: tuple[Kind, ...] = (*NODES, "tool")
 SPRINGS: tuple[Kind, ...] = ("body", "joint")
 
 
@@ -97,14 +97,9 @@ def _elongation(moment: Moment) -> Values:
     return np.divide(here - drawn, drawn, where=drawn > 0.0, out=np.zeros_like(drawn))
 
 
-def _radius(moment: Moment) -> Values:
-    shapes = next(t.shapes for t in moment.network.tools if t.name == moment.cloud.name)
-    return np.array([shape.radius for shape in shapes])
-
-
 FIELDS: tuple[BlockField, ...] = (
     BlockField(
-        "displacement", "m", 3, "points", ALL, "from the positions before the run",
+        "displacement", "m", 3, "points", NODES, "from the positions before the run",
         _displacement,
     ),
     BlockField(
@@ -153,7 +148,7 @@ FIELDS: tuple[BlockField, ...] = (
         changes=False, whole=True, needs="anatomy", names=_tissue_names,
     ),
     BlockField(
-        "node", "", 1, "points", ALL, "number of the node in the network, unique",
+        "node", "", 1, "points", NODES, "number of the node in the network, unique",
         lambda m: m.nodes, changes=False, whole=True,
     ),
     BlockField(
@@ -182,9 +177,5 @@ FIELDS: tuple[BlockField, ...] = (
     BlockField(
         "spring_id", "", 1, "lines", SPRINGS, "id of the spring in the scene",
         lambda m: m.network.spring_ids[m.springs], changes=False, whole=True,
-    ),
-    BlockField(
-        "radius", "m", 1, "lines", ("tool",), "radius of each shape; 0 of planes", _radius,
-        changes=False,
     ),
 )  # fmt: skip

@@ -42,7 +42,6 @@ from tissuec.results.polydata import write_type
 from tissuec.results.shapes import cannot_write
 from tissuec.results.store import LIBVER, describe
 from tissuec.results.surface_series import SurfaceSeries
-from tissuec.results.tools import TOOL_FRAMES
 from tissuec.results.trajectory import Trajectory
 
 ROOT = "/VTKHDF"
@@ -364,16 +363,10 @@ class _BlocksWriter:
             starts = access.array(self.trajectory.content, steps)[: self.frames]
             first = np.array([piece.first for piece in owner.pieces])
             return path, starts + first[owner.of_frame]
-        if len(owner.nodes) != 1 or not len(owner.nodes[0]):
+        if owner.kind == "tool" or len(owner.nodes) != 1 or not len(owner.nodes[0]):
             return None
         nodes, begin = owner.nodes[0], int(owner.nodes[0][0])
         shown = self.trajectory.nodes
-        if owner.kind == "tool":
-            tools = self.trajectory.tools
-            if tools is None:
-                return None
-            row = begin - self.facts.network.body_nodes
-            return TOOL_FRAMES, np.arange(self.frames) * tools.shape[1] + row
         row = int(np.searchsorted(shown, begin))
         if not np.array_equal(shown[row : row + len(nodes)], nodes):
             return None

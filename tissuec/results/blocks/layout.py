@@ -1,7 +1,8 @@
 """Which blocks a result has, and what each of them draws in each frame.
 
-A *cloud* is what the points of blocks are: the nodes of a body, of a joint, or of a tool. The
-springs, the skin and the single nodes of a body are blocks of one cloud.
+A *cloud* is what the points of blocks are: the nodes of a body, of a joint, or those that a
+tool holds, or the corners of what is seen of a tool. The springs, the skin and the single nodes
+of a body are blocks of one cloud.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Indices, Network, numbers_in
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
+from tissuec.results.blocks.instruments import ToolMesh, tool_meshes
 from tissuec.results.mesh import Cells
 from tissuec.results.trajectory import Trajectory
 
@@ -27,13 +29,15 @@ class Cloud(Struct, frozen=True, eq=False):
 
     Attributes:
         name: Of the body, joint or tool.
-        kind: "body", "joint", "tool" for one with a shape, "grip" for the nodes that another
-            one holds.
+        kind: "body", "joint", "tool" for what is seen of one, "grip" for the nodes that one
+            without a shape holds.
         number: Among the bodies and, behind them, the tools; of a joint -1.
-        nodes: Network numbers of the points while they are the same, shape (point,) each.
+        nodes: Network numbers of the points while they are the same, shape (point,) each; of
+            tools, from 0 on.
         of_frame: Which of ``nodes`` are shown in each frame, shape (frame,).
         springs: Range of the springs that belong to it.
         matter: Where strain and stress are known.
+        mesh: Of a tool.
     """
 
     name: str
@@ -43,6 +47,7 @@ class Cloud(Struct, frozen=True, eq=False):
     of_frame: Indices
     springs: slice = slice(0, 0)
     matter: BodyMatter | None = None
+    mesh: ToolMesh | None = None
 
 
 class Piece(NamedTuple):
@@ -141,8 +146,10 @@ def blocks_of(trajectory: Trajectory, anatomy: Anatomy | None) -> tuple[ResultBl
 
 def _parts(cloud: Cloud, network: Network) -> Sequence[tuple[str, str]]:
     """Return the kinds of blocks of a cloud, and the endings of their names."""
+    if cloud.kind == "tool":
+        return (("Polygons", ""),)
     if cloud.kind == "grip":
-        return (("Vertices", ""),)
+        return (("Vertices", "held"),)
     if cloud.kind != "body" or cloud.name in network.threads:
         return (("Lines", ""),)
     return (("Lines", "springs"), ("Polygons", "skin"), ("Vertices", "nodes"))
@@ -168,7 +175,7 @@ class _Drawing:
         held = int(cloud.of_frame[frame])
         moved = not frame or held != int(cloud.of_frame[frame - 1])
         if moved or (cells is not None and cloud.kind in ("body", "joint")):
-            piece = self._piece(shown, cells, cloud.nodes[held])
+            piece = self._piece(shown, cells, held)
             if not self.pieces or not piece.same_as(self.pieces[-1]):
                 self.pieces.append(piece)
         self.of_frame.append(len(self.pieces) - 1)
@@ -182,10 +189,11 @@ class _Drawing:
         place = np.argsort(order)
         return tuple(self.pieces[n] for n in order), place[self.of_frame]
 
-    def _piece(self, shown: Indices, cells: Cells | None, nodes: Indices) -> Piece:
+    def _piece(self, shown: Indices, cells: Cells | None, variant: int) -> Piece:
+        nodes = self.cloud.nodes[variant]
         points, none = np.arange(len(nodes)), np.zeros(0, dtype=np.int64)
-        if self.cloud.kind == "tool":
-            return Piece(len(nodes), points.reshape(-1, 2), none, 0)
+        if self.cloud.mesh is not None:
+            return Piece(len(nodes), self.cloud.mesh.triangles(variant), none, 0)
         if self.cloud.kind == "grip":
             return Piece(len(nodes), points[:, None], none, 0)
         assert cells is not None
@@ -216,17 +224,13 @@ def _clouds(trajectory: Trajectory, anatomy: Anatomy | None) -> Iterator[Cloud]:
         if len(springs):
             nodes = (np.unique(network.ends[springs]).astype(np.int64),)
             yield Cloud(joint.name, "joint", -1, nodes, always, joint.springs)
-    shaped = {tool.name: tool for tool in network.tools}
-    names = [
-        *shaped,
-        *(name for name in (anatomy.tools if anatomy else ()) if name not in shaped),
-    ]
-    for number, name in enumerate(names, start=len(network.bodies)):
-        if name in shaped:
-            nodes = (numbers_in(shaped[name].nodes),)
-            yield Cloud(name, "tool", number, nodes, always)
-        else:
-            yield _grip(trajectory, name, number)
+    meshes = tool_meshes(trajectory, anatomy.tools if anatomy else {})
+    for number, mesh in enumerate(meshes, start=len(network.bodies)):
+        nodes = tuple(np.arange(mesh.size(variant)) for variant in range(len(mesh.variants)))
+        yield Cloud(mesh.name, "tool", number, nodes, mesh.of_frame, mesh=mesh)
+        grip = _grip(trajectory, mesh.name, number)
+        if any(map(len, grip.nodes)):
+            yield grip
 
 
 def _grip(trajectory: Trajectory, name: str, number: int) -> Cloud:

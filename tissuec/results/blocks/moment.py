@@ -32,7 +32,7 @@ class Facts:
         self.region = np.zeros(self.network.node_count, dtype=np.int64)
         for number, group in enumerate(groups, start=1):
             self.region[group.indices] = number
-        tools = [cloud.name for cloud in clouds if cloud.kind in ("tool", "grip")]
+        tools = [cloud.name for cloud in clouds if cloud.kind == "tool"]
         self.bodies = (*(body.name for body in self.network.bodies), *tools)
         self._around: dict[int, tuple[Indices, Surroundings]] = {}
 
@@ -151,24 +151,15 @@ class CloudMoments:
         if len(position) < network.body_nodes:
             whole = np.zeros((network.body_nodes, 3))
             whole[trajectory.nodes] = position
-        tools = trajectory.tools
         for cloud in self._clouds:
             nodes = cloud.nodes[int(cloud.of_frame[frame])]
-            if cloud.kind == "tool":
-                assert tools is not None
-                places = np.asarray(tools[frame], dtype=float)[nodes - network.body_nodes]
+            if cloud.mesh is not None:
                 still, none = np.zeros((0, 3)), np.zeros(0)
+                places = cloud.mesh.at(frame)
                 yield Moment(
-                    self._facts,
-                    cloud,
-                    nodes,
-                    none.astype(int),
-                    places,
-                    still,
-                    still,
-                    none,
+                    self._facts, cloud, nodes, none.astype(int), places, still, still, none,
                     whole,
-                )
+                )  # fmt: skip
                 continue
             at = self._rows[nodes]
             own = slice(*np.searchsorted(springs, (cloud.springs.start, cloud.springs.stop)))

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
 
-FIXED, UPPER, LOWER, STRETCHED = 0, 1, 2, 3  # how a vertex moves within its instrument
+#: How a vertex moves within its instrument.
+FIXED, UPPER, LOWER, STRETCHED, SHIFTED = 0, 1, 2, 3, 4
 
 
 class InstrumentMesh(Struct, frozen=True, eq=False):
@@ -22,7 +23,7 @@ class InstrumentMesh(Struct, frozen=True, eq=False):
     Attributes:
         vertices: Closed, shape (vertex, 3).
         part: How each vertex moves: with the shaft, with one of the jaws, which turn about
-            the pivot, or stretched along z, shape (vertex,).
+            the pivot, or stretched or shifted along z, shape (vertex,).
         triangles: Shape (triangle, 3).
         pivot: Where on z the jaws turn.
     """
@@ -33,10 +34,11 @@ class InstrumentMesh(Struct, frozen=True, eq=False):
     pivot: float = 0.0
 
     def posed(self, setting: float) -> Floats:
-        """Return the vertices of an instrument that is open or stretched, shape (vertex, 3).
+        """Return the vertices of an instrument that is open or long, shape (vertex, 3).
 
         Args:
-            setting: Angle by which each jaw is open [rad], or factor of what is stretched.
+            setting: Angle by which each jaw is open [rad], factor of what is stretched, or way
+                of what is shifted.
         """
         points = self.vertices.copy()
         for part, sign in ((UPPER, 1.0), (LOWER, -1.0)):
@@ -46,6 +48,7 @@ class InstrumentMesh(Struct, frozen=True, eq=False):
             points[chosen, 0] = cosine * x - sine * z
             points[chosen, 2] = sine * x + cosine * z + self.pivot
         points[self.part == STRETCHED, 2] *= setting
+        points[self.part == SHIFTED, 2] += setting
         return points
 
 

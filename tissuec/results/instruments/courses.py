@@ -9,17 +9,26 @@ from tissuec.results.instruments.cuts import cuts
 from tissuec.results.instruments.grips import grips
 from tissuec.results.instruments.scenery import Scenery
 from tissuec.results.instruments.shafts import frame_along, free_shaft
+from tissuec.results.instruments.solids import tool_solids
 from tissuec.results.moments import Moments
+
+JET = "jet"
 
 
 def courses(moments: Moments) -> tuple[Course, ...]:
-    """Return all instruments that are seen in a run."""
+    """Return all instruments that are seen in a run, without the shapes that tools have."""
     scenery = Scenery.of(moments)
     if not len(scenery.shown):
         return ()
     return (
         *grips(scenery), *cuts(scenery), *_handles(scenery), *_jets(scenery),
     )  # fmt: skip
+
+
+def solids(moments: Moments) -> tuple[Course, ...]:
+    """Return the shapes of the tools of a run, in the order of the network."""
+    scenery = Scenery.of(moments)
+    return tuple(tool_solids(scenery)) if len(scenery.shown) else ()
 
 
 def _tools(scenery: Scenery, kind: str) -> list[tuple[str, float, NDArray[np.float64]]]:
@@ -66,7 +75,7 @@ def _jets(scenery: Scenery) -> list[Course]:
             ends = (one.time for one in later if (one.kind, one.place) == ("end", event.place))
             life = (event.time, next(ends, np.inf))
             found.append(
-                Course("jet", name, radius, life, points[:, 0], axes, np.array(reach) / radius)
+                Course(JET, name, radius, life, points[:, 0], axes, np.array(reach) / radius)
             )
     return found
 

@@ -15,7 +15,8 @@ from tissuec.results.recording import Event
 _OPEN, _AFTER, _ALONG = 0.35, 0.2, 0.15  # [rad]: of each blade before, after and during a cut
 _SPAN = 1.6  # units of tissue between blades
 _AWAY = 1.5  # units that blades draw back by
-_WITH = re.compile(r'"[^"]*"|\bwith\b')
+_NEXT = "along|through|facing|from|to|by|using"  # what may follow a name
+_WITH = re.compile(rf'"[^"]*"|\bwith\s+("[^"]*"|[^"]+?)(?=\s+(?:{_NEXT})\b|$)')
 
 
 def cuts(scenery: Scenery) -> Iterator[Course]:
@@ -75,9 +76,9 @@ def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
     before = np.clip((time[0] - times) / scenery.pause, 0.0, 1.0)
     after = np.clip((times - time[-1]) / scenery.pause, 0.0, 1.0)
     unit = scenery.unit(max(spans[0], spans[2]) / _SPAN / (1 if len(events) == 1 else 3))
-    is_scissors = any(found[0] == "with" for found in _WITH.finditer(events[0].cause))
+    scissors = scissors_of(events[0].cause)
     setting = np.zeros(len(times))
-    if is_scissors:
+    if scissors:
         during = (before == 0.0) & (after == 0.0) & (len(events) > 1)
         setting = _OPEN * before + _AFTER * after + _ALONG * during * (times < time[-1])
     else:  # its edge is drawn through the surface of the tissue
@@ -87,5 +88,11 @@ def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
     origin = origin + shaft * (_AWAY * unit * after)[:, None]
     life = (time[0] - scenery.pause, time[-1] + scenery.pause)
     seen = np.broadcast_to(axes, (len(times), 3, 3))
-    kind = "scissors" if is_scissors else "scalpel"
-    return Course(kind, "", unit, life, origin, seen, setting)
+    kind = "scissors" if scissors else "scalpel"
+    return Course(kind, scissors, unit, life, origin, seen, setting)
+
+
+def scissors_of(sentence: str) -> str:
+    """Return the name of the scissors that a sentence cuts with; "" without."""
+    names = (found[1] for found in _WITH.finditer(sentence))
+    return next((name.strip('"') for name in names if name), "")

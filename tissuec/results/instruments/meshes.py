@@ -7,9 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
-from tissuec.results.instruments import FIXED, LOWER, STRETCHED, UPPER, InstrumentMesh
+from tissuec.results.instruments import (
+    FIXED,
+    LOWER,
+    SHIFTED,
+    STRETCHED,
+    UPPER,
+    Course,
+    InstrumentMesh,
+)
 
 _SIDES = 12
+_ROUND = 5  # rings of each end of a capsule
 _MIRRORED = np.array([-1.0, -1.0, 1.0])  # half a turn about z: one jaw becomes the other
 Solid = tuple[Floats, NDArray[np.int64]]  # vertices and triangles
 
@@ -155,8 +164,31 @@ def jet() -> InstrumentMesh:
     return _mesh([(STRETCHED, turned([(-1.0, 1.5), (-0.6, 1.15), (0.0, 0.8)], 16))])
 
 
+def capsule() -> InstrumentMesh:
+    """Return all points within 1 of a line from the origin along z."""
+    turn = np.linspace(0.05, 0.5, _ROUND) * np.pi
+    half = [(-float(np.cos(a)), float(np.sin(a))) for a in turn]
+    points, faces = turned([*half, *((-z, r) for z, r in reversed(half))], 16)
+    part = np.full(len(points), FIXED)
+    rings = 16 * _ROUND
+    part[rings : 2 * rings] = SHIFTED
+    part[-1] = SHIFTED  # the middle of the lid
+    return InstrumentMesh(points, part, faces)
+
+
+def opening() -> InstrumentMesh:
+    """Return the tube that leads to the opening of a nozzle."""
+    return _mesh([(STRETCHED, turned([(0.0, 1.0), (0.2, 1.15), (1.0, 1.15)], 16))])
+
+
+def plane() -> InstrumentMesh:
+    """Return a part of a plane, whose upper side touches, as a thin plate."""
+    return _mesh([(FIXED, turned([(-0.01, 2.0**0.5), (0.0, 2.0**0.5)], 4))])
+
+
 KINDS: dict[str, Callable[[], InstrumentMesh]] = {
-    one.__name__: one for one in (forceps, scissors, scalpel, handle, jet)
+    one.__name__: one
+    for one in (forceps, scissors, scalpel, handle, jet, capsule, opening, plane)
 }
 
 
@@ -164,3 +196,14 @@ KINDS: dict[str, Callable[[], InstrumentMesh]] = {
 def mesh_of(kind: str) -> InstrumentMesh:
     """Return the mesh of a kind of instrument."""
     return KINDS[kind]()
+
+
+def placed(course: Course, row: int) -> Floats:
+    """Return the vertices of an instrument at a moment [m], shape (vertex, 3).
+
+    Args:
+        course: The instrument.
+        row: The moment.
+    """
+    local = mesh_of(course.kind).posed(float(course.setting[row])) * course.size
+    return course.origin[row] + local @ course.axes[row]
