@@ -8,7 +8,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.core.names import key_of
 from tissuec.forces.volume import Enclosure
-from tissuec.geometry.inside import inside
+from tissuec.geometry.tetrahedra import filling_tetrahedra
 from tissuec.matter.elasticity import wall_springs
 from tissuec.mechanics.deformation import hats
 from tissuec.meshes.generators import Mesh
@@ -123,14 +123,10 @@ def _cells(part: BodyPart) -> Indices | None:
 def _filled(mesh: Mesh) -> Floats:
     """Return the volume of each node of a filled surface [m³], shape (node,).
 
-    The quarters of Delaunay's tetrahedra inside, as in fillings of matter.
+    The quarters of the tetrahedra inside, as in fillings of matter.
     """
-    from scipy.spatial import Delaunay
-
-    place = mesh.position
-    cells = Delaunay(place - place.mean(axis=0)).simplices.astype(np.int64)
-    cells = cells[inside(place[cells].mean(axis=1), place, mesh.skin.astype(np.int64))]
-    return filled_volumes(place, mesh.skin.astype(np.int64), cells)
+    skin = mesh.skin.astype(np.int64)
+    return filled_volumes(mesh.position, skin, filling_tetrahedra(mesh.position, skin))
 
 
 def _along(network: Network, part: BodyPart, springs: Indices, section: float) -> Floats:

@@ -185,7 +185,7 @@ def test_springs_hide_behind_skin_unless_a_colour_is_chosen():
     assert film.divisions == 8
 
 
-def test_only_tubes_and_closed_skins_have_an_inside():
+def test_only_tubes_and_shells_have_an_inside():
     scene = SHEET.replace("TISSUE", "fat").replace("NAME", "fat")
     sheet = read_film(tissuec.run(scene, companion="off"), Options())
     block = read_film(tissuec.run(BLOCK, companion="off"), Options())
@@ -197,4 +197,4 @@ def test_only_tubes_and_closed_skins_have_an_inside():
         flags=re.S,
     )
     hollow = read_film(tissuec.run(pipe, companion="off"), Options()).skin.hollow
-    assert not sheet.skin.hollow.any() and block.skin.hollow.all() and hollow.all()
+    assert not sheet.skin.hollow.any() and not block.skin.hollow.any() and hollow.all()

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats, Indices
+from tissuec.view.player.cells import SolidCells
 from tissuec.view.player.lifetimes import Lifetimes, is_there
 
 _SURE = 0.98  # of all numbers: scales of colours and arrows end there
@@ -161,7 +162,8 @@ class PlayerData(Struct, frozen=True, eq=False):
         is_side: Which frames stand beside an event, shape (frame,).
         force: Sum of the spring forces on each node [N], shape (frame, node, 3).
         lines: Springs.
-        skin: Triangles of the net.
+        skin: Triangles of the net, with the caps of filled bodies that are cut or torn.
+        cells: What filled bodies consist of.
         tints: Red, green, blue and gloss at each node, from 0 to 1, shape (node, 4).
         dots: Nodes that nothing touches, for a while, shape (dot,), and their lives.
         held: What is held.
@@ -182,6 +184,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     force: NDArray[Any]
     lines: Lines
     skin: SkinPiece
+    cells: SolidCells
     tints: Floats
     dots: Lifetimes
     held: HeldTissue

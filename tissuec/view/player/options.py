@@ -4,6 +4,8 @@ from typing import Literal, get_args
 
 from msgspec import Struct
 
+from tissuec.view.section.plane import SectionPlane
+
 Colour = Literal["tension", "strain", "law"]
 COLOURS: tuple[Colour, ...] = get_args(Colour)
 
@@ -19,6 +21,8 @@ class Options(Struct, frozen=True):
         time: Where it stands at first [s]; the start if None.
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
         speed: Playback speed, 1 is real time; chosen automatically if None.
+        section: The plane by which everything is cut open at first; None for none.
+        cells: Whether filled bodies can be cut open later.
     """
 
     frames: int | None = None
@@ -28,6 +32,8 @@ class Options(Struct, frozen=True):
     time: float | None = None
     view: tuple[float, float] | None = None
     speed: float | None = None
+    section: SectionPlane | None = None
+    cells: bool = True
 
 
 DEFAULT = Options()

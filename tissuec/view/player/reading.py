@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,15 @@ from tissuec.results.instruments.courses import courses
 from tissuec.results.moments import Moments, curved, slopes
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.cells import (
+    MOST_NODES,
+    CappedSkin,
+    Change,
+    SolidCells,
+    capped,
+    no_cells,
+    read_cells,
+)
 from tissuec.view.player.film import (
     Instrument,
     Lines,
@@ -57,14 +67,15 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     timeline = Timeline(moments.times)
     count, few = len(trajectory.nodes), options.nodes
     thin = whole(count) if few is None or few >= count else thinned(trajectory, few)
-    springs, triangles, faces, dots = _topologies(moments, timeline)
+    lives = _topologies(moments, timeline)
+    cells = _cells(trajectory, lives, options)
     strand = strands(thin, trajectory.ends)
     seen = courses(moments)
     pulls = read_pulls(moments)
     points = [*map(_carriers, seen), *(pull.place[:, None] for pull in pulls)]
     position, velocity = _motion(moments, thin, points)
     first = position.shape[1] - len(pulls)
-    skin = _skin(trajectory, thin, triangles, faces)
+    skin = _skin(trajectory, thin, capped(lives.triangles, lives.life, cells), cells)
     drawn = DrawnNet.of(thin, skin, strand.ends)
     return PlayerData(
         times=timeline.times,
@@ -76,10 +87,11 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         ),
         is_side=moments.sides >= 0,
         force=moments.vectors("force", thin.kept, np.float32),
-        lines=_lines(trajectory, thin, strand, springs, _tensions(moments, strand)),
+        lines=_lines(trajectory, thin, strand, lives.springs, _tensions(moments, strand)),
         skin=skin,
+        cells=cells if thin.is_whole else cells.on_nodes(thin.place),
         tints=node_tints(trajectory)[thin.kept],
-        dots=thin.nodes(dots),
+        dots=thin.nodes(lives.dots),
         held=read_held(trajectory, timeline, drawn, {course.name for course in seen}),
         solids=_solids(trajectory, len(thin.kept)),
         instruments=_instruments(seen, timeline, first - 4 * len(seen)),
@@ -114,10 +126,25 @@ def choose_frames(times: Floats, options: Options) -> Indices:
     return chosen
 
 
-def _topologies(
-    moments: Moments, timeline: Timeline
-) -> tuple[Lifetimes, NDArray[np.integer], Floats, Lifetimes]:
-    """Return the lives of springs, triangles and theirs, and the lives of lonely nodes."""
+class DrawnLives(NamedTuple):
+    """When what is drawn is there.
+
+    Attributes:
+        springs: Recorded springs.
+        triangles: Of the skin, shape (triangle, 3).
+        life: Of these, in frames, shape (triangle, 2).
+        dots: Nodes that nothing touches.
+        changes: Which springs are there, from a frame on.
+    """
+
+    springs: Lifetimes
+    triangles: NDArray[np.integer]
+    life: Floats
+    dots: Lifetimes
+    changes: list[Change]
+
+
+def _topologies(moments: Moments, timeline: Timeline) -> DrawnLives:
     trajectory = moments.trajectory
     nodes, count = len(trajectory.nodes), len(trajectory.springs)
     register = Register(nodes, 3)
@@ -135,7 +162,16 @@ def _topologies(
     found = lives(((frame, _mask(there, faces)) for frame, _, there, _ in masks), faces)
     life = sharpened_triangles(found.life, springs.life[:, 1])
     dots = lives(((frame, lonely) for frame, _, _, lonely in masks), nodes)
-    return springs, register.rows[found.of], life, dots
+    changes = [(frame, alive) for frame, alive, _, _ in masks]
+    return DrawnLives(springs, register.rows[found.of], life, dots, changes)
+
+
+def _cells(trajectory: Trajectory, found: DrawnLives, options: Options) -> SolidCells:
+    """Return filled bodies, as far as they are seen: where they are cut, torn or in section."""
+    if options.section is None and not options.cells and len(found.changes) < 2:
+        return no_cells()
+    most = MOST_NODES if options.section is None else None
+    return read_cells(trajectory, found.changes, found.springs.life[:, 1], most=most)
 
 
 def _mask(numbers: Indices, count: int) -> Mask:
@@ -210,16 +246,17 @@ def _lengths(position: Floats, ends: Indices) -> Floats:
 
 
 def _skin(
-    trajectory: Trajectory, thin: Thinning, triangles: NDArray[np.integer], life: Floats
+    trajectory: Trajectory, thin: Thinning, drawn: CappedSkin, cells: SolidCells
 ) -> SkinPiece:
-    corners, first, life = thin_triangles(thin, triangles, life)
+    corners, first, life = thin_triangles(thin, drawn.triangles, drawn.life)
     smooth = np.zeros(len(trajectory.nodes), dtype=bool)
     for body in trajectory.network.bodies:
         if body.name in trajectory.surfaces and len(trajectory.surfaces[body.name]):
             inside = trajectory.nodes >= body.nodes.start
             smooth |= inside & (trajectory.nodes < body.nodes.stop)
-    hollow = is_hollow(trajectory, triangles[first])
-    return SkinPiece(corners, life, smooth[triangles[first, 0]], hollow)
+    smooth = smooth[drawn.triangles[first, 0]] & ~drawn.is_cap[first]
+    hollow = is_hollow(trajectory, drawn.triangles[first], set(cells.filled))
+    return SkinPiece(corners, life, smooth, hollow)
 
 
 def _carriers(course: Course) -> Floats:

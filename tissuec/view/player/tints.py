@@ -1,5 +1,6 @@
 """Colours of tissue: those of the scene at each node, and which skins have an inside."""
 
+from collections.abc import Container
 from typing import Any
 
 import numpy as np
@@ -41,17 +42,20 @@ def body_tint(trajectory: Trajectory, body: str, region: str = "") -> Floats:
     return np.array([*colour, GLOSS if gloss is None else gloss])
 
 
-def is_hollow(trajectory: Trajectory, triangles: NDArray[np.integer]) -> NDArray[np.bool_]:
-    """Return which triangles have an inside: those of closed skins and of tubes, not of sheets.
+def is_hollow(
+    trajectory: Trajectory, triangles: NDArray[np.integer], filled: Container[str]
+) -> NDArray[np.bool_]:
+    """Return which triangles have an inside: those of shells and tubes.
 
     Args:
         trajectory: The result.
         triangles: Rows of the recorded nodes, shape (triangle, 3).
+        filled: Names of bodies that are known to be solid.
     """
     network, hollow = trajectory.network, np.ones(len(triangles), dtype=bool)
     first = trajectory.nodes[triangles[:, 0]] if len(triangles) else np.zeros(0, dtype=int)
     for body in network.bodies:
-        if _borders(network.skin_of(body)) == 1:
+        if body.name in filled or _borders(network.skin_of(body)) == 1:
             hollow &= ~_within(first, body)
     return hollow
 

@@ -1,0 +1,107 @@
+"""Tetrahedra that fill a closed surface, between its nodes and those inside.
+
+They are the regular triangulation of the nodes (F. Aurenhammer, SIAM J. Comput. 16:78, 1987):
+the lower side of the convex hull of (p, |p|² - w), with the weight w of each node. With equal
+weights these are Delaunay's tetrahedra. Nodes of crystals lie on common spheres, where anything
+would be one of many triangulations; small weights decide so that faces on the surface are its
+triangles:
+
+    w = a (n·p)² + b k,  in units of the usual edge of the surface,
+
+n being (1, 1, 1), which divides squares along their diagonal (1, 1), and k the number of
+triangles around a node, which joins the corners of centred squares and not their centres.
+Triangulations of this kind match face by face, so that no gap is left between tetrahedra.
+"""
+
+import numpy as np
+
+from tissuec.geometry.edges import Edges, Floats, Indices
+from tissuec.geometry.inside import inside
+
+_ALONG, _AROUND, _AT_RANDOM = 1e-3, 1e-5, 1e-7  # of squares of the usual edge
+_UPRIGHT = 1e-9  # part of a normal along the lift: what has less is a sliver in the surface
+#: Corners of the face opposite each corner of a tetrahedron, in turn as seen from outside.
+OPPOSITE = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
+
+
+def filling_tetrahedra(position: Floats, triangles: Indices) -> Indices:
+    """Return tetrahedra that fill a closed surface, shape (tetrahedron, 4).
+
+    They know nothing of the surface: where it is hollow and its triangles are large, some cross
+    it, or leave gaps. Those whose centre lies outside are left out. Volumes are positive; those
+    of tetrahedra between two triangles of the surface and another diagonal of their
+    quadrilateral, which is usually flat, may have any sign.
+
+    Args:
+        position: Nodes of the surface and inside [m], shape (node, 3).
+        triangles: Of the surface, facing outwards, shape (triangle, 3).
+    """
+    if len(position) < 4 or not len(triangles):
+        return np.zeros((0, 4), dtype=np.int64)
+    cells = _triangulated(position, triangles)
+    turned = volumes(position, cells) < 0.0
+    cells[turned] = cells[turned][:, [0, 2, 1, 3]]
+    cells = cells[inside(position[cells].mean(axis=1), position, triangles)]
+    return np.concatenate([cells, _between(cells, triangles)])
+
+
+def volumes(position: Floats, tetrahedra: Indices) -> Floats:
+    """Return the signed volumes of tetrahedra [m³], shape (tetrahedron,).
+
+    Args:
+        position: Nodes [m], shape (node, 3).
+        tetrahedra: Corners, shape (tetrahedron, 4).
+    """
+    a, b, c, d = position[tetrahedra].swapaxes(0, 1)
+    return np.asarray(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0)
+
+
+def _between(cells: Indices, triangles: Indices) -> Indices:
+    """Return tetrahedra between two triangles of the surface and two faces inside.
+
+    Args:
+        cells: All others, shape (tetrahedron, 4).
+        triangles: The surface, shape (triangle, 3).
+    """
+    size = int(max(cells.max(initial=0), triangles.max())) + 1
+    powers = np.array([size * size, size, 1])
+    keys, count = np.unique(
+        np.sort(cells[:, OPPOSITE].reshape(-1, 3), axis=1) @ powers, return_counts=True
+    )
+    own = np.sort(triangles, axis=1) @ powers
+    outer = keys[(count == 1) & ~np.isin(keys, own)]
+    left = triangles[~np.isin(own, keys)]
+    if not len(left) or not len(outer):
+        return cells[:0]
+    one, other, alike = Edges.among(left).pairs
+    found: list[Indices] = []
+    for first, second in zip(left[one[alike]], left[other[alike]], strict=True):
+        (b,) = first[~np.isin(first, second)]
+        (d,) = second[~np.isin(second, first)]
+        turn = int(np.flatnonzero(first == b)[0])
+        c, a = first[(turn + 1) % 3], first[(turn + 2) % 3]
+        flipped = np.sort([[a, b, d], [b, c, d]], axis=1) @ powers
+        if np.isin(flipped, outer).all():
+            found.append(np.array([d, a, b, c]))
+            outer = np.setdiff1d(outer, flipped)
+    return np.array(found, dtype=np.int64).reshape(-1, 4)
+
+
+def _triangulated(position: Floats, triangles: Indices) -> Indices:
+    """Return the regular triangulation of the nodes, shape (tetrahedron, 4)."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    if len(position) == 4:
+        return np.arange(4)[None]
+    ends = position[Edges.among(triangles).ends]
+    edge = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)))
+    place = (position - position.mean(axis=0)) / (edge or 1.0)
+    around = np.bincount(triangles.ravel(), minlength=len(place))
+    noise = np.random.default_rng(0).random(len(place))  # the same in each run
+    weight = _ALONG * place.sum(axis=1) ** 2 + _AROUND * around + _AT_RANDOM * noise
+    lifted = np.column_stack([place, (place**2).sum(axis=1) - weight])
+    try:
+        hull = ConvexHull(lifted)
+    except QhullError:  # all in a plane
+        return np.zeros((0, 4), dtype=np.int64)
+    return hull.simplices[hull.equations[:, 3] < -_UPRIGHT].astype(np.int64)

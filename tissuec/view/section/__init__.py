@@ -1,0 +1,1 @@
+"""Planes that cut bodies open in pages and pictures."""
