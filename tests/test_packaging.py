@@ -8,6 +8,7 @@ import zipfile
 import pytest
 
 from tissuec import __version__
+from tissuec.core.citation import PAPER, SOFTWARE
 from tissuec.view.explorer.page import PARTS, SCRIPTS
 
 pytest.importorskip("hatchling")
@@ -77,5 +78,9 @@ def test_a_bare_checkout_finds_its_own_files(repository):
 def test_files_of_a_release_name_its_version(repository):
     cited = (repository / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {__version__}\n" in cited
+    paper = cited[cited.index("references:") :]
+    facts = re.findall(r"(?:title|year|family-names): ([^,\n]+)", paper)
+    assert len(facts) == 6 and all(fact in PAPER for fact in facts)
+    assert re.search(r"abstract: A (.+)\n", cited)[1] in SOFTWARE
     changes = (repository / "CHANGELOG.md").read_text(encoding="utf-8")
     assert re.findall(r"^## \[(\d.*?)\]", changes, re.MULTILINE)[0] == __version__

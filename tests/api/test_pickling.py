@@ -35,7 +35,7 @@ def test_every_scene_can_be_pickled(path):
     assert np.array_equal(again.network.stiffness, compiled.network.stiffness)
     assert not again.network.position.flags.writeable
     assert len(again.plan.events) == len(compiled.plan.events)
-    assert again.scene.about == compiled.scene.about
+    assert again.scene.metadata == compiled.scene.metadata
 
 
 def test_a_copied_scene_runs_bit_for_bit_like_the_original(tmp_path):

@@ -322,6 +322,8 @@ def _draw(
     from tissuec.view.player.facts import title
     from tissuec.view.player.lifetimes import Timeline
     from tissuec.view.player.picture import Painter
+    from tissuec.view.plots.formats import metadata
+    from tissuec.view.plots.subjects import PlotSubject, credits_of
 
     width, height = map(int, wish.size or SIZES[kind])
     options = wish.options
@@ -331,7 +333,9 @@ def _draw(
         time = last if options.time is None else min(max(options.time, first), last)
         picture: Any = painter.draw(float(Timeline(film.times).frame_of(time)))
         with replacing(path) as beside:
-            picture.savefig(beside, format="png", metadata={"Software": "tissuec"})
+            subject = PlotSubject("result", painter.title, trajectory)
+            known = metadata(".png", credits_of(subject)) | {"Software": "tissuec"}
+            picture.savefig(beside, format="png", metadata=known)
         settings.say(f"wrote {path}: t = {show(time, TIME)}")
         return {"file": str(path), "time": time}
     write = write_gif if kind == "gif" else write_video

@@ -77,7 +77,8 @@ def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
     simulation = compiled.plan.simulation
     return {
         "scene": request.source.name,
-        "about": compiled.scene.about,
+        "about": "",
+        **compiled.scene.metadata.written,
         "sources": sources_of(compiled),
         "files": digests(compiled),
         "overrides": list(request.overrides),

@@ -31,6 +31,7 @@ from tissuec.scene.learn_entries import (
     DIMENSIONS,
     DIVIDED,
 )
+from tissuec.scene.metadata import TEXTS
 from tissuec.scene.parameters import CONSTANTS
 from tissuec.scene.quantities import KNOWABLE, QUANTITIES
 from tissuec.scene.scales import SHAPES
@@ -46,7 +47,7 @@ from tissuec.script.verbs.tie import KNOTS
 @cache
 def parts() -> Terms:
     """Return what statements outside of all blocks begin with."""
-    behind = {"use": IN_QUOTES, "about": IN_QUOTES}
+    behind: dict[str, str] = dict.fromkeys(("use", *TEXTS), IN_QUOTES)
     single = dict.fromkeys(("environment", "script", "simulate", "output"), " { ")
     return by_label(
         Term(part, PART, meanings.PARTS[part], "", (behind | single).get(part, " "))

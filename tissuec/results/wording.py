@@ -25,6 +25,17 @@ def span(first: float, last: float) -> str:
     return f"{show(first, TIME)} to {show(last, TIME)}"
 
 
+def credits(manifest: Mapping[str, Any]) -> str:
+    """Return who wrote a scene, where, and under which licence; empty if it does not say."""
+    licence = manifest.get("licence")
+    parts = (
+        manifest.get("author"),
+        manifest.get("laboratory"),
+        f"licence: {licence}" if licence else "",
+    )
+    return " · ".join(filter(None, parts))
+
+
 def size(count: int) -> str:
     """Return a number of bytes: ``1.2 MB``."""
     for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):

@@ -16,6 +16,7 @@ from tissuec.lang.version import first_line
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
 from tissuec.scene.library import Library
+from tissuec.scene.metadata import TEXTS, Metadata, is_metadata, with_text
 
 T = TypeVar("T")
 
@@ -36,7 +37,9 @@ NAMED = (
 #: What a vocabulary is made of; the first of these says most about what it is.
 VOCABULARY = ("quantity", "property", "rules", "hedge")
 SINGLE = ("environment", "script", "simulate", "output")
-TOP_LEVEL = ("use", "about", "hedge", *NAMED, *SINGLE, "param", "let", "set", "table", "expect")
+TOP_LEVEL = (
+    "use", *TEXTS, "hedge", *NAMED, *SINGLE, "param", "let", "set", "table", "expect",
+)  # fmt: skip
 
 #: Of these, those whose head is a name alone.
 _BLOCKS = ("rules", "law", "tissue", "body", "joint", "tool", "force", "learn", "study")
@@ -75,7 +78,9 @@ class Declarations(Struct):
     single: dict[str, s.Block] = field(default_factory=dict[str, s.Block])
     tables: list[s.Table] = field(default_factory=list[s.Table])
     expects: list[s.Expect] = field(default_factory=list[s.Expect])
-    about: str = ""
+    metadata: Metadata = Metadata()
+    #: Where each of its texts is written.
+    described: dict[str, Span] = field(default_factory=dict[str, Span])
     #: Words and rules that a second file declares as well, with their kinds.
     again: list[tuple[str, s.Name]] = field(default_factory=list[tuple[str, s.Name]])
 
@@ -193,10 +198,9 @@ def _enter(item: s.Item, to: Declarations, findings: Findings, *, is_main: bool)
             _declare(*found, item, to, findings)
         case s.Sentence() if item.name.words.lower() == "use":
             pass  # followed by the loader
-        case s.Sentence() if (
-            item.name.words.lower() == "about" and item.name.quoted is not None
-        ):
-            to.about = item.name.quoted if is_main else to.about
+        case s.Sentence() if is_metadata(item):
+            if is_main:
+                to.metadata = with_text(to.metadata, item, to.described, findings)
         case _:
             _reject_unknown(item, findings)
 
@@ -336,6 +340,12 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 item.head,
                 hint="script { at 0 s: … }",
             )
+        case s.Assign(name=name) if name.key in TEXTS:
+            text = item.span.text.partition("=")[2].strip().strip('"')
+            example = f'{name.key} "{text}"'
+            hint = Hint(f"write: {example}", Edit(example))
+            message = f'{name.key} is followed by a text in quotes, without "="'
+            findings.reject("TIS312", message, item.span, hint=hint)
         case s.Assign():
             text, span = item.name.text, item.name.span
             findings.reject(
@@ -357,7 +367,7 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 example: str = _EXAMPLES.get(first, f"{first} {{ … }}")
                 edits: tuple[Edit, ...] = ()
                 message = f"wrong form of {first}"
-                if first in ("use", "about"):
+                if first in ("use", *TEXTS):
                     message = f"{first} needs a text in quotes"
                     example = _quoted(first, item)
                     edits = (Edit(example),)
@@ -385,6 +395,8 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
 def _quoted(word: str, item: s.Sentence | s.Block) -> str:
     """Return a sentence with all that stands behind its first word in quotes."""
     rest = item.span.text.removeprefix(word).replace('"', "").split()
+    if word in TEXTS and rest[:1] == ["is"]:
+        del rest[0]
     return f'{word} "{("/" if word == "use" else " ").join(rest)}"'
 
 

@@ -8,6 +8,10 @@ laws and methods in their docstrings. The reference and editors show both.
 PARTS = {
     "use": "Includes the definitions of another file: a vocabulary, tissues, or a whole scene.",
     "about": "Describes the file in one sentence.",
+    "author": "Names an author of the file; one sentence for each author.",
+    "laboratory": "Names the institution of the authors.",
+    "licence": "States the licence of the file.",
+    "cite": "States how work that uses the file should cite it.",
     "hedge": "A modifier of words that shifts them along their scale or sharpens them.",
     "property": "A property that describes a tissue: a range, and words for its parts.",
     "quantity": "A physical quantity that rules conclude: a range, and words for its parts.",

@@ -15,6 +15,7 @@ from tissuec.meshes.generators import Generator
 from tissuec.model.network import Floats
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.learn_model import WrittenFitProblem
+from tissuec.scene.metadata import Metadata
 from tissuec.scene.parameters import Constants
 from tissuec.scene.quantities import Spread, TissueQuantity
 from tissuec.scene.study_model import Study
@@ -361,7 +362,7 @@ class Scene(Struct, frozen=True, eq=False):
 
     source: Source
     imports: tuple[Source, ...]  # files that it uses, in the order of reading
-    about: str
+    metadata: Metadata
     declarations: Declarations
     constants: Constants
     vocabulary: Vocabulary

@@ -101,7 +101,7 @@ def resolve(
     return Scene(
         source=program.main.source,
         imports=sources[:-1],
-        about=declarations.about,
+        metadata=declarations.metadata,
         declarations=declarations,
         constants=scope,
         vocabulary=words.vocabulary,

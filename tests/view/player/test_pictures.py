@@ -1,6 +1,8 @@
 """Pictures, GIFs and videos: what is where in them, and how long they take."""
 
 import sys
+from base64 import b64decode
+from io import BytesIO
 
 import numpy as np
 import pytest
@@ -20,11 +22,13 @@ from tissuec.view.player.animation import (
 )
 from tissuec.view.player.bodies import arrows, capsules, smooth_mesh
 from tissuec.view.player.camera import Camera
+from tissuec.view.player.lifetimes import Timeline
 from tissuec.view.player.moment import InterpolatedFrame
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter
 from tissuec.view.player.raster import Raster
 from tissuec.view.player.reading import read_film
+from tissuec.view.player.still import png, still
 from tissuec.view.player.strokes import dashed, ramp, rgb
 from tissuec.view.plots.page import need_matplotlib
 
@@ -125,7 +129,7 @@ def test_a_spring_is_drawn_where_the_camera_sees_it_in_the_colour_of_its_tension
     options = Options(view=(-90.0, 90.0), colour="tension")
     painter = Painter(film, options, (400, 400), "")
     painter.film.skin.life[:] = -1.0  # the springs alone
-    picture = painter._net(2.0).astype(int)
+    picture = painter.scene(2.0).astype(int)
     along = film.position[2][[0, 2]].mean(axis=0)  # a spring in x, which is drawn
     still = film.position[2][[0, 1]].mean(axis=0)  # one in y, which is not
     seen, _ = painter.camera.seen(np.array([along, still]))
@@ -143,7 +147,7 @@ def test_the_camera_follows_what_falls(shown):
 
     film = read_film(shown(Falling(without_springs(grid(4, 4)), frames=8)), Options())
     painter = Painter(film, Options(), SIZE, "")
-    inked = [(painter._net(float(frame)).min(axis=2) < 200).sum() for frame in (0, 7)]
+    inked = [(painter.scene(float(frame)).min(axis=2) < 200).sum() for frame in (0, 7)]
     assert inked[0] == inked[1] > 20
 
 
@@ -260,7 +264,7 @@ def test_a_spring_that_broke_is_no_longer_drawn(shown):
     film = read_film(shown(Show(bare, frames=6)), Options())
     film.lines.life[:, 1] = 2.5
     painter = Painter(film, Options(), SIZE, "")
-    assert (painter._net(2.4) != 255).any() and (painter._net(2.5) == 255).all()
+    assert (painter.scene(2.4) != 255).any() and (painter.scene(2.5) == 255).all()
 
 
 @pytest.mark.parametrize("outlier", [1.0, 50.0])
@@ -287,7 +291,25 @@ def test_names_of_laws_are_not_cut_off(shown):
     )
     painter = Painter(film, Options(colour="law"), (600, 300), "")
     figure = painter.draw(0.0)
-    painter._canvas.draw()
+    figure.canvas.draw()
     for text in figure.axes[0].texts:
         box = text.get_window_extent()
         assert box.x0 >= 0.0 and box.x1 <= 600.0
+
+
+def opened(data):
+    """Return the pixels of a picture, shape (height, width, 3)."""
+    return np.asarray(pytest.importorskip("PIL.Image").open(BytesIO(data)))
+
+
+def test_the_still_of_a_page_is_its_first_picture_as_png(shown):
+    film = read_film(shown(Show(grid(6, 5), frames=4)), Options())
+    address = still(film, Options(time=0.2))
+    data = b64decode(address.removeprefix("data:image/png;base64,"))
+    assert len(address) <= 40_000
+    decoded = opened(data)
+    at = float(Timeline(film.times).frame_of(0.2))
+    drawn = Painter(film, Options(), decoded.shape[1::-1], "").scene(at)
+    assert np.array_equal(decoded, drawn) and np.ptp(drawn) > 50
+    noise = np.random.default_rng(1).integers(0, 256, (7, 5, 3), dtype=np.uint8)
+    assert np.array_equal(opened(png(noise)), noise)

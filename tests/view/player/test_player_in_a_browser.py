@@ -283,7 +283,7 @@ def test_camera_and_picture_are_those_of_python(opened, text, sterilisation):
     seek(page, 0.6)
     shot = pixels(page)
     drawn = Painter(film, Options(), (shot.shape[1], shot.shape[0]), "")
-    drawn = drawn._net(float(Timeline(film.times).frame_of(0.6))).astype(int)
+    drawn = drawn.scene(float(Timeline(film.times).frame_of(0.6))).astype(int)
     # Both draw the same silhouette, but for edges; what lies over the canvas is at the left.
     inked = [(np.ptp(one, axis=2) > 12)[:, 120:] for one in (shot, drawn)]
     differing = (inked[0] != inked[1]).sum() / inked[1].sum()
@@ -406,3 +406,15 @@ def test_every_scale_has_two_numbers(opened, text):
             found = page.evaluate("([a, b, n]) => tissuec.ticks(a, b, n)", [low, high, count])
             assert len(found) >= 2
             assert low - near <= found[0] and found[-1] <= high + near
+
+
+def test_a_page_shows_a_still_until_its_script_runs(page, text, tmp_path):
+    """Also where scripts are disabled, and on paper."""
+    (tmp_path / "page.html").write_text(text, encoding="utf-8")
+    page.goto((tmp_path / "page.html").as_uri())
+    assert page.evaluate("tissuec.ready") and not page.locator("#paper").is_visible()
+    begun = text.replace("(() => {\n", "(() => {\nreturn;\n", 1)
+    (tmp_path / "still.html").write_text(begun, encoding="utf-8")
+    page.goto((tmp_path / "still.html").as_uri())
+    assert page.locator("#paper").is_visible()
+    assert (np.ptp(pixels(page, "#paper"), axis=2) > 12).sum() > 1000

@@ -53,6 +53,11 @@ output { trajectory every 10 ms; force of "<i>right</i>" every 5 ms; energy ever
 expect distance(left, "<i>right</i>") > 29 mm over run
 expect ruptured("<b>rod</b> & co") at 0.3 s
 expect not ruptured("<b>rod</b> & co") at 0.3 s
+author "Ada <b>Weiss</b>"
+author "Bo Li"
+laboratory "Institute & Co"
+licence "CC BY 4.0"
+cite "Weiss, Li: Rods. 2026."
 """
 #: Nodes alone, of which nothing is recorded.
 BARE = """language 1

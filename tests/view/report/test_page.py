@@ -14,6 +14,7 @@ from tests.view.report.runs import BARE, ROD, UNSTABLE, WORDS, Page, page_of, ru
 from tests.whole_runs import AfterAsking
 from tissuec.cli import group
 from tissuec.core.errors import TissueError
+from tissuec.core.version import __version__
 from tissuec.engine.execution.signals import StopRequest
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.options import Options
@@ -307,6 +308,24 @@ def test_files_that_are_absent_are_named_and_the_rest_is_there(tmp_path):
 
 
 # --- curves and motion ---
+
+
+def test_authors_licence_and_what_to_cite_are_stated(page):
+    assert "Ada <b>Weiss</b>; Bo Li · Institute & Co · licence: CC BY 4.0" in [
+        line.text for line in page.root.all("p", "credits")
+    ]
+    names, texts = ([e.text for e in page.section("cite").all(tag)] for tag in ("dt", "dd"))
+    facts = dict(zip(names, texts, strict=True))
+    assert facts["scene"] == "Weiss, Li: Rods. 2026."
+    assert f"tissuec {__version__}" in facts["program"] and "Nürnberger" in facts["method"]
+
+
+def test_every_figure_and_table_has_one_caption(page):
+    for figure in page.root.all("figure"):
+        assert len(figure.all("figcaption")) == 1, figure
+        assert re.fullmatch(r"[A-Z].+\.", figure.all("figcaption")[0].text)
+    assert all(table.all("caption")[0].text.endswith(".") for table in page.root.all("table"))
+    assert all(picture.parent.tag == "figure" for picture in page.root.all("iframe"))
 
 
 def test_curves_are_drawn_in_the_page_and_follow_it_into_the_dark(page):

@@ -51,7 +51,7 @@ def document(request: Request) -> dict[str, Any]:
     return {
         "title": path.stem.replace("_", " "),
         "file": path.name,
-        "about": words.declarations.about,
+        "about": words.declarations.metadata.about,
         "use": _used_as(path, words),
         "colours": {"amount": palette.AMOUNT},
         **tables(words),

@@ -23,6 +23,18 @@ def about(trajectory: Trajectory) -> str:
     return str(trajectory.manifest.get("about") or "")
 
 
+def author(trajectory: Trajectory) -> str:
+    """Return the authors of the scene; empty if it does not name them."""
+    return str(trajectory.manifest.get("author") or "")
+
+
+def credits(trajectory: Trajectory) -> str:
+    """Return authors, laboratory, licence and how to cite the scene, as far as it says so."""
+    manifest = trajectory.manifest
+    cite = f"cite as: {manifest['cite']}" if manifest.get("cite") else ""
+    return " · ".join(filter(None, (wording.credits(manifest), cite)))
+
+
 def provenance(trajectory: Trajectory) -> str:
     """Return how the run was made: method, error, settings, outcome and versions."""
     manifest = trajectory.manifest

@@ -30,6 +30,7 @@ from tissuec.view.player.pace import pace
 from tissuec.view.player.packing import Pack, box_scale, even
 from tissuec.view.player.quantities import first_pair, read_quantities
 from tissuec.view.player.reading import read_film
+from tissuec.view.player.still import still
 from tissuec.view.plots.projection import viewpoint
 
 WEB = Path(__file__).resolve().parent / "web"
@@ -69,6 +70,9 @@ def render_film(film: PlayerData, trajectory: Trajectory, options: Options = DEF
     return Template(_web("shell.html")).substitute(
         title=html.escape(facts.title(trajectory)),
         about=html.escape(facts.about(trajectory)),
+        author=html.escape(facts.author(trajectory)),
+        credits=html.escape(facts.credits(trajectory)),
+        still=still(film, options),
         version=html.escape(__version__),
         style=Template(_compact(_web("player.css"))).substitute(_colours()),
         film=as_script(described | {"arrays": pack.specs}),

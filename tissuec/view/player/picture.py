@@ -4,6 +4,7 @@ Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stag
 """
 
 from collections.abc import Iterator
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -94,10 +95,6 @@ class Painter:
         *,
         forces: bool = False,
     ):
-        need_matplotlib()
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
         self.film, self.size, self.title, self.forces = film, size, title, forces
         self.framing = framing(film)
         self._reach = self.framing.size / 8.0 / (film.most_force or 1.0)
@@ -108,8 +105,6 @@ class Painter:
         self.home = self.camera = fitted(points, *angles, size[0] / size[1])
         self.options = options
         self.colour: Colour = options.colour or "tension"
-        self.figure: Figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
-        self._canvas = FigureCanvasAgg(self.figure)
         self._most = {"tension": film.most_tension, "strain": film.most_strain, "law": 1.0}
         self.shows_springs = film.shows_springs(options.colour)
         self._divisions = 1 if self.shows_springs else film.divisions
@@ -118,6 +113,21 @@ class Painter:
         self._dash = mean / 3.5
         self.marker = min(0.009 * self.framing.size, 0.16 * mean)
 
+    @cached_property
+    def figure(self) -> "Figure":
+        """The figure that is drawn into; its canvas keeps pixels.
+
+        Raises:
+            TissueError: matplotlib is not installed.
+        """
+        need_matplotlib()
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(self.size[0] / DPI, self.size[1] / DPI), dpi=DPI)
+        FigureCanvasAgg(figure)
+        return figure
+
     def draw(self, at: float) -> "Figure":
         """Draw a moment, in frames, in the place of the former one."""
         self.figure.clear()
@@ -125,7 +135,7 @@ class Painter:
         sheet = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         sheet.axis("off")
         width, height = self.size
-        sheet.imshow(self._net(at), extent=(0, width, 0, height), aspect="auto")
+        sheet.imshow(self.scene(at), extent=(0, width, 0, height), aspect="auto")
         sheet.set(xlim=(0, width), ylim=(0, height))
         frames = np.arange(len(self.film.times))
         self._annotate(sheet, at, float(np.interp(at, frames, self.film.times)))
@@ -134,11 +144,12 @@ class Painter:
     def pixels(self, at: float) -> NDArray[np.uint8]:
         """Return a moment of a film as pixels, shape (height, width, 3)."""
         self.draw(at)
-        self._canvas.draw()
-        return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
+        canvas: Any = self.figure.canvas
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
 
-    def _net(self, at: float) -> NDArray[np.uint8]:
-        """Return the picture without what is written on it."""
+    def scene(self, at: float) -> NDArray[np.uint8]:
+        """Return the picture without what is written on it, shape (height, width, 3)."""
         from tissuec.view.player.raster import Raster
 
         moment = InterpolatedFrame.of(self.film, at)

@@ -117,7 +117,7 @@ def draw(
     """
     from tissuec.view.plots.page import need_matplotlib, new_sheet
     from tissuec.view.plots.styles import style_named
-    from tissuec.view.plots.subjects import opened
+    from tissuec.view.plots.subjects import credits_of, opened
 
     need_matplotlib()  # before all the work
     look = style_named(style)
@@ -135,6 +135,7 @@ def draw(
                 sheet.figure.suptitle(title, x=0.01, ha="left", fontsize=10)
         figure: Any = sheet.figure
         figure.kind = name
+        figure.credits = credits_of(subjects[0])
         return figure
 
 

@@ -1,13 +1,14 @@
 """Files of figures: formats by their endings, the same bytes for the same figure."""
 
 import os
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tissuec.core.errors import TissueError
 from tissuec.core.files import replacing
+from tissuec.core.printable import printable
 
 if TYPE_CHECKING:
     from tissuec.view.plots import drawing
@@ -21,6 +22,32 @@ FORMATS: dict[str, dict[str, Any] | None] = {
     ".eps": {"Creator": "tissuec"},
     ".pgf": None,
 }
+#: How formats call the texts of a scene about itself, by the entries of manifests.
+_CREDITS = {
+    ".png": {
+        "title": "Title", "about": "Description", "author": "Author", "licence": "Copyright",
+        "laboratory": "Source",
+    },
+    ".svg": {
+        "title": "Title", "about": "Description", "author": "Creator", "licence": "Rights",
+        "laboratory": "Publisher",
+    },
+    ".pdf": {"title": "Title", "about": "Subject", "author": "Author", "licence": "Keywords"},
+}  # fmt: skip
+
+
+def metadata(suffix: str, credits: Mapping[str, str]) -> dict[str, Any]:
+    """Return the metadata of a file for ``savefig``.
+
+    Args:
+        suffix: Of the file.
+        credits: Texts of a scene about itself, by the entries of manifests, and its title.
+    """
+    names = _CREDITS.get(suffix, {})
+    given = {names[key]: printable(text) for key, text in credits.items() if key in names}
+    return (FORMATS.get(suffix) or {}) | given
+
+
 _EPOCH = "SOURCE_DATE_EPOCH"  # the date of EPS, which cannot be left out
 
 

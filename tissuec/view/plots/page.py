@@ -15,7 +15,7 @@ from msgspec import Struct, field
 from tissuec.core.errors import TissueError
 from tissuec.core.files import write_file
 from tissuec.core.printable import printable
-from tissuec.view.plots.formats import DPI, FORMATS, prepared
+from tissuec.view.plots.formats import DPI, FORMATS, metadata, prepared
 from tissuec.view.plots.labels import powers_as_text, wrapped_labels
 from tissuec.view.plots.pgf import write_pgf
 from tissuec.view.plots.styles import STYLES, PlotStyle, drawn_in
@@ -183,11 +183,15 @@ def _page_class() -> type[Any]:
     from matplotlib.figure import Figure
 
     class Page(Figure):
-        """A figure of tissuec; ``notes`` contains remarks on it, ``numbers`` what it shows."""
+        """A figure of tissuec; ``notes`` contains remarks on it, ``numbers`` what it shows.
+
+        ``credits`` contains what a file of it says about its scene; see ``formats.metadata``.
+        """
 
         notes: tuple[str, ...] = ()
         style: PlotStyle = STYLES["screen"]
         numbers: Mapping[str, Any] = MappingProxyType({})
+        credits: Mapping[str, str] = MappingProxyType({})
 
         def __init__(self, *args: Any, **keywords: Any):
             super().__init__(*args, **keywords)  # pyright: ignore[reportUnknownMemberType]  # keywords
@@ -203,8 +207,8 @@ def _page_class() -> type[Any]:
             """
             suffix = Path(fname).suffix.lower() if isinstance(fname, str | Path) else ""
             suffix = f".{keywords['format']}" if keywords.get("format") else suffix
-            if metadata := FORMATS.get(suffix):
-                keywords.setdefault("metadata", metadata)
+            if suffix in FORMATS and FORMATS[suffix] is not None:
+                keywords.setdefault("metadata", metadata(suffix, self.credits))
             with drawn_in(self.style), prepared(self, suffix):
                 if suffix == ".pgf":
                     write_pgf(self, fname)

@@ -12,6 +12,7 @@ from tissuec.core.errors import TissueError
 from tissuec.results.places import SUFFIX as RESULT
 from tissuec.scene.library import SUFFIX as SCENE
 from tissuec.scene.library import find_words
+from tissuec.scene.metadata import TEXTS
 from tissuec.scene.resolve import ResolvedProgram
 from tissuec.studies.table import StudyTable
 from tissuec.studies.table_files import is_table, read_table
@@ -40,6 +41,18 @@ class PlotSubject(Struct, frozen=True, eq=False):
     kind: Kind
     name: str
     content: Any
+
+
+def credits_of(subject: PlotSubject) -> dict[str, str]:
+    """Return what a result or a scene says about itself, and its title; see ``formats``."""
+    if subject.kind == "result":
+        manifest: dict[str, Any] = subject.content.manifest
+        texts = {word: str(manifest[word]) for word in TEXTS if manifest.get(word)}
+    elif subject.kind == "words":
+        texts = subject.content.declarations.metadata.written
+    else:
+        return {}
+    return {"title": subject.name, **texts}
 
 
 @contextmanager

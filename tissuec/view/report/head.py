@@ -13,12 +13,13 @@ from tissuec.view.report.markup import Content, Html, element, html, link
 
 def head(content: ReportContent) -> Html:
     """Return what stands above all sections."""
-    about = content.manifest.get("about")
+    about, credits = content.manifest.get("about"), wording.credits(content.manifest)
     return element(
         "header",
         element("p", "Report of a run · ", content.trajectory.path.name, class_="kicker"),
         element("h1", content.title),
         element("p", about, class_="about") if about else None,
+        element("p", credits, class_="credits") if credits else None,
         _verdict(content),
         element("p", f"{'; '.join(sentence(content))}.", class_="summary"),
         _tiles(content),

@@ -83,7 +83,7 @@ def table(
     """Return a table that scrolls by itself where a page is too narrow for it.
 
     Args:
-        caption: Description for those who do not see it.
+        caption: What it shows, without a full stop.
         heads: Heads of the columns.
         rows: Markup of ``row``.
         class_: Class of the table.
@@ -91,7 +91,7 @@ def table(
     head = element("tr", [element("th", text, scope="col") for text in heads])
     body = element(
         "table",
-        element("caption", caption),
+        element("caption", caption, "."),
         element("thead", head),
         element("tbody", rows),
         class_=class_,

@@ -4,6 +4,7 @@ from tissuec.view.player.options import Options
 from tissuec.view.player.page import fragment
 from tissuec.view.report import pictures
 from tissuec.view.report.content import ReportContent
+from tissuec.view.report.head import capital
 from tissuec.view.report.markup import Content, Html, Section, element, html
 
 #: What the player brings along: positions of all frames, and nodes of one.
@@ -21,12 +22,11 @@ def _body(content: ReportContent) -> Content:
     if not frames or not nodes:
         return element("p", "The run recorded no trajectory, so there is no motion to play.")
     options, less = chosen(frames, nodes)
-    label = f"the net of {content.title} at several times"
-    return (
-        Html(fragment(content.trajectory, options)),
-        element("p", f"Shown are {less}.", class_="remark") if less else None,
-        None if pictures.lacking() else pictures.for_paper(content, "frames", label),
-    )
+    label = f"the motion of {content.title}"
+    still = None if pictures.lacking() else pictures.for_paper(content, "frames", label)
+    caption = f"{capital(label)}." + (f" Shown are {less}." if less else "")
+    played = Html(fragment(content.trajectory, options))
+    return element("figure", played, still, element("figcaption", caption))
 
 
 def chosen(frames: int, nodes: int) -> tuple[Options, str]:

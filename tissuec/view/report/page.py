@@ -7,6 +7,7 @@ from tissuec.core import palette
 from tissuec.core.version import __version__
 from tissuec.view.report import (
     again,
+    citing,
     curves,
     events,
     expectations,
@@ -93,6 +94,7 @@ def _sections(content: ReportContent) -> list[Section]:
         warnings.section(content),
         listing.section(content),  # behind all that leads to its lines
         again.section(content),
+        citing.section(content),
         manifest.section(content),
     ]
     return [section for section in every if section is not None]

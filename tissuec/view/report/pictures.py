@@ -10,6 +10,7 @@ from tissuec.core.palette import GRID, INK, PAPER
 from tissuec.view.plots import draw
 from tissuec.view.plots.page import need_matplotlib
 from tissuec.view.report.content import ReportContent
+from tissuec.view.report.head import capital
 from tissuec.view.report.markup import Html, element
 
 #: Colours that follow the page into the dark.
@@ -36,7 +37,7 @@ def curves(content: ReportContent, kind: str) -> Html:
 
 
 def inline(drawn: Any, key: str, label: str) -> Html:
-    """Return a figure of matplotlib as an inline drawing with its notes.
+    """Return a figure of matplotlib as an inline drawing, with label and notes as caption.
 
     Args:
         drawn: The figure, with ``notes``.
@@ -46,8 +47,9 @@ def inline(drawn: Any, key: str, label: str) -> Html:
     written = StringIO()
     drawn.savefig(written, format="svg", outlines=True)
     picture = Html(_inline(written.getvalue(), key))
-    notes = [element("figcaption", note) for note in drawn.notes]
-    return element("figure", element("div", picture, role="img", aria_label=label), notes)
+    caption = ". ".join(capital(text).rstrip(".") for text in (label, *drawn.notes))
+    shown = element("div", picture, role="img", aria_label=label)
+    return element("figure", shown, element("figcaption", f"{caption}."))
 
 
 def for_paper(content: ReportContent, kind: str, label: str) -> Html | None:
@@ -65,7 +67,7 @@ def for_paper(content: ReportContent, kind: str, label: str) -> Html | None:
     written = BytesIO()
     drawn.savefig(written, format="png", dpi=_DPI)
     data = f"data:image/png;base64,{b64encode(written.getvalue()).decode()}"
-    return element("figure", element("img", src=data, alt=label), class_="on-paper")
+    return element("img", src=data, alt=label, class_="on-paper")
 
 
 def _inline(svg: str, key: str) -> str:

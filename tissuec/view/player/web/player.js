@@ -256,6 +256,7 @@ async function begin() {
   const arrays = await unpack(byId("arrays").textContent, film.arrays);
   byId("arrays").remove();
   const player = new Player(film, arrays);
+  document.body.classList.add("ready");
   return player;
 }
 
