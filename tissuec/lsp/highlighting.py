@@ -33,6 +33,7 @@ from tissuec.lsp.textmate import (
     rule,
 )  # fmt: skip
 from tissuec.scene.declarations import NAMED, SINGLE
+from tissuec.scene.metadata import TEXTS
 
 #: Where a line, or a statement, ends; and where one with a block does.
 _END, _END_OF_BLOCK = r"(?=[;}])|$", r"(?<=\})|(?=[;}])|$"
@@ -51,7 +52,7 @@ def grammar() -> Rule:
 
 def _repository() -> dict[str, list[Rule]]:
     parts = {f"{kind}-part": [_part(kind)] for kind in (*NAMED, *SINGLE)}
-    first = rule(rf"{START}(use|about|hedge)\b", {1: "part"})
+    first = rule(rf"{START}(use|hedge|{'|'.join(TEXTS)})\b", {1: "part"})
     rest = include("hedge", "set", "expect", "expression")
     return {
         "statements": [*include("basics", "table", *parts), first, *rest],

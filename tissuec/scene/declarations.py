@@ -324,6 +324,27 @@ def _reject_vocabulary(declarations: Declarations, findings: Findings) -> None:
     findings.raise_errors()
 
 
+def _reject_assigned(item: s.Assign, findings: Findings) -> NoReturn:
+    word = item.name.key
+    if word in TEXTS:
+        text = item.span.text.partition("=")[2].strip().strip('"')
+        hint = Hint(f'write: {word} "{text}"', Edit(f'{word} "{text}"'))
+        message = f'{word} is followed by a text in quotes, without "="'
+        findings.reject("TIS312", message, item.span, hint=hint)
+    text, span = item.name.text, item.name.span
+    findings.reject(
+        "TIS303",
+        f'"{text}" cannot be set here',
+        span,
+        hint=Hint(
+            f'write "param {text} = …" or "let {text} = …", '
+            "or move it into the block where it belongs",
+            Edit(f"param {text}"),
+            Edit(f"let {text}"),
+        ),
+    )
+
+
 def _reject_unknown(item: s.Item, findings: Findings) -> None:
     match item:
         case s.Rule():
@@ -340,25 +361,8 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 item.head,
                 hint="script { at 0 s: … }",
             )
-        case s.Assign(name=name) if name.key in TEXTS:
-            text = item.span.text.partition("=")[2].strip().strip('"')
-            example = f'{name.key} "{text}"'
-            hint = Hint(f"write: {example}", Edit(example))
-            message = f'{name.key} is followed by a text in quotes, without "="'
-            findings.reject("TIS312", message, item.span, hint=hint)
         case s.Assign():
-            text, span = item.name.text, item.name.span
-            findings.reject(
-                "TIS303",
-                f'"{text}" cannot be set here',
-                span,
-                hint=Hint(
-                    f'write "param {text} = …" or "let {text} = …", '
-                    "or move it into the block where it belongs",
-                    Edit(f"param {text}"),
-                    Edit(f"let {text}"),
-                ),
-            )
+            _reject_assigned(item, findings)
         case s.Function():
             reject_function(item, findings)
         case s.Sentence() | s.Block():
