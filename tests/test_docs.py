@@ -162,6 +162,9 @@ class Reader(Struct):
         for package in ("pandas", "xarray", "pyvista"):
             if f"to_{package}" in block.text:
                 pytest.importorskip(package)
+        if "import nrrd" in block.text:
+            pytest.importorskip("skimage.measure", reason="needs the images extra")
+            pytest.importorskip("nrrd", reason="needs the images extra")
         said = io.StringIO()
         module = block.name.removesuffix(".py").replace("/", ".")
         space = {"__name__": module} if module else self.namespace

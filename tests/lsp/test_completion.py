@@ -125,6 +125,7 @@ def written(text):
         ("expect error(‸", ["held out", "data"]),
         ('use "‸', ["fuzzy/soft_tissue", "tissues/fat"]),
         ('body b { mesh is imported { file "‸', ["meshes/liver.obj"]),
+        ("body b { mesh is imported { filling is ‸", ["cubes", "tetrahedra"]),
     ],
 )  # fmt: skip
 def test_what_can_stand_there_is_offered(text, some):

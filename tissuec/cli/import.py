@@ -64,14 +64,17 @@ def command(settings: Settings, file: Path, unit: str) -> int:
     tissuec import liver.stl --unit mm > liver.tis
     """
     from tissuec.meshes.generators.imported import Imported, MeshFileError
+    from tissuec.meshes.images import is_image
 
     mesh = Imported(LocatedFile(str(file), file, _factor(unit)))
     try:
+        if is_image(file):
+            mesh = _of_cubes(mesh)
         shape = mesh.shape
     except MeshFileError as error:
         hint = error.hint or _elsewhere(file)
         raise TissueError(f"{error}; {hint}" if hint else str(error)) from error
-    facts = _facts(shape)
+    facts = {**_facts(shape), **_image_facts(mesh)}
     filling = _filling(mesh, facts)
     scene = _scene(facts, filling, file.name, unit)
     _warn_of_size(facts, unit)
@@ -150,12 +153,33 @@ def _facts(shape: "RepairedMesh") -> dict[str, Any]:
     }
 
 
+def _of_cubes(mesh: "Imported") -> "Imported":
+    """Return the lattice that is proposed for a label image."""
+    from tissuec.meshes.generators.imported import CUBES, Imported
+
+    image = mesh.image
+    cell = (image.volume(image.values_of(None)) / _NODES) ** (1 / 3)
+    return Imported(mesh.file, filling=CUBES, cell=_read(_rounded(cell)))
+
+
+def _image_facts(mesh: "Imported") -> dict[str, Any]:
+    """Return the numbers of voxels of a label image and their size [m]; none of meshes."""
+    from tissuec.meshes.generators.imported import CUBES
+
+    if mesh.filling != CUBES:
+        return {}
+    image = mesh.image
+    return {"voxels": image.labels.shape, "voxel": np.linalg.norm(image.axes, axis=0)}
+
+
 def _filling(mesh: "Imported", facts: dict[str, Any]) -> tuple[str, str]:
     """Return the entries of a filling that can be built, and a remark on it."""
-    from tissuec.meshes.generators.imported import Imported, MeshFileError
+    from tissuec.meshes.generators.imported import CUBES, Imported, MeshFileError
     from tissuec.meshes.stiffness_sharing import node_areas
 
     shape = mesh.shape
+    if mesh.filling == CUBES and mesh.cell is not None:
+        return f"    filling is {CUBES}; cell = {units.show(mesh.cell, units.LENGTH)}\n", ""
     if not facts["closed"] or shape.is_volume or not facts["volume"] > 0.0:
         return "", ""
     enclosed, area = facts["volume"], float(node_areas(shape.position, shape.skin).sum())
@@ -210,6 +234,10 @@ def _scene(facts: dict[str, Any], filling: tuple[str, str], name: str, unit: str
 
 def _lines(facts: dict[str, Any], unit: str) -> Iterator[str]:
     """Yield what is in a file, in words."""
+    if "voxels" in facts:
+        sides = " x ".join(units.show(float(side), units.LENGTH) for side in facts["voxel"])
+        voxels = " x ".join(map(str, facts["voxels"]))
+        yield f"{voxels} voxels of {sides}; in cubes:"
     parts = [
         counted(facts["nodes"], "node"),
         f"a surface of {counted(facts['triangles'], 'triangle')}",

@@ -9,6 +9,7 @@ from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.proposal import Proposal
 from tissuec.lsp.views import View
 from tissuec.meshes.formats import FORMATS
+from tissuec.meshes.formats.conversion import IMAGES
 from tissuec.scene.library import SUFFIX, Library, files_of
 
 #: As many files are looked at beside a scene.
@@ -63,11 +64,11 @@ def _numbers(view: View, kind: str) -> Iterator[tuple[str, str]]:
     """Yield mesh files, or tables, beside a scene and in libraries."""
     library = Library.of(view.source, view.documents.libraries)
     endings = {"table": TABLES, "rows": TABLES, "data": MEASURED, "hold out": MEASURED}.get(
-        kind, tuple(FORMATS)
+        kind, (*FORMATS, *IMAGES)
     )
     for folder in dict.fromkeys((library.beside, *library.folders)):
         for path in _some_files(folder):
-            if path.suffix.lower() in endings:
+            if path.name.lower().endswith(endings):
                 yield path.relative_to(folder).as_posix(), str(path)
 
 

@@ -16,6 +16,7 @@ from tissuec.core.source import Source, Span
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
 from tissuec.lang.parser import WrongNumbers
+from tissuec.meshes.formats.conversion import IMAGES
 from tissuec.scene.findings import Findings
 from tissuec.scene.library import (
     LARGEST_FILE,
@@ -29,7 +30,7 @@ from tissuec.scene.library import (
 
 MOST_IN_A_ROW = 50  # files that use one another; nobody loses track of so many by hand
 HDF5 = b"\x89HDF"  # how result files begin
-MESHES = (".stl", ".obj", ".ply", ".vtk", ".vtu", ".msh", ".feb")
+MESHES = (".stl", ".obj", ".ply", ".vtk", ".vtu", ".msh", ".feb", *IMAGES)
 
 
 class Program(Struct, frozen=True):
@@ -80,7 +81,7 @@ def _of_another_kind(data: bytes, name: str) -> str:
     """Return what to do with a result or a mesh that is given as a scene; empty for others."""
     if data.startswith(HDF5):
         return f"it is a result file; to view it: tissuec view {name}"
-    if Path(name).suffix.lower() in MESHES:
+    if name.lower().endswith(MESHES):
         return f"it is a mesh file; to create a scene from it: tissuec import {name}"
     return ""
 

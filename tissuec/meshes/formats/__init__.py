@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
-from tissuec.meshes.formats.conversion import way_of
+from tissuec.meshes.formats.conversion import IMAGES, way_of
 
 Floats: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
@@ -100,7 +100,7 @@ def read(data: bytes, path: Path) -> RawMesh:
     """
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
-        kinds, way = ", ".join(FORMATS), way_of(suffix, path)
+        kinds, way = ", ".join((*FORMATS, *IMAGES)), way_of(suffix, path)
         hint = f"{way}  formats: {kinds}" if way else f"formats: {kinds}"
         raise FormatError(f'the format "{suffix}" is not supported', hint)
     if not data.strip():

@@ -6,9 +6,17 @@ _GRID = (
     "write its cells one by one, in Python with pyvista: "
     'pyvista.read("{name}").cast_to_unstructured_grid().save("{stem}.vtu")'
 )
-_IMAGE = (
+_FIELD = (
     "an image is no mesh: make a surface of it (a segmentation in 3D Slicer, or the filter "
     'Contour of ParaView), and save that as "{stem}.stl" or "{stem}.vtp"'
+)
+_IMAGE = (
+    "for an image of labels: open it in 3D Slicer, and save it as "
+    '"{stem}.nrrd" or "{stem}.nii.gz"; for a picture, save its segmentation'
+)
+_DICOM = (
+    "open the series in 3D Slicer, segment it, and save the segmentation as "
+    '"{stem}.seg.nrrd"; dcm2niix writes a series of labels as .nii.gz'
 )
 _OBJECT = 'export the object from a mesh program, such as Blender, as "{stem}.stl"'
 _SHAPE = 'make a mesh of it first, such as with Gmsh: gmsh "{name}" -3 -o "{stem}.msh"'
@@ -17,11 +25,15 @@ _SEVERAL = (
     '"{stem}.vtu" (cells) or "{stem}.vtp" (surfaces)'
 )
 
+#: Endings of names of label images, which ``meshes.images`` reads.
+IMAGES = (".nrrd", ".nhdr", ".nii", ".nii.gz")
+
 #: By the extension of a file, or by what VTK calls its contents, in small letters.
 _WAYS = {
     **dict.fromkeys(("structuredgrid", "rectilineargrid", ".vts", ".vtr"), _GRID),
-    **dict.fromkeys(("structuredpoints", "imagedata", ".vti"), _IMAGE),
-    **dict.fromkeys((".dcm", ".nii", ".nrrd", ".mha", ".mhd", ".tif", ".tiff"), _IMAGE),
+    **dict.fromkeys(("structuredpoints", "imagedata", ".vti"), _FIELD),
+    **dict.fromkeys((".mha", ".mhd", ".tif", ".tiff", ".hdr", ".img", ".mgz"), _IMAGE),
+    **dict.fromkeys((".dcm", ".dicom", ".ima"), _DICOM),
     **dict.fromkeys((".gltf", ".glb", ".fbx", ".blend", ".dae", ".3mf", ".3ds"), _OBJECT),
     **dict.fromkeys((".step", ".stp", ".iges", ".igs", ".brep", ".geo"), _SHAPE),
     **dict.fromkeys((".vtm", ".pvd", ".pvtu", ".xdmf", ".e", ".exo", ".case"), _SEVERAL),

@@ -1,11 +1,13 @@
 """A mesh from a file, such as an organ out of a segmentation or a finite element model."""
 
+from collections.abc import Mapping
 from functools import cached_property
 from hashlib import sha256
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import units
@@ -18,6 +20,7 @@ from tissuec.meshes.generators import MESHES, FileOrigin, Mesh
 from tissuec.meshes.generators.joining import springs
 from tissuec.meshes.generators.lattice import CRYSTALS, REACH
 from tissuec.meshes.generators.limits import require_limits
+from tissuec.meshes.images import is_image
 from tissuec.meshes.stiffness_sharing import (
     area_shares,
     filled_volumes,
@@ -27,9 +30,11 @@ from tissuec.meshes.stiffness_sharing import (
 
 if TYPE_CHECKING:  # scenes without a file need neither repair nor fillings
     from tissuec.meshes.filling import Filling, Interior
+    from tissuec.meshes.images import LabelImage
     from tissuec.meshes.repair import RepairedMesh
 
 TETRAHEDRA = "tetrahedra"
+CUBES = "cubes"
 ON, OFF = "on", "off"
 EVEN, AREA, VOLUME = "even", "area rule", "volume rule"
 LARGEST_FILE = 2 << 30  # bytes; beyond, reading takes more memory than nets can
@@ -55,12 +60,18 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
     A closed surface can be filled with a lattice, whose reach is that of a lattice mesh, or
     with tetrahedra. The lattice is centred on the body; its nodes follow those of the file.
 
+    A label image becomes a closed surface, or, filled with cubes, a lattice of those whose
+    centre has a label.
+
     Attributes:
         file: A file beside the scene or in a library, and the unit of its coordinates.
         part: Named part of the file that is the body; by default, the whole file.
-        filling: What fills a closed surface: none, a crystal lattice, or tetrahedra.
+        filling: What fills a closed surface: none, a crystal lattice, or tetrahedra; of label
+            images also cubes, which need no surface.
         cell: Edge of the cubic cell of the filling.
         reach: Reach of the springs of a filling lattice.
+        resolution: Distance of neighbouring nodes in the surface of a label image, at least the
+            size of a voxel; by default, the cell of the filling, or else the size of a voxel.
         stiffness: Distribution of the stiffness of the tissue over springs: even (the same for
             each spring), by the area rule (for surfaces), or by the volume rule (for
             tetrahedra).
@@ -71,9 +82,10 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
 
     file: InFile
     part: Annotated[str | None, Named("left lobe")] = None
-    filling: Annotated[str, OneOf(("none", *CRYSTALS, TETRAHEDRA))] = "none"
+    filling: Annotated[str, OneOf(("none", *CRYSTALS, TETRAHEDRA, CUBES))] = "none"
     cell: Annotated[float | None, Real(units.LENGTH, above=0.0)] = None
     reach: Annotated[str, OneOf(REACH)] = "nearest neighbours"
+    resolution: Annotated[float | None, Real(units.LENGTH, above=0.0)] = None
     stiffness: Annotated[str, OneOf((EVEN, AREA, VOLUME))] = EVEN
     merging: Annotated[str, OneOf((ON, OFF))] = ON
     merging_distance: Annotated[float | None, Real(units.LENGTH, at_least=0.0)] = None
@@ -88,6 +100,20 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             raise ValueError('"reach" belongs to a filling lattice, but there is none')
         if self.merging == OFF and self.merging_distance:
             raise ValueError('"merging distance" is given, but merging is off')
+        self._require_image()
+
+    def _require_image(self) -> None:
+        """Refuse entries that belong to images where there is none, and the other way round."""
+        if not is_image(self.file.path):
+            if self.filling == CUBES:
+                raise ValueError("cubes are made of label images (.nrrd, .nii) only")
+            if self.resolution is not None:
+                raise ValueError('"resolution" belongs to label images (.nrrd, .nii)')
+            return
+        if self.filling == CUBES and self.resolution is not None:
+            raise ValueError('"resolution" is that of a surface, which cubes do not need')
+        if self.merging == OFF or self.merging_distance is not None:
+            raise ValueError("an image has no nodes that could be merged")
 
     @cached_property
     def _bytes(self) -> bytes:
@@ -103,6 +129,8 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         from tissuec.meshes.repair import repair
 
         try:
+            if is_image(self.file.path):
+                return self._shape_of_image()
             raw = read(self._bytes, self.file.path)
             with np.errstate(over="ignore"):  # numbers out of range merge into one node
                 close = 0.0 if self.merging == OFF else self.merging_distance
@@ -110,11 +138,45 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         except FormatError as error:
             raise self._error(str(error), error.hint) from error
 
+    @cached_property
+    def image(self) -> "LabelImage":
+        """Return the label image in the file; raises MeshFileError."""
+        from tissuec.meshes.images.reading import read
+
+        try:
+            return read(self._bytes, self.file.path, self.file.factor)
+        except FormatError as error:
+            raise self._error(str(error), error.hint) from error
+
+    def _shape_of_image(self) -> "RepairedMesh":
+        """Return the cubes of an image, or the surface; raises FormatError."""
+        from tissuec.meshes.images.cubes import cubes
+        from tissuec.meshes.images.surfaces import surface
+        from tissuec.meshes.repair import repair
+
+        values = self.image.values_of(self.part)
+        if self.filling == CUBES:
+            assert self.cell is not None
+            raw = cubes(self.image, values, self.cell)
+        else:
+            resolution = self.cell if self.resolution is None else self.resolution
+            raw = surface(self.image, values, resolution)
+        shape = repair(raw, 1.0)
+        return replace(shape, parts=tuple(self.image.names.values()))
+
     def _error(self, message: str, hint: str = "") -> MeshFileError:
         return MeshFileError(f'"{self.file.name}": {message}', hint)
 
     def size(self) -> tuple[int, int]:
         """Return the numbers of nodes and springs; with a filling, as if it filled the box."""
+        if self.filling == CUBES:
+            from tissuec.meshes.images.cubes import size
+
+            assert self.cell is not None
+            try:
+                return size(self.image, self.image.values_of(self.part), self.cell)
+            except FormatError as error:
+                raise self._error(str(error), error.hint) from error
         shape = self.shape
         nodes, pairs = len(shape.position), len(shape.pairs)
         if self.filling == "none":
@@ -145,13 +207,27 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             position,
             ends,
             shape.skin.astype(np.int32),
-            groups=shape.groups,
+            groups=self._groups(filling),
             shares=shares,
-            origin=FileOrigin(self.file, sha256(self._bytes).hexdigest()),
+            origin=FileOrigin(self.file, self._digest),
             remarks=(*shape.remarks, *filling.remarks),
             volume=self._volume(position, filling),
             tetrahedra=self._tetrahedra(filling),
         )
+
+    @property
+    def _digest(self) -> str:
+        if is_image(self.file.path):
+            return self.image.digest
+        return sha256(self._bytes).hexdigest()
+
+    def _groups(self, filling: "Filling") -> Mapping[str, Indices]:
+        """Return the nodes of each group; of images with those of a filling."""
+        if not (is_image(self.file.path) and len(filling.position)):
+            return self.shape.groups
+        from tissuec.meshes.images.nearest import with_inner_nodes
+
+        return with_inner_nodes(self.image, self.shape, filling.position)
 
     def _interior(self, *, for_matter: bool = False) -> "Interior":
         """Return the closed surface; raises FormatError if there is none."""
@@ -193,7 +269,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
     def _filled(self, for_matter: bool) -> "Filling":
         from tissuec.meshes.filling import Filling
 
-        if self.filling == "none":
+        if self.filling in ("none", CUBES):
             none = np.zeros((0, 3))
             return Filling(none, none[:, :2].astype(int), np.zeros((0, 4), int), ())
         if self.filling == TETRAHEDRA:

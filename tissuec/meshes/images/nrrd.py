@@ -1,0 +1,214 @@
+"""NRRD files with their voxels (``.nrrd``) or beside them (``.nhdr``), read by pynrrd.
+
+Teem's definition of the format, https://teem.sourceforge.net/nrrd/format.html. The names of
+labels are those that 3D Slicer writes into the header of a segmentation: ``Segment0_Name`` and
+``Segment0_LabelValue``.
+"""
+
+import re
+from collections.abc import Mapping
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.core.files import read_bytes
+from tissuec.core.units import UnitError, parse_unit
+from tissuec.meshes.formats import FormatError
+from tissuec.meshes.images import INSTALL, Floats
+from tissuec.meshes.images.inflating import inflated
+from tissuec.meshes.images.raw import LARGEST, RawImage, require_size, three_dimensional
+
+_LONGEST_HEADER = 1 << 20  # bytes
+_END = re.compile(rb"\r?\n\r?\n")
+#: Directions of the axes of a space, and how they count in the coordinates of the patient.
+_SIGNS = {
+    "left": 1.0, "right": -1.0, "posterior": 1.0, "anterior": -1.0, "superior": 1.0,
+    "l": 1.0, "r": -1.0, "p": 1.0, "a": -1.0, "s": 1.0,
+}  # fmt: skip
+_ANATOMICAL = ("left-posterior-superior", "right-anterior-superior", "left-anterior-superior")
+_NOT_ANATOMICAL = ("scanner-xyz", "3d-right-handed")
+_NO_ORIENTATION = (
+    "it does not say where left, back and head are: its axes are taken as x, y and z"
+)
+
+
+def read(data: bytes, path: Path) -> RawImage:
+    """Return voxels, axes and names of labels.
+
+    Args:
+        data: Contents of the file.
+        path: The file, beside which voxels may be.
+
+    Raises:
+        FormatError: The library is missing, the file is broken, or its axes are unknown.
+    """
+    header, voxels, more = _parts(data, path)
+    directions, origin, remarks = _axes(header)
+    values = _values(header, voxels)
+    kinds = header.get("kinds", ["?"] * values.ndim)
+    others = {
+        axis: "layer" if kinds[axis].lower() in ("list", "vector", "?") else "component"
+        for axis in np.flatnonzero(np.isnan(directions).any(axis=1)).tolist()
+    }
+    values = three_dimensional(values, others)
+    axes = directions[~np.isnan(directions).any(axis=1)].T
+    return RawImage(values, axes, origin, _unit(header), _names(header), remarks, more)
+
+
+def _parts(data: bytes, path: Path) -> tuple[dict[str, Any], bytes, bytes]:
+    """Return the header, the bytes of the voxels, and those of another file."""
+    if not data.startswith(b"NRRD"):
+        raise FormatError('it does not begin with "NRRD"')
+    try:
+        library: Any = import_module("nrrd")
+    except ImportError:
+        raise FormatError("reading NRRD needs the optional package pynrrd", INSTALL) from None
+    end = _END.search(data, 0, _LONGEST_HEADER)
+    head, rest = (data[: end.start()], data[end.end() :]) if end else (data, b"")
+    # The library itself drops all letters beyond ASCII, which names of segments may have.
+    lines = head[:_LONGEST_HEADER].decode("utf-8", "replace").splitlines()
+    try:
+        header: dict[str, Any] = dict(library.read_header(lines))
+    except Exception as error:  # whatever strange lines make it stumble over
+        raise FormatError(f"its header cannot be read: {_reason(error)}") from None
+    beside = header.pop("data file", None) or header.pop("datafile", None)
+    if beside is None:
+        return header, rest, b""
+    more = _beside(path, str(beside))
+    return header, more, more
+
+
+def _beside(path: Path, name: str) -> bytes:
+    """Return the contents of the file of the voxels."""
+    if Path(name).name != name or name in ("LIST", "..", ".") or "%" in name or "\\" in name:
+        raise FormatError(
+            f'its voxels are in "{name}", which is not one file beside it',
+            "save it as one file: .nrrd",
+        )
+    try:
+        return read_bytes(path.with_name(name), LARGEST)
+    except FileNotFoundError:
+        raise FormatError(
+            f'the file with its voxels is missing: "{name}"',
+            "copy it to the same folder, or save the image as one file: .nrrd",
+        ) from None
+    except OSError as error:
+        reason = (error.strerror or type(error).__name__).lower()
+        raise FormatError(
+            f'the file with its voxels, "{name}", cannot be read: {reason}'
+        ) from None
+
+
+def _values(header: dict[str, Any], data: bytes) -> NDArray[Any]:
+    """Return the voxels, the axes in the order of the header."""
+    library: Any = import_module("nrrd")
+    types: Mapping[str, str] = import_module("nrrd.reader")._TYPEMAP_NRRD2NUMPY
+    kind = str(header.get("type", ""))
+    if kind not in types or kind == "block":
+        raise FormatError(f'its voxels are of the type "{kind}", which is not supported')
+    shape = tuple(int(size) for size in header.get("sizes", ()))
+    size = require_size(shape, np.dtype(types[kind]).itemsize)
+    skipped = max(int(header.get("byte skip", header.get("byteskip", 0))), 0)
+    lines = header.get("line skip", header.get("lineskip", 0))
+    if header.get("encoding") in ("gzip", "gz") and not lines:
+        data = inflated(data, size + skipped + 1)
+        header = {**header, "encoding": "raw"}
+    try:
+        return library.read_data(header, BytesIO(data))
+    except Exception as error:  # whatever strange bytes make it stumble over
+        reason = _reason(error)
+        if (
+            "Size of the data" in reason
+            or "buffer size" in reason
+            or "unexpected end" in reason
+        ):
+            reason = "it is truncated, or its sizes are not those of its voxels"
+            raise FormatError(reason) from None
+        raise FormatError(f"its voxels cannot be read: {reason}") from None
+
+
+def _axes(header: Mapping[str, Any]) -> tuple[Floats, Floats, tuple[str, ...]]:
+    """Return the step along each axis of the file, shape (axis, 3), and the first voxel.
+
+    Steps along axes that are no directions in space are NaN.
+    """
+    count = len(header.get("sizes", ()))
+    if "space directions" not in header:
+        return _spacings(header, count)
+    found = header["space directions"]
+    rows = [np.full(3, np.nan) if row is None else np.asarray(row, float) for row in found]
+    if len(rows) != count or any(len(row) != 3 for row in rows):
+        raise FormatError('its "space directions" are not three numbers for each axis')
+    signs, remarks = _signs(str(header.get("space", "")))
+    origin = np.asarray(header.get("space origin", np.zeros(3)), float)
+    if origin.shape != (3,):
+        raise FormatError('its "space origin" is not three numbers')
+    if "space origin" not in header:
+        remarks = (
+            *remarks,
+            "it does not say where it is: its first voxel is placed at (0, 0, 0)",
+        )
+    return np.array(rows) * signs, origin * signs, remarks
+
+
+def _spacings(header: Mapping[str, Any], count: int) -> tuple[Floats, Floats, tuple[str, ...]]:
+    """Return what there is of an image that says only how large its voxels are."""
+    spacings = np.abs(np.asarray(header.get("spacings", ()), float))
+    if len(spacings) != count or not np.isfinite(spacings).any():
+        raise FormatError(
+            "it does not say how large its voxels are",
+            'save it with its voxel size: NRRD calls it "space directions"',
+        )
+    steps = np.full((count, 3), np.nan)
+    spatial = np.flatnonzero(np.isfinite(spacings))[:3]
+    steps[spatial] = np.eye(3)[: len(spatial)] * spacings[spatial, None]
+    return steps, np.zeros(3), (_NO_ORIENTATION,)
+
+
+def _signs(space: str) -> tuple[Floats, tuple[str, ...]]:
+    """Return how coordinates of a space count in those of the patient, and remarks."""
+    name = space.lower().removesuffix("-time")
+    shorts = {"".join(word[0] for word in one.split("-")): one for one in _ANATOMICAL}
+    name = shorts.get(name.removesuffix("t"), name)
+    if name in _ANATOMICAL:
+        return np.array([_SIGNS[word] for word in name.split("-")]), ()
+    if not name or name in _NOT_ANATOMICAL:
+        return np.ones(3), (_NO_ORIENTATION,)
+    raise FormatError(
+        f'its space is "{space}", which is not supported',
+        f"save it in one of the spaces {', '.join(_ANATOMICAL)}",
+    )
+
+
+def _unit(header: Mapping[str, Any]) -> float | None:
+    """Return metres in the unit of the coordinates, None if it is not said."""
+    words = header.get("space units", header.get("units", []))
+    words = {word for word in words if word and word not in ("none", "???")}
+    if not words:
+        return None
+    try:
+        factors = {parse_unit(word).factor for word in words}
+    except UnitError:
+        factors = set[float]()
+    if len(factors) != 1:
+        raise FormatError(f"the unit of its coordinates is unknown: {', '.join(sorted(words))}")
+    return factors.pop()
+
+
+def _names(header: Mapping[str, Any]) -> dict[int, str]:
+    """Return the names that 3D Slicer gives to labels."""
+    names: dict[int, str] = {}
+    for key, name in header.items():
+        if found := re.fullmatch(r"(Segment\d+)_Name", key):
+            value = str(header.get(f"{found[1]}_LabelValue", "")).strip()
+            if value.isdecimal():
+                names[int(value)] = str(name)
+    return names
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).split())[:120] or type(error).__name__
