@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
+from tests.results.test_blocks import SCENE as BLOCKS
 from tests.view.plots.conftest import carry_out
 from tissuec.core.errors import TissueError
 from tissuec.core.palette import TENSION
+from tissuec.results.instruments.meshes import turned
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.plots import draw, net
 from tissuec.view.plots.frames import moments, telling_frames
@@ -143,13 +145,52 @@ def test_tools_that_are_recorded_are_drawn_where_they_are(tmp_path):
     path = carry_out(PRESS, tmp_path / "press.vtkhdf")
     start, end = panels(draw("frames", path, times=(0.0, 0.01), view=(-90.0, 0.0)))
     for axes, height in ((start, 15.0), (end, 13.0)):
-        (probe,) = axes.patches
+        probe = axes.patches[0]
         low, high = probe.get_xy().min(axis=0), probe.get_xy().max(axis=0)
         assert (low, high) == (
             pytest.approx([1.0, height - 4.0], abs=1e-6),
             pytest.approx([9.0, height + 4.0], abs=1e-6),
         )
         assert axes.get_ylim()[0] <= low[1] and axes.get_ylim()[1] >= 19.0  # none is clipped
+
+
+def test_instruments_and_what_they_hold_are_drawn(tmp_path):
+    path = carry_out(BLOCKS, tmp_path / "pad.vtkhdf")
+    times = (0.0, 0.02, 0.025)
+    shown = panels(draw("frames", path, times=times, view=(-60.0, 30.0)))
+    view = Projection(-60.0, 30.0)
+    with Trajectory.open(path) as run:
+        for axes, time in zip(shown, times, strict=True):
+            frame = int(np.abs(run.times - time).argmin())
+            place = 1e3 * view.flat(run.position[frame])
+            marks = {one.get_marker(): np.array(one.get_xydata()) for one in axes.lines}
+            x = run.network.position[:9, 0]
+            assert in_order(marks["s"]) == pytest.approx(in_order(place[:9][x < 1e-3]))
+            assert ("o" in marks) == (time > 0.0)
+            if time > 0.0:
+                held = place[:9][x > 9e-3]
+                assert in_order(marks["o"]) == pytest.approx(in_order(held))
+    # The ball and the handle of a probe, forceps while they hold, and scissors when they cut.
+    assert [len(axes.patches) for axes in shown] == [3, 5, 7]
+    forceps = shown[1].patches[1].get_path().get_extents()
+    assert (forceps.min < held.mean(axis=0)).all() and (held.mean(axis=0) < forceps.max).all()
+
+
+def test_a_silhouette_is_one_area_with_its_outline():
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+    points, triangles = turned([(0.0, 0.5**0.5), (1.0, 0.5**0.5)], 4)  # a cube
+    view = Projection(45.0 + 45.0, np.degrees(np.arctan(0.5**0.5)))  # along its diagonal
+    net.draw_silhouette(axes, points, triangles, view, colour="red", opacity=0.5)
+    area, outline = axes.patches
+    corners = area.get_path().vertices.reshape(-1, 4, 2)
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    sizes = np.linalg.det(np.stack([b - a, c - a], axis=-1)) / 2.0
+    assert (sizes > 0.0).all() and sizes.sum() == pytest.approx(3.0**0.5)  # a hexagon
+    ends = outline.get_path().vertices.reshape(-1, 2, 2)
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    assert len(ends) == 6 and lengths == pytest.approx((2.0 / 3.0) ** 0.5)
 
 
 def test_threads_are_found_among_bodies(tmp_path):

@@ -13,12 +13,13 @@ from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import Event
 from tissuec.view.plots import PLOTS, net
 from tissuec.view.plots.frame_reader import batches, drawn, no_frames
+from tissuec.view.plots.instruments import FrameInstruments, mark_held
 from tissuec.view.plots.marks import SILENT, told
 from tissuec.view.plots.options import Direction, Option, read_time
 from tissuec.view.plots.over_time import say_unfinished
 from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.projection import Projection, viewpoint
-from tissuec.view.plots.solid import Mask, seen_springs, solid_nodes
+from tissuec.view.plots.solid import Mask, front_nodes, seen_springs, solid_nodes
 from tissuec.view.plots.subjects import PlotSubject
 
 if TYPE_CHECKING:
@@ -44,18 +45,12 @@ class ChosenFrame(NamedTuple):
     title: str
 
 
-class Capsule(NamedTuple):
-    """A shape of a tool: its ends, shape (2, 3), and its radius [m]."""
-
-    ends: Floats
-    radius: float
-
-
 @PLOTS.member("frames")
 class FramesPlot(Struct, frozen=True):
     """The net at some moments: springs coloured by tension, or skins in the light.
 
-    Of solid bodies only the springs on the side that is looked at are drawn.
+    Of solid bodies only the springs on the side that is looked at are drawn. Instruments are
+    silhouettes; squares mark fixed nodes, and dots nodes that are held otherwise.
 
     Attributes:
         times: When [s]; some moments that differ, from the first to the last, if none is named.
@@ -183,7 +178,7 @@ class Shown(Struct, frozen=True, eq=False):
     box: tuple[float, float, float, float]
     norm: "Normalize | None"
     solid: Mask
-    tools: list[list[Capsule]]
+    instruments: FrameInstruments
     notes: tuple[str, ...]
 
     @classmethod
@@ -198,7 +193,7 @@ class Shown(Struct, frozen=True, eq=False):
         home = drawn(trajectory)
         view = Projection(*(plot.view or viewpoint(home, [place - home for place in points])))
         norm = None
-        tools = [_capsules(trajectory, m.frame) for m in chosen]
+        instruments = FrameInstruments.of(trajectory)
         if plot.show == "surface":
             points = [_surface(trajectory, m.frame)[0] for m in chosen]
         elif plot.show == "skin":
@@ -207,10 +202,8 @@ class Shown(Struct, frozen=True, eq=False):
                 raise TissueError(f"{what}; show springs")
         else:
             norm = net.tension_norm([trajectory.spring_force(m.frame)[0] for m in chosen])
-        if plot.show == "surface":
-            tools: list[list[Any]] = [[] for _ in chosen]
-        reached = zip(points, tools, strict=True)
-        flat = np.concatenate([_reached(place, parts, view) for place, parts in reached])
+        reached = [one.reach for m in chosen for one in instruments.at(m.frame)]
+        flat = view.flat(np.concatenate([*points, *reached]))
         low, high = flat.min(axis=0), flat.max(axis=0)
         margin = _MARGIN * float((high - low).max()) or 1e-3
         box = (*(low - margin), *(high + margin))
@@ -220,8 +213,9 @@ class Shown(Struct, frozen=True, eq=False):
         if plot.show == "springs" and solid.any():
             notes = ("springs inside and behind solid bodies are not drawn",)
         return cls(
-            trajectory, plot.show, chosen, view, points, scale, box, norm, solid, tools, notes
-        )
+            trajectory, plot.show, chosen, view, points, scale, box, norm, solid, instruments,
+            notes,
+        )  # fmt: skip
 
     def layout(self) -> tuple[int, float]:
         """Return columns and the height of a page [mm] on which panels are large."""
@@ -245,9 +239,8 @@ class Shown(Struct, frozen=True, eq=False):
         rows = -(-len(self.moments) // columns)
         grid = sheet.figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         panels = grid.ravel()
-        moments = zip(panels, self.moments, self.points, self.tools, strict=False)
-        for axes, moment, points, tools in moments:
-            self._draw_moment(axes, moment, points, tools)
+        for axes, moment, points in zip(panels, self.moments, self.points, strict=False):
+            self._draw_moment(axes, moment, points)
         for axes in panels[len(self.moments) :]:
             axes.remove()
         self._say_lengths(list(panels[: len(self.moments)]), columns)
@@ -268,16 +261,16 @@ class Shown(Struct, frozen=True, eq=False):
         seen = seen_springs(ends, self.solid, points, triangles, self.view)
         return tension[seen], rows[seen]
 
-    def _draw_moment(
-        self, axes: "Axes", moment: ChosenFrame, points: Floats, tools: list[Capsule]
-    ) -> None:
+    def _draw_moment(self, axes: "Axes", moment: ChosenFrame, points: Floats) -> None:
         place, view, run = self.scale.of(points), self.view, self.trajectory
         cells = run.cells(moment.frame)
+        drawn = np.zeros(0, dtype=np.int64)
         if self.kind == "surface":
             _, triangles = _surface(run, moment.frame)
             net.draw_skin(axes, place, triangles, view, rims=False)
         elif self.kind == "skin":
             net.draw_skin(axes, place, cells.triangles, view, rims=True)
+            drawn = np.unique(cells.triangles)
         else:
             tension, rows = self._springs(moment, points)
             wide = net.thread_springs(run.network)[run.springs[rows]]
@@ -285,11 +278,14 @@ class Shown(Struct, frozen=True, eq=False):
                 axes, place[run.ends[rows]], view, tension=tension, norm=self.norm,
                 width=np.where(wide, 2.4, _line_width(len(rows))),
             )  # fmt: skip
+            drawn = np.unique(run.ends[rows])
         if self.kind != "surface":
             net.draw_nodes(axes, place[cells.vertices[:, 0]], view)
-            for tool in tools:
-                ends, radius = self.scale.of(tool.ends), float(self.scale.of(tool.radius))
-                net.draw_tool(axes, ends, radius, view)
+            front = ~self.solid | front_nodes(points, cells.triangles, view)
+            held = self.instruments.held(moment.frame)
+            mark_held(axes, place, view, held, drawn[front[drawn]])
+        for instrument in self.instruments.at(moment.frame):
+            instrument.draw(axes, view, self.scale)
         left, low, right, high = self.scale.of(self.box)
         axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
         axes.set_title(moment.title, fontsize=8.5)
@@ -310,17 +306,6 @@ class Shown(Struct, frozen=True, eq=False):
                 axes.tick_params(labelbottom=True)
         if names is None:
             _draw_bar(panels[-1], self.scale, self.box)
-
-
-def _reached(place: Floats, tools: Sequence[Capsule], view: Projection) -> Floats:
-    """Return what a moment must show on paper [m], shape (point, 2).
-
-    Of tools only what is round: planes go on without end.
-    """
-    parts = [
-        view.flat(tool.ends) + sign * tool.radius for tool in tools for sign in (-1.0, 1.0)
-    ]
-    return np.concatenate([view.flat(place), *parts])
 
 
 def _line_width(springs: int) -> float:
@@ -386,16 +371,3 @@ def _surface(trajectory: "Trajectory", frame: int) -> tuple[Floats, Any]:
             triangles.append(series.triangles(number) + count)
             count += len(points[-1])
     return np.concatenate(points), np.concatenate(triangles)
-
-
-def _capsules(trajectory: "Trajectory", frame: int) -> list[Capsule]:
-    """Return the shapes of tools that have a radius."""
-    if trajectory.tools is None:
-        return []
-    shapes = [shape for tool in trajectory.network.tools for shape in tool.shapes]
-    ends = np.asarray(trajectory.tools[frame], dtype=float).reshape(-1, 2, 3)
-    return [
-        Capsule(pair, shape.radius)
-        for pair, shape in zip(ends, shapes, strict=True)
-        if shape.kind == "capsule"
-    ]

@@ -147,6 +147,53 @@ def draw_tool(axes: "Axes", points: Floats, radius: float, view: Projection) -> 
     )
 
 
+def draw_silhouette(
+    axes: "Axes",
+    position: Floats,
+    triangles: NDArray[np.integer],
+    view: Projection,
+    *,
+    colour: str,
+    opacity: float,
+) -> None:
+    """Draw a closed surface as one paler area with its outlines.
+
+    Args:
+        axes: Axes of matplotlib.
+        position: Of its points, in the unit of the axes, shape (point, 3).
+        triangles: Shape (triangle, 3).
+        view: Direction of the eye.
+        colour: Of the area.
+        opacity: Of the area.
+    """
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    flat = view.flat(position)
+    a, b, c = np.moveaxis(flat[triangles], 1, 0)
+    turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    front = triangles[turn > 0.0]
+    if not len(front):
+        return
+    # All turn the same way, so that they are filled as one area wherever they overlap.
+    area = Path(*_lines(np.concatenate([flat[front], flat[front[:, :1]]], axis=1)))
+    edges = np.sort(front[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    single, count = np.unique(edges, axis=0, return_counts=True)
+    outline = Path(*_lines(flat[single[count == 1]]))
+    style: Any = {"alpha": opacity, "zorder": 2}
+    axes.add_patch(PathPatch(area, facecolor=colour, edgecolor="none", **style))
+    axes.add_patch(PathPatch(outline, facecolor="none", edgecolor=INK, linewidth=0.6, **style))
+
+
+def _lines(points: Floats) -> tuple[Floats, Any]:
+    """Return lines, shape (line, point, 2), as the points and codes of one path."""
+    from matplotlib.path import Path
+
+    codes = np.full(points.shape[:2], Path.LINETO)
+    codes[:, 0] = Path.MOVETO
+    return points.reshape(-1, 2), codes.reshape(-1)
+
+
 def thread_springs(network: Network) -> NDArray[np.bool_]:
     """Return which springs belong to chains: threads and slings, shape (spring,)."""
     chains = np.zeros(network.spring_count, dtype=bool)

@@ -20,6 +20,22 @@ def solid_nodes(network: Network) -> Mask:
     return solid
 
 
+def front_nodes(position: Floats, triangles: NDArray[np.integer], view: Projection) -> Mask:
+    """Return which nodes are corners of triangles that face the eye, shape (node,).
+
+    Args:
+        position: [m], shape (node, 3).
+        triangles: The skin, its normals outwards, shape (triangle, 3).
+        view: Direction of the eye.
+    """
+    corners = position[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    in_front = np.zeros(len(position), dtype=bool)
+    facing = normal @ view.towards > _ASIDE * np.linalg.norm(normal, axis=1)
+    in_front[triangles[facing]] = True
+    return in_front
+
+
 def seen_springs(
     ends: Indices,
     solid: Mask,
@@ -39,11 +55,7 @@ def seen_springs(
         triangles: The skin, its normals outwards, shape (triangle, 3).
         view: Direction of the eye.
     """
-    corners = position[triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    in_front = np.zeros(len(position), dtype=bool)
-    facing = normal @ view.towards > _ASIDE * np.linalg.norm(normal, axis=1)
-    in_front[triangles[facing]] = True
+    in_front = front_nodes(position, triangles, view)
     seen = np.asarray((~solid | in_front)[ends].all(axis=1))
     joins = np.bincount(ends[seen].ravel(), minlength=len(position))
     alone = solid & in_front & (joins < 2)

@@ -1,0 +1,135 @@
+"""Instruments in pictures of frames, and the nodes that are fixed and held."""
+
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core.palette import INK, PAPER, STEEL, WATER
+from tissuec.core.scale import AxisUnit
+from tissuec.model.network import Floats, Indices
+from tissuec.results.instruments import Course
+from tissuec.results.instruments.courses import JET, courses, solids
+from tissuec.results.instruments.meshes import mesh_of, placed
+from tissuec.results.moments import Moments
+from tissuec.results.tools import FIX, with_ends
+from tissuec.view.plots import net
+from tissuec.view.plots.projection import Projection
+
+if TYPE_CHECKING:
+    from tissuec.results.trajectory import Trajectory
+    from tissuec.view.plots.drawing import Axes
+
+_SHOWN = 5.2  # units of instruments that belong to the picture, as on the page
+_SOLID, _PALE = 0.45, 0.15  # opacity of instruments, and of planes, which are everywhere
+_FIXED, _HELD = ("s", 2.6, PAPER), ("o", 2.8, STEEL)  # form, size [pt] and filling of marks
+
+
+class SeenInstrument(NamedTuple):
+    """An instrument at the moment of a row of its course."""
+
+    course: Course
+    row: int
+
+    @property
+    def reach(self) -> Floats:
+        """Return points that must be in the picture [m], shape (point, 3)."""
+        course, row = self
+        if course.kind == "plane":
+            return np.zeros((0, 3))
+        if course.kind == "capsule":
+            around = np.concatenate([np.eye(3), -np.eye(3)]) * course.size
+            return np.concatenate([around + end for end in self._ends])
+        far = 0.0 if course.kind in ("opening", JET) else _SHOWN * course.size
+        return course.origin[row] + np.outer([0.0, far], course.axes[row, 2])
+
+    @property
+    def _ends(self) -> Floats:
+        """Return the ends of a rod with round ends [m], shape (2, 3)."""
+        way = self.course.setting[self.row] * self.course.size * self.course.axes[self.row, 2]
+        return self.course.origin[self.row] + np.outer([0.0, 1.0], way)
+
+    def draw(self, axes: "Axes", view: Projection, scale: AxisUnit) -> None:
+        """Draw it.
+
+        Args:
+            axes: Axes of matplotlib.
+            view: Direction of the eye.
+            scale: Unit of the axes.
+        """
+        course = self.course
+        if course.kind == "capsule":  # its outline is known exactly
+            net.draw_tool(axes, scale.of(self._ends), float(scale.of(course.size)), view)
+            return
+        net.draw_silhouette(
+            axes, scale.of(placed(course, self.row)), mesh_of(course.kind).triangles, view,
+            colour=WATER if course.kind == JET else STEEL,
+            opacity=_PALE if course.kind == "plane" else _SOLID,
+        )  # fmt: skip
+
+
+class FrameInstruments(Struct, frozen=True, eq=False):
+    """Instruments and holds of a run.
+
+    Attributes:
+        trajectory: The run.
+        courses: All instruments.
+        row: Of each frame in these, shape (frame,).
+    """
+
+    trajectory: "Trajectory"
+    courses: tuple[Course, ...]
+    row: Indices
+
+    @classmethod
+    def of(cls, trajectory: "Trajectory") -> Self:
+        """Return those of a result with frames."""
+        moments = Moments.of(trajectory, np.arange(len(trajectory.times)))
+        row = np.flatnonzero(moments.frames >= 0)
+        return cls(trajectory, (*solids(moments), *courses(moments)), row)
+
+    def at(self, frame: int) -> list[SeenInstrument]:
+        """Return the instruments that are seen in a frame."""
+        time, row = float(self.trajectory.times[frame]), int(self.row[frame])
+        return [
+            SeenInstrument(one, row)
+            for one in self.courses
+            if one.life[0] <= time < one.life[1]
+        ]
+
+    def held(self, frame: int) -> tuple[Indices, Indices]:
+        """Return the rows of nodes that are fixed, and that are held otherwise, (n,) each."""
+        time, shown = float(self.trajectory.times[frame]), self.trajectory.nodes
+        none = np.zeros(0, dtype=np.int64)
+        fixed, held = [none], [none]
+        for hold, stop in with_ends(self.trajectory.holds):
+            if hold.time <= time < stop:
+                (fixed if hold.holder == FIX else held).append(hold.nodes)
+        found = (np.flatnonzero(np.isin(shown, np.concatenate(some))) for some in (fixed, held))
+        return next(found), next(found)
+
+
+def mark_held(
+    axes: "Axes",
+    place: Floats,
+    view: Projection,
+    held: tuple[Indices, Indices],
+    seen: NDArray[np.integer],
+) -> None:
+    """Mark nodes that are fixed by squares, and that are held otherwise by dots.
+
+    Args:
+        axes: Axes of matplotlib.
+        place: Of all nodes, in the unit of the axes, shape (node, 3).
+        view: Direction of the eye.
+        held: Both, as rows of nodes.
+        seen: Rows of the nodes that are drawn.
+    """
+    for nodes, (form, size, filling) in zip(held, (_FIXED, _HELD), strict=True):
+        shown = view.flat(place[np.intersect1d(nodes, seen)])
+        if len(shown):
+            axes.plot(
+                *shown.T, form, markersize=size, markerfacecolor=filling, markeredgecolor=INK,
+                markeredgewidth=0.4, zorder=2.5,
+            )  # fmt: skip
