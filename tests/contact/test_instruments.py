@@ -20,9 +20,12 @@ SAMPLES = {
     "; upper from (-5, 10, 11.5) mm to (9, 10, 11.5) mm"
     "; lower from (-5, 10, -1.5) mm to (9, 10, -1.5) mm",
     "scissors": "kind is scissors",
+    "clamp": "kind is clamp; shaft = (1, 0, 1)",
+    "needle": "kind is needle; size = 3 mm",
     "nozzle": "kind is nozzle; diameter = 2 mm; tip = (9, 9, 20) mm; direction = (0, 0, -1)",
 }
-SHAPED = [name for name in SAMPLES if name not in ("scissors", "nozzle")]
+NO_CONTACT = ("scissors", "clamp", "needle", "nozzle")
+SHAPED = [name for name in SAMPLES if name not in NO_CONTACT]
 SCENE = """language 1
 tissue flesh {{ spring constant = 200 N/m; viscosity = 0.2 N*s/m; mass = 0.2 g }}
 body block {{

@@ -186,6 +186,7 @@ set both = [threads]
 joint seam { springs from left to right; tissue is gum }
 tool shears { kind is scissors }
 tool grip { kind is forceps }
+tool haemostat { kind is clamp }
 """
 
 
@@ -194,7 +195,9 @@ tool grip { kind is forceps }
     [
         ("script { at 0 s: fix ‸ }", {"some", "left"}, {"threads", "both", "seam", "grip"}),
         ("script { at 0 s: cut ‸ }", {"threads", "both", "left"}, {"grip"}),
-        ("script { at 0 s: grasp some with ‸ }", {"grip"}, {"shears"}),
+        ("script { at 0 s: grasp some with ‸ }", {"grip", "haemostat"}, {"shears"}),
+        ("script { from 0 s to 1 s: close ‸ }", {"grip"}, {"haemostat"}),
+        ("tool a { kind is needle; ‸ }", {"shaft", "size"}, {"radius"}),
         ("script { at 0 s: cut left with ‸ }", {"shears"}, {"grip"}),
         ("script { at 0 s: change mass of ‸ }", {"some"}, {"threads"}),
         ("script { at 0 s: change viscosity of ‸ }", {"threads", "seam"}, {"grip"}),

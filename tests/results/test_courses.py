@@ -130,6 +130,54 @@ def test_the_handle_of_a_probe_leads_away_from_the_tissue():
     assert handle.axes[0, 2, 2] > 0.7  # upwards: the tube is below
 
 
+SUTURE = """language 1
+tissue silk { spring constant = 200 N/m; viscosity = 0.5 N*s/m; mass = 20 mg }
+body cord {
+  mesh is thread { line from (0, 0, 0) mm to (24, 0, 0) mm; pieces = 6; thickness = 0.6 mm }
+  tissue is silk
+}
+set start = nodes of cord where x < 1 mm
+set tail = nodes of cord where x > 23 mm
+set waist = springs of cord where x between 9 mm and 11 mm
+tool "Needle 1" { kind is needle; size = 1.5 mm }
+tool haemostat { kind is clamp; shaft = (3, 0, 4) }
+tool shears { kind is scissors; shaft = (3, -4, 0); size = 2 mm }
+tool finger { kind is probe; radius = 1 mm; centre = (0, 0, 9) mm; shaft = (0, 2, 0) }
+environment {
+  gravity = (0, 0, 0) m/s^2; damping = 1 mN*s/m
+  contact is tools only; contact stiffness = 10 N/m
+}
+script {
+  at 0 s: { grasp start with haemostat; grasp tail with "needle 1" }
+  from 0 s to 80 ms: move "needle 1" by (0, 2, 3) mm using smooth profile
+  at 60 ms: cut waist with Shears
+}
+simulate { duration = 0.1 s; tolerance = 1e-3 }
+output { trajectory every 10 ms }
+"""
+
+
+def test_instruments_are_drawn_as_the_scene_says():
+    result = tissuec.run(SUTURE, companion="off")
+    moments = Moments.of(result, np.arange(len(result.times)))
+    found = {one.kind: one for one in courses(moments)}
+    assert set(found) == {"needle", "clamp", "scissors", "handle"}
+    needle, clamp, scissors, handle = (
+        found[kind] for kind in ("needle", "clamp", "scissors", "handle")
+    )
+    # The needle leads the thread onwards from its end, which its tail stays at.
+    assert (needle.name, needle.size) == ("Needle 1", 1.5e-3)
+    np.testing.assert_allclose(needle.axes[0, 2], [1.0, 0.0, 0.0], atol=1e-9)
+    tail = moments.vectors("position", result.nodes_of("tail"), np.float64)[:, 0]
+    np.testing.assert_allclose(needle.origin, tail, atol=1e-12)
+    assert np.ptp(tail, axis=0).max() == pytest.approx(3e-3)
+    np.testing.assert_allclose(clamp.axes[0, 2], [0.6, 0.0, 0.8])
+    assert scissors.size == 2e-3
+    # The shaft lies in the plane of the cut, which is across x.
+    np.testing.assert_allclose(scissors.axes[0, 2], [0.0, -1.0, 0.0], atol=0.2)
+    np.testing.assert_allclose(handle.axes[:, 2], [[0.0, 1.0, 0.0]] * len(moments))
+
+
 def test_shapes_of_tools_are_surfaces_where_their_nodes_are():
     _, moments, _ = seen(PLANE)
     found = {one.kind: one for one in solids(moments)}

@@ -9,6 +9,7 @@ from tissuec.core.data import as_data
 from tissuec.engine.integrators.procedures import stated
 from tissuec.scene.request import Request
 from tissuec.script.plan import Plan
+from tissuec.script.tools import HandTool, NamedTool
 
 if TYPE_CHECKING:
     from tissuec.engine.execution.companion import ErrorEstimate
@@ -90,7 +91,20 @@ def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "duration": simulation.duration,
         "plan": {"skipped": list(skipped(compiled))},
         "tissues": _tissues_of(compiled),
+        "tools": _tools_of(compiled),
     }
+
+
+def _tools_of(compiled: Compiled) -> Mapping[str, Any]:
+    """Return the kind of each tool, and how it is drawn as far as the scene says it."""
+    found: dict[str, dict[str, Any]] = {}
+    for tool in compiled.scene.tools.values():
+        found[tool.name] = {"kind": tool.kind}
+        if isinstance(tool.entries, HandTool) and tool.entries.shaft is not None:
+            found[tool.name]["shaft"] = tool.entries.shaft.tolist()
+        if isinstance(tool.entries, NamedTool) and tool.entries.size is not None:
+            found[tool.name]["size"] = tool.entries.size
+    return found
 
 
 def _tissues_of(compiled: Compiled) -> Mapping[str, Any]:

@@ -1,6 +1,6 @@
 """The sentences of a script, as their verbs read them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
 from tissuec.compiler.clauses import ClauseReader
@@ -11,6 +11,7 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.model.profiles import TimeProfile
 from tissuec.scene.expressions import Scope
+from tissuec.scene.members import HOLDING
 from tissuec.scene.model import Tool
 from tissuec.script.tools import ToolKind
 from tissuec.script.verbs import Group, Mover
@@ -87,34 +88,36 @@ class SentenceOrder(ClauseReader):
         self._reject_misspelt_tool(self.object)
         return False
 
-    def tool(self, word: str, *, kind: str | None = None) -> str | None:
+    def tool(self, word: str, *, kinds: Sequence[str] = ()) -> str | None:
         if not self.has(word):
             return None
         name = self._name(word)
         if name.key not in self.tools:
             self._reject_tool(name, f'there is no tool called "{name.text}"')
         tool = self.tools[name.key]
-        if kind is not None:
-            self._check_kind(tool, kind, word, self.clauses[word].span)
+        if kinds:
+            self._check_kind(tool, kinds, word, self.clauses[word].span)
         return tool.name
 
     def entries_of_tool(self, word: str, kind: str) -> ToolKind:
-        if self.tool(word, kind=kind) is None:
+        if self.tool(word, kinds=(kind,)) is None:
             self.reject("TIS304", f'{self.verb} needs "{word}"')
         entries = self.tools[self._name(word).key].entries
         if entries is None:
             self.scope.findings.stop()
         return entries
 
-    def _check_kind(self, tool: Tool, kind: str, before: str, span: Span) -> None:
-        """Reject a tool of another kind; the hint names those that fit, behind ``before``."""
-        if tool.may_be(kind):
+    def _check_kind(self, tool: Tool, kinds: Sequence[str], before: str, span: Span) -> None:
+        """Reject a tool of other kinds; the hint names those that fit, behind ``before``."""
+        if any(map(tool.may_be, kinds)):
             return
-        fitting = [f"{before} {t.name}" for t in self.tools.values() if t.kind == kind]
+        fitting = [f"{before} {t.name}" for t in self.tools.values() if t.kind in kinds]
+        kind = HOLDING if HOLDING in kinds else kinds[0]
         written = " or ".join(f'"{name}"' for name in fitting)
         self.scope.findings.reject(
             "TIS405",
-            f'{self.verb} needs a tool of kind {kind}; "{tool.name}" has kind {tool.kind}',
+            f"{self.verb} needs a tool of kind {' or '.join(kinds)}; "
+            f'"{tool.name}" has kind {tool.kind}',
             span,
             hint=Hint(f"write {written}", *map(Edit, fitting))
             if fitting

@@ -22,7 +22,7 @@ _PLACEHOLDERS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 #: With which kind of tool verbs do what they do.
 _TOOLS = {
-    "grasp": "forceps", "release": "forceps", "open": "forceps", "close": "forceps",
+    "grasp": "grasping", "release": "grasping", "open": "forceps", "close": "forceps",
     "cut": "scissors",
 }  # fmt: skip
 #: What is changed of nodes, and not of springs.

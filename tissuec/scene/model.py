@@ -21,7 +21,7 @@ from tissuec.scene.quantities import Spread, TissueQuantity
 from tissuec.scene.study_model import Study
 from tissuec.scene.vocabulary import Vocabulary
 from tissuec.script.plan import Simulation
-from tissuec.script.tools import Shape, ToolKind
+from tissuec.script.tools import Shape, ToolKind, grasping
 
 #: By which part the truth may differ from a single number that is known.
 ABOUT = 0.05
@@ -314,7 +314,7 @@ class Tool(Struct, frozen=True):
 
         One that is wrong may have had a shape.
         """
-        return bool(self.shapes) or self.kind == "forceps" or self.entries is None
+        return bool(self.shapes) or self.kind in grasping() or self.entries is None
 
     def may_be(self, kind: str) -> bool:
         """Return whether this tool is of a kind, as far as its kind is known."""

@@ -87,7 +87,9 @@ def entries_of(cls: type) -> dict[str, Entry]:
 
 @cache
 def _entries_of(cls: type) -> Mapping[str, Entry]:
-    about = _attributes(cls.__doc__ or "")
+    about: dict[str, str] = {}
+    for one in reversed(cls.__mro__):
+        about |= _attributes(one.__doc__ or "")
     entries: dict[str, Entry] = {}
     for field in fields(cls):
         kinds = getattr(field.type, "__metadata__", ())

@@ -50,7 +50,9 @@ def _handles(scenery: Scenery) -> list[Course]:
     always = (float(scenery.moments.times[0]), np.inf)
     for name, radius, points in _tools(scenery, "probe"):
         if np.array_equal(points[:, 0], points[:, 1]):
-            shaft = free_shaft(points[0, 0], scenery.tissue(0))
+            shaft = scenery.shaft(name)
+            if shaft is None:
+                shaft = free_shaft(points[0, 0], scenery.tissue(0))
             axes = np.broadcast_to(frame_along(shaft), (len(points), 3, 3))
             none = np.zeros(len(points))
             found.append(Course("handle", name, radius, always, points[:, 0], axes, none))

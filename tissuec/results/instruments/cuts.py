@@ -66,7 +66,9 @@ def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
     every, way = np.concatenate(places), np.concatenate(ways)
     axis = _normal(every, way)
     middle = (every.max(axis=0) + every.min(axis=0)) / 2.0
-    shaft = shaft_across(axis, middle, scenery.tissue(scenery.row(events[0].time)))
+    scissors = scissors_of(events[0].cause)
+    tissue = scenery.tissue(scenery.row(events[0].time))
+    shaft = shaft_across(axis, middle, tissue, scenery.shaft(scissors))
     axes = np.stack([np.cross(axis, shaft), axis, shaft])
     spans = np.ptp(every @ axes.T, axis=0)
     time = np.array([event.time for event in events])
@@ -75,8 +77,8 @@ def _cut(scenery: Scenery, events: Sequence[Event]) -> Course:
     origin = np.stack([np.interp(times, time, points[:, k]) for k in range(3)], axis=1)
     before = np.clip((time[0] - times) / scenery.pause, 0.0, 1.0)
     after = np.clip((times - time[-1]) / scenery.pause, 0.0, 1.0)
-    unit = scenery.unit(max(spans[0], spans[2]) / _SPAN / (1 if len(events) == 1 else 3))
-    scissors = scissors_of(events[0].cause)
+    length = max(spans[0], spans[2]) / _SPAN / (1 if len(events) == 1 else 3)
+    unit = scenery.unit(length, scissors)
     setting = np.zeros(len(times))
     if scissors:
         during = (before == 0.0) & (after == 0.0) & (len(events) > 1)

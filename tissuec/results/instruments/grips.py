@@ -1,4 +1,4 @@
-"""Forceps without a shape: drawn where they hold nodes, and moving rigidly with these."""
+"""Forceps, clamps and needles: drawn where they hold nodes, and moving rigidly with these."""
 
 from collections.abc import Iterator
 
@@ -20,7 +20,7 @@ _TURNS = 36  # directions in which they could open
 
 
 def grips(scenery: Scenery) -> Iterator[Course]:
-    """Yield forceps for each time that one holds nodes."""
+    """Yield an instrument for each time that one holds nodes."""
     trajectory = scenery.moments.trajectory
     shaped = {tool.name for tool in trajectory.network.tools if tool.shapes}
     others = {FIX, *trajectory.sets, *shaped}
@@ -31,7 +31,7 @@ def grips(scenery: Scenery) -> Iterator[Course]:
 
 
 def _grip(scenery: Scenery, name: str, nodes: Indices, held: tuple[float, float]) -> Course:
-    """Return forceps that hold some nodes.
+    """Return an instrument that holds some nodes.
 
     Args:
         scenery: Where.
@@ -45,32 +45,59 @@ def _grip(scenery: Scenery, name: str, nodes: Indices, held: tuple[float, float]
     points = moments.of_held("position", nodes)[rows]
     begin = points[0]
     middle = (begin.max(axis=0) + begin.min(axis=0)) / 2.0
-    axes = _axes(begin, scenery.tissue(first))
+    kind = scenery.kind(name)
+    kind = kind if kind in ("needle", "clamp") else "forceps"
+    shaft = scenery.shaft(name)
+    if shaft is None and kind == "needle":
+        shaft = _onwards(scenery, nodes, first)
+    axes = _axes(begin, scenery.tissue(first), shaft)
     spans = np.ptp(begin @ axes.T, axis=0)
     middle = ((begin @ axes.T).max(axis=0) - spans / 2.0) @ axes
     turns = rotations(begin, points)
     origin = points.mean(axis=1) + np.einsum("rij,j->ri", turns, middle - begin.mean(axis=0))
-    unit = scenery.unit(max(spans[0], spans[2]) / 1.1)
-    pivot = mesh_of("forceps").pivot
-    grip = min(float(np.arcsin(min(1.0, spans[0] / 2.0 / (pivot * unit)))), _WIDEST)
+    unit = scenery.unit(max(spans[0], spans[2]) / 1.1, name)
+    reach = 2.0 * mesh_of(kind).pivot * unit
+    grip = min(float(np.arcsin(min(1.0, spans[0] / reach))), _WIDEST) if reach else 0.0
     # From 1, before and after, to 0 while it holds.
     away = np.clip(np.maximum(held[0] - moments.times, moments.times - held[1])
                    / scenery.pause, 0.0, 1.0)  # fmt: skip
     seen = np.einsum("rij,kj->rki", turns, axes)
     origin = origin + seen[:, 2] * (_AWAY * unit * away)[:, None]
     life = (held[0] - scenery.pause, held[1] + scenery.pause)
-    return Course("forceps", name, unit, life, origin, seen, grip + _OPEN * away)
+    return Course(kind, name, unit, life, origin, seen, grip + _OPEN * away)
 
 
-def _axes(held: Floats, tissue: Floats) -> Floats:
+def _onwards(scenery: Scenery, nodes: Indices, row: int) -> Floats | None:
+    """Return the direction in which a thread would continue beyond nodes, shape (3,).
+
+    Args:
+        scenery: Where.
+        nodes: Rows in frames, shape (node,).
+        row: When.
+
+    Returns:
+        None if no spring leads to them, or those around them balance.
+    """
+    ends = scenery.moments.trajectory.ends
+    inside = np.isin(ends, nodes)
+    across = ends[inside.sum(axis=1) == 1]
+    place = scenery.moments.vectors_in("position", row)
+    own = np.isin(across, nodes)
+    way = (place[across[own]] - place[across[~own]]).sum(axis=0)
+    length = float(np.linalg.norm(way))
+    return way / length if length > 0.0 else None
+
+
+def _axes(held: Floats, tissue: Floats, shaft: Floats | None) -> Floats:
     """Return the axes of forceps, which open where the tissue is thinnest, shape (3, 3).
 
     Args:
         held: Nodes that they hold [m], shape (node, 3).
         tissue: All nodes [m], shape (node, 3).
+        shaft: Its direction, if it is known, shape (3,).
     """
     middle = (held.max(axis=0) + held.min(axis=0)) / 2.0
-    shaft = free_shaft(middle, tissue)
+    shaft = free_shaft(middle, tissue) if shaft is None else shaft
     reach = max(
         3.0 * float(np.linalg.norm(held - middle, axis=1).max()), _NEAREST * _size(tissue)
     )

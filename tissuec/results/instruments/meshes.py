@@ -140,6 +140,40 @@ def scissors() -> InstrumentMesh:
     )
 
 
+def clamp() -> InstrumentMesh:
+    """Return a haemostat: thick jaws, a joint, rings, and a catch that locks them."""
+    jaw = bent(
+        [(0.07, -1.0), (0.12, 0.0), (0.2, 1.4), (0.1, 2.0), (-0.28, 3.2), (-0.5, 5.2)],
+        [(0.14, 0.2), (0.24, 0.3), (0.34, 0.36), (0.4, 0.36), (0.24, 0.24), (0.22, 0.22)],
+    )
+    joint, faces = turned([(-0.3, 0.26), (0.3, 0.26)])
+    catch, sides = turned([(0.0, 0.1), (0.44, 0.1)], 6)
+    return _mesh(
+        [
+            (UPPER, jaw),
+            (UPPER, ring((-0.88, 5.75), 0.62, 0.15)),
+            (UPPER, (catch[:, [2, 0, 1]] + [-0.46, 0.0, 4.6], sides)),
+            (FIXED, (joint[:, [1, 2, 0]] + [0.0, 0.0, 2.0], faces)),
+        ],
+        2.0,
+    )
+
+
+def needle() -> InstrumentMesh:
+    """Return a curved needle, which the thread is pulled by at the origin."""
+    turn = np.linspace(0.0, 0.85, 17) * np.pi
+    radius = np.interp(turn, [0.0, 0.6 * np.pi, 0.85 * np.pi], [0.11, 0.12, 0.01])
+    arc = 1.8
+    middle = np.stack([arc * (1.0 - np.cos(turn)), 0.0 * turn, arc * np.sin(turn)], axis=1)
+    outwards = np.stack([-np.cos(turn), 0.0 * turn, np.sin(turn)], axis=1)
+    around = 2.0 * np.pi * np.arange(8) / 8
+    rings = middle[:, None] + radius[:, None, None] * (
+        np.cos(around)[:, None] * outwards[:, None]
+        - np.sin(around)[:, None] * np.array([0.0, 1.0, 0.0])
+    )
+    return _mesh([(FIXED, _tube(rings))])
+
+
 def scalpel() -> InstrumentMesh:
     """Return a scalpel, which cuts where no scissors are named."""
     edge = bent(
@@ -186,10 +220,10 @@ def plane() -> InstrumentMesh:
     return _mesh([(FIXED, turned([(-0.01, 2.0**0.5), (0.0, 2.0**0.5)], 4))])
 
 
-KINDS: dict[str, Callable[[], InstrumentMesh]] = {
-    one.__name__: one
-    for one in (forceps, scissors, scalpel, handle, jet, capsule, opening, plane)
-}
+_EVERY = (
+    forceps, scissors, clamp, needle, scalpel, handle, jet, capsule, opening, plane,
+)  # fmt: skip
+KINDS: dict[str, Callable[[], InstrumentMesh]] = {one.__name__: one for one in _EVERY}
 
 
 @cache

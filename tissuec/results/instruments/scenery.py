@@ -1,9 +1,11 @@
 """What instruments are placed in: the net at every moment, and its size."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from tissuec.core.names import key_of
 from tissuec.model.network import Floats, Indices
 from tissuec.results.moments import Moments
 
@@ -38,6 +40,23 @@ class Scenery(NamedTuple):
         pause = _SHARE * float(moments.times[-1] - moments.times[0])
         return cls(moments, shown, size or 1.0, pause or 1.0)
 
+    def kind(self, tool: str) -> str:
+        """Return the kind of a tool; "" where the scene is not known to say it."""
+        return str(self._entries(tool).get("kind", ""))
+
+    def shaft(self, tool: str) -> Floats | None:
+        """Return the unit vector that the scene gives the shaft of a tool, shape (3,)."""
+        found = self._entries(tool).get("shaft")
+        return None if found is None else np.array(found) / np.linalg.norm(found)
+
+    def _entries(self, tool: str) -> Mapping[str, Any]:
+        tools: Mapping[str, Any] = self.moments.trajectory.manifest.get("tools", {})
+        key = key_of(tool)
+        for name, entries in tools.items():
+            if key_of(name) == key:
+                return entries
+        return {}
+
     def row(self, time: float) -> int:
         """Return the first row at or after a time [s]: at an event, the net before it."""
         times = self.moments.times
@@ -59,6 +78,13 @@ class Scenery(NamedTuple):
         recorded = self.moments.trajectory.nodes
         return np.searchsorted(recorded, nodes[np.isin(nodes, recorded)])
 
-    def unit(self, length: float) -> float:
-        """Return the unit of an instrument that spans a length, both [m]."""
+    def unit(self, length: float, tool: str) -> float:
+        """Return the unit of an instrument [m].
+
+        Args:
+            length: That it spans [m].
+            tool: Its name; the scene may give its size.
+        """
+        if (size := self._entries(tool).get("size")) is not None:
+            return float(size)
         return float(np.clip(length, _SMALLEST * self.size, _LARGEST * self.size))

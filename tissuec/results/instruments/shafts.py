@@ -7,17 +7,25 @@ from tissuec.model.network import Floats
 
 _TRIED = 72  # directions in the plane
 _SPREAD = 200  # directions in space
+_ALONG = 1e-3  # part of a direction at right angles to another below which it leads along it
 _UP = np.array([0.0, 0.0, 1.0])
 
 
-def shaft_across(axis: Floats, foot: Floats, tissue: Floats) -> Floats:
+def shaft_across(
+    axis: Floats, foot: Floats, tissue: Floats, wanted: Floats | None = None
+) -> Floats:
     """Return a unit vector at right angles to an axis that leads out of tissue, upwards.
 
     Args:
         axis: Unit vector, shape (3,).
         foot: Where the instrument works [m], shape (3,).
         tissue: Nodes around it [m], shape (node, 3).
+        wanted: Where it leads as far as it can, shape (3,).
     """
+    if wanted is not None:
+        aside = wanted - (wanted @ axis) * axis
+        if float(np.linalg.norm(aside)) > _ALONG:
+            return aside / np.linalg.norm(aside)
     turn = np.linspace(0.0, 2.0 * np.pi, _TRIED, endpoint=False)
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     tried = np.asarray(circle @ frame_along(axis)[:2], dtype=float)

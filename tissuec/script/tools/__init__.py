@@ -4,11 +4,12 @@ A member is a ``Struct`` whose fields are the entries of ``tool NAME { kind is â
 move rigidly with the tool, except that jaws may close.
 """
 
-from typing import Literal, Protocol
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 from msgspec import Struct
 
+from tissuec.core.fields import DirectionIfAny, LengthIfAny
 from tissuec.core.registry import Family
 from tissuec.model.network import Floats
 
@@ -54,4 +55,47 @@ class ToolKind(Protocol):
         ...
 
 
+class HandTool(Struct, frozen=True, eq=False, kw_only=True):
+    """A tool with a handle, which has no effect on a run.
+
+    Attributes:
+        shaft: in pictures: direction from the tissue to the handle; without it, one that leads
+            out of the tissue
+    """
+
+    shaft: DirectionIfAny = None
+
+    def check_shaft(self) -> None:
+        """Raise ValueError if the direction of the shaft is zero."""
+        if self.shaft is not None and not np.any(self.shaft):
+            raise ValueError('"shaft" cannot be (0, 0, 0)')
+
+
+class NamedTool(HandTool, frozen=True, eq=False, kw_only=True):
+    """A tool that acts on nodes or springs by name, and is drawn where it does.
+
+    Attributes:
+        size: in pictures: about the length of what it works with, a seventh of the whole;
+            without it, as the tissue needs
+    """
+
+    grasps: ClassVar[bool] = False  # whether it can hold nodes
+
+    size: LengthIfAny = None
+
+    def shapes(self) -> tuple[Shape, ...]:
+        """Return nothing: it touches no tissue.
+
+        Raises:
+            ValueError: The direction of the shaft is zero.
+        """
+        self.check_shaft()
+        return ()
+
+
 TOOLS: Family[type[ToolKind]] = Family("tissuec.script.tools", "tool")
+
+
+def grasping() -> tuple[str, ...]:
+    """Return the kinds of tools that hold nodes by name."""
+    return tuple(kind for kind in TOOLS if getattr(TOOLS[kind], "grasps", False))

@@ -1,14 +1,15 @@
 """Forceps: two jaws, or a grip on nodes by name."""
 
+from typing import ClassVar
+
 import numpy as np
-from msgspec import Struct
 
 from tissuec.core.fields import LengthIfAny, PointsIfAny
-from tissuec.script.tools import TOOLS, Shape, capsule
+from tissuec.script.tools import TOOLS, NamedTool, Shape, capsule
 
 
 @TOOLS.member("forceps")
-class Forceps(Struct, frozen=True, eq=False):
+class Forceps(NamedTool, frozen=True, eq=False):
     """Two jaws that close and hold tissue between them by friction.
 
     Without entries, forceps have no shape; ``grasp`` then names the nodes that they hold.
@@ -19,6 +20,8 @@ class Forceps(Struct, frozen=True, eq=False):
         lower: line through the lower jaw
     """
 
+    grasps: ClassVar[bool] = True
+
     radius: LengthIfAny = None
     upper: PointsIfAny = None
     lower: PointsIfAny = None
@@ -27,12 +30,18 @@ class Forceps(Struct, frozen=True, eq=False):
         """Return both jaws, or nothing without entries.
 
         Raises:
-            ValueError: An entry is missing, or the jaws overlap.
+            ValueError: An entry is missing or has no effect, or the jaws overlap.
         """
+        self.check_shaft()
         if self.radius is None and self.upper is None and self.lower is None:
             return ()
         if self.radius is None or self.upper is None or self.lower is None:
             raise ValueError('jaws need "radius", "upper" and "lower"')
+        if self.size is not None or self.shaft is not None:
+            name = "shaft" if self.size is None else "size"
+            raise ValueError(
+                f'"{name}" is for forceps without jaws; jaws are drawn as they are'
+            )
         jaws = np.array([self.upper, self.lower])
         if float(np.linalg.norm(np.subtract(*jaws.mean(axis=1)))) <= 2.0 * self.radius:
             raise ValueError('the "upper" and the "lower" jaw overlap as drawn')

@@ -1,14 +1,13 @@
 """A probe: a sphere or a rounded rod."""
 
 import numpy as np
-from msgspec import Struct
 
 from tissuec.core.fields import Length, PointsIfAny, PositionIfAny
-from tissuec.script.tools import TOOLS, Shape, capsule
+from tissuec.script.tools import TOOLS, HandTool, Shape, capsule
 
 
 @TOOLS.member("probe")
-class Probe(Struct, frozen=True, eq=False):
+class Probe(HandTool, frozen=True, eq=False):
     """A sphere at a point, or a rod with round ends along an axis.
 
     Attributes:
@@ -25,12 +24,15 @@ class Probe(Struct, frozen=True, eq=False):
         """Return the sphere or the rod.
 
         Raises:
-            ValueError: There are both a centre and an axis, or neither, or the axis has no
-                length.
+            ValueError: There are both a centre and an axis, or neither, or the axis or the
+                shaft has no length.
         """
+        self.check_shaft()
         if (self.centre is None) == (self.axis is None):
             raise ValueError('it needs either a "centre" (a sphere) or an "axis" (a rod)')
         if self.axis is not None:
+            if self.shaft is not None:
+                raise ValueError('"shaft" is for spheres; a rod is drawn along its "axis"')
             if not np.any(np.subtract(*self.axis)):
                 raise ValueError('"axis" has no length; for a sphere, use "centre"')
             return (capsule(*self.axis, self.radius),)

@@ -184,8 +184,8 @@ class Order(Protocol):
         """Return whether the words after the verb name a tool; reject a misspelt one."""
         ...
 
-    def tool(self, word: str, *, kind: str | None = None) -> str | None:
-        """Return the tool named in a clause, None without the clause; ``kind`` is demanded."""
+    def tool(self, word: str, *, kinds: Sequence[str] = ()) -> str | None:
+        """Return the tool named in a clause, None without the clause; it is of some kind."""
         ...
 
     def entries_of_tool(self, word: str, kind: str) -> object:

@@ -50,7 +50,7 @@ class Cut(Struct, frozen=True):
     @classmethod
     def read(cls, order: Order) -> Self:
         group = order.springs()
-        order.tool("with", kind="scissors")
+        order.tool("with", kinds=("scissors",))
         blade = _read_blade(order) if order.has("along") else None
         if blade is None and not order.names_springs():
             order.reject(

@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
+from tissuec.script.tools import grasping
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import Taken, sentence, take
 from tissuec.script.verbs.motion import joined
@@ -15,8 +16,8 @@ from tissuec.script.verbs.motion import joined
 class Grasp(Struct, frozen=True):
     """Takes nodes into the rigid grip of a tool, in addition to those that it already holds.
 
-    The tool must be forceps. Moving nodes stop; if the tool is moving, they move with it from
-    now on.
+    The tool must be forceps, a clamp or a needle. Moving nodes stop; if the tool is moving,
+    they move with it from now on.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("grasp SET with TOOL",)
@@ -26,7 +27,7 @@ class Grasp(Struct, frozen=True):
 
     @classmethod
     def read(cls, order: Order) -> Self:
-        tool = order.tool("with", kind="forceps")
+        tool = order.tool("with", kinds=grasping())
         if tool is None:
             order.reject("TIS304", '"grasp" needs a tool', hint="write: grasp SET with TOOL")
         return cls(order.nodes(), tool, order.span)

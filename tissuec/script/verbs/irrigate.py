@@ -88,7 +88,7 @@ class Irrigate(Struct, frozen=True):
                     hint=f"write: through NOZZLE, with {NOZZLE}",
                     word=word,
                 )
-        nozzle = order.tool("through", kind="nozzle")
+        nozzle = order.tool("through", kinds=("nozzle",))
         if nozzle is None:
             order.reject(
                 "TIS304", "the nozzle is missing", hint=f"add: through …, with {NOZZLE}"

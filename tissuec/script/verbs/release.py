@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
+from tissuec.script.tools import grasping
 from tissuec.script.verbs import VERBS, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import FIX, Released, gripped, let_go, sentence
 
@@ -28,7 +29,7 @@ class Release(Struct, frozen=True):
     @classmethod
     def read(cls, order: Order) -> Self:
         if not order.is_tool():
-            return cls(order.nodes(), order.tool("from", kind="forceps"), order.span)
+            return cls(order.nodes(), order.tool("from", kinds=grasping()), order.span)
         if order.has("from"):
             order.reject(
                 "TIS306",

@@ -1,6 +1,8 @@
 """The net at some moments, side by side and from the same direction."""
 
+import re
 from collections.abc import Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -30,12 +32,14 @@ if TYPE_CHECKING:
 
 WIDTH, TALLEST = 180.0, 150.0  # of a page [mm]
 TITLE, AROUND = 6.0, 16.0  # of each panel, and of the scale of colours [mm]
+LINE, LETTER = 3.6, 1.6  # height and usual width of the letters of titles [mm]
 LABELS = 4.0  # of axes, as far as they need more than is left around panels [mm]
 USUAL = 4  # moments
 MOST = 24
 _MARGIN = 0.04  # of the larger side
 _BARS = (1.0, 2.0, 5.0)
 SHOWN = ("springs", "skin", "surface")
+_UNIT = re.compile(r"(\d) (?=[a-zµ])")  # a number stays with its unit
 
 
 class ChosenFrame(NamedTuple):
@@ -225,22 +229,31 @@ class Shown(Struct, frozen=True, eq=False):
         best = (0.0, 1, 0.0)
         for columns in range(1, count + 1):
             rows = -(-count // columns)
-            width = WIDTH / columns
-            width = min(width, (TALLEST / rows - TITLE) / shape)
-            height = rows * (width * shape + TITLE) + below
+            lines = max(title.count("\n") for title in self._titles(columns))
+            title = TITLE + LINE * lines
+            width = min(WIDTH / columns, (TALLEST / rows - title) / shape)
+            height = rows * (width * shape + title) + below
             # Large, without empty places, and rather wide than tall.
             full, flat = count / (rows * columns), min(1.0, 0.62 * WIDTH / height)
             worth = width * full**0.5 * flat**1.5
             best = max(best, (worth, columns, height))
         return best[1], max(best[2], 45.0)
 
+    def _titles(self, columns: int) -> list[str]:
+        """Return the titles of the moments, in lines that fit above so many columns."""
+        letters = int(WIDTH / columns / LETTER)
+        lines = (fill(_UNIT.sub("\\1\u00a0", one.title), letters) for one in self.moments)
+        return [text.replace("\u00a0", " ") for text in lines]
+
     def draw(self, sheet: Canvas, columns: int) -> None:
         """Draw the panels in so many columns."""
         rows = -(-len(self.moments) // columns)
         grid = sheet.figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         panels = grid.ravel()
-        for axes, moment, points in zip(panels, self.moments, self.points, strict=False):
+        moments = zip(panels, self.moments, self.points, self._titles(columns), strict=False)
+        for axes, moment, points, title in moments:
             self._draw_moment(axes, moment, points)
+            axes.set_title(title, fontsize=8.5)
         for axes in panels[len(self.moments) :]:
             axes.remove()
         self._say_lengths(list(panels[: len(self.moments)]), columns)
@@ -288,7 +301,6 @@ class Shown(Struct, frozen=True, eq=False):
             instrument.draw(axes, view, self.scale)
         left, low, right, high = self.scale.of(self.box)
         axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
-        axes.set_title(moment.title, fontsize=8.5)
 
     def _say_lengths(self, panels: Sequence["Axes"], columns: int) -> None:
         """Label the axes, or where they are none of space draw a bar of known length."""
