@@ -1,7 +1,7 @@
 """Entries by other words than those of the language: a diameter for a radius, ``E = 5 kPa``."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean
 from tissuec.core.units import (
@@ -86,15 +86,20 @@ def _dimension(unit: str) -> Dimension | None:
         return None
 
 
-def unknown_entry(item: s.Assign | s.Sentence | s.Block, entries: Iterable[str]) -> Hint:
+def unknown_entry(
+    item: s.Assign | s.Sentence | s.Block,
+    entries: Iterable[str],
+    written: Collection[str] = (),
+) -> Hint:
     """Return a hint with the entry that is meant by another word, if any, and with all.
 
     Args:
         item: What was written.
         entries: Names of the entries that there are.
+        written: Names that the block has already.
     """
     known = tuple(entries)
-    if meant := _entry_meant(item, known):
+    if meant := _entry_meant(item, [one for one in known if one not in written]):
         return Hint(f"{meant}  entries: {', '.join(known)}", *meant.edits)
     return alternatives(item.name.key, known, what="entries")
 

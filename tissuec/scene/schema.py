@@ -6,7 +6,7 @@ converted, suggested and documented like all others.
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, NoReturn, TypeVar
 
@@ -186,9 +186,11 @@ def read(
     """
     values: dict[str, Any] = {}
     places: dict[str, Span] = {}
+    named = (item for item in items if isinstance(item, s.Assign | s.Sentence | s.Block))
+    written = {item.name.key for item in named}
     for item in items:
         with scope.findings.item():
-            entry = find_entry(schema, item, scope, what=what)
+            entry = find_entry(schema, item, scope, what=what, written=written)
             if entry.name in places:
                 scope.findings.refuse_second(f'"{entry.name}"', item.span, places[entry.name])
             places[entry.name] = item.span
@@ -196,11 +198,19 @@ def read(
     return values, places
 
 
-def find_entry(schema: Mapping[str, Entry], item: s.Item, scope: Scope, *, what: str) -> Entry:
+def find_entry(
+    schema: Mapping[str, Entry],
+    item: s.Item,
+    scope: Scope,
+    *,
+    what: str,
+    written: Collection[str] = (),
+) -> Entry:
     """Return the entry that an item writes, or reject the item.
 
     Args:
         schema: Entries by name.
+        written: Names of all entries of the block, none of which can be meant by another word.
     """
     if not isinstance(item, s.Assign | s.Sentence | s.Block):
         scope.findings.reject("TIS303", f"this is not allowed in {what}", item.span)
@@ -213,7 +223,7 @@ def find_entry(schema: Mapping[str, Entry], item: s.Item, scope: Scope, *, what:
             "TIS303",
             f'"{item.name.text}" is not an entry of {what}',
             item.name.span,
-            hint=chosen(item, schema) or unknown_entry(item, schema),
+            hint=chosen(item, schema) or unknown_entry(item, schema, written),
         )
     return schema[item.name.key]
 

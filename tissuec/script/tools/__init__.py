@@ -66,7 +66,11 @@ class HandTool(Struct, frozen=True, eq=False, kw_only=True):
     shaft: DirectionIfAny = None
 
     def check_shaft(self) -> None:
-        """Raise ValueError if the direction of the shaft is zero."""
+        """Check the direction of the shaft.
+
+        Raises:
+            ValueError: It is zero.
+        """
         if self.shaft is not None and not np.any(self.shaft):
             raise ValueError('"shaft" cannot be (0, 0, 0)')
 

@@ -99,7 +99,7 @@ class FrameInstruments(Struct, frozen=True, eq=False):
         ]
 
     def held(self, frame: int) -> tuple[Indices, Indices]:
-        """Return the rows of nodes that are fixed, and that are held otherwise, (n,) each."""
+        """Return rows of nodes that are fixed, and that are held otherwise, shape (n,) each."""
         time, shown = float(self.trajectory.times[frame]), self.trajectory.nodes
         none = np.zeros(0, dtype=np.int64)
         fixed, held = [none], [none]
