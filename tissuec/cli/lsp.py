@@ -7,7 +7,6 @@ import click
 
 from tissuec.cli.common import DONE, Command, Settings, library_option, print_json
 from tissuec.core.errors import TissueError
-from tissuec.core.resources import grammar
 
 
 @click.command(cls=Command)
@@ -41,23 +40,17 @@ def command(
 
 
 def _write(target: Path, settings: Settings) -> int:
-    """Write the extension, and say whether it can start the server."""
+    """Write the extension, and say how it is installed."""
     from tissuec.lsp.vsix import write_vsix
 
     try:
-        has_client = write_vsix(target)
+        write_vsix(target)
     except OSError as error:
         place = Path(error.filename or target)
         what = "write" if place == target else "read"
         raise TissueError(f'cannot {what} "{place}": {error.strerror}') from None
     if settings.json:
-        print_json({"file": str(target), "client": has_client})
+        print_json({"file": str(target)})
         return DONE
     settings.say(f"{target}: install it with code --install-extension {target}")
-    if not has_client:
-        settings.say(
-            "it only highlights: vscode-languageclient, which starts the server, is "
-            "missing; to add it: "
-            f'npm install in "{grammar("vscode")}", then run this command again'
-        )
     return DONE

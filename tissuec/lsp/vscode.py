@@ -37,8 +37,8 @@ def _package() -> dict[str, Any]:
         "license": "MIT",
         "categories": ["Programming Languages"],
         "engines": {"vscode": "^1.82.0"},
-        "main": "./extension.js",
-        "dependencies": {"vscode-languageclient": "^9.0.1"},
+        "main": "./client.js",
+        "devDependencies": {"esbuild": "0.28.2", "vscode-languageclient": "9.0.1"},
         "contributes": {
             "languages": [
                 {

@@ -14,38 +14,28 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 from tissuec.core.resources import grammar
 from tissuec.lsp.vscode import contents
 
-#: What starts the server, which ``npm install`` fetches into the folder of the extension.
-CLIENT = "node_modules/vscode-languageclient/package.json"
-#: Files of the folder that are written by hand.
-_WRITTEN = ("extension.js", "README.md")
+#: Files of the folder that are not generated from tables; the first starts the server.
+_WRITTEN = ("client.js", "client.licences.txt", "README.md")
 _TYPES = {
     ".json": "application/json", ".js": "application/javascript", ".md": "text/markdown",
-    ".vsixmanifest": "text/xml",
+    ".txt": "text/plain", ".vsixmanifest": "text/xml",
 }  # fmt: skip
 #: The earliest date of a zip: equal contents make equal files.
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
 def files() -> dict[str, bytes]:
-    """Return the files of the extension by their paths in its folder.
-
-    What ``npm install`` fetched is among them if it lies in ``grammars/vscode/node_modules``;
-    without it the extension highlights, and starts no server.
-    """
+    """Return the files of the extension by their paths in its folder."""
     folder = grammar("vscode")
     found = {path: text.encode() for path, text in contents().items()}
-    found |= {name: (folder / name).read_bytes() for name in _WRITTEN}
-    for path in sorted((folder / "node_modules").rglob("*")):
-        if path.is_file() and ".bin" not in path.parts:
-            found[path.relative_to(folder).as_posix()] = path.read_bytes()
-    return found
+    return found | {name: (folder / name).read_bytes() for name in _WRITTEN}
 
 
-def write_vsix(target: Path) -> bool:
-    """Write the extension as one file; return whether it holds what starts the server.
+def write_vsix(target: Path) -> None:
+    """Write the extension as one file.
 
     Raises:
-        OSError: The file cannot be written.
+        OSError: The file cannot be written, or one of the extension cannot be read.
     """
     found = files()
     parts = {f"extension/{path}": content for path, content in found.items()}
@@ -57,7 +47,6 @@ def write_vsix(target: Path) -> bool:
             **parts,
         }.items():
             archive.writestr(ZipInfo(path, _DATE), content, ZIP_DEFLATED)
-    return CLIENT in found
 
 
 def _content_types(parts: Mapping[str, bytes]) -> str:
