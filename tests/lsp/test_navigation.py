@@ -188,9 +188,9 @@ def test_no_name_of_a_library_file_is_left_unknown(path):
 def test_the_outline_names_what_a_text_consists_of_right_or_wrong():
     text = SCENE.replace("interface is mean", "interface is (((")
     view, _ = asked(text + "‸")
-    found = {(part.kind, part.name) for part in navigation.outline(view)}
+    found = {(part.kind, part.name) for part in navigation.outline(view.structure)}
     assert {("body", "vessel"), ("set", "Top End"), ("tool", "forceps A")} <= found
-    (body,) = (part for part in navigation.outline(view) if part.kind == "body")
+    (body,) = (part for part in navigation.outline(view.structure) if part.kind == "body")
     assert [(part.kind, part.name) for part in body.inner] == [("region", "lump")]
-    (script,) = (part for part in navigation.outline(view) if part.kind == "script")
+    (script,) = (part for part in navigation.outline(view.structure) if part.kind == "script")
     assert script.inner[0].name == "at 0 s: grasp top end with forceps A"

@@ -56,6 +56,16 @@ class Editor(LanguageClient):
             )
         )
 
+    def type(self, uri: str, place: lsp.Position, text: str, end: lsp.Position | None = None):
+        """Replace a stretch of a text."""
+        stretch = lsp.Range(place, end or place)
+        self.text_document_did_change(
+            lsp.DidChangeTextDocumentParams(
+                lsp.VersionedTextDocumentIdentifier(uri=uri, version=3),
+                [lsp.TextDocumentContentChangePartial(range=stretch, text=text)],
+            )
+        )
+
     async def until(self, uri: str, fits) -> None:
         """Wait until what is told of a text fits."""
         async with self.news:
@@ -293,6 +303,20 @@ def test_an_editor_session(tmp_path):
             assert not await client.text_document_rename_async(
                 lsp.RenameParams(document, lsp.Position(0, 2), "x")
             )
+
+            # A part of a line is replaced; forms of what is typed, and names everywhere.
+            start, stop = place(TEXT, "half = "), place(TEXT, "höhe / 2")
+            client.type(uri, start, "max(höhe, 1 m", stop)
+            await client.until(uri, bool)
+            typed = TEXT.replace("höhe / 2", "max(höhe, 1 m")
+            said = await client.text_document_signature_help_async(
+                lsp.SignatureHelpParams(document, place(typed, "1 m"))
+            )
+            assert said.signatures[0].label == "max(…)"
+            client.type(uri, start, "höhe / 2", place(typed, "1 m"))
+            await client.until(uri, lambda told: not told)
+            found = await client.workspace_symbol_async(lsp.WorkspaceSymbolParams("silk"))
+            assert [(one.name, one.location.uri) for one in found] == [("silk", other)]
 
             # A mistake in what is used is told there.
             client.change(other, WORDS.replace("4 N/m", "4 N"))

@@ -105,10 +105,16 @@ def forms_of(block: str, entry: str) -> tuple[SentenceForm, ...]:
         block: Kind of the block that it stands in.
         entry: The part, entry or verb.
     """
-    return tuple(_form(text, entry) for text in _texts(block, entry))
+    return tuple(_form(text, entry) for text in texts_of(block, entry))
 
 
-def _texts(block: str, entry: str) -> tuple[str, ...]:
+def texts_of(block: str, entry: str) -> tuple[str, ...]:
+    """Return the forms of a part, entry or order as the reference has them.
+
+    Args:
+        block: Kind of the block that it stands in.
+        entry: The part, entry or verb.
+    """
     if block == "script":
         if entry == "change":  # its forms are examples of what can be changed
             changes = (f"change {name} of SET {how}" for name in PARAMETERS for how in _CHANGES)

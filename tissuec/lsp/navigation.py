@@ -11,7 +11,7 @@ from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
 from tissuec.lang.tokens import STRING, WORD, Token, tokens
-from tissuec.lang.tree import Statement
+from tissuec.lang.tree import Statement, Tree
 from tissuec.lang.words import written_name
 from tissuec.lsp.expected import NUMBERS, ONE_NAMESPACE, SUBJECTS
 from tissuec.lsp.symbols import Symbol
@@ -170,13 +170,9 @@ class Outlined(Struct, frozen=True):
     inner: "tuple[Outlined, ...]" = ()
 
 
-def outline(view: View) -> list[Outlined]:
+def outline(tree: Tree) -> list[Outlined]:
     """Return the parts of a text in order, right or wrong."""
-    return [
-        found
-        for statement in view.structure.items
-        if (found := _outlined(statement)) is not None
-    ]
+    return [found for statement in tree.items if (found := _outlined(statement)) is not None]
 
 
 def _outlined(statement: Statement) -> Outlined | None:

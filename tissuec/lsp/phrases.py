@@ -68,16 +68,29 @@ def phrase_at_end(statement: Statement, offset: int) -> tuple[Phrase, list[str]]
 
     Of the words of a name that are typed so far, all belong to the phrase.
     """
+    reader = _reader_up_to(statement, offset)
+    parts, found = reader.parts, list(reader.all())
+    if not parts or not parts[-1].is_name:
+        found += reader.run(len(parts), len(parts))
+    return found[-1], following(reader.prefix)
+
+
+def prefix_at(statement: Statement, offset: int) -> Prefix:
+    """Return what stands in a statement before an offset."""
+    reader = _reader_up_to(statement, offset)
+    for _ in reader.all():
+        pass
+    return reader.prefix
+
+
+def _reader_up_to(statement: Statement, offset: int) -> "_PhraseReader":
+    """Return a reader of the part of a statement before an offset."""
     parts = [part for part in _pieces(statement) if part.start < offset]
     if parts and (last := parts[-1]).stop >= offset:
         kind = "WORD" if last.kind in (KEYWORD, UNIT) else last.type  # it may go on
         parts[-1] = Token(kind, last.text[: offset - last.start], last.start, offset)
     cut = replace(statement, parts=parts, stop=offset, is_head=False)
-    reader = _PhraseReader(cut, block_of(statement), is_cut=True)
-    found = list(reader.all())
-    if not parts or not parts[-1].is_name:
-        found += reader.run(len(parts), len(parts))
-    return found[-1], following(reader.prefix)
+    return _PhraseReader(cut, block_of(statement), is_cut=True)
 
 
 def _pieces(statement: Statement) -> list[Token]:

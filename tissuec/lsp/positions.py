@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple
 
-_LINE_END = re.compile(r"\r\n|\r|\n")
+LINE_END = re.compile(r"\r\n|\r|\n")
 _BOM = "\ufeff"
 
 #: Units that a character takes, by the name of the encoding in the protocol.
@@ -45,7 +45,7 @@ class Positions:
     @cached_property
     def lines(self) -> list[str]:
         """Return the lines of the editor, without their ends."""
-        return _LINE_END.split(self.raw)
+        return LINE_END.split(self.raw)
 
     @cached_property
     def _read(self) -> list[str]:

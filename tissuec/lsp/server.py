@@ -10,12 +10,16 @@ from lsprotocol import types as lsp
 
 from tissuec.core.errors import TissueError
 from tissuec.lsp import completion, navigation
+from tissuec.lsp.edits import Replacement, replaced
 from tissuec.lsp.findings import Checked
 from tissuec.lsp.fixes import fixes_at
 from tissuec.lsp.hover import hover
 from tissuec.lsp.layout import formatted
+from tissuec.lsp.positions import ProtocolPosition
 from tissuec.lsp.semantic_tokens import KINDS, tokens
 from tissuec.lsp.session import Session
+from tissuec.lsp.signatures import signature
+from tissuec.lsp.workspace import names_in
 
 T = TypeVar("T")
 
@@ -93,10 +97,25 @@ def _opened(server: Session, parameters: lsp.DidOpenTextDocumentParams) -> None:
 
 def _changed(server: Session, parameters: lsp.DidChangeTextDocumentParams) -> None:
     path = server.path(parameters.text_document.uri)
-    server.documents.put(
-        path, server.workspace.get_text_document(parameters.text_document.uri).source
-    )
+    text = server.documents.raw(path)
+    for change in parameters.content_changes:
+        text = _after(server, text, change)
+    server.documents.put(path, text)
     server.changed(path)
+
+
+def _after(server: Session, text: str, change: lsp.TextDocumentContentChangeEvent) -> str:
+    """Return a text after a change.
+
+    The library would do so, too, but it takes more characters for line ends than the protocol.
+    """
+    if isinstance(change, lsp.TextDocumentContentChangeWholeDocument):
+        return change.text
+    start, end = (
+        ProtocolPosition(place.line, place.character)
+        for place in (change.range.start, change.range.end)
+    )
+    return replaced(text, [Replacement(start, end, change.text)], server.encoding)
 
 
 def _saved(server: Session, parameters: Any) -> None:
@@ -223,7 +242,11 @@ def _fixes(server: Session, parameters: lsp.CodeActionParams) -> list[lsp.CodeAc
 
 def _symbols(server: Session, parameters: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
     found = server.look(parameters.text_document.uri)
-    return _shown_symbols(server, found[0], navigation.outline(found[1])) if found else []
+    return (
+        _shown_symbols(server, found[0], navigation.outline(found[1].structure))
+        if found
+        else []
+    )
 
 
 def _shown_symbols(
@@ -240,6 +263,38 @@ def _shown_symbols(
         )
         for part in parts
     ]
+
+
+def _workspace_symbols(
+    server: Session, parameters: lsp.WorkspaceSymbolParams
+) -> list[lsp.WorkspaceSymbol]:
+    found = names_in(server.folders(), server.documents, parameters.query)
+    return [
+        lsp.WorkspaceSymbol(
+            server.location(navigation.Place(one.path, one.part.at, one.part.end)),
+            one.part.name,
+            _SYMBOL_KINDS.get(one.part.kind, _SYMBOL.Module),
+            container_name=one.within or one.path.name,
+        )
+        for one in found
+    ]
+
+
+def _signatures(
+    server: Session, parameters: lsp.SignatureHelpParams
+) -> lsp.SignatureHelp | None:
+    found = server.at(parameters)
+    said = signature(found[1], found[2]) if found else None
+    if said is None:
+        return None
+    about = lsp.MarkupContent(lsp.MarkupKind.Markdown, said.about) if said.about else None
+    forms = [
+        lsp.SignatureInformation(
+            form.text, about, [lsp.ParameterInformation(place) for place in form.places]
+        )
+        for form in said.forms
+    ]
+    return lsp.SignatureHelp(forms, said.active, said.place)
 
 
 def _folds(server: Session, parameters: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
@@ -306,12 +361,17 @@ _ANSWERS: dict[str, Callable[[Session, Any], Any]] = {
     lsp.TEXT_DOCUMENT_CODE_ACTION: _fixes,
     lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _symbols,
     lsp.TEXT_DOCUMENT_FOLDING_RANGE: _folds,
+    lsp.TEXT_DOCUMENT_SIGNATURE_HELP: _signatures,
+    lsp.WORKSPACE_SYMBOL: _workspace_symbols,
     lsp.TEXT_DOCUMENT_FORMATTING: _format,
     lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: _coloured,
 }
 _OPTIONS: dict[str, Any] = {
     lsp.TEXT_DOCUMENT_COMPLETION: lsp.CompletionOptions(
         trigger_characters=['"', "/", " ", "("]
+    ),
+    lsp.TEXT_DOCUMENT_SIGNATURE_HELP: lsp.SignatureHelpOptions(
+        trigger_characters=[" ", "(", ","]
     ),
     lsp.TEXT_DOCUMENT_CODE_ACTION: lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix]),
     lsp.TEXT_DOCUMENT_RENAME: lsp.RenameOptions(prepare_provider=True),

@@ -38,7 +38,7 @@ class Session(LanguageServer):
 
     def __init__(self, libraries: tuple[Path, ...] = ()):
         super().__init__(  # pyright: ignore[reportUnknownMemberType]  # keywords of pygls
-            "tissuec", __version__, text_document_sync_kind=lsp.TextDocumentSyncKind.Full
+            "tissuec", __version__, text_document_sync_kind=lsp.TextDocumentSyncKind.Incremental
         )
         self.documents = OpenDocuments(libraries)
         self.checked: dict[Path, Checked] = {}
@@ -65,10 +65,19 @@ class Session(LanguageServer):
     def positions(self, path: Path) -> Positions:
         """Return how offsets of a text become positions of the protocol."""
         raw = self.documents.raw(path)
-        encoding = lsp.PositionEncodingKind(self.workspace.position_encoding or "utf-16").value
         return self.documents.memory.recall(
-            ("positions", raw, encoding), lambda: Positions(raw, encoding)
+            ("positions", raw, self.encoding), lambda: Positions(raw, self.encoding)
         )
+
+    @property
+    def encoding(self) -> str:
+        """Return the name of what the editor counts characters in."""
+        return lsp.PositionEncodingKind(self.workspace.position_encoding or "utf-16").value
+
+    def folders(self) -> list[Path]:
+        """Return the folders that are open in the editor."""
+        uris = list(self.workspace.folders) or [self.workspace.root_uri or ""]
+        return [Path(found) for uri in uris if (found := to_fs_path(uri))]
 
     def range(self, path: Path, start: int, stop: int) -> lsp.Range:
         """Return a part of a text as a range of the protocol.
