@@ -115,7 +115,7 @@ def ask_everything(documents, path, text, offset, chance):
         hover(view, place)
         navigation.definition(view, place)
     tokens(text)
-    navigation.outline(view)
+    navigation.outline(view.structure)
     list(navigation.folds(view))
 
 

@@ -16,7 +16,7 @@ from tissuec.scene.meanings import RESERVED
 _PLACEHOLDER = re.compile(r"\b[A-Z]+\b|…|\"[^\"]*\"|\(x, y, z\)")
 
 
-class Form(Struct, frozen=True):
+class WrittenForm(Struct, frozen=True):
     """One way to write a sentence or a measure.
 
     Attributes:
@@ -33,7 +33,7 @@ class Form(Struct, frozen=True):
         return [word for word in _PLACEHOLDER.sub(" ", self.text).split() if word != "("]
 
 
-class Signature(Struct, frozen=True):
+class OfferedForms(Struct, frozen=True):
     """What can be written at a place.
 
     Attributes:
@@ -43,13 +43,13 @@ class Signature(Struct, frozen=True):
         about: What it does, in Markdown.
     """
 
-    forms: tuple[Form, ...]
+    forms: tuple[WrittenForm, ...]
     active: int
     place: int
     about: str
 
 
-def signature(view: View, offset: int) -> Signature | None:
+def signature(view: View, offset: int) -> OfferedForms | None:
     """Return the forms of what is typed at an offset; None where there are none."""
     if view.in_remark(offset) or view.structure.in_rows(offset):
         return None
@@ -57,7 +57,7 @@ def signature(view: View, offset: int) -> Signature | None:
     return _measure(prefix) or _sentence(prefix)
 
 
-def _measure(prefix: Prefix) -> Signature | None:
+def _measure(prefix: Prefix) -> OfferedForms | None:
     """Return the form of the measure or function whose bracket is open."""
     if not prefix.call or prefix.call in "([":
         return None
@@ -71,10 +71,10 @@ def _measure(prefix: Prefix) -> Signature | None:
         places.append((start + lead, start + len(part)))
         start += len(part) + 1
     place = min(prefix.commas[-1], len(places) - 1)
-    return Signature((Form(term.form, tuple(places)),), 0, place, term.about)
+    return OfferedForms((WrittenForm(term.form, tuple(places)),), 0, place, term.about)
 
 
-def _sentence(prefix: Prefix) -> Signature | None:
+def _sentence(prefix: Prefix) -> OfferedForms | None:
     """Return the forms of an order, an entry of a block, or a statement outside of all."""
     block = prefix.block
     if block.kind == "script":
@@ -93,19 +93,19 @@ def _sentence(prefix: Prefix) -> Signature | None:
     typed = [text for text in prefix.texts if text in words]
     active = next((n for n, form in enumerate(forms) if _fits(form, typed)), 0)
     about = term.about if term is not None else RESERVED.get(entry, "")
-    return Signature(forms, active, _place(forms[active], typed), about)
+    return OfferedForms(forms, active, _place(forms[active], typed), about)
 
 
-def _form(text: str) -> Form:
+def _form(text: str) -> WrittenForm:
     places: list[tuple[int, int]] = []
     for found in _PLACEHOLDER.finditer(text):
         before = re.search(r"(?:\b[a-z]+|=) $", text[: found.start()])
         start = before.start() if before and (places or before[0] == "= ") else found.start()
         places.append((start, found.end()))
-    return Form(text, tuple(places))
+    return WrittenForm(text, tuple(places))
 
 
-def _fits(form: Form, typed: list[str]) -> bool:
+def _fits(form: WrittenForm, typed: list[str]) -> bool:
     """Return whether a form has the words that are typed, in their order."""
     place = 0
     for word in typed:
@@ -115,7 +115,7 @@ def _fits(form: Form, typed: list[str]) -> bool:
     return True
 
 
-def _place(form: Form, typed: list[str]) -> int:
+def _place(form: WrittenForm, typed: list[str]) -> int:
     """Return the place behind the last word of the form that is typed."""
     place = 0
     for word in typed:

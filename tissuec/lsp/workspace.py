@@ -20,7 +20,7 @@ _KINDS = frozenset({
 })  # fmt: skip
 
 
-class Found(Struct, frozen=True):
+class FoundName(Struct, frozen=True):
     """A declared name.
 
     Attributes:
@@ -34,7 +34,9 @@ class Found(Struct, frozen=True):
     within: str = ""
 
 
-def names_in(folders: Iterable[Path], documents: OpenDocuments, query: str) -> Iterator[Found]:
+def names_in(
+    folders: Iterable[Path], documents: OpenDocuments, query: str
+) -> Iterator[FoundName]:
     """Yield names that contain the letters of a query in their order, in any case.
 
     Args:
@@ -67,7 +69,7 @@ def _files(folder: Path) -> Iterator[Path]:
                     return
 
 
-def _declared(path: Path, documents: OpenDocuments) -> Iterator[Found]:
+def _declared(path: Path, documents: OpenDocuments) -> Iterator[FoundName]:
     try:
         if not documents.is_open(path) and path.stat().st_size > LARGEST_FILE:
             return
@@ -76,10 +78,10 @@ def _declared(path: Path, documents: OpenDocuments) -> Iterator[Found]:
         return
     for part in outline(documents.tree(source)):
         if part.kind in _KINDS:
-            yield Found(path, part)
+            yield FoundName(path, part)
         for inner in part.inner:
             if inner.kind in _KINDS:
-                yield Found(path, inner, part.name)
+                yield FoundName(path, inner, part.name)
 
 
 def _has(name: str, letters: str) -> bool:
