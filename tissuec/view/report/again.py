@@ -24,7 +24,10 @@ def _commands(content: ReportContent) -> Html:
     texts = ("To run it again:", "To resume it:")
     return html(
         [
-            (element("p", text), element("pre", element("code", line), class_="command"))
+            (
+                element("p", text),
+                element("pre", element("code", line), class_="command", tabindex="0"),
+            )
             for text, line in zip(texts, lines, strict=False)
         ]
     )
