@@ -219,14 +219,12 @@ def _blocks(trajectory: "Trajectory", output: Path | None) -> dict[str, Any]:
 
 
 def _anatomy(trajectory: "Trajectory") -> "tuple[Anatomy | None, list[str]]":
-    """Return the anatomy of the scene of a result, or the reason why it is unknown."""
-    from tissuec.analysis.result_scene import recompile
-    from tissuec.compiler.anatomy import anatomy_of
+    """Return the anatomy of the scene of a result, and what is left out if it is unknown."""
+    from tissuec.analysis.result_anatomy import anatomy_of_result
 
-    scene = recompile(trajectory)
-    if scene.compiled is not None:
-        return anatomy_of(scene.compiled), []
-    reason = "; ".join(doubt.text for doubt in scene.doubts)
+    anatomy, reason = anatomy_of_result(trajectory)
+    if anatomy is not None:
+        return anatomy, []
     return None, [
         f"tissues, strains, stresses and tools without a shape are left out: {reason}"
     ]

@@ -6,7 +6,7 @@ and until which, it is there. A spring that comes back, as a knot does after it 
 several of them.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,8 @@ class Lines(Struct, frozen=True, eq=False):
         rest: Rest length before the run [m], shape (line,); 0 where it has none.
         law: Number among the laws, shape (line,).
         radius: Of threads [m], shape (line,); 0 of other springs.
+        spring: Network number of the spring, or of one of those that the line stands for,
+            ascending, shape (line,).
     """
 
     ends: Indices
@@ -39,6 +41,7 @@ class Lines(Struct, frozen=True, eq=False):
     rest: Floats
     law: Indices
     radius: Floats
+    spring: Indices
 
 
 class SkinPiece(Struct, frozen=True, eq=False):
@@ -173,6 +176,7 @@ class PlayerData(Struct, frozen=True, eq=False):
         surfaces: Smooth surfaces, a list of pieces for each body.
         laws: Names of the laws.
         recorded: How many nodes and springs the file shows.
+        numbers: Network numbers of the nodes, ascending, shape (node,).
     """
 
     times: Floats
@@ -194,6 +198,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     surfaces: dict[str, list[SurfacePiece]]
     laws: tuple[str, ...]
     recorded: tuple[int, int]
+    numbers: Indices
 
     @property
     def divisions(self) -> int:
@@ -241,7 +246,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     @property
     def most_tension(self) -> float:
         """Return the end of the colour scale of tensions [N]; larger ones look alike."""
-        return _most(
+        return usual_end(
             np.abs(row[self.alive(frame)]) for frame, row in enumerate(self.lines.tension)
         )
 
@@ -249,7 +254,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     def most_strain(self) -> float:
         """Return where the colours of strain end."""
         frames = range(0, len(self.times), max(1, len(self.times) // 20))
-        return _most(np.abs(self.strain(frame)[self.alive(frame)]) for frame in frames)
+        return usual_end(np.abs(self.strain(frame)[self.alive(frame)]) for frame in frames)
 
     @property
     def most_resultant(self) -> float:
@@ -260,11 +265,17 @@ class PlayerData(Struct, frozen=True, eq=False):
     @property
     def most_force(self) -> float:
         """Return the size of force that has the longest arrow but for outliers [N]."""
-        return _most(np.linalg.norm(row, axis=1) for row in self.force)
+        return usual_end(np.linalg.norm(row, axis=1) for row in self.force)
 
 
-def _most(rows: Iterator[NDArray[Any]]) -> float:
-    """Return what nearly all numbers stay below, rounded up to two digits; 0 if all are 0."""
+def usual_end(rows: Iterable[NDArray[Any]]) -> float:
+    """Return what 98 % of the numbers in each row stay below; 0 if they are not positive.
+
+    It is rounded up to two digits.
+
+    Args:
+        rows: In one unit, of any shape.
+    """
     tops = [float(np.quantile(row, _SURE)) for row in rows if len(row)]
     most = max(tops, default=0.0)
     if not most > 0.0:

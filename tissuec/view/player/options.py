@@ -18,6 +18,9 @@ class Options(Struct, frozen=True):
         every: At least so long between frames [s].
         nodes: Draw about so many nodes of larger nets; all if None.
         colour: What colours the springs; None where a skin hides them.
+        field: Name of what colours the skin, one of ``fields.NAMES``; its tissues if None.
+        range: From which to which number the colours of the field lead, in its SI unit; within
+            which 98 % of the nodes are if None.
         time: Where it stands at first [s]; the start if None.
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
         speed: Playback speed, 1 is real time; chosen automatically if None.
@@ -29,6 +32,8 @@ class Options(Struct, frozen=True):
     every: float | None = None
     nodes: int | None = None
     colour: Colour | None = None
+    field: str | None = None
+    range: tuple[float, float] | None = None
     time: float | None = None
     view: tuple[float, float] | None = None
     speed: float | None = None

@@ -22,11 +22,13 @@ from tissuec.results.trajectory import Trajectory
 from tissuec.view.player import facts
 from tissuec.view.player.camera import ANGLE, MARGIN, framing
 from tissuec.view.player.curves import LogCurve, read_curves
+from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.events import marks
 from tissuec.view.player.film import PlayerData, SurfacePiece
 from tissuec.view.player.lifetimes import FOREVER
 from tissuec.view.player.options import DEFAULT, Options
 from tissuec.view.player.pace import pace
+from tissuec.view.player.packed_fields import pack_fields
 from tissuec.view.player.packing import Pack, box_scale, even
 from tissuec.view.player.quantities import first_pair, read_quantities
 from tissuec.view.player.reading import read_film
@@ -37,8 +39,8 @@ WEB = Path(__file__).resolve().parent / "web"
 #: Parts of the script, in order.
 SCRIPTS = (
     "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js",
-    "instruments.js", "stage.js", "flat.js", "marks.js", "pulls.js", "curves.js", "pairs.js",
-    "panel.js", "hands.js", "player.js",
+    "fields.js", "instruments.js", "stage.js", "flat.js", "marks.js", "pulls.js", "curves.js",
+    "pairs.js", "panel.js", "legend.js", "hands.js", "player.js",
 )  # fmt: skip
 #: What only readers of the source need: indents and comments.
 _LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n|^\n|  // .*$", re.MULTILINE)
@@ -157,6 +159,7 @@ def describe(
         "marks": [as_data(mark) for mark in marks(trajectory.events, duration)],
         "view": _view(film, options),
         "colour": options.colour or "tension",
+        **pack_fields(DrawnNodes(film, trajectory), options, pack, scale),
         "springs": film.shows_springs(options.colour),
         "divisions": film.divisions,
         "start": float(film.times[0] if options.time is None else options.time),

@@ -106,6 +106,7 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         },
         laws=tuple(law.name for law in trajectory.network.laws),
         recorded=(count, len(trajectory.springs)),
+        numbers=trajectory.nodes[thin.kept],
     )
 
 
@@ -222,6 +223,7 @@ def _lines(
         rest=_rest(trajectory, thin, strand)[found.of],
         law=network.law[first][found.of].astype(np.int64),
         radius=radius[first][found.of],
+        spring=first[found.of],
     )
 
 

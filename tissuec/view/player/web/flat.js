@@ -55,6 +55,7 @@ class FlatStage {
     const isCurved = next > frame && arrays.curved.low + arrays.curved.data[frame] > 0;
     const span = isCurved ? film.times[next] - film.times[frame] : 0;
     this.look = look;
+    this.showField(shown.field, frame, next, mixing);
     this.axes = camera.axes;
     this.eye = camera.target.map((value, k) => value + camera.shift[k] + camera.distance * this.axes[2][k]);
     this.scale = canvas.height / 2 / camera.half;
@@ -69,6 +70,19 @@ class FlatStage {
     pen.lineCap = "round";
     this.items.sort((a, b) => b.away - a.away);
     for (const item of this.items) this.stroke(item);
+  }
+
+  // Have a colour for each number of a field, and these between two frames.
+  showField(field, frame, next, mixing) {
+    this.colourOf = null;
+    if (!field) return;
+    const [from, to] = [frame, next].map((row) => field.fill(row)), [low, high] = field.range;
+    const shades = shadesOf(field, this.film.looks, this.look);
+    this.colourOf = (nodes) => {
+      const value = nodes.reduce((sum, node) => sum + from[node] + mixing * (to[node] - from[node]), 0) / nodes.length;
+      if (value < UNKNOWN / 10) return [0.62, 0.62, 0.62];
+      return shadeAt(shades, Math.max(0, Math.min(1, (value - low) / (high - low))));
+    };
   }
 
   // Return where a point is seen [px], and how far from the eye.
@@ -87,11 +101,12 @@ class FlatStage {
 
   addSkins(place, moment, shown) {
     const opacity = shown.surface === "glass" ? 0.38 : 1;
-    const hasSmooth = this.surfaces.length > 0 && !shown.springs;
+    const hasSmooth = this.surfaces.length > 0 && !shown.springs && !shown.field;
     const own = (t) => !(hasSmooth && this.isSmooth(t)) && this.isThere(this.skinLife, t, moment);
     const { looks } = this.film, [lumen, steel] = [looks.lumen, looks.steel].map(hexed), { tints, hollow } = this.arrays;
     const patches = lives(this.arrays["life of patches"]);
     const tint = (t, isFront) => {
+      if (this.colourOf) return this.colourOf([0, 1, 2].map((k) => this.triangles[3 * t + k]));
       if (!isFront && hollow.low + hollow.data[t] > 0) return lumen;
       const share = this.isThere(patches, t, moment) ? 0.75 : 0, node = this.triangles[3 * t];
       return steel.map((value, k) => {
@@ -99,7 +114,7 @@ class FlatStage {
         return own + share * (value - own);
       });
     };
-    this.addFaces(place, this.triangles, own, opacity, tint);
+    this.addFaces(place, this.triangles, own, opacity, tint, Boolean(this.colourOf));
     for (const pieces of hasSmooth ? this.surfaces : []) {
       const begun = pieces.filter((piece) => piece.frames[0] <= moment + 1e-6);
       const piece = begun.length ? begun[begun.length - 1] : pieces[0];
@@ -108,7 +123,7 @@ class FlatStage {
     }
   }
 
-  addFaces(place, triangles, isShown, opacity, tint) {
+  addFaces(place, triangles, isShown, opacity, tint, isPlain = false) {
     const { looks } = this.film, every = Math.ceil(triangles.length / 3 / MOST_FLAT);
     const lamp = [-0.39, 0.52, 0.65];
     for (let t = 0; t < triangles.length / 3; t += every) {
@@ -118,7 +133,7 @@ class FlatStage {
       const normal = cross(b.map((value, k) => value - a[k]), c.map((value, k) => value - a[k]));
       const size = Math.hypot(...normal) || 1, isFront = dot(normal, a.map((value, k) => this.eye[k] - value)) > 0;
       const facing = this.axes.map((axis) => (dot(normal, axis) / size) * (isFront ? 1 : -1));
-      const light = 0.62 + 0.38 * Math.max(0, dot(facing, lamp));
+      const light = isPlain ? 0.84 + 0.16 * Math.abs(facing[2]) : 0.62 + 0.38 * Math.max(0, dot(facing, lamp));
       this.add(at.map((i) => this.seen(place, i)), css(tint(t, isFront).map((value) => light * value)), 0, opacity);
     }
   }
@@ -141,7 +156,8 @@ class FlatStage {
       const series = film.looks.series[(arrays.law.low + arrays.law.data[s]) % film.looks.series.length];
       const ramp = ((Math.max(-1, Math.min(1, value)) + 1) / 2) * (shades.length - 1);
       const colour = shown.colour === "law" ? seenIn(this.look, series, film.looks) : shades[Math.round(ramp)];
-      this.add(corners, css(colour), pixel * (0.8 + 0.6 * Math.min(1, Math.abs(value))));
+      const isField = this.colourOf && !this.triangles.length;
+      this.add(corners, css(isField ? this.colourOf([ends[2 * s], ends[2 * s + 1]]) : colour), pixel * (0.8 + 0.6 * Math.min(1, Math.abs(value))));
     }
   }
 

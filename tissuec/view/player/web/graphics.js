@@ -1,7 +1,7 @@
 // Shaders and textures, as WebGL 2 has them.
 
 const ACROSS = 1024;  // texels of a row, as in shared.glsl
-const UNITS = { place0: 0, place1: 1, normal0: 2, normal1: 3, force0: 4, force1: 5, colours: 6, rate0: 8, rate1: 9, bulge0: 10, bulge1: 11, tints: 12 };
+const UNITS = { place0: 0, place1: 1, normal0: 2, normal1: 3, force0: 4, force1: 5, colours: 6, rate0: 8, rate1: 9, bulge0: 10, bulge1: 11, tints: 12, value0: 13, value1: 14 };
 
 class Program {
   constructor(gl, shared, source) {
@@ -46,15 +46,15 @@ class Program {
   }
 }
 
-// Vectors of two neighbouring frames in two textures, filled when they are first asked for.
+// Vectors or numbers of two neighbouring frames in two textures, filled when they are first asked for.
 class Field {
-  constructor(gl, count, fill) {
-    Object.assign(this, { gl, count, fill, keys: [null, null], arrays: [null, null] });
+  constructor(gl, count, fill, width = 3) {
+    Object.assign(this, { gl, count, fill, width, keys: [null, null], arrays: [null, null] });
     this.rows = Math.max(1, Math.ceil(count / ACROSS));
     this.textures = [0, 1].map(() => {
       const texture = gl.createTexture();
       gl.bindTexture(gl.TEXTURE_2D, texture);
-      gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGB32F, ACROSS, this.rows);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, width === 3 ? gl.RGB32F : gl.R32F, ACROSS, this.rows);
       gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
       gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
       return texture;
@@ -75,13 +75,13 @@ class Field {
   }
 
   upload(slot) {
-    const { gl, count } = this, data = this.arrays[slot];
+    const { gl, count, width } = this, data = this.arrays[slot], kind = width === 3 ? gl.RGB : gl.RED;
     const whole = Math.floor(count / ACROSS), left = count - whole * ACROSS;
     gl.bindTexture(gl.TEXTURE_2D, this.textures[slot]);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    if (whole) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ACROSS, whole, gl.RGB, gl.FLOAT, data, 0);
+    if (whole) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ACROSS, whole, kind, gl.FLOAT, data, 0);
     if (left) {
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, whole, left, 1, gl.RGB, gl.FLOAT, data, 3 * whole * ACROSS);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, whole, left, 1, kind, gl.FLOAT, data, width * whole * ACROSS);
     }
   }
 

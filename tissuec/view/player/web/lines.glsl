@@ -9,10 +9,11 @@ uniform float width;  // pixels, at the target
 uniform float nearer;  // how far towards the eye, so that lines lie on the skin
 uniform float distance;  // of the target
 uniform float dashes;  // length of one
-uniform int colouring;  // 0 tension, 1 strain, 2 law
+uniform int colouring;  // 0 tension, 1 strain, 2 law, 3 the field
 uniform float mostStrain;
 uniform sampler2D colours;
 out vec3 tint;
+out float shade;
 out float along;
 out float dashed;
 out float away;
@@ -44,18 +45,20 @@ void main() {
   float value = colouring == 0 ? mix(tension0, tension1, mixing)
               : rest > 0.0 ? (length / rest - 1.0) / mostStrain : 0.0;
   value = clamp(value, -1.0, 1.0);
-  float wide = colouring == 2 ? 1.0 : 0.75 + 0.75 * abs(value);
+  shade = colouring == 3 ? fieldOf(corner.x < 0.5 ? ends.x : ends.y) : 0.0;
+  float wide = colouring > 1 ? 1.0 : 0.75 + 0.75 * abs(value);
   wide *= width * clamp(distance / here.w, 0.35, 2.0);
   here.xy += side * corner.y * wide / screen * here.w;
   gl_Position = here;
   ivec2 at = colouring == 2 ? ivec2(int(law) % 7, 1) : ivec2(int(round(127.5 + 127.5 * value)), 0);
   tint = texelFetch(colours, at, 0).rgb;
   along = corner.x * length / dashes;
-  dashed = colouring == 2 ? float(int(law) / 7 > 0) : value < -0.12 ? 1.0 : 0.0;
+  dashed = colouring == 2 ? float(int(law) / 7 > 0) : colouring < 2 && value < -0.12 ? 1.0 : 0.0;
   away = here.w;
 }
 // ---- fragment
 in vec3 tint;
+in float shade;
 in float along;
 in float dashed;
 in float away;
@@ -63,5 +66,5 @@ out vec4 colour;
 
 void main() {
   if (dashed > 0.5 && fract(along + 0.25) > 0.6) discard;
-  colour = vec4(hazy(tint, away, 0.62), 1.0);
+  colour = vec4(ramp >= 0 ? fieldColour(shade) : hazy(tint, away, 0.62), 1.0);
 }

@@ -21,7 +21,7 @@ class Player {
     const hasSkin = film.surfaces.length > 0 || arrays.triangles.width > 0;
     this.shown = {
       springs: film.springs, surface: hasSkin ? "solid" : "none", tools: true, results: true, forces: false,
-      colour: film.colour, reach: 1,
+      colour: film.colour, field: film.field, reach: 1,
     };
     this.isPlaying = false;
     this.loops = true;
@@ -35,6 +35,7 @@ class Player {
     this.charts = film.curves.map((curve, k) => new Chart(byId("curves"), curve, arrays[`curve ${k}`], this));
     this.pulls = new Pulls(byId("pulls"), film, arrays);
     if (film.quantities.length > 1) this.pair = new PairChart(byId("curves"), this);
+    this.prepareFields();
     this.prepareControls(hasSkin);
     this.listen();
     this.theme("auto");
@@ -158,7 +159,7 @@ class Player {
     const time = Math.min(this.time, this.range[1]), { shown } = this;
     const [frame, , part] = between(this.film.times, time);
     this.stage.draw(frame + part, this.camera, {
-      ...shown, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
+      ...shown, field: this.chosen, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
     }, this.look);
     this.pulls.draw(frame + part, this.camera, shown.results);
     this.drawn += 1;
@@ -205,6 +206,7 @@ class Player {
     for (const chart of this.charts) chart.draw(colours);
     this.pair?.draw(colours);
     this.showScale();
+    this.showField();
     this.refresh();
   }
 
@@ -218,6 +220,7 @@ class Player {
     this.shown[name] = value;
     this.showSwitches();
     if (name === "colour") this.showScale();
+    if (name === "field") this.showField();
     this.refresh();
   }
 
@@ -238,7 +241,7 @@ class Player {
 }
 
 // Controls and hands have files of their own.
-Object.assign(Player.prototype, panel, hands);
+for (const part of [panel, legend, hands]) Object.defineProperties(Player.prototype, Object.getOwnPropertyDescriptors(part));
 
 function refuse(text) {
   const notice = byId("notice");

@@ -7,6 +7,8 @@ uniform sampler2D place0, place1, rate0, rate1;
 uniform float mixing;  // between the two frames
 uniform float span;  // time between the two frames; 0 where positions go straight
 uniform float moment;  // in frames
+uniform sampler2D value0, value1;
+uniform int ramp;  // row of the colours of the field; -1 without a field
 const int ACROSS = 1024;  // texels of a row
 
 ivec2 texel(int i) { return ivec2(i % ACROSS, i / ACROSS); }
@@ -27,6 +29,12 @@ vec3 place(int i) {
   return straight + mixing * left * (left * (begin - way) + mixing * (way - end));
 }
 
+// The number of the field at a node.
+float fieldOf(int node) {
+  ivec2 at = texel(node);
+  return mix(texelFetch(value0, at, 0).r, texelFetch(value1, at, 0).r, mixing);
+}
+
 bool isThere(vec2 life) { return life.x <= moment && moment < life.y; }
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
@@ -37,6 +45,21 @@ precision highp int;
 precision highp sampler2D;
 uniform vec3 paper;
 uniform vec2 haze;  // distances from the eye at which it begins, and is thickest
+uniform sampler2D colours;
+uniform int ramp;  // row of the colours of the field; -1 without a field
+uniform vec2 range;  // numbers at the ends of its colours
+
+// The colour of a number of the field; grey where it is unknown.
+vec3 fieldColour(float value) {
+  if (value < -1e37) return vec3(0.62);
+  float part = clamp((value - range.x) / (range.y - range.x), 0.0, 1.0);
+  return texelFetch(colours, ivec2(int(round(255.0 * part)), ramp), 0).rgb;
+}
+
+// A colour with so little shade that it can be compared with the legend.
+vec3 readable(vec3 base, vec3 normal, vec3 at) {
+  return base * (0.84 + 0.16 * abs(dot(normal, normalize(-at))));
+}
 
 vec3 hazy(vec3 colour, float away, float most) {
   return mix(colour, paper, most * smoothstep(haze.x, haze.y, away));

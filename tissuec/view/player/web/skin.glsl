@@ -10,7 +10,7 @@ uniform vec4 plain;  // colour and gloss of everything, unless the gloss is nega
 out vec3 facing;
 out vec3 at;
 out vec4 tint;
-out float held, inner;
+out float held, inner, value;
 
 vec3 normal(int corner) {
   return blend(normal0, normal1, byCorner == 1 ? 3 * gl_InstanceID + corner : corners[corner]);
@@ -23,9 +23,11 @@ void main() {
   }
   vec3 w = vec3(1.0 - part.x - part.y, part), point = vec3(0.0);
   facing = vec3(0.0);
+  value = 0.0;
   tint = plain.w < 0.0 ? vec4(0.0) : plain;
   for (int i = 0; i < 3; i += 1) {
     point += w[i] * place(corners[i]);
+    if (ramp >= 0) value += w[i] * fieldOf(corners[i]);
     if (byCorner != 2) facing += w[i] * normal(i);
     if (plain.w < 0.0) tint += w[i] * texelFetch(tints, texel(corners[i]), 0);
     // An edge bends towards the normals at its ends; see bodies.py.
@@ -42,7 +44,7 @@ void main() {
 in vec3 facing;
 in vec3 at;
 in vec4 tint;
-in float held, inner;
+in float held, inner, value;
 uniform vec3 inside, steel;
 uniform float opacity, paler;
 out vec4 colour;
@@ -53,6 +55,7 @@ void main() {
   vec3 outside = mix(mix(tint.rgb, steel, held), paper, paler);
   vec3 base = gl_FrontFacing || inner < 0.5 ? outside : inside;
   if (dot(normal, at) > 0.0) normal = -normal;
-  vec3 seen = hazy(lit(base, normal, at, 0.15 * tint.a), -at.z, 0.3);
+  vec3 seen = ramp >= 0 ? readable(fieldColour(value), normal, at)
+    : hazy(lit(base, normal, at, 0.15 * tint.a), -at.z, 0.3);
   colour = vec4(seen * opacity, opacity);
 }

@@ -34,6 +34,9 @@ class Stage {
     this.rates = new Field(gl, points, (frame) => vectors(arrays.velocity, frame, film.rate, [0, 0, 0]));
     const most = film.most.force / film.steps.force;
     this.forces = new Field(gl, film.nodes, (frame) => vectors(arrays.force, frame, most, [0, 0, 0]));
+    this.values = new Field(gl, film.nodes, (frame) => this.field.fill(frame), 1);
+    this.field = null;
+    this.values.bind(UNITS.value0);
     this.colours = gl.createTexture();
     this.makeColours("light");
     this.makeLines();
@@ -49,22 +52,20 @@ class Stage {
 
   // Fill the table of colours for a light or dark page.
   makeColours(look) {
-    const { gl, film } = this, width = 256, data = new Uint8Array(width * 2 * 4);
-    const [shades, series] = [film.looks.tension, film.looks.series].map(
+    const { gl, film } = this, width = 256, data = new Uint8Array(width * 3 * 4);
+    const [series, ...ramps] = [film.looks.series, film.looks.tension, film.looks.amount].map(
       (list) => list.map((text) => seenIn(look, text, film.looks)),
     );
     this.lookOfColours = look;
     for (let i = 0; i < width; i += 1) {
-      const place = (i / (width - 1)) * (shades.length - 1);
-      const low = Math.min(Math.floor(place), shades.length - 2);
-      const ramp = shades[low].map((value, k) => value + (place - low) * (shades[low + 1][k] - value));
-      [ramp, series[i % series.length]].forEach((colour, line) => {
+      const [signed, amount] = ramps.map((shades) => shadeAt(shades, i / (width - 1)));
+      [signed, series[i % series.length], amount].forEach((colour, line) => {
         data.set([...colour.map((value) => Math.round(255 * value)), 255], 4 * (line * width + i));
       });
     }
     gl.activeTexture(gl.TEXTURE0 + UNITS.colours);
     gl.bindTexture(gl.TEXTURE_2D, this.colours);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, width, 2, 0, gl.RGBA, gl.UNSIGNED_BYTE, data);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, width, 3, 0, gl.RGBA, gl.UNSIGNED_BYTE, data);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
     gl.activeTexture(gl.TEXTURE0 + 7);
@@ -280,7 +281,7 @@ class Stage {
       view, projection, mixing, span, moment, distance, mostStrain: film.most.strain || 1,
       withSprings: shown.springs && this.lines.count > 0, paper: hexed(isDark ? looks.paper_dark : looks.paper),
       haze: [distance - 0.25 * size, distance + 0.9 * size],
-      screen: [gl.drawingBufferWidth, gl.drawingBufferHeight],
+      screen: [gl.drawingBufferWidth, gl.drawingBufferHeight], ...this.showField(shown.field, frame, next),
     };
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -295,18 +296,28 @@ class Stage {
     if (shown.tools) this.drawPlanes(common);
   }
 
+  // Have the numbers of a field ready for shaders, and return what these have to know of it.
+  showField(field, frame, next) {
+    if (!field) return { ramp: -1 };
+    if (this.field !== field) this.values.keys = [null, null];
+    this.field = field;
+    this.values.show(frame, next).bind(UNITS.value0);
+    return { ramp: field.isSigned ? 0 : 2, range: field.range };
+  }
+
   drawLines(common, frame, next, shown) {
     const { gl, lines } = this;
     if (!lines.count) return;
     const isCrowded = Math.min(1, 18 / Math.sqrt(lines.count));
     gl.bindVertexArray(lines.array);
     this.showTensions(frame, next);
+    const isField = shown.field && !this.skin.count;
     this.programs.lines.use({
-      ...common,
+      ...common, ramp: isField ? common.ramp : -1,
       width: (0.55 + 1.0 * isCrowded) * 1.25 * this.ratio,
       nearer: shown.surface === "solid" ? 0.0012 * this.film.view.size : 0,
       dashes: this.meanRest / 3.5,
-      colouring: ["tension", "strain", "law"].indexOf(shown.colour),
+      colouring: isField ? 3 : ["tension", "strain", "law"].indexOf(shown.colour),
     });
     const count = Math.ceil(lines.count * (shown.part || 1));
     gl.drawElements(gl.TRIANGLES, 6 * count, gl.UNSIGNED_INT, 0);
@@ -316,8 +327,9 @@ class Stage {
     const { film, skin } = this, { looks } = film, isNet = common.withSprings;
     // The skin steps back where springs lie on it, whose colours say something.
     const values = { ...common, opacity, inside: hexed(looks.lumen), steel: hexed(looks.steel), paler: isNet ? 0.4 : 0 };
-    const shown = isNet ? [] : this.surfaces.map((pieces) => this.pieceAt(pieces, moment)).filter(Boolean);
-    const count = this.surfaces.length && !isNet ? skin.bare : skin.count, isRounded = !isNet && !skin.isFine;
+    const isOwn = isNet || common.ramp >= 0;  // smooth surfaces have no nodes that fields are known at
+    const shown = isOwn ? [] : this.surfaces.map((pieces) => this.pieceAt(pieces, moment)).filter(Boolean);
+    const count = this.surfaces.length && !isOwn ? skin.bare : skin.count, isRounded = !isNet && !skin.isFine;
     const sides = opacity < 1 ? [this.gl.FRONT, this.gl.BACK] : [null];
     for (const side of sides) {
       if (count) {

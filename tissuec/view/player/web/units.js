@@ -15,6 +15,12 @@ function seenIn(look, text, looks) {
   return hexed(text).map((value, k) => value + 0.28 * (hexed(looks.ink_dark)[k] - value));
 }
 
+// Return the colour at a part of the way through some.
+function shadeAt(shades, part) {
+  const place = part * (shades.length - 1), low = Math.min(Math.floor(place), shades.length - 2);
+  return shades[low].map((value, k) => value + (place - low) * (shades[low + 1][k] - value));
+}
+
 const css = (colour) => `rgb(${colour.map((value) => Math.round(255 * value)).join(" ")})`;
 
 // Return a number with so many digits, without an exponent where people need none.

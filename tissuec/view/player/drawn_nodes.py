@@ -1,0 +1,192 @@
+"""What is known of the nodes of a film, in all of its rows."""
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.errors import TissueError
+from tissuec.matter.elasticity import wall_springs
+from tissuec.mechanics.deformation import mean_of_springs, von_mises
+from tissuec.model.network import BodyPart, Floats, Indices, Network
+from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
+from tissuec.results.blocks.layout import Cloud
+from tissuec.results.blocks.moment import Facts, Moment
+from tissuec.results.trajectory import Trajectory
+from tissuec.view.player.film import PlayerData
+
+#: What bodies say that have a stress though they are neither solid nor threads.
+_WALLS = re.compile(r"\b(?:thickness|section)\b")
+
+
+class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
+    """The nodes of a film, and what is known of them.
+
+    Attributes:
+        film: The film.
+        trajectory: Its result.
+    """
+
+    film: PlayerData
+    trajectory: Trajectory
+
+    @cached_property
+    def drawn(self) -> Floats:
+        """Return positions before the run [m], shape (node, 3)."""
+        return self.trajectory.network.position[self.film.numbers]
+
+    @cached_property
+    def displacement(self) -> Floats:
+        """Return distances from the positions before the run [m], shape (row, node)."""
+        place = self.film.position[:, : self.film.node_count]
+        return np.linalg.norm(place - self.drawn, axis=2)
+
+    @cached_property
+    def speed(self) -> Floats:
+        """Return magnitudes of velocities [m/s], shape (row, node)."""
+        own = self.film.velocity[:, : self.film.node_count].astype(float)
+        return np.linalg.norm(own, axis=2)
+
+    @cached_property
+    def force(self) -> Floats | None:
+        """Return magnitudes of spring forces on nodes [N], shape (row, node)."""
+        if not len(self.film.lines.ends):
+            return None
+        return np.linalg.norm(self.film.force.astype(float), axis=2)
+
+    @cached_property
+    def tension(self) -> Floats | None:
+        """Return the mean tension of the springs at each node [N], shape (row, node)."""
+        lines, count = self.film.lines, self.film.node_count
+        if not len(lines.ends):
+            return None
+        found = np.empty((len(self.film.times), count))
+        for row, tension in enumerate(lines.tension):
+            there = self.film.alive(row)
+            found[row] = mean_of_springs(lines.ends[there], tension[there].astype(float), count)
+        return found
+
+    @property
+    def strain(self) -> Floats | None:
+        """Return largest principal strains, dimensionless, shape (row, node)."""
+        return self._deformation[0]
+
+    @property
+    def stress(self) -> Floats | None:
+        """Return the equivalent stress at each node [Pa], shape (row, node)."""
+        return self._deformation[1]
+
+    @cached_property
+    def _deformation(self) -> tuple[Floats | None, Floats | None]:
+        strain, stress = (
+            np.full((len(self.film.times), self.film.node_count), np.nan) for _ in range(2)
+        )
+        for row, moment in self._moments():
+            at = np.searchsorted(self.film.numbers, moment.nodes)
+            strain[row, at] = _largest(moment)
+            if moment.cloud.name in self.matter:
+                stress[row, at] = von_mises(moment.stress)
+        known = (None if np.isnan(one).all() else one for one in (strain, stress))
+        return next(known), next(known)
+
+    @property
+    def matter(self) -> Mapping[str, BodyMatter]:
+        """Return the matter of bodies that have a stress, by name."""
+        anatomy = self._anatomy[0]
+        return {} if anatomy is None else anatomy.matter
+
+    @property
+    def unknown_stress(self) -> str:
+        """Return why no stress is known of bodies that may have one; "" if it is known."""
+        return self._anatomy[1]
+
+    @cached_property
+    def _anatomy(self) -> tuple[Anatomy | None, str]:
+        """Return the anatomy of the scene, or why it is unknown; neither where none is needed.
+
+        Scenes are compiled again for it, which takes longer than to write a page.
+        """
+        result, springs = self.trajectory, self._springs
+        texts = [result.text, *map(str, result.manifest.get("sources", {}).values())]
+        is_filled = any(
+            body.thread is not None
+            or (springs[body.name].dimension == 3 and len(result.network.skin_of(body)))
+            for body in result.network.bodies
+            if body.name in springs
+        )
+        if not springs or not (is_filled or any(map(_WALLS.search, texts))):
+            return None, ""
+        from tissuec.analysis.result_anatomy import anatomy_of_result
+
+        try:
+            return anatomy_of_result(self.trajectory)
+        except (TissueError, OSError) as error:
+            return None, str(error)
+
+    @cached_property
+    def _springs(self) -> dict[str, BodyMatter]:
+        """Return the springs of all bodies that have some, by name."""
+        network = self.trajectory.network
+        return {
+            body.name: _springs_of(network, body)
+            for body in network.bodies
+            if body.springs.stop - body.bending > body.springs.start
+        }
+
+    def _moments(self) -> Iterator[tuple[int, Moment]]:
+        """Yield the bodies of which all nodes are drawn, in each row."""
+        film, network = self.film, self.trajectory.network
+        clouds = list(self._clouds())
+        facts = Facts(self.trajectory, None, clouds)
+        for row in range(len(film.times)) if clouds else ():
+            there = film.alive(row)
+            springs, tension = film.lines.spring[there], film.lines.tension[row, there]
+            whole = np.zeros((network.body_nodes, 3))
+            whole[film.numbers] = film.position[row, : film.node_count]
+            for cloud in clouds:
+                nodes, part = cloud.nodes[0], cloud.springs
+                own = slice(*np.searchsorted(springs, (part.start, part.stop)))
+                none = np.zeros((0, 3))
+                moment = Moment(
+                    facts, cloud, nodes, springs[own], whole[nodes], none, none,
+                    tension[own].astype(float), whole,
+                )  # fmt: skip
+                yield row, moment
+
+    def _clouds(self) -> Iterator[Cloud]:
+        network, numbers = self.trajectory.network, self.film.numbers
+        for number, body in enumerate(network.bodies):
+            low, high = np.searchsorted(numbers, (body.nodes.start, body.nodes.stop))
+            own = self._springs.get(body.name)
+            if high - low == body.nodes.stop - body.nodes.start and own is not None:
+                matter = self.matter.get(body.name, own)
+                yield Cloud(
+                    body.name, "body", number, (numbers[low:high],), np.zeros(0, dtype=int),
+                    body.springs, matter,
+                )  # fmt: skip
+
+
+def _springs_of(network: Network, body: BodyPart) -> BodyMatter:
+    """Return the springs of a body whose matter is unknown, and its dimension."""
+    springs: Indices = np.arange(int(body.springs.start), int(body.springs.stop) - body.bending)
+    dimension, skin = 3, network.skin_of(body)
+    if body.thread is not None:
+        dimension = 1
+    elif len(skin):
+        within = wall_springs(skin, network.ends[springs])
+        dimension = 2 if within.all() else 3
+    volume = np.ones(body.nodes.stop - body.nodes.start)
+    return BodyMatter(volume, dimension, springs)
+
+
+def _largest(moment: Moment) -> Floats:
+    """Return the largest principal strain of a body in the known directions, shape (node,)."""
+    around, six = moment.around, moment.strain[0]
+    full = six[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
+    # What is not known must not be the largest.
+    low = 10.0 * (1.0 + np.abs(six).max(axis=1))
+    away = (around.axes * ~around.kept[:, None, :]) @ around.axes.transpose(0, 2, 1)
+    largest = np.linalg.eigvalsh(full - low[:, None, None] * away)[:, 2]
+    return np.where(around.kept.any(axis=1), largest, 0.0)

@@ -1,0 +1,106 @@
+"""Fields in all rows of a film, with the ranges of their colours."""
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.errors import TissueError
+from tissuec.core.scale import PERCENT, AxisUnit, scale_of
+from tissuec.model.network import Floats
+from tissuec.view.player.drawn_nodes import DrawnNodes
+from tissuec.view.player.fields import FIELDS, NodeField
+from tissuec.view.player.film import usual_end
+
+MOST_VALUES = 4_000_000
+"""Nodes times rows up to which pages contain all fields, and not only the chosen one."""
+_SIGNED = 0.05
+"""Part of the largest number by which others are below 0, in a field with a sign."""
+
+
+class FieldValues(Struct, frozen=True, eq=False):
+    """A field in all rows of a film.
+
+    Attributes:
+        field: The field.
+        value: In its unit, NaN where it is unknown, shape (row, node).
+        low, high: The range of the colours, within which at least 98 % of the nodes are in
+            each row.
+        least, most: The range of all numbers.
+    """
+
+    field: NodeField
+    value: Floats
+    low: float
+    high: float
+    least: float
+    most: float
+
+    @classmethod
+    def of(cls, field: NodeField, value: Floats) -> "FieldValues":
+        """Return the values of a field with their ranges.
+
+        Args:
+            field: The field.
+            value: In its unit, NaN where it is unknown, shape (row, node).
+        """
+        known = [row[np.isfinite(row)] for row in value]
+        top, bottom = usual_end(known), usual_end(-row for row in known)
+        least = min((float(row.min()) for row in known if len(row)), default=0.0)
+        most = max((float(row.max()) for row in known if len(row)), default=0.0)
+        high = max(top, bottom) or 1.0
+        low = -high if bottom > _SIGNED * top else 0.0
+        return cls(field, value, low, high, least, most)
+
+    def ranged(self, given: tuple[float, float] | None) -> "FieldValues":
+        """Return this with another range of colours; without one, as it is."""
+        if given is None:
+            return self
+        return FieldValues(self.field, self.value, *given, self.least, self.most)
+
+    @property
+    def is_signed(self) -> bool:
+        """Return whether colours tell numbers below 0 from those above it."""
+        return self.low < 0.0
+
+    @property
+    def scale(self) -> AxisUnit:
+        """Return the unit in which it is shown."""
+        return PERCENT if not self.field.unit else scale_of(self.field.unit, [self.high])
+
+
+def read_field(nodes: DrawnNodes, name: str) -> FieldValues:
+    """Return one field.
+
+    Raises:
+        TissueError: The result has no such field; says which it has.
+    """
+    field = next(one for one in FIELDS if one.name == name)
+    value = field.value(nodes)
+    if value is not None:
+        return FieldValues.of(field, value)
+    others = [one.name for one in FIELDS if one is not field and one.value(nodes) is not None]
+    why = f" ({nodes.unknown_stress})" if name == "stress" and nodes.unknown_stress else ""
+    raise TissueError(
+        f'"{nodes.trajectory.path}" has no {name}{why}; fields of this result: '
+        f"{', '.join(others)}"
+    )
+
+
+def read_fields(nodes: DrawnNodes, chosen: str | None) -> list[FieldValues]:
+    """Return all fields of a result; of very large films, those that pages derive and one.
+
+    Args:
+        nodes: Of the film.
+        chosen: Name of the one that is there in any case; None for none.
+
+    Raises:
+        TissueError: The result has no such field.
+    """
+    first = read_field(nodes, chosen) if chosen else None
+    fits = nodes.film.node_count * len(nodes.film.times) <= MOST_VALUES
+    found: list[FieldValues] = []
+    for field in FIELDS:
+        if first is not None and field is first.field:
+            found.append(first)
+        elif (fits or field.derived) and (value := field.value(nodes)) is not None:
+            found.append(FieldValues.of(field, value))
+    return found

@@ -1,0 +1,64 @@
+// The field on the skin, its colours and their range: parts of the player.
+
+const legend = {
+  prepareFields() {
+    const { film } = this, menu = byId("field");
+    this.fields = film.fields.map((spec) => new NodeField(film, this.arrays, spec));
+    menu.append(...["tissue", ...film.fields.map(({ name }) => name)].map((name) => new Option(name, name)));
+    menu.addEventListener("change", () => this.set("field", menu.value));
+    const ends = [byId("low"), byId("high")];
+    const take = () => {
+      const { chosen: field } = this, range = ends.map((end) => end.valueAsNumber * field.divisor);
+      const isRange = range[0] < range[1];
+      for (const end of ends) end.setCustomValidity(isRange ? "" : "The first number must be the smaller one.");
+      if (!isRange) return;
+      field.range = range;
+      this.showField();
+      this.refresh();
+    };
+    for (const end of ends) end.addEventListener("change", take);
+    byId("usual").addEventListener("click", () => {
+      this.chosen.range = this.chosen.usual;
+      this.showField();
+      this.refresh();
+    });
+  },
+
+  // The field that colours the skin; null where its tissues do.
+  get chosen() { return this.fields.find(({ name }) => name === this.shown.field) ?? null; },
+
+  // Write the colours of the field with their numbers.
+  showField() {
+    const field = this.chosen, box = byId("range");
+    byId("field").value = this.shown.field;
+    box.hidden = !field;
+    if (!field) return;
+    const { divisor, unit, range, extent } = field, [low, high] = range;
+    const numbers = [low, (low + high) / 2, high], texts = apart(numbers.map((value) => value / divisor));
+    const [isUnder, isOver] = [extent[0] < low, extent[1] > high];
+    const shades = shadesOf(field, this.film.looks, this.look).map(css);
+    byId("ramp").style.background = `linear-gradient(90deg,${shades.join(",")})`;
+    byId("ramp").classList.toggle("under", isUnder);
+    byId("ramp").classList.toggle("over", isOver);
+    byId("ramp").style.setProperty("--first", shades[0]);
+    byId("ramp").style.setProperty("--last", shades[shades.length - 1]);
+    byId("ticks").replaceChildren(...texts.map((text) => Object.assign(document.createElement("span"), { textContent: text })));
+    byId("what").textContent = unit ? `${field.text} [${unit}]` : field.text;
+    byId("clipped").textContent = this.beyond(field);
+    [byId("low"), byId("high")].forEach((end, k) => {
+      end.value = Number((range[k] / divisor).toPrecision(6));
+      end.setCustomValidity("");
+      end.setAttribute("aria-label", `${k ? "Upper" : "Lower"} end of the colours${unit ? ` in ${unit}` : ""}`);
+    });
+    byId("usual").disabled = range === field.usual;
+  },
+
+  // Say which numbers the colours do not tell apart.
+  beyond({ divisor, unit, range, usual, extent }) {
+    const text = (value) => `${digits(value / divisor)} ${unit}`.trim();
+    const parts = [];
+    if (extent[1] > range[1]) parts.push(`${range === usual ? "> 98 %" : "above"}: up to ${text(extent[1])}`);
+    if (extent[0] < range[0]) parts.push(`below: from ${text(extent[0])}`);
+    return parts.join("; ");
+  },
+};
