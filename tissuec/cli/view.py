@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from msgspec import Struct
 
-from tissuec.cli.arguments import Pair, TimeArgument
+from tissuec.cli.arguments import OptionReader, Pair, TimeArgument
 from tissuec.cli.common import (
     DONE,
     Command,
@@ -24,6 +24,7 @@ from tissuec.core.files import replacing, write_file
 from tissuec.core.units import TIME, show
 from tissuec.results.wording import size
 from tissuec.view.player.options import COLOURS, Options
+from tissuec.view.section.plane import read_plane
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory
@@ -125,6 +126,13 @@ def _named_behind(name: str, result: Path, others: Iterable[str]) -> str:
     help="Direction of view in degrees: -90,0 is from the front, -90,90 from above.",
 )
 @click.option(
+    "--section",
+    type=OptionReader(read_plane),
+    metavar="PLANE",
+    help='Cut bodies open by a plane and hide the side towards the viewer: "z = 6 mm", or '
+    '"through (0, 0, 6) mm facing (0, 1, 1)".',
+)
+@click.option(
     "--speed",
     type=click.FloatRange(min=0.0, min_open=True),
     help="Playback speed (1 is real time); chosen automatically if not given.",
@@ -161,7 +169,7 @@ def command(
     pictures = {name: chosen.pop(name) for name in PICTURES}
     pictures = {name: path for name, path in pictures.items() if path is not None}
     _check_usage(results, output, pictures, size=size, forces=forces, opens=opens)
-    options = Options(**chosen)
+    options = Options(**chosen, cells=output is not None or not pictures)
     if options.every is not None and options.every <= 0.0:
         raise click.UsageError("--every must be above 0")
     pages = {} if pictures and output is None else _pages(results, output)
@@ -268,6 +276,7 @@ def _show(
     _check_extras(wish.pictures)
     with Trajectory.open(result) as trajectory:
         film = read_film(trajectory, wish.options)
+        _check_section(film, trajectory, wish, settings)
         document: dict[str, Any] = {
             "result": str(result),
             "frames": film.frame_count,
@@ -279,6 +288,30 @@ def _show(
         for kind, path in wish.pictures.items():
             document[kind] = _draw(kind, path, film, trajectory, wish, settings)
     return document
+
+
+def _check_section(
+    film: "PlayerData", trajectory: "Trajectory", wish: "ViewOptions", settings: Settings
+) -> None:
+    """Check that a section meets bodies when they are shown, and say what it leaves open."""
+    from tissuec.view.player.lifetimes import Timeline
+    from tissuec.view.section.film_section import check_plane
+
+    plane, time = wish.options.section, wish.options.time
+    if plane is None:
+        return
+    last = time is None and "png" in wish.pictures
+    still = float(film.times[-1]) if last else time
+    check_plane(
+        film, plane, None if still is None else float(Timeline(film.times).frame_of(still))
+    )
+    bodies = [body.name for body in trajectory.network.bodies]
+    hollow = [name for name in bodies if name not in film.cells.filled]
+    if hollow:
+        verb = "is" if len(hollow) == 1 else "are"
+        settings.say(
+            f"note: {', '.join(hollow)} {verb} not filled: cut open without a cut face"
+        )
 
 
 def _check_extras(pictures: dict[str, Path]) -> None:

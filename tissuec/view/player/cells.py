@@ -46,6 +46,18 @@ class SolidCells(Struct, frozen=True, eq=False):
         """Return the tetrahedra that exist in a frame, or between two, shape (n, 4)."""
         return self.tetrahedra[frame < self.death]
 
+    @property
+    def life(self) -> Floats:
+        """Return from when until when each is there, in units of frames, shape (n, 2)."""
+        return np.stack([np.zeros(len(self.death)), self.death], axis=1)
+
+    @property
+    def sorted(self) -> "SolidCells":
+        """Return the same in ascending order of nodes, which packs well."""
+        corners = np.sort(self.tetrahedra, axis=1)
+        order = np.lexsort(corners.T[::-1])
+        return SolidCells(corners[order], self.death[order], self.filled, self.left_out)
+
     def on_nodes(self, place: Indices) -> "SolidCells":
         """Return those that have four corners left after nodes were brought together.
 

@@ -168,6 +168,8 @@ class PlayerData(Struct, frozen=True, eq=False):
         skin: Triangles of the net, with the caps of filled bodies that are cut or torn.
         cells: What filled bodies consist of.
         tints: Red, green, blue and gloss at each node, from 0 to 1, shape (node, 4).
+        tissue: Number of the tissue of each node, shape (node,).
+        tissues: Names of the tissues.
         dots: Nodes that nothing touches, for a while, shape (dot,), and their lives.
         held: What is held.
         solids: Shapes of tools.
@@ -190,6 +192,8 @@ class PlayerData(Struct, frozen=True, eq=False):
     skin: SkinPiece
     cells: SolidCells
     tints: Floats
+    tissue: Indices
+    tissues: tuple[str, ...]
     dots: Lifetimes
     held: HeldTissue
     solids: tuple[ToolSolid, ...]

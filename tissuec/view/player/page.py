@@ -21,6 +21,7 @@ from tissuec.results.instruments.meshes import mesh_of
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player import facts
 from tissuec.view.player.camera import ANGLE, MARGIN, framing
+from tissuec.view.player.cells import MOST_NODES
 from tissuec.view.player.curves import LogCurve, read_curves
 from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.events import marks
@@ -39,12 +40,13 @@ WEB = Path(__file__).resolve().parent / "web"
 #: Parts of the script, in order.
 SCRIPTS = (
     "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js",
-    "fields.js", "instruments.js", "stage.js", "flat.js", "marks.js", "pulls.js", "curves.js",
-    "pairs.js", "panel.js", "legend.js", "hands.js", "player.js",
+    "fields.js", "sections.js", "cap.js", "instruments.js", "stage.js", "flat.js",
+    "marks.js", "pulls.js", "curves.js", "pairs.js", "panel.js", "legend.js", "cutting.js",
+    "hands.js", "player.js",
 )  # fmt: skip
 #: What only readers of the source need: indents and comments.
 _LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n|^\n|  // .*$", re.MULTILINE)
-SHADERS = ("shared", "lines", "skin", "solids", "instruments", "arrows", "plane")
+SHADERS = ("shared", "lines", "skin", "section", "solids", "instruments", "arrows", "plane")
 _TENSIONS, _FORCES = 127, 2000  # steps of the scale, either way
 _FRAGMENT = "// ---- fragment\n"
 _LEVELS = 65534  # of a curve; one more number stands for none
@@ -162,6 +164,7 @@ def describe(
         **pack_fields(DrawnNodes(film, trajectory), options, pack, scale),
         "springs": film.shows_springs(options.colour),
         "divisions": film.divisions,
+        **_section(film, options),
         "start": float(film.times[0] if options.time is None else options.time),
         "pace": options.speed or pace(duration),
         "looks": _looks(),
@@ -180,12 +183,15 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         ("tints", np.rint(255.0 * film.tints).astype(np.int64).reshape(1, -1)),
         ("dots", film.dots.of[None]),
         ("held", film.held.rods.T),
+        ("cells", film.cells.sorted.tetrahedra),
+        ("tissue", film.tissue[None]),
         ("curved", film.curved[None].astype(int)),
     ):
         pack.add(name, numbers)
     lives = {
         "lines": film.lines.life,
         "skin": film.skin.life,
+        "cells": film.cells.sorted.life,
         "dots": film.dots.life,
         "held": film.held.life,
         "patches": film.held.patches,
@@ -276,6 +282,18 @@ def _shown(scale: AxisUnit) -> tuple[float, str]:
 def units_of(unit: str) -> list[tuple[float, str]]:
     """Return sizes and names of units for lengths and forces that depend on the view."""
     return [(one.size, readable(one.unit)) for one in shown_units(unit)]
+
+
+def _section(film: PlayerData, options: Options) -> dict[str, Any]:
+    """Describe the section that is shown first, and bodies that it cannot cap."""
+    plane, left_out = options.section, film.cells.left_out
+    verb = "has" if len(left_out) == 1 else "have"
+    said = f"{', '.join(left_out)} {verb} more than {MOST_NODES} nodes: open without a cut face"
+    return {
+        "section": plane and as_data(plane) | {"axis": plane.axis},
+        "tissues": film.tissues,
+        "uncapped": said if left_out else "",
+    }
 
 
 def _pairs(trajectory: Trajectory) -> dict[str, Any]:

@@ -5,7 +5,7 @@ Camera, colours and light are those of the page (``web/shared.glsl``, ``web/stag
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from tissuec.core import palette
 from tissuec.core.scale import PERCENT, scale_of
 from tissuec.model.network import Floats, Indices
-from tissuec.results.instruments.meshes import mesh_of
 from tissuec.view.player.bodies import (
     TriangleMesh,
     across,
@@ -33,15 +32,20 @@ from tissuec.view.player.camera import (
     half_height,
     outermost,
 )
-from tissuec.view.player.film import Instrument, PlayerData, Resultant, ToolSolid
+from tissuec.view.player.film import PlayerData, Resultant, ToolSolid
 from tissuec.view.player.lifetimes import Mask, is_there
 from tissuec.view.player.moment import InterpolatedFrame, position_at, surface_at
 from tissuec.view.player.options import Colour, Options
 from tissuec.view.player.pace import near
+from tissuec.view.player.posing import posed
+from tissuec.view.player.projected import ProjectedTriangles
 from tissuec.view.player.strokes import dashed, ramp, rgb
 from tissuec.view.player.tints import SHINE
 from tissuec.view.plots.page import need_matplotlib
 from tissuec.view.plots.projection import viewpoint
+from tissuec.view.section.caps import at_cap, cap, rims
+from tissuec.view.section.film_section import section
+from tissuec.view.section.plane import SectionPlane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,25 +58,12 @@ REACH = 0.18  # of the picture: how long the arrow of the largest resultant forc
 LEAST = 0.005  # of it: what is smaller has no arrow
 HELD = 0.75  # of the colour of tools, on skin that is held
 _PALER = 0.4  # skin under springs, whose colours say something
+_RIM = 1.2  # [px]: width of outlines in a section
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
 SHORTEST = 3.0  # thicknesses of an arrow that is drawn; shorter ones are specks
 LONGEST = 4.0  # times the scale of forces: arrows of outliers end there, as on the page
 _LETTER = 8.0  # [px]: width of a letter of the legend, at most on average
 _PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
-
-
-class ProjectedTriangles(NamedTuple):
-    """Triangles as the camera sees them.
-
-    Attributes:
-        corners: To the right, upwards, and to the eye [m], shape (triangle, 3, 3).
-        colour: Of the corners, shape (triangle, 3, 3).
-        opacity: Shape (triangle,).
-    """
-
-    corners: Floats
-    colour: Floats
-    opacity: Floats
 
 
 class Painter:
@@ -107,7 +98,10 @@ class Painter:
         self.colour: Colour = options.colour or "tension"
         self._most = {"tension": film.most_tension, "strain": film.most_strain, "law": 1.0}
         self.shows_springs = film.shows_springs(options.colour)
-        self._divisions = 1 if self.shows_springs else film.divisions
+        # Cut faces end at the flat triangles of the net.
+        self._opens = options.section is not None and len(film.cells.tetrahedra) > 0
+        self._divisions = 1 if self.shows_springs or self._opens else film.divisions
+        self._shows_net = self.shows_springs or self._opens
         rests = film.lines.rest[film.lines.rest > 0.0]
         mean = float(rests.mean()) if len(rests) else self.framing.size / 20.0
         self._dash = mean / 3.5
@@ -189,7 +183,7 @@ class Painter:
         """Yield all that hides what is behind it."""
         film, at = self.film, moment.at
         skin = film.skin
-        shown = is_there(skin.life, at) & ~(skin.smooth & (not self.shows_springs))
+        shown = is_there(skin.life, at) & ~(skin.smooth & (not self._shows_net))
         tint = film.tints[skin.triangles[shown]]
         held = is_there(film.held.patches, at)[shown, None, None]
         tint[..., :3] += HELD * held * (rgb(palette.STEEL) - tint[..., :3])
@@ -198,18 +192,45 @@ class Painter:
         bulge = bulges(moment.position, triangles, mesh)
         mesh, weights = rounded(mesh, bulge, self._divisions)
         hollow = np.repeat(skin.hollow[shown], len(weights))
-        yield self._skin(mesh, spread(tint, weights), hollow)
-        for pieces in film.surfaces.values() if not self.shows_springs else ():
+        yield self._behind(self._skin(mesh, spread(tint, weights), hollow))
+        for pieces in film.surfaces.values() if not self._shows_net else ():
             piece, position = surface_at(pieces, at)
             mesh = smooth_mesh(position, piece.triangles)
             tint = np.broadcast_to(piece.tint, (*mesh.corners.shape[:2], 4))
-            yield self._skin(mesh, tint, np.ones(len(tint), dtype=bool))
-        for mesh, colour in (*self._tools(moment), *self._nodes(moment)):
+            yield self._behind(self._skin(mesh, tint, np.ones(len(tint), dtype=bool)))
+        yield from self._caps(at)
+        for mesh, colour in self._tools(moment):
             yield self._body(mesh, rgb(colour), 0.25)
+        for mesh, colour in self._nodes(moment):
+            yield self._behind(self._body(mesh, rgb(colour), 0.25))
         if self.forces:
             yield self._body(self._arrows(moment), rgb(palette.SERIES[2]), 0.1)
         if self.shows_springs:
-            yield self._springs(moment, is_there(film.lines.life, at))
+            yield self._behind(self._springs(moment, is_there(film.lines.life, at)))
+
+    @property
+    def _section(self) -> SectionPlane | None:
+        """Return the plane of the section, with its front to the eye."""
+        plane, camera = self.options.section, self.camera
+        return plane and plane.towards(camera.target + camera.distance * camera.axes[2])
+
+    def _behind(self, shapes: ProjectedTriangles) -> ProjectedTriangles:
+        """Return what is not in front of the plane of the section."""
+        if (plane := self._section) is None:
+            return shapes
+        normal = np.array(plane.normal)
+        offset = plane.offset - float(normal @ self.camera.target)
+        return shapes.behind(self.camera.axes @ normal, offset)
+
+    def _caps(self, at: float) -> Iterator[ProjectedTriangles]:
+        """Yield the cut faces of filled bodies, with outlines of bodies and tissues."""
+        if (plane := self._section) is None or not self._opens:
+            return
+        cut = section(self.film, at, plane)
+        tint = at_cap(cut, self.film.tints)
+        yield self._shaded(cap(cut, plane), tint[..., :3], SHINE * tint[..., 3:])
+        outlines = rims(cut, plane, _RIM / self._pixel(1.0), _NEARER * self.framing.size)
+        yield self._body(outlines, rgb(palette.INK), 0.0)
 
     def _body(self, mesh: TriangleMesh, base: Floats, shine: float) -> ProjectedTriangles:
         """Return triangles in the light."""
@@ -271,7 +292,7 @@ class Painter:
         for instrument in self.film.instruments:
             if instrument.life[0] <= moment.at < instrument.life[1]:
                 colour = palette.WATER if instrument.kind == "jet" else palette.STEEL
-                yield _posed(instrument, moment), colour
+                yield posed(instrument, moment), colour
         lines = self.film.lines
         thread = is_there(lines.life, moment.at) & (lines.radius > 0.0)
         first, second = (moment.position[ends] for ends in lines.ends[thread].T)
@@ -390,6 +411,9 @@ class Painter:
         sheet.text(14, height - 12, self.title, weight="bold", **style)
         text = self.film.clock.text(time, digits=4)
         sheet.text(width - 14, height - 12, text, ha="right", **style)
+        if self.options.section is not None:
+            style["fontsize"] = 9
+            sheet.text(14, height - 30, f"section {self.options.section.text}", **style)
         for resultant in self.film.resultants:
             self._resultant(sheet, resultant, at)
         length = near(110.0 / self._pixel(1.0))
@@ -437,15 +461,3 @@ class Painter:
         sheet.text(
             left + long / 2, 42, scale.label(f"{self.colour} of springs"), ha="center", **style
         )
-
-
-def _posed(instrument: Instrument, moment: InterpolatedFrame) -> TriangleMesh:
-    """Return an instrument as it is at a moment; see ``web/instruments.glsl``."""
-    origin, *others = moment.position[list(instrument.points)]
-    z, x, setting = (np.asarray(one) - origin for one in others)
-    z = z / np.linalg.norm(z)
-    x = x - (x @ z) * z
-    x = x / np.linalg.norm(x)
-    mesh = mesh_of(instrument.kind)
-    local = mesh.posed(float(setting @ z) / instrument.size) * instrument.size
-    return smooth_mesh(origin + local @ np.stack([x, np.cross(z, x), z]), mesh.triangles)

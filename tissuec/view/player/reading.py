@@ -51,7 +51,7 @@ from tissuec.view.player.thinning import (
     thinned,
     whole,
 )
-from tissuec.view.player.tints import body_tint, is_hollow, node_tints
+from tissuec.view.player.tints import body_tint, is_hollow, node_tints, node_tissues
 from tissuec.view.plots.frame_reader import no_frames
 
 
@@ -77,6 +77,7 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     first = position.shape[1] - len(pulls)
     skin = _skin(trajectory, thin, capped(lives.triangles, lives.life, cells), cells)
     drawn = DrawnNet.of(thin, skin, strand.ends)
+    tissues, tissue = node_tissues(trajectory)
     return PlayerData(
         times=timeline.times,
         clock=trajectory.clock,
@@ -91,6 +92,8 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         skin=skin,
         cells=cells if thin.is_whole else cells.on_nodes(thin.place),
         tints=node_tints(trajectory)[thin.kept],
+        tissue=tissue[thin.kept],
+        tissues=tissues,
         dots=thin.nodes(lives.dots),
         held=read_held(trajectory, timeline, drawn, {course.name for course in seen}),
         solids=_solids(trajectory, len(thin.kept)),

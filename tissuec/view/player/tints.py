@@ -27,6 +27,25 @@ def node_tints(trajectory: Trajectory) -> Floats:
     return found[trajectory.nodes]
 
 
+def node_tissues(trajectory: Trajectory) -> tuple[tuple[str, ...], Indices]:
+    """Return the names of all tissues, and which recorded nodes have, shape (node,)."""
+    names: dict[str, int] = {}
+    found = np.zeros(trajectory.network.node_count, dtype=np.int64)
+    written: dict[str, Any] = trajectory.manifest.get("tissues", {})
+
+    def number(body: str, region: str = "") -> int:
+        parts: dict[str, Any] = written.get(body, {})
+        part: dict[str, Any] = parts.get(region) or parts.get("") or {}
+        return names.setdefault(part.get("name", body), len(names))
+
+    for body in trajectory.network.bodies:
+        found[body.nodes] = number(body.name)
+    for group in trajectory.groups:
+        if group.body and group.what == "nodes":
+            found[group.indices] = number(group.body, group.name)
+    return tuple(names), found[trajectory.nodes]
+
+
 def body_tint(trajectory: Trajectory, body: str, region: str = "") -> Floats:
     """Return red, green, blue and gloss of a body or a region, dimensionless, shape (4,).
 

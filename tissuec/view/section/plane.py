@@ -32,24 +32,32 @@ class SectionPlane(Struct, frozen=True):
     offset: float
 
     @property
+    def axis(self) -> str:
+        """Return the axis that it is at right angles to; empty for none."""
+        found = [axis for axis, one in zip(_AXES, self.normal, strict=True) if one == 1.0]
+        return found[0] if found else ""
+
+    @property
     def text(self) -> str:
         """Return the plane in words, as it can be written."""
         size = scale_of("m", [abs(self.offset)])
-        for axis, direction in zip(_AXES, np.eye(3).tolist(), strict=True):
-            if list(self.normal) == direction:
-                return f"{axis} = {size.text(self.offset)}"
+        if self.axis:
+            return f"{self.axis} = {size.text(self.offset)}"
         point = [size.of(self.offset * one) for one in self.normal]
         through, facing = (", ".join(f"{one + 0.0:.4g}" for one in row) for row in
                            (point, self.normal))  # fmt: skip
         return f"through ({through}) {size.unit} facing ({facing})"
 
-    def heights(self, points: Floats) -> Floats:
-        """Return how far points are in front of it [m], shape (…).
+    def towards(self, eye: Floats) -> "SectionPlane":
+        """Return the same plane with its front to the eye.
 
         Args:
-            points: [m], shape (…, 3).
+            eye: [m], shape (3,).
         """
-        return np.asarray(points @ np.array(self.normal) - self.offset)
+        x, y, z = self.normal
+        if np.array(self.normal) @ eye >= self.offset:
+            return self
+        return SectionPlane((-x, -y, -z), -self.offset)
 
 
 def read_plane(text: str) -> SectionPlane:

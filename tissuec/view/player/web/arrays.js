@@ -51,6 +51,17 @@ function vectors(array, frame, step, origin) {
   return found;
 }
 
+// Return the points of an array between two frames, on a cubic if there is time between them.
+function pointsBetween({ film, arrays }, array, [first, second, mixing], origin, span = 0) {
+  const left = 1 - mixing, [from, to] = [first, second].map((frame) => vectors(array, frame, film.step, origin));
+  const speeds = span ? [first, second].map((k) => vectors(arrays.velocity, k, film.rate, [0, 0, 0])) : null;
+  return from.map((value, i) => {
+    const way = to[i] - value, straight = value + mixing * way;
+    if (!speeds) return straight;
+    return straight + mixing * left * (left * (span * speeds[0][i] - way) + mixing * (way - span * speeds[1][i]));
+  });
+}
+
 // Return tables packed column after column as rows, such as the ends of lines.
 function table(array, kind) {
   const { data, low, shape, width } = array;

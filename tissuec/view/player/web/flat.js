@@ -33,19 +33,6 @@ class FlatStage {
 
   finish() {}
 
-  // Return the points of an array between two of its frames, on a cubic if there are velocities.
-  points(array, first, second, mixing, origin, span = 0) {
-    const { film, arrays } = this, left = 1 - mixing;
-    const from = vectors(array, first, film.step, origin), to = vectors(array, second, film.step, origin);
-    const speeds = span ? [first, second].map((k) => vectors(arrays.velocity, k, film.rate, [0, 0, 0])) : null;
-    return from.map((value, i) => {
-      const way = to[i] - value, straight = value + mixing * way;
-      if (!speeds) return straight;
-      return straight + mixing * left
-        * (left * (span * speeds[0][i] - way) + mixing * (way - span * speeds[1][i]));
-    });
-  }
-
   // Draw a moment, counted in frames, as `shown` says.
   draw(moment, camera, shown, look) {
     const { film, arrays, pen, canvas } = this, last = film.times.length - 1;
@@ -61,8 +48,10 @@ class FlatStage {
     this.scale = canvas.height / 2 / camera.half;
     this.nearest = camera.distance / 100;
     this.items = [];
-    const place = this.points(arrays.position, frame, next, mixing, film.origin, span);
+    const place = pointsBetween(this, arrays.position, [frame, next, mixing], film.origin, span);
+    this.cut = shown.section ? shown.section.towards(this.eye) : null;
     if (shown.surface !== "none") this.addSkins(place, moment, shown);
+    if (shown.section && shown.surface !== "none") this.addCap(place, moment, shown.section);
     this.addLines(place, moment, frame, next, mixing, shown);
     if (shown.tools) this.addSolids(place, moment);
     if (shown.forces && film.most.force) this.addForces(place, frame, next, mixing, shown.reach);
@@ -85,6 +74,29 @@ class FlatStage {
     };
   }
 
+  // Return whether points are in front of the section, on average.
+  isCutOff(points) {
+    return this.cut !== null && points.reduce((sum, point) => sum + dot(point, this.cut.normal), 0) > points.length * this.cut.offset;
+  }
+
+  addCap(place, moment, section) {
+    const { points, triangles, ends, part, lines } = section.cut(place, moment), { tints } = this.arrays;
+    const tint = (t) => {
+      const i = triangles[3 * t], nodes = [ends[2 * i], ends[2 * i + 1]];
+      if (this.colourOf) return this.colourOf(nodes);
+      return [0, 1, 2].map((k) => {
+        const [a, b] = nodes.map((node) => (tints.low + tints.data[4 * node + k]) / 255);
+        return a + part[i] * (b - a);
+      });
+    };
+    this.cut = null;
+    this.addFaces(points, triangles, () => true, 1, tint, Boolean(this.colourOf));
+    for (let i = 0; i < lines.length; i += 6) {
+      this.add([lines.slice(i, i + 3), lines.slice(i + 3, i + 6)].map((point) => this.seen(point, 0)), this.film.looks.ink, this.canvas.height / 500);
+    }
+    this.cut = section.towards(this.eye);
+  }
+
   // Return where a point is seen [px], and how far from the eye.
   seen(place, i) {
     const way = [0, 1, 2].map((k) => place[3 * i + k] - this.eye[k]);
@@ -101,7 +113,7 @@ class FlatStage {
 
   addSkins(place, moment, shown) {
     const opacity = shown.surface === "glass" ? 0.38 : 1;
-    const hasSmooth = this.surfaces.length > 0 && !shown.springs && !shown.field;
+    const hasSmooth = this.surfaces.length > 0 && !shown.springs && !shown.field && !shown.section?.count;
     const own = (t) => !(hasSmooth && this.isSmooth(t)) && this.isThere(this.skinLife, t, moment);
     const { looks } = this.film, [lumen, steel] = [looks.lumen, looks.steel].map(hexed), { tints, hollow } = this.arrays;
     const patches = lives(this.arrays["life of patches"]);
@@ -119,7 +131,7 @@ class FlatStage {
       const begun = pieces.filter((piece) => piece.frames[0] <= moment + 1e-6);
       const piece = begun.length ? begun[begun.length - 1] : pieces[0];
       const [first, second, part] = between(piece.frames, moment);
-      this.addFaces(this.points(piece.position, first, second, part, piece.origin), piece.triangles, () => true, opacity, (_, isFront) => (isFront ? piece.tint : lumen));
+      this.addFaces(pointsBetween(this, piece.position, [first, second, part], piece.origin), piece.triangles, () => true, opacity, (_, isFront) => (isFront ? piece.tint : lumen));
     }
   }
 
@@ -130,6 +142,7 @@ class FlatStage {
       if (!isShown(t)) continue;
       const at = [0, 1, 2].map((k) => triangles[3 * t + k]);
       const [a, b, c] = at.map((i) => [0, 1, 2].map((k) => place[3 * i + k]));
+      if (this.isCutOff([a, b, c])) continue;
       const normal = cross(b.map((value, k) => value - a[k]), c.map((value, k) => value - a[k]));
       const size = Math.hypot(...normal) || 1, isFront = dot(normal, a.map((value, k) => this.eye[k] - value)) > 0;
       const facing = this.axes.map((axis) => (dot(normal, axis) / size) * (isFront ? 1 : -1));
@@ -151,6 +164,7 @@ class FlatStage {
         continue;
       }
       if (!shown.springs || s % every) continue;
+      if (this.isCutOff([ends[2 * s], ends[2 * s + 1]].map((i) => [0, 1, 2].map((k) => place[3 * i + k])))) continue;
       let value = (low + (1 - mixing) * data[frame * width + s] + mixing * data[next * width + s]) / film.steps.tension;
       if (shown.colour === "strain") value = this.strain(place, s) / (film.most.strain || 1);
       const series = film.looks.series[(arrays.law.low + arrays.law.data[s]) % film.looks.series.length];
@@ -179,6 +193,7 @@ class FlatStage {
       const corners = ends.map((end) => this.seen(end, 0));
       this.add(corners, steel, Math.max(2, (2 * radius * this.scale) / corners[0][2]));
     }
+    this.cut = null;  // instruments stay whole
     const life = lives(arrays["life of held"]), ends = table(arrays.held, Int32Array);
     for (let i = 0; i < life.length / 2; i += 1) {
       if (!this.isThere(life, i, moment)) continue;

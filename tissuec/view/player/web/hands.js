@@ -4,7 +4,7 @@ const KEYS = [
   ["space", "play or pause"], ["← →", "one frame back or forward; ten with Alt"], ["Home, End", "to the start, to the end"],
   ["n, p", "to the next or previous event"], ["↑ ↓", "faster, slower"], ["l", "repeat or play once"],
   ["+ −", "zoom in, out"], ["Shift + arrows", "rotate"], ["1 2 3", "look along x, y, z"], ["r", "reset the view"],
-  ["c", "change the colours of the springs"], ["s, u, i, e, f", "springs, surface, instruments, resultant forces, forces on nodes"], ["t", "light or dark"],
+  ["c", "change the colours of the springs"], ["s, u, i, e, f", "springs, surface, instruments, resultant forces, forces on nodes"], ["x", "section: cut open or closed"], ["t", "light or dark"],
   ["drag, scroll", "rotate, zoom; with Shift or the right button, pan"], ["two fingers", "zoom, pan"],
 ];
 const LOOKS = [[180, 0], [-90, 0], [-90, 90]];  // azimuth and elevation along x, y, z
@@ -115,6 +115,7 @@ const hands = {
       p: () => this.event(-1),
       l: () => byId("loop").click(),
       t: () => this.nextTheme(),
+      x: () => this.openSection(!this.section.isOn),
       s: flip("springs"),
       i: flip("tools"),
       f: flip("forces"),

@@ -17,6 +17,7 @@ out float shade;
 out float along;
 out float dashed;
 out float away;
+out vec3 eyed;
 
 void main() {
   // Four corners of each line: along, 0 or 1, and across, -1 or 1.
@@ -55,6 +56,7 @@ void main() {
   along = corner.x * length / dashes;
   dashed = colouring == 2 ? float(int(law) / 7 > 0) : colouring < 2 && value < -0.12 ? 1.0 : 0.0;
   away = here.w;
+  eyed = corner.x < 0.5 ? a : b;
 }
 // ---- fragment
 in vec3 tint;
@@ -62,9 +64,11 @@ in float shade;
 in float along;
 in float dashed;
 in float away;
+in vec3 eyed;
 out vec4 colour;
 
 void main() {
+  if (isCutOff(eyed)) discard;
   if (dashed > 0.5 && fract(along + 0.25) > 0.6) discard;
   colour = vec4(ramp >= 0 ? fieldColour(shade) : hazy(tint, away, 0.62), 1.0);
 }

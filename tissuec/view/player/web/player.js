@@ -37,6 +37,7 @@ class Player {
     if (film.quantities.length > 1) this.pair = new PairChart(byId("curves"), this);
     this.prepareFields();
     this.prepareControls(hasSkin);
+    this.prepareSection();
     this.listen();
     this.theme("auto");
     this.time = Math.max(this.range[0], Math.min(this.range[1], film.start));
@@ -159,7 +160,7 @@ class Player {
     const time = Math.min(this.time, this.range[1]), { shown } = this;
     const [frame, , part] = between(this.film.times, time);
     this.stage.draw(frame + part, this.camera, {
-      ...shown, field: this.chosen, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
+      ...shown, field: this.chosen, section: this.section.isOn ? this.section : null, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
     }, this.look);
     this.pulls.draw(frame + part, this.camera, shown.results);
     this.drawn += 1;
@@ -173,6 +174,7 @@ class Player {
     }
     for (const chart of this.charts) chart.show(time);
     this.pair?.show(time);
+    this.drawSection();
     this.drawRuler();
     this.drawTriad();
   }
@@ -231,7 +233,7 @@ class Player {
     return {
       time: this.time, frame: Math.round(stop + part), frames: this.stops.length, moment,
       playing: this.isPlaying, speed: this.speed, loops: this.loops, pictures: this.drawn,
-      ...this.stage.count(moment), shown: { ...shown }, look: this.look,
+      ...this.stage.count(moment), shown: { ...shown }, look: this.look, section: this.section.state(),
       camera: {
         azimuth: camera.azimuth, elevation: camera.elevation, distance: camera.distance,
         target: [...camera.target], aspect: camera.aspect,
@@ -241,7 +243,7 @@ class Player {
 }
 
 // Controls and hands have files of their own.
-for (const part of [panel, legend, hands]) Object.defineProperties(Player.prototype, Object.getOwnPropertyDescriptors(part));
+for (const part of [panel, legend, cutting, hands]) Object.defineProperties(Player.prototype, Object.getOwnPropertyDescriptors(part));
 
 function refuse(text) {
   const notice = byId("notice");
@@ -275,6 +277,7 @@ window.tissuec = {
   draw: () => ready.then((player) => { player.draw(); player.stage.finish(); }),
   set: (name, value) => ready.then((player) => player.set(name, value)),
   look: (azimuth, elevation) => ready.then((player) => { player.camera.turnTo(azimuth, elevation); player.turned(); }),
+  cut: (name, offset) => ready.then((player) => { player.openSection(true); player.cutAcross(name); player.cutAt(offset); }),
   ticks,
   seen: (point) => ready.then((player) => player.camera.seen(point)),
 };

@@ -61,6 +61,11 @@ vec3 readable(vec3 base, vec3 normal, vec3 at) {
   return base * (0.84 + 0.16 * abs(dot(normal, normalize(-at))));
 }
 
+uniform vec4 cut;  // normal of the section, as the eye sees it, and its offset
+
+// Whether a point is in front of the section.
+bool isCutOff(vec3 at) { return dot(cut.xyz, at) > cut.w; }
+
 vec3 hazy(vec3 colour, float away, float most) {
   return mix(colour, paper, most * smoothstep(haze.x, haze.y, away));
 }

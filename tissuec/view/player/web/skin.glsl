@@ -50,6 +50,7 @@ uniform float opacity, paler;
 out vec4 colour;
 
 void main() {
+  if (isCutOff(at)) discard;
   vec3 normal = normalize(facing);
   if (dot(facing, facing) < 1e-20) normal = normalize(cross(dFdx(at), dFdy(at)));
   vec3 outside = mix(mix(tint.rgb, steel, held), paper, paler);

@@ -37,6 +37,7 @@ uniform vec3 base;
 out vec4 colour;
 
 void main() {
+  if (isCutOff(at)) discard;
   vec3 normal = normalize(facing);
   if (dot(normal, at) > 0.0) normal = -normal;
   colour = vec4(hazy(lit(base, normal, at, 0.25), -at.z, 0.3), 1.0);

@@ -43,6 +43,7 @@ class Stage {
     this.makeSkin();
     this.makeSurfaces();
     this.makeSolids();
+    this.cap = new Cap(this);
     this.instruments = new Instruments(this);
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
@@ -282,12 +283,14 @@ class Stage {
       withSprings: shown.springs && this.lines.count > 0, paper: hexed(isDark ? looks.paper_dark : looks.paper),
       haze: [distance - 0.25 * size, distance + 0.9 * size],
       screen: [gl.drawingBufferWidth, gl.drawingBufferHeight], ...this.showField(shown.field, frame, next),
+      ...cutOff(shown.section, camera, view),
     };
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.places.show(frame, next).bind(UNITS.place0);
     if (span) this.rates.show(frame, next).bind(UNITS.rate0);
     if (shown.tools) this.drawSolids(common, looks);
+    if (shown.section && shown.surface !== "none") this.cap.draw(common, shown.section, [frame, next, mixing], isDark ? looks.ink_dark : looks.ink);
     if (shown.surface === "solid") this.drawSkins(common, moment, frame, next, 1);
     if (shown.springs) this.drawLines(common, frame, next, shown);
     this.drawRound(this.dots, common, isDark ? looks.ink_dark : looks.steel);
@@ -327,9 +330,9 @@ class Stage {
     const { film, skin } = this, { looks } = film, isNet = common.withSprings;
     // The skin steps back where springs lie on it, whose colours say something.
     const values = { ...common, opacity, inside: hexed(looks.lumen), steel: hexed(looks.steel), paler: isNet ? 0.4 : 0 };
-    const isOwn = isNet || common.ramp >= 0;  // smooth surfaces have no nodes that fields are known at
+    const isOwn = isNet || common.ramp >= 0 || common.isOpen;  // smooth surfaces have no nodes that fields are known at
     const shown = isOwn ? [] : this.surfaces.map((pieces) => this.pieceAt(pieces, moment)).filter(Boolean);
-    const count = this.surfaces.length && !isOwn ? skin.bare : skin.count, isRounded = !isNet && !skin.isFine;
+    const count = this.surfaces.length && !isOwn ? skin.bare : skin.count, isRounded = !isNet && !skin.isFine && !common.isOpen;
     const sides = opacity < 1 ? [this.gl.FRONT, this.gl.BACK] : [null];
     for (const side of sides) {
       if (count) {
@@ -384,10 +387,11 @@ class Stage {
   }
 
   drawSolids(common, looks) {
-    this.drawRound(this.tools, common, looks.steel);
-    this.drawRound(this.openings, common, looks.steel, 0.3 * this.film.view.size);
-    this.instruments.draw(common, looks);
-    this.drawRound(this.threads, common, looks.silk);
+    const whole = { ...common, cut: [0, 0, 0, 1] };
+    this.drawRound(this.tools, whole, looks.steel);
+    this.drawRound(this.openings, whole, looks.steel, 0.3 * this.film.view.size);
+    this.instruments.draw(whole, looks);
+    this.drawRound(this.threads, whole, looks.silk);
     this.drawRound(this.held, common, looks.steel);
   }
 

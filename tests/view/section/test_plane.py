@@ -1,0 +1,55 @@
+"""Planes as people write them."""
+
+import numpy as np
+import pytest
+
+from tissuec.view.section.plane import SectionPlane, read_plane
+
+
+@pytest.mark.parametrize(
+    ("text", "normal", "offset"),
+    [
+        ("z = 6 mm", (0, 0, 1), 6e-3),
+        ("x=-2.5cm", (1, 0, 0), -0.025),
+        ("y = 0", (0, 1, 0), 0.0),
+        ("through (0, 0, 6) mm facing (0, 3, 4)", (0, 0.6, 0.8), 4.8e-3),
+        ("plane through (1, 1, 1) m facing (0, 0, -2)", (0, 0, -1), -1.0),
+        ("along plane through (0,0,0) facing (1,0,0)", (1, 0, 0), 0.0),
+    ],
+)
+def test_a_plane_is_read_and_written(text, normal, offset):
+    plane = read_plane(text)
+    assert plane.normal == pytest.approx(normal) and plane.offset == pytest.approx(offset)
+    again = read_plane(plane.text)
+    assert again.normal == pytest.approx(normal, abs=1e-4)
+    assert again.offset == pytest.approx(offset, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "marked", "said"),
+    [
+        ("z = 6", "6", 'write "z = 6 mm"'),
+        ("z = 6 kg", "kg", "no unit of length"),
+        ("z = 6 parsecs", "parsecs", "not a unit"),
+        ("w = 3 mm", "w = 3 mm", 'write "z = 6 mm"'),
+        ("z > 6 mm", "> 6 mm", "no plane"),
+        ("z = 6 mm and more", "and more", "no plane"),
+        ("through (1, 2, 3) facing (0, 0, 1)", ")", "(1, 2, 3) mm facing"),
+        ("through (1, 2, 3) mm facing up", "up", "no plane"),
+        ("through (0, 0, 1) mm facing (0, 0, 0)", "(0, 0, 0)", "faces some direction"),
+        ("z = 1e400 mm", "z = 1e400 mm", "too large"),
+    ],
+)
+def test_what_is_wrong_is_marked(text, marked, said):
+    with pytest.raises(ValueError, match="\n") as caught:
+        read_plane(text)
+    message, line, carets = str(caught.value).split("\n")
+    assert said in message and line.strip() == text
+    begin = carets.index("^")
+    assert line[begin : len(carets)] == marked
+
+
+def test_the_front_is_turned_to_the_eye():
+    plane = SectionPlane((0.0, 0.0, 1.0), 2.0)
+    assert plane.towards(np.array([0.0, 0.0, 5.0])) is plane
+    assert plane.towards(np.array([0.0, 0.0, 1.0])) == SectionPlane((0.0, 0.0, -1.0), -2.0)

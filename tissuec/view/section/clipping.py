@@ -1,0 +1,36 @@
+"""Triangles without what stands in front of a plane."""
+
+import numpy as np
+
+from tissuec.model.network import Floats, Indices
+
+
+def clipped(values: Floats, height: Floats) -> tuple[Floats, Indices]:
+    """Return the parts of triangles that are not in front of a plane.
+
+    Args:
+        values: At their corners, places and whatever changes evenly between these, in any
+            units, shape (triangle, 3, value).
+        height: Of the corners in front of the plane [m], shape (triangle, 3).
+
+    Returns:
+        Values of shape (part, 3, value), and the triangle of each part, shape (part,).
+    """
+    front = height > 0.0
+    count = front.sum(axis=1)
+    whole = np.flatnonzero(count == 0)
+    parts, of = [values[whole]], [whole]
+    for many in (1, 2):
+        chosen = np.flatnonzero(count == many)
+        # The corner that is alone on its side first.
+        alone = front[chosen] if many == 1 else ~front[chosen]
+        turn = (alone.argmax(axis=1)[:, None] + np.arange(3)) % 3
+        rows = chosen[:, None]
+        (a, b, c), (p, q, r) = values[rows, turn].swapaxes(0, 1), height[rows, turn].T
+        ab = a + (p / (p - q))[:, None] * (b - a)
+        ac = a + (p / (p - r))[:, None] * (c - a)
+        pieces = [(ab, b, c), (ab, c, ac)] if many == 1 else [(a, ab, ac)]
+        for piece in pieces:
+            parts.append(np.stack(piece, axis=1))
+            of.append(chosen)
+    return np.concatenate(parts), np.concatenate(of)

@@ -1,0 +1,137 @@
+"""The section of filled bodies by a plane: polygons, pieces of one tissue, and outlines."""
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.geometry.sections import SectionPolygons, plane_section
+from tissuec.model.network import Floats, Indices
+from tissuec.view.section.clipping import clipped
+from tissuec.view.section.plane import SectionPlane
+
+
+class CrossSection(Struct, frozen=True, eq=False):
+    """Where a plane cuts filled bodies.
+
+    Within a tetrahedron, the share of a tissue is 1 at its nodes, 0 at others, and linear in
+    between. A piece belongs to the tissue that has half of it or more, else to that with most.
+
+    Attributes:
+        polygons: In turn to the left as seen from the front of the plane.
+        corners: Of these [m], shape (polygon, 4, 3).
+        pieces: Triangles of one tissue each, which cover the polygons [m], shape (piece, 3, 3).
+        tissue: Number of the tissue of each, shape (piece,).
+        borders: Outlines of bodies and of tissues [m], shape (segment, 2, 3).
+    """
+
+    polygons: SectionPolygons
+    corners: Floats
+    pieces: Floats
+    tissue: Indices
+    borders: Floats
+
+    @property
+    def triangles(self) -> tuple[Indices, Indices]:
+        """Return triangles of the polygons: the polygon, and three of its four corners.
+
+        The shapes are (triangle,) and (triangle, 3).
+        """
+        return _triangles(self.polygons)
+
+    def areas(self, count: int) -> Floats:
+        """Return the area of each of so many tissues [m²], shape (count,)."""
+        return np.bincount(self.tissue, self.area, count).astype(float)
+
+    @property
+    def area(self) -> Floats:
+        """Return the area of each piece [m²], shape (piece,)."""
+        a, b, c = self.pieces.swapaxes(0, 1)
+        return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0
+
+
+def cross_section(
+    position: Floats, tetrahedra: Indices, tissue: Indices, count: int, plane: SectionPlane
+) -> CrossSection:
+    """Return where a plane cuts tetrahedra.
+
+    Args:
+        position: Of nodes [m], shape (node, 3).
+        tetrahedra: Corners, shape (tetrahedron, 4).
+        tissue: Number of the tissue of each node, shape (node,).
+        count: How many tissues there are.
+        plane: The plane.
+    """
+    found = plane_section(position, tetrahedra, np.array(plane.normal), plane.offset)
+    corners = found.mixed(position)
+    shares = found.mixed((tissue[:, None] == np.arange(count)).astype(float))
+    of, three = _triangles(found)
+    rows = of[:, None]
+    values = np.concatenate([corners[rows, three], shares[rows, three]], axis=2)
+    borders = [_outline(found, corners), *(_contour(values, k) for k in range(1, count))]
+    pieces, numbers = _pieces(values, count)
+    return CrossSection(found, corners, pieces, numbers, np.concatenate(borders))
+
+
+def _triangles(polygons: SectionPolygons) -> tuple[Indices, Indices]:
+    """Return the polygon of each triangle, and three of its corners; see ``CrossSection``."""
+    number, ends, part = np.arange(len(polygons.cell)), polygons.ends, polygons.part
+    is_quad = (ends[:, 2] != ends[:, 3]).any(axis=1) | (part[:, 2] != part[:, 3])
+    is_quad &= (ends[:, 0] != ends[:, 1]).any(axis=1) | (part[:, 0] != part[:, 1])
+    of = np.concatenate([number, number[is_quad]])
+    corners = np.tile([0, 2, 3], (len(of), 1))
+    corners[: len(number)] = np.where(
+        ((ends[:, 0] == ends[:, 1]).all(axis=1) & (part[:, 0] == part[:, 1]))[:, None],
+        [0, 2, 3],
+        [0, 1, 2],
+    )
+    return of, corners
+
+
+def _pieces(values: Floats, count: int) -> tuple[Floats, Indices]:
+    """Return triangles of one tissue each [m], shape (piece, 3, 3), and their tissues.
+
+    Args:
+        values: At the corners of triangles: places [m], and shares of tissues, shape
+            (triangle, 3, 3 + tissue).
+        count: How many tissues there are.
+    """
+    pieces, tissue = list[Floats](), list[Indices]()
+    for number in range(1, count):
+        share = values[..., 3 + number]
+        own = clipped(values, 0.5 - share)[0]
+        pieces.append(own[..., :3])
+        tissue.append(np.full(len(own), number))
+        values = clipped(values, share - 0.5)[0]
+    pieces.append(values[..., :3])
+    tissue.append(values[..., 3:].mean(axis=1).argmax(axis=1))
+    return np.concatenate(pieces), np.concatenate(tissue)
+
+
+def _contour(values: Floats, number: int) -> Floats:
+    """Return where a tissue has half a share [m], shape (segment, 2, 3).
+
+    Args:
+        values: As for ``_pieces``.
+        number: Of the tissue.
+    """
+    height = values[..., 3 + number] - 0.5
+    front = height > 0.0
+    mixed = np.flatnonzero(front.any(axis=1) & ~front.all(axis=1))
+    alone = np.where(front[mixed].sum(axis=1)[:, None] == 1, front[mixed], ~front[mixed])
+    turn = (alone.argmax(axis=1)[:, None] + np.arange(3)) % 3
+    rows = mixed[:, None]
+    (a, b, c), (p, q, r) = values[rows, turn, :3].swapaxes(0, 1), height[rows, turn].T
+    first, second = (a + (p / (p - h))[:, None] * (to - a) for to, h in ((b, q), (c, r)))
+    return np.stack([first, second], axis=1)
+
+
+def _outline(polygons: SectionPolygons, corners: Floats) -> Floats:
+    """Return the sides of polygons that are in the surface [m], shape (segment, 2, 3)."""
+    sides = np.stack([polygons.ends, np.roll(polygons.ends, -1, axis=1)], axis=2)
+    nodes = np.sort(sides.reshape(-1, 4), axis=1)
+    # The edges of a tetrahedron at both ends of a side have three nodes: those of a face.
+    twice = (nodes[:, 1:] == nodes[:, :-1]).argmax(axis=1)
+    faces = np.where(np.arange(3) >= twice[:, None], nodes[:, 1:], nodes[:, :-1])
+    place = np.flatnonzero((np.diff(faces, axis=1) > 0).all(axis=1))  # others have no length
+    _, first, count = np.unique(faces[place], axis=0, return_index=True, return_counts=True)
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+    return ends[place[first[count == 1]]]

@@ -1,0 +1,66 @@
+"""The section of a film by a plane at a moment."""
+
+import numpy as np
+
+from tissuec.core.errors import TissueError
+from tissuec.core.scale import scale_of
+from tissuec.model.network import Floats
+from tissuec.view.player.film import PlayerData
+from tissuec.view.player.moment import position_at
+from tissuec.view.section.cross_section import CrossSection, cross_section
+from tissuec.view.section.plane import SectionPlane
+
+
+def section(film: PlayerData, at: float, plane: SectionPlane) -> CrossSection:
+    """Return where a plane cuts the filled bodies of a film.
+
+    Args:
+        film: The film.
+        at: Moment, in frames.
+        plane: The plane.
+    """
+    place, cells = position_at(film, at)[: film.node_count], film.cells.there(at)
+    return cross_section(place, cells, film.tissue, len(film.tissues), plane)
+
+
+def check_plane(film: PlayerData, plane: SectionPlane, at: float | None) -> None:
+    """Check that a plane meets what there is at a moment.
+
+    Args:
+        film: The film.
+        plane: The plane.
+        at: Moment, in frames; any moment if None.
+
+    Raises:
+        TissueError: It does not; says how far the bodies reach.
+    """
+    if at is None:
+        check_reach(film.position[:, : film.node_count], plane, "at any time")
+        return
+    time = film.clock.text(float(np.interp(at, np.arange(len(film.times)), film.times)))
+    check_reach(position_at(film, at)[: film.node_count], plane, f"at {time}")
+
+
+def check_reach(position: Floats, plane: SectionPlane, when: str) -> None:
+    """Check that a plane meets some nodes.
+
+    Args:
+        position: Of the nodes [m], shape (…, 3).
+        plane: The plane.
+        when: For the message, such as "at 80 ms".
+
+    Raises:
+        TissueError: All are on one side; says how far they reach.
+    """
+    height = position @ np.array(plane.normal)
+    low, high = float(height.min()), float(height.max())
+    if low <= plane.offset <= high:
+        return
+    scale = scale_of("m", [low, high, plane.offset])
+    where = f"in {plane.axis}" if plane.axis else "in that direction"
+    if not plane.axis:
+        where += f", and the plane is at {scale.text(plane.offset)}"
+    ends = f"{scale.of(low) + 0.0:.4g} to {scale.text(high)}"
+    raise TissueError(
+        f"the plane {plane.text} meets nothing {when}: the bodies extend from {ends} {where}"
+    )
