@@ -23,6 +23,7 @@ from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.projection import Projection, viewpoint
 from tissuec.view.plots.solid import Mask, front_nodes, seen_springs, solid_nodes
 from tissuec.view.plots.subjects import PlotSubject
+from tissuec.view.section.plane import SectionPlane, read_plane
 
 if TYPE_CHECKING:
     from matplotlib.colors import Normalize
@@ -59,6 +60,7 @@ class FramesPlot(Struct, frozen=True):
     Attributes:
         times: When [s]; some moments that differ, from the first to the last, if none is named.
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
+        section: A plane by which bodies are cut open, or its text; their outside if None.
         show: "springs", "skin", or "surface" for the smooth one that a scene asked for.
     """
 
@@ -76,12 +78,21 @@ class FramesPlot(Struct, frozen=True):
     show: Annotated[str, Option(f"Parts to show: {', '.join(SHOWN)}.", "|".join(SHOWN))] = (
         "springs"
     )
+    section: Annotated[
+        SectionPlane | str | None,
+        Option(
+            'The section by a plane: "z = 6 mm", or "through (0, 0, 6) mm facing (0, 1, 1)".',
+            "PLANE",
+            read_plane,
+        ),
+    ] = None
 
     def picture(self, subjects: Sequence[PlotSubject]) -> Picture:
         """Return the picture of some frames.
 
         Raises:
-            TissueError: ``show`` is unknown, or the result has no frames, skins or surfaces.
+            TissueError: ``show`` is unknown, or the result has no frames, skins or surfaces, or
+                the plane meets nothing.
         """
         subject = subjects[0]
         trajectory: Trajectory = subject.content
@@ -89,6 +100,11 @@ class FramesPlot(Struct, frozen=True):
             raise TissueError(f'"{self.show}" cannot be shown; there are: {", ".join(SHOWN)}')
         if not len(trajectory.times):
             raise no_frames(trajectory)
+        if self.section is not None:
+            plane = self.section
+            return self._cut_open(
+                read_plane(plane) if isinstance(plane, str) else plane, subjects
+            )
         shown = Shown.of(self, trajectory)
         columns, height = shown.layout()
 
@@ -97,6 +113,20 @@ class FramesPlot(Struct, frozen=True):
             say_unfinished(sheet, subjects)
 
         return Picture(WIDTH, height, draw, shown.notes)
+
+    def _cut_open(
+        self, section: SectionPlane | str, subjects: Sequence[PlotSubject]
+    ) -> Picture:
+        """Return the picture of a section."""
+        from tissuec.view.plots.section_frames import section_picture
+
+        if self.view is not None or self.show != "springs":
+            what = "--from" if self.view is not None else "--show"
+            raise TissueError(f"a section is seen from its front and has regions: omit {what}")
+        plane = read_plane(section) if isinstance(section, str) else section
+        trajectory: Trajectory = subjects[0].content
+        chosen = moments(trajectory, self.times)
+        return section_picture(subjects, plane, {one.frame: one.title for one in chosen})
 
 
 def moments(trajectory: "Trajectory", times: Sequence[float]) -> list[ChosenFrame]:

@@ -1,4 +1,4 @@
-"""Triangles without what stands in front of a plane."""
+"""Triangles without what stands in front of a plane, and where it meets them."""
 
 import numpy as np
 
@@ -34,3 +34,20 @@ def clipped(values: Floats, height: Floats) -> tuple[Floats, Indices]:
             parts.append(np.stack(piece, axis=1))
             of.append(chosen)
     return np.concatenate(parts), np.concatenate(of)
+
+
+def met(values: Floats, height: Floats) -> Floats:
+    """Return where a plane meets triangles, shape (segment, 2, value).
+
+    Args:
+        values: At their corners, in any units, shape (triangle, 3, value).
+        height: Of the corners in front of the plane [m], shape (triangle, 3).
+    """
+    front = height > 0.0
+    rows = np.flatnonzero(front.any(axis=1) & ~front.all(axis=1))
+    alone = np.where(front[rows].sum(axis=1)[:, None] == 1, front[rows], ~front[rows])
+    turn = (alone.argmax(axis=1)[:, None] + np.arange(3)) % 3
+    rows = rows[:, None]
+    (a, b, c), (p, q, r) = values[rows, turn].swapaxes(0, 1), height[rows, turn].T
+    first, second = (a + (p / (p - h))[:, None] * (to - a) for to, h in ((b, q), (c, r)))
+    return np.stack([first, second], axis=1)

@@ -5,7 +5,7 @@ from msgspec import Struct
 
 from tissuec.geometry.sections import SectionPolygons, plane_section
 from tissuec.model.network import Floats, Indices
-from tissuec.view.section.clipping import clipped
+from tissuec.view.section.clipping import clipped, met
 from tissuec.view.section.plane import SectionPlane
 
 
@@ -66,7 +66,8 @@ def cross_section(
     of, three = _triangles(found)
     rows = of[:, None]
     values = np.concatenate([corners[rows, three], shares[rows, three]], axis=2)
-    borders = [_outline(found, corners), *(_contour(values, k) for k in range(1, count))]
+    contours = [met(values[..., :3], values[..., 3 + k] - 0.5) for k in range(1, count)]
+    borders = [_outline(found, corners), *contours]
     pieces, numbers = _pieces(values, count)
     return CrossSection(found, corners, pieces, numbers, np.concatenate(borders))
 
@@ -104,24 +105,6 @@ def _pieces(values: Floats, count: int) -> tuple[Floats, Indices]:
     pieces.append(values[..., :3])
     tissue.append(values[..., 3:].mean(axis=1).argmax(axis=1))
     return np.concatenate(pieces), np.concatenate(tissue)
-
-
-def _contour(values: Floats, number: int) -> Floats:
-    """Return where a tissue has half a share [m], shape (segment, 2, 3).
-
-    Args:
-        values: As for ``_pieces``.
-        number: Of the tissue.
-    """
-    height = values[..., 3 + number] - 0.5
-    front = height > 0.0
-    mixed = np.flatnonzero(front.any(axis=1) & ~front.all(axis=1))
-    alone = np.where(front[mixed].sum(axis=1)[:, None] == 1, front[mixed], ~front[mixed])
-    turn = (alone.argmax(axis=1)[:, None] + np.arange(3)) % 3
-    rows = mixed[:, None]
-    (a, b, c), (p, q, r) = values[rows, turn, :3].swapaxes(0, 1), height[rows, turn].T
-    first, second = (a + (p / (p - h))[:, None] * (to - a) for to, h in ((b, q), (c, r)))
-    return np.stack([first, second], axis=1)
 
 
 def _outline(polygons: SectionPolygons, corners: Floats) -> Floats:

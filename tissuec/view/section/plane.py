@@ -48,6 +48,24 @@ class SectionPlane(Struct, frozen=True):
                            (point, self.normal))  # fmt: skip
         return f"through ({through}) {size.unit} facing ({facing})"
 
+    @property
+    def basis(self) -> Floats:
+        """Return two unit vectors in the plane, to the right and upwards, shape (2, 3)."""
+        if self.normal[:2] == (0.0, 0.0):
+            return np.eye(3)[:2]
+        normal = np.array(self.normal)
+        right = np.cross([0.0, 0.0, 1.0], normal)
+        right /= np.linalg.norm(right)
+        if right[np.abs(right).argmax()] < 0.0:  # seen from the other side
+            right, normal = -right, -normal
+        return np.stack([right, np.cross(normal, right)])
+
+    @property
+    def labels(self) -> tuple[str, str]:
+        """Return what to call the directions of the basis: axes, or vectors."""
+        right, up = self.basis
+        return _named(right), _named(up)
+
     def towards(self, eye: Floats) -> "SectionPlane":
         """Return the same plane with its front to the eye.
 
@@ -58,6 +76,13 @@ class SectionPlane(Struct, frozen=True):
         if np.array(self.normal) @ eye >= self.offset:
             return self
         return SectionPlane((-x, -y, -z), -self.offset)
+
+
+def _named(direction: Floats) -> str:
+    largest = int(np.abs(direction).argmax())
+    if direction[largest] == 1.0:
+        return _AXES[largest]
+    return f"along ({', '.join(f'{one + 0.0:.2g}' for one in direction)})".replace("-", "−")
 
 
 def read_plane(text: str) -> SectionPlane:

@@ -69,7 +69,7 @@ const cutting = {
   drawSection() {
     const { section, camera } = this;
     if (!section.isOn) return;
-    const area = section.count ? `, cut face ${digits(1e6 * section.area)} mm²` : "";
+    const area = section.count && !this.film.thinned ? `, cut face ${digits(1e6 * section.area)} mm²` : "";
     byId("where").textContent = this.sectionText() + area;
     const [x, y] = camera.seen(this.handlePoint(section.offset)), { style } = byId("handle");
     const inside = (value) => `${50 + 50 * Math.max(-0.94, Math.min(0.94, value))}%`;
