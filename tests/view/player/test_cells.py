@@ -114,3 +114,26 @@ def test_bodies_without_inner_nodes_may_be_filled():
     slab = LATTICE.replace("(40, 20, 10)", "(40, 20, 5)")
     result = tissuec.run(BLOCK.replace("MESH", slab), companion="off")
     assert read_film(result, Options()).cells.filled == ("block",)
+
+
+def test_large_bodies_are_divided_only_for_a_section(monkeypatch):
+    from tissuec.view.player import reading
+    from tissuec.view.player.page import render_film
+    from tissuec.view.section.plane import read_plane
+
+    monkeypatch.setattr(reading, "MOST_NODES", 10)
+    result = tissuec.run(BLOCK.replace("MESH", LATTICE), companion="off")
+    film = read_film(result, Options())
+    assert film.cells.left_out == ("block",) and not len(film.cells.tetrahedra)
+    assert "block has more than" in render_film(film, result)
+    asked = read_film(result, Options(section=read_plane("z = 5 mm"), cells=False))
+    assert asked.cells.filled == ("block",)
+
+
+def test_thinned_bodies_stay_filled():
+    uncut = BLOCK.replace("MESH", LATTICE).replace("  at 5 ms: cut", "  # cut")
+    result = tissuec.run(uncut, companion="off")
+    whole, few = (read_film(result, Options(nodes=nodes)) for nodes in (None, 100))
+    assert few.node_count < 110 < whole.node_count
+    content = volumes(np.asarray(few.position[0], dtype=float), few.cells.tetrahedra)
+    assert np.abs(content).sum() == pytest.approx(8e-6, rel=0.35)  # some lie over others
