@@ -53,10 +53,10 @@ def test_a_result_file_is_about_as_large_as_said(output, tmp_path):
     ],
 )
 def test_results_of_shipped_scenes_are_about_as_large_as_said(name, shipped):
-    """Frames, logs, energies, tools and cuts together; events and cuts are not foreseen."""
+    """Frames, logs, energies, tools, events and cuts together."""
     scene = library() / "scenes" / f"{name}.tis"
     said = predict(compile_request(Request.file(scene))[0]).bytes
-    assert said == pytest.approx(shipped(name).path.stat().st_size, rel=0.2)
+    assert said == pytest.approx(shipped(name).path.stat().st_size, rel=0.1)
 
 
 def test_a_run_without_output_writes_no_large_file(tmp_path):

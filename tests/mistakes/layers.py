@@ -451,14 +451,14 @@ MISTAKES = {
         "forces of forceps A every",
         "TIS701",
         "forces",
-        'did you mean "force"?  outputs: trajectory, precision, blocks, surface, distan',
+        'did you mean "force"?  outputs: trajectory, precision, compress, blocks, surfa',
     ),
     "output unknown": M(
         "force of forceps A every",
         "stress of strip every",
         "TIS701",
         "stress",
-        "outputs: trajectory, precision, blocks, surface, distance, elastic energy, ene",
+        "outputs: trajectory, precision, compress, blocks, surface, distance, elastic en",
     ),
     "output at a rate": M(
         "force of forceps A every 1 ms",

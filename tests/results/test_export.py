@@ -166,6 +166,7 @@ def test_the_summary_counts_what_the_file_holds(read, example):
         "nodes": 23,
         "springs": 42 - 4,
         "precision": "double",
+        "compressed": False,
         "first_time": 0.0,
         "last_time": example.time[-1],
     }

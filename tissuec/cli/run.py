@@ -3,9 +3,10 @@
 import gc
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
+from msgspec.structs import replace
 
 from tissuec.cli import USUAL_THRESHOLDS
 from tissuec.cli.common import (
@@ -28,6 +29,7 @@ from tissuec.core.units import TIME, show
 from tissuec.engine.execution.signals import SIGNALLED, exit_code
 from tissuec.results import wording
 from tissuec.results.promise import Promise
+from tissuec.script.plan import PRECISIONS, SINGLE
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled
@@ -79,6 +81,12 @@ _CODES = {"done": DONE, "diverged": STOPPED, "stuck": STOPPED}
     is_flag=True,
     help="Also write a blocks file for ParaView, with the parts of bodies, joints and tools.",
 )
+@click.option(
+    "--precision",
+    type=click.Choice(PRECISIONS),
+    help="Precision of frames and surfaces in the result, instead of that of the scene.",
+)
+@click.option("--compress", is_flag=True, help="Compress frames and surfaces, without loss.")
 @click.option("--twin/--no-twin", default=None, hidden=True, help="Former names: auto, off.")
 @scene_options
 def command(
@@ -90,6 +98,8 @@ def command(
     companion: "Mode",
     threads: int | None,
     blocks: bool,
+    precision: str | None,
+    compress: bool,
     twin: bool | None,
     **options: Any,
 ) -> int:
@@ -104,6 +114,9 @@ def command(
     _check_endings(output, folder)
     if output is not None and (len(scenes) > 1 or folder is not None):
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")
+    storage = _Storage(precision, compress)
+    if resume and storage.is_asked_for:
+        raise click.UsageError("a resumed run stores its frames as it began")
     companion = "off" if twin is False else companion
     codes: list[int] = []
     documents: list[dict[str, Any]] = []
@@ -118,6 +131,7 @@ def command(
             companion=companion,
             threads=threads,
             blocks=blocks,
+            storage=storage,
             **options,
         )
         codes.append(code)
@@ -127,6 +141,35 @@ def command(
     if settings.json:
         print_json(documents[0] if len(scenes) == 1 else documents)
     return max(codes)
+
+
+class _Storage(NamedTuple):
+    """How frames are stored, as far as the command line says it."""
+
+    precision: str | None
+    compress: bool
+
+    @property
+    def is_asked_for(self) -> bool:
+        """Return whether it differs from what the scene says."""
+        return self.compress or self.precision is not None
+
+    def of(self, compiled: "Compiled") -> "Compiled":
+        """Return a scene that is stored so; PlaceError if it stores no frames."""
+        from tissuec.results.errors import PlaceError
+
+        output = compiled.plan.output
+        if not self.is_asked_for:
+            return compiled
+        if not (len(output.frames) or output.surfaces):
+            option = "--compress" if self.compress else "--precision"
+            raise PlaceError(
+                f"{compiled.scene.source.name} records no frames for {option}; write in the "
+                "scene: output { trajectory every 10 ms }"
+            )
+        single = output.single if self.precision is None else self.precision == SINGLE
+        output = replace(output, single=single, compress=self.compress or output.compress)
+        return replace(compiled, plan=replace(compiled.plan, output=output))
 
 
 #: What writes files of other kinds from a result, by their endings.
@@ -201,7 +244,7 @@ def _again(
 
 def _run_one(
     path: Path, target: Path, again: str, settings: Settings, *,
-    resume: bool, companion: "Mode", threads: int | None, blocks: bool,
+    resume: bool, companion: "Mode", threads: int | None, blocks: bool, storage: _Storage,
     overrides: tuple[str, ...], libraries: tuple[Path, ...], strict: bool,
 ) -> tuple[int, dict[str, Any]]:  # fmt: skip
     from tissuec.compiler.manifest import outcome_facts
@@ -227,7 +270,7 @@ def _run_one(
     try:
         make_folder(target.parent)
         result = _with_progress(
-            compiled,
+            storage.of(compiled),
             request,
             target,
             settings,

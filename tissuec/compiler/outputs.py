@@ -1,4 +1,4 @@
-"""The output block: trajectories, blocks, smooth surfaces, logs, energies, precision."""
+"""The output block: trajectories, blocks, smooth surfaces, logs, energies, storage."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Indices
 from tissuec.scene.expressions import Scope
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.plan import LogRequest, Output, SurfaceOutput
+from tissuec.script.plan import PRECISIONS, SINGLE, LogRequest, Output, SurfaceOutput
 
 _FORCE_ALONG = "outputs are whole vectors; a component is for conditions and studies"
 
@@ -56,6 +56,7 @@ class OutputReader:
         self.energy = math.inf
         self.single = False
         self.blocks = False
+        self.compress = False
         self.logs: list[LogRequest] = []
         self.surfaces: list[SurfaceOutput] = []
 
@@ -71,10 +72,18 @@ class OutputReader:
                 self.places["blocks"],
                 hint="for example: trajectory every 10 ms",
             )
+        if self.compress and "trajectory" not in self.places and not self.surfaces:
+            self.findings.add(
+                "TIS304",
+                "compress needs a trajectory or a surface, which it makes smaller",
+                self.places["compress"],
+                hint="for example: trajectory every 10 ms",
+            )
         logs, surfaces = tuple(self.logs), tuple(self.surfaces)
         return Output(
-            self.frames, self.every, self.single, logs, self.energy, surfaces, self.blocks
-        )
+            self.frames, self.every, self.single, logs, self.energy, surfaces, self.blocks,
+            self.compress,
+        )  # fmt: skip
 
     def _item(self, item: s.Item) -> None:
         if isinstance(item, s.Sentence | s.Block) and item.name.key == SURFACE:
@@ -89,7 +98,11 @@ class OutputReader:
         if key == "precision":
             self._precision(item)
         elif key == "blocks":
-            self._blocks(item)
+            self._alone(item, "it shows the frames of the trajectory")
+            self.blocks = True
+        elif key == "compress":
+            self._alone(item, "it is about all frames and surfaces")
+            self.compress = True
         elif key == "trajectory":
             self._trajectory(item, clauses)
         elif key == "energy" and "of" not in clauses:
@@ -99,7 +112,7 @@ class OutputReader:
         elif key in MEASURES:
             self._log(item, clauses)
         else:
-            known = ("trajectory", "precision", "blocks", SURFACE, *MEASURES)
+            known = ("trajectory", "precision", "compress", "blocks", SURFACE, *MEASURES)
             self.findings.reject(
                 "TIS701",
                 f'"{item.name.text}" is not an output',
@@ -178,20 +191,18 @@ class OutputReader:
     def _precision(self, item: s.Sentence) -> None:
         self._once("precision", item)
         word = item.phrase.words[0].key if item.phrase and item.phrase.kind == "word" else ""
-        if word not in ("single", "double"):
+        if word not in PRECISIONS:
             self.findings.reject("TIS305", "precision is single or double", item.span)
-        self.single = word == "single"
+        self.single = word == SINGLE
 
-    def _blocks(self, item: s.Sentence) -> None:
-        self._once("blocks", item)
+    def _alone(self, item: s.Sentence, why: str) -> None:
+        """Reject a word with anything behind it."""
+        word = item.name.key
+        self._once(word, item)
         if item.span != item.name.span:
             self.findings.reject(
-                "TIS303",
-                "blocks stands alone: it shows the frames of the trajectory",
-                item.span,
-                hint=proposal("blocks"),
+                "TIS303", f"{word} stands alone: {why}", item.span, hint=proposal(word)
             )
-        self.blocks = True
 
     def _trajectory(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
         self._once("trajectory", item)

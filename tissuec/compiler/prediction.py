@@ -18,8 +18,9 @@ from tissuec.engine.method_choice import choose, measured_facts
 from tissuec.engine.method_trial import evaluation_time, step_time
 from tissuec.model.network import Network
 from tissuec.model.topology import join_nodes_of
-from tissuec.results.size import file_size
-from tissuec.script.plan import RELAXATION
+from tissuec.results.size import ForeseenEvents, file_size
+from tissuec.script.plan import RELAXATION, Plan
+from tissuec.script.verbs.cut import Cut
 
 SWEEPS = 100  # of a relaxation, each about one evaluation of the forces
 
@@ -40,7 +41,8 @@ class Prediction(Struct, frozen=True):
         seconds: What these take on one core of a present-day machine, compiled; NaN where
             only the tolerance decides how many steps there are, as with implicit methods.
         step_seconds: What one step takes [s].
-        bytes: About those of the result file, before compression.
+        bytes: About those of the result file; the most if it is compressed.
+        compress: Whether it is.
     """
 
     arrays: dict[str, dict[str, Any]]
@@ -54,6 +56,7 @@ class Prediction(Struct, frozen=True):
     seconds: float
     step_seconds: float
     bytes: int
+    compress: bool
 
 
 def predict(compiled: Compiled) -> Prediction:
@@ -96,8 +99,25 @@ def predict(compiled: Compiled) -> Prediction:
         evaluations=steps * each,
         seconds=steps * step_seconds,
         step_seconds=step_seconds,
-        bytes=file_size(network, wishes(network, plan), plan.output, simulation.duration),
+        bytes=file_size(
+            network, wishes(network, plan), plan.output, simulation.duration, _foreseen(plan)
+        ),
+        compress=plan.output.compress,
     )
+
+
+def _foreseen(plan: Plan) -> ForeseenEvents:
+    """Return what will happen after the start."""
+    end = plan.simulation.duration
+    times: set[float] = set()
+    for event in plan.events:
+        duration: float | None = getattr(event.action, "duration", None)
+        times |= {event.time, event.time + (duration or 0.0)}
+    cuts = {e.time for e in plan.events if isinstance(e.action, Cut) and 0.0 < e.time <= end}
+    # Each condition is expected to become true once, and springs that can break to do so once.
+    others = len(plan.triggers) + plan.breakable
+    count = sum(0.0 < time <= end for time in times) + others
+    return ForeseenEvents(count, len(cuts) + plan.breakable)
 
 
 def _arrays(network: Network) -> dict[str, dict[str, Any]]:

@@ -194,7 +194,8 @@ def _of_material(kind: str) -> Terms:
 def _of_output() -> Terms:
     own = _meant("output", dict.fromkeys(("trajectory", "energy"), " every "))
     own["surface"] = Term("surface", ENTRY, own["surface"].about, "", " of ")
-    own["blocks"] = Term("blocks", ENTRY, own["blocks"].about, "blocks", "")
+    for word in ("compress", "blocks"):
+        own[word] = Term(word, ENTRY, own[word].about, word, "")
     own["precision"] = Term(
         "precision", ENTRY, own["precision"].about, "", " is ", None,
         plain(CHOICE, ["single", "double"]),

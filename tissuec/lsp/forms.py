@@ -69,6 +69,7 @@ _FORMS: dict[tuple[str, str], tuple[str, ...]] = {
     ("output", ""): ("MEASURE of MEASURED to MEASURED every TIME",),
     ("output", "surface"): ("surface of BODY every TIME",),
     ("output", "precision"): ("precision is CHOICE",),
+    ("output", "compress"): ("compress",),
     ("output", "blocks"): ("blocks",),
     ("quantity", "applies"): ("applies to SPREAD of LENGTH",),
     ("quantity", "otherwise"): ("otherwise is WORD",),

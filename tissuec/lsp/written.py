@@ -76,7 +76,7 @@ def _once(block: BlockKind) -> Collection[str]:
             settings = entries_of(study_entries.StudySettings)
             return (*settings, *_single(study_entries.SENTENCES))
         case "output":
-            return ("trajectory", "energy", "precision", "blocks")
+            return ("trajectory", "energy", "precision", "compress", "blocks")
         case kind:
             return [key for key in entries(block) if key not in _REPEATED.get(kind, ())]
 

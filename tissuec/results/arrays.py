@@ -236,7 +236,8 @@ def write_recording(store: Store, recording: Recording) -> None:
         data = np.asarray(getattr(recording, name), dtype=np.int64)
         text = f"network numbers of the {name} in the frames"
         store.array(f"{RECORDING}/{name}", data, text, compress=len(data) >= LARGE)
-    store.group(RECORDING).attrs["single"] = recording.single
+    for name in ("single", "compress"):
+        store.group(RECORDING).attrs[name] = getattr(recording, name)
 
 
 def read_recording(file: ResultGroup) -> Recording:
@@ -247,6 +248,7 @@ def read_recording(file: ResultGroup) -> Recording:
         nodes=access.array(group, "nodes"),
         springs=access.array(group, "springs"),
         single=access.attribute(group, "single", bool),
+        compress=access.attribute_or(group, "compress", False),
         logs=tuple(logs),
         energies=ENERGY_PATH in file,
         surfaces=tuple(read_surfaces(file).values()),

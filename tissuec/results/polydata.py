@@ -25,9 +25,6 @@ POINT_FRAMES = {
 }
 FRAME_ROWS = 8192  # 200 kB of vectors: the fastest of those tried for 100 000 nodes
 _CHUNK_FRAMES = 64
-# gzip saved 10 to 20 % of eight-byte numbers, whose last digits are noise, and took five times
-# (160 nodes) to forty times (100 000) as long as writing them; four-byte ones save 12 to 25 %.
-_COMPRESSED_NODES = 8192
 
 
 def frames_of_a_chunk(nodes: int) -> int:
@@ -44,7 +41,6 @@ class PolyDataFrames:
         count = len(mesh.nodes)
         self.batch = frames_of_a_chunk(count)  # frames
         self._store = store
-        self._compress = single and count <= _COMPRESSED_NODES
         fresh = "VTKHDF" not in store.file
         if fresh:
             write_head(store.group(ROOT))
@@ -74,7 +70,6 @@ class PolyDataFrames:
                 unit=unit,
                 row=(3,),
                 chunk=chunk,
-                compress=self._compress,
                 in_parts=True,
             )
 
@@ -90,7 +85,6 @@ class PolyDataFrames:
             "tension of each line's spring, frame after frame; 0 at other cells",
             unit="N",
             chunk=min(cells * self.batch, 3 * FRAME_ROWS),
-            compress=self._compress,
             in_parts=True,
         )
 

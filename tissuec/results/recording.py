@@ -60,6 +60,7 @@ class Recording(Struct, frozen=True, eq=False):
         logs: Logged quantities.
         energies: Whether the table of energies is written.
         surfaces: Smooth surfaces of bodies.
+        compress: Whether frames and surfaces are compressed.
     """
 
     nodes: Indices
@@ -68,6 +69,7 @@ class Recording(Struct, frozen=True, eq=False):
     logs: tuple[LogChannel, ...]
     energies: bool
     surfaces: tuple[SurfaceChannel, ...] = ()
+    compress: bool = False
 
 
 class NamedGroup(Struct, frozen=True, eq=False):

@@ -87,9 +87,9 @@ class SideTable:
     def _make(self) -> None:
         column = partial(self._store.column, in_parts=True)
         text = "just before and just after each event, in turn"
-        springs = _chunk(len(self._mesh.springs))
-        bits = _chunk(self._network.spring_count // 8 + 1)
-        vectors = _chunk(len(self._nodes))
+        springs = side_rows_of_a_chunk(len(self._mesh.springs))
+        bits = side_rows_of_a_chunk(self._network.spring_count // 8 + 1)
+        vectors = side_rows_of_a_chunk(len(self._nodes))
         self._columns = {
             "time": self._store.column(
                 f"{SIDES}/time", "f8", f"times {text}", unit="s", chunk=FEW
@@ -119,7 +119,7 @@ class SideTable:
             )
 
 
-def _chunk(rows: int) -> int:
+def side_rows_of_a_chunk(rows: int) -> int:
     """Return the rows that are allocated at once for items of which a side has ``rows``."""
     return max(1, min(2 * rows, FRAME_ROWS))
 

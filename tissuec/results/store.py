@@ -73,6 +73,9 @@ class GrowingDataset:
 class Store:
     """An HDF5 file whose flushed content survives a kill and a full disk.
 
+    Attributes:
+        compresses: Whether columns that are read in parts are compressed.
+
     Args:
         path: The file.
         mode: "create" for an empty file, "update" to go on with one.
@@ -86,6 +89,7 @@ class Store:
         self.path = path
         self.columns: dict[str, GrowingDataset] = {}
         self.waiting = 0  # [byte]
+        self.compresses = False
         self._sums: dict[str, DatasetSum] = {}
         self._open(mode)
 
@@ -203,7 +207,7 @@ class Store:
                 chunks=(chunk, *(max(1, length) for length in row)),
                 dtype=kind,
                 fletcher32=in_parts,
-                **(COMPRESSED if compress else {}),
+                **(COMPRESSED if compress or (in_parts and self.compresses) else {}),
             )
         found = self._sums.get(path)
         crc = found.crc if found else None if in_parts else 0

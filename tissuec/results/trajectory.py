@@ -118,6 +118,12 @@ class Trajectory:
         return access.array(self._file, "VTKHDF/Steps/Values")[: self._frame_count]
 
     @property
+    def is_compressed(self) -> bool:
+        """Whether frames are compressed."""
+        points: Any = access.dataset(self._file, "VTKHDF/Points").raw
+        return points.compression is not None
+
+    @property
     def position(self) -> Frames:
         """Positions [m], shape (frame, node, 3)."""
         return self._frames("Points")

@@ -177,6 +177,7 @@ class ResultWriter:
             scene: Digest of what is run.
         """
         self._store, self._scene = store, scene
+        store.compresses = recording.compress
         self._polydata = PolyDataFrames(store, network, mesh, single=recording.single)
         tools = ToolTable(store, network, self._polydata.kind)
         self._frames = FrameRecorder(network, mesh, self._polydata, tools)

@@ -99,6 +99,7 @@ ENTRIES = {
         "trajectory": "Positions of all or some nodes at regular times.",
         "surface": "A smooth surface through a body at regular times.",
         "precision": "Whether positions are stored with single or double precision.",
+        "compress": "Makes frames and surfaces smaller, without loss.",
         "blocks": "A file for ParaView with the parts of bodies, beside the result.",
         "energy": "Energies of the whole scene and the drift of their sum.",
     },

@@ -115,6 +115,10 @@ class Expectation(Struct, frozen=True, eq=False):
     span: Span
 
 
+SINGLE = "single"
+PRECISIONS = (SINGLE, "double")
+
+
 class Output(Struct, frozen=True, eq=False):
     """The ``output`` block.
 
@@ -126,6 +130,7 @@ class Output(Struct, frozen=True, eq=False):
         energy: Time between rows of the energy table [s]; infinite where not asked for.
         surfaces: Smooth surfaces of bodies, at their own rates.
         blocks: Whether a blocks file is written beside the result.
+        compress: Whether frames and surfaces are compressed.
     """
 
     frames: Indices
@@ -135,6 +140,7 @@ class Output(Struct, frozen=True, eq=False):
     energy: float
     surfaces: tuple[SurfaceOutput, ...] = ()
     blocks: bool = False
+    compress: bool = False
 
 
 class Plan(Struct, frozen=True, eq=False):

@@ -391,6 +391,7 @@ def wishes(network: Network, plan: Plan) -> Recording:
         nodes=output.frames,
         springs=np.flatnonzero(shown[network.ends].all(axis=1) & ~network.bends).astype("i4"),
         single=output.single,
+        compress=output.compress,
         logs=channels,
         energies=bool(np.isfinite(output.energy)),
         surfaces=tuple(

@@ -37,7 +37,7 @@ def cost_title(plan: Prediction) -> str:
 
 def cost(plan: Prediction) -> list[str]:
     """Return the number of steps, their time, and the size of the file."""
-    file = f"result file of about {size(plan.bytes)} before compression"
+    file = f"result file of {'at most' if plan.compress else 'about'} {size(plan.bytes)}"
     if not isfinite(plan.steps):
         each = show(plan.step_seconds, TIME, digits=2)
         return [
