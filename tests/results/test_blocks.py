@@ -6,6 +6,7 @@ import re
 import h5py
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.test_cli import tissuec
 from tests.vtk_reading import opened
@@ -240,6 +241,32 @@ def test_tools_are_closed_surfaces_where_they_act(made):
         assert points(blocks[5]["shears"])[:, 0] == pytest.approx(7.5e-3, abs=1e-3)
         held, jaws = points(blocks[4]["grip_held"]), points(blocks[4]["grip"])
         assert jaws[:, 0].min() < held[:, 0].max() and jaws[:, 2].max() > held[:, 2].max()
+
+
+def test_poses_are_those_of_the_surfaces(made):
+    for path in made[2]:
+        with h5py.File(path) as file:
+            group = file["tissuec/tools"]
+            names = group["name"].asstr()[:].tolist()
+            pose, opening, active = (group[name][:] for name in ("pose", "opening", "active"))
+            assert all(group[name].attrs["description"] for name in group)
+        assert names == ["finger", "grip", "shears"] and pose.shape == (9, 3, 7)
+        assert np.linalg.norm(pose[..., 3:], axis=-1) == pytest.approx(1.0)
+        assert active.T.tolist() == [
+            [1] * 9,
+            [0, 0, 1, 1, 1, 1, 1, 1, 0],
+            [0] * 5 + [1] + [0] * 3,
+        ]
+        assert pose[:, 0, :3] == pytest.approx(made[1].tools[:, 0])
+        assert (opening[:, 0] == 0.0).all() and (opening[2:8, 1] > 0.0).all()
+        # The jaws as closed as they are, turned and moved, are the block but for their size.
+        mesh = mesh_of("forceps")
+        for frame in (2, 4, 7):
+            local = mesh.posed(opening[frame, 1] / 2.0)
+            turned = Rotation.from_quat(pose[frame, 1, 3:]).apply(local)
+            shape = points(shown(opened(path), frame)["grip"]) - pose[frame, 1, :3]
+            size = (turned * shape).sum() / (turned * turned).sum()
+            assert np.abs(size * turned - shape).max() < 1e-9
 
 
 def test_tissue_region_and_body_are_numbers_with_names(made):

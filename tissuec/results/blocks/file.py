@@ -27,6 +27,7 @@ from tissuec.results.blocks.anatomy import Anatomy
 from tissuec.results.blocks.fields import FIELDS, BlockField
 from tissuec.results.blocks.layout import Cloud, Names, Piece, ResultBlock, blocks_of
 from tissuec.results.blocks.moment import CloudMoments, Facts, Moment
+from tissuec.results.blocks.poses import write_poses
 from tissuec.results.errors import ResultError
 from tissuec.results.hdf5 import (
     copy_to,
@@ -180,6 +181,8 @@ class _BlocksWriter:
             plain = names.plain(title)
             self._surface(ordered_group(root, plain), series, title, frames, len(written))
             written.append(plain)
+        meshes = [cloud.mesh for cloud in self.clouds if cloud.mesh is not None]
+        write_poses(self.file, meshes, self.trajectory.times)
         for name in written:
             assembly[name] = soft_link(f"{ROOT}/{name}")
         self._fill()
