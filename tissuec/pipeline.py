@@ -55,8 +55,16 @@ def compile_request(request: Request) -> tuple[Compiled, tuple[Diagnostic, ...]]
     return compile_program(program, request, findings)
 
 
+def ignored(_: Findings) -> None:
+    """Do nothing with findings."""
+
+
 def check_request(
-    request: Request, *, thorough: bool = True, levels: bool = True
+    request: Request,
+    *,
+    thorough: bool = True,
+    levels: bool = True,
+    resolved: Callable[[Findings], None] = ignored,
 ) -> tuple[Compiled | None, tuple[Diagnostic, ...]]:
     """Return like ``compile_request``, looking closer; a file without bodies is no scene.
 
@@ -64,11 +72,14 @@ def check_request(
         request: What to check.
         thorough: Whether to make also those checks of the net that take time.
         levels: Whether to try the values of studies.
+        resolved: Called with the findings so far once all names are resolved.
     """
     findings = Findings()
     program = _loaded(request, findings)
     if program.is_scene:
-        return compile_program(program, request, findings, thorough=thorough, levels=levels)
+        return compile_program(
+            program, request, findings, thorough=thorough, levels=levels, resolved=resolved
+        )
     words, warnings = read_words(request)
     refuse_without_scene(words.declarations, findings)
     findings.raise_errors()
@@ -86,6 +97,7 @@ def compile_program(
     *,
     thorough: bool = False,
     levels: bool = False,
+    resolved: Callable[[Findings], None] = ignored,
 ) -> tuple[Compiled, tuple[Diagnostic, ...]]:
     """Return a scene in arrays from its texts, and its warnings.
 
@@ -95,11 +107,14 @@ def compile_program(
         findings: Takes diagnostics.
         thorough: Whether to make also those checks of the net that take time.
         levels: Whether to try the values of studies.
+        resolved: Called with the findings so far once all names are resolved.
 
     Raises:
         CompileError: The text is wrong, or ``strict`` and there is a warning.
     """
-    compiled = compile_scene(resolve(program, findings, request.overrides), findings)
+    scene = resolve(program, findings, request.overrides)
+    resolved(findings)
+    compiled = compile_scene(scene, findings)
     if compiled.scene.studies:
         from tissuec.compiler.studies import check_studies  # where there are any
 

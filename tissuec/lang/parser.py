@@ -17,6 +17,7 @@ from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.source import Source, Span
 from tissuec.lang.builder import Builder, with_items, with_rows
 from tissuec.lang.grammar import Refused, StatementParser
+from tissuec.lang.known_statements import KnownStatements, key_of_tokens
 from tissuec.lang.mistake import ENDS, Mistake
 from tissuec.lang.syntax import Item, Module, Number
 from tissuec.lang.tokens import Token
@@ -66,18 +67,21 @@ def parse(source: Source, *, has_heading: bool = True) -> Module:
     return parse_tree(tree, has_heading=has_heading)
 
 
-def parse_tree(tree: Tree, *, has_heading: bool = True) -> Module:
+def parse_tree(
+    tree: Tree, *, has_heading: bool = True, known: KnownStatements | None = None
+) -> Module:
     """Return the syntax nodes of a text.
 
     Args:
         tree: The text.
         has_heading: Whether the text begins with its language.
+        known: Statements that were parsed before, to which those of this text are added.
 
     Raises:
         WrongNumbers: Numbers have mistakes, and nothing else.
         CompileError: The text has mistakes; up to ten are reported, in order.
     """
-    parser = _TreeParser(tree, list(tree.problems))
+    parser = _TreeParser(tree, list(tree.problems), known)
     if not tree.is_sound or parser.is_full:
         raise CompileError(tree.problems)
     with _LOCK, _no_garbage_collection():
@@ -90,12 +94,17 @@ def parse_tree(tree: Tree, *, has_heading: bool = True) -> Module:
     return module
 
 
-def readable_part(tree: Tree) -> Module:
-    """Return the syntax nodes of a text; statements with mistakes are left out."""
+def readable_part(tree: Tree, known: KnownStatements | None = None) -> Module:
+    """Return the syntax nodes of a text; statements with mistakes are left out.
+
+    Args:
+        tree: The text.
+        known: Statements that were parsed before, to which those of this text are added.
+    """
     if not tree.is_sound:
         return _module((), tree.source)
     with _LOCK, _no_garbage_collection():
-        return _TreeParser(tree, None).module(has_heading=True)
+        return _TreeParser(tree, None, known).module(has_heading=True)
 
 
 @contextmanager
@@ -122,8 +131,10 @@ class _TreeParser:
         left_out: How many statements could not be read.
     """
 
-    def __init__(self, tree: Tree, problems: list[Diagnostic] | None):
-        self.tree = tree
+    def __init__(
+        self, tree: Tree, problems: list[Diagnostic] | None, known: KnownStatements | None
+    ):
+        self.tree, self.known = tree, known
         self.is_silent = problems is None
         self.problems: list[Diagnostic] = problems or []
         self.left_out = 0
@@ -180,7 +191,7 @@ class _TreeParser:
         """
         _BUILDER.begin(self.tree.source)
         try:
-            node = statement_parser().parse(statement.sentence, rule)
+            node = self._node(statement, rule)
             if must_end and not self.is_silent:
                 node = self._mistaken(statement, 0, ENDS)
         except Refused as refused:
@@ -188,6 +199,19 @@ class _TreeParser:
             node = None if self.is_silent else self._mistaken(statement, place, accepted)
         self.problems += _BUILDER.problems
         self.left_out += node is None
+        return node
+
+    def _node(self, statement: Statement, rule: str) -> Any:
+        """Return what the builder makes of a statement, or made of an equal one before."""
+        sentence, source = statement.sentence, self.tree.source
+        if self.known is None:
+            return statement_parser().parse(sentence, rule)
+        key = rule, key_of_tokens(sentence)
+        node = self.known.recall(key, sentence, source)
+        if node is None:
+            node = statement_parser().parse(sentence, rule)
+            if not _BUILDER.problems:
+                self.known.keep(key, sentence, node)
         return node
 
     def _mistaken(self, statement: Statement, place: int, accepted: frozenset[str]) -> Any:

@@ -13,13 +13,14 @@ from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
+from tissuec.lang.known_statements import KnownStatements
 from tissuec.lang.parser import WrongNumbers, parse_tree, readable_part
 from tissuec.lang.tree import Tree
 from tissuec.lang.tree_builder import tree_of
 from tissuec.scene.imports import Files, read_source
 
 T = TypeVar("T")
-MOST_KEPT = 128
+MOST_KEPT, MOST_NETS = 128, 4096
 
 
 class Memory:
@@ -49,11 +50,16 @@ class OpenDocuments(Files):
 
     Attributes:
         libraries: Folders to search for what texts use, beside their own.
+        memory: What was found out about texts.
+        nets: What was found out about bodies, of which one text has many.
+        statements: Statements of all texts so far.
     """
 
     def __init__(self, libraries: tuple[Path, ...] = ()):
         self.libraries = libraries
         self.memory = Memory()
+        self.nets = Memory(MOST_NETS)
+        self.statements = KnownStatements()
         self._open: dict[Path, tuple[Path, str]] = {}  # by what links lead to
         self._sources: dict[tuple[Path, str], tuple[Hashable, Source]] = {}
 
@@ -110,10 +116,16 @@ class OpenDocuments(Files):
 
     def parse(self, source: Source) -> s.Module:
         tree = self.tree(source)
-        result = self.memory.recall(("parsed", source), lambda: _parsed(tree))
+        result = self.memory.recall(("parsed", source), lambda: self._parsed(tree))
         if isinstance(result, CompileError):
             raise result
         return result
+
+    def _parsed(self, tree: Tree) -> s.Module | CompileError:
+        try:
+            return parse_tree(tree, known=self.statements)
+        except CompileError as error:
+            return error
 
 
 class Lenient(Files):
@@ -135,14 +147,10 @@ class Lenient(Files):
             return error.module
         except CompileError:
             tree = self.documents.tree(source)
-            return self.documents.memory.recall(("mended", source), lambda: readable_part(tree))
-
-
-def _parsed(tree: Tree) -> s.Module | CompileError:
-    try:
-        return parse_tree(tree)
-    except CompileError as error:
-        return error
+            known = self.documents.statements
+            return self.documents.memory.recall(
+                ("mended", source), lambda: readable_part(tree, known)
+            )
 
 
 def _state(path: Path) -> Hashable:

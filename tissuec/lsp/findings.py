@@ -1,6 +1,6 @@
 """Findings of ``check`` in an open text, and in those that it uses."""
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -16,7 +16,8 @@ from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.lsp.documents import Memory, OpenDocuments
 from tissuec.mechanics.state import State
 from tissuec.model.topology import FloppyModes, floppy_modes
-from tissuec.pipeline import check_request
+from tissuec.pipeline import check_request, ignored
+from tissuec.scene.findings import Findings
 from tissuec.scene.request import Request
 
 
@@ -37,7 +38,13 @@ class _NotCounted(Exception):
     """Counting would take time now."""
 
 
-def check(documents: OpenDocuments, path: Path, *, thorough: bool = True) -> Checked:
+def check(
+    documents: OpenDocuments,
+    path: Path,
+    *,
+    thorough: bool = True,
+    resolved: Callable[[Findings], None] = ignored,
+) -> Checked:
     """Return the findings of ``tissuec check`` for an open text.
 
     Args:
@@ -45,16 +52,19 @@ def check(documents: OpenDocuments, path: Path, *, thorough: bool = True) -> Che
         path: The text.
         thorough: Whether to make checks that take time; earlier findings of such checks on the
             same net are returned in any case.
+        resolved: Called with the findings so far once all names are resolved.
     """
     try:
         source = documents.read(path, str(path))
         request = Request(source, libraries=documents.libraries, files=documents)
-        compiled, warnings = check_request(request, thorough=False, levels=thorough)
+        compiled, warnings = check_request(
+            request, thorough=False, levels=thorough, resolved=resolved
+        )
     except CompileError as error:
         return Checked(error.diagnostics, None, is_thorough=True)
     if compiled is None:
         return Checked(warnings, None, is_thorough=True)
-    count = partial(_modes, documents.memory, thorough)
+    count = partial(_modes, documents.nets, thorough)
     find = unstable_node if thorough else _not_now
     is_whole = thorough or not compiled.scene.studies
     further = (*late_breaking(compiled), *coarse(compiled))

@@ -67,6 +67,8 @@ class Positions:
         """Return where an offset of the compiler's text is shown."""
         line = max(min(bisect_right(self._starts, offset) - 1, len(self.lines) - 1), 0)
         column = min(max(offset - self._starts[line], 0), len(self._read[line]))
+        if self.lines[line].isascii():  # nearly all are, and there is one unit for each letter
+            return ProtocolPosition(line, column)
         return ProtocolPosition(line, self.width(self.lines[line][: self._shown(line, column)]))
 
     def offset(self, line: int, character: int) -> int:

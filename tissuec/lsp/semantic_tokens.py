@@ -1,9 +1,10 @@
 """Semantic tokens: the category of each part of a text, for colours."""
 
-from collections.abc import Iterator
+from collections.abc import Hashable
 from typing import Literal, TypeAlias
 
 from tissuec.core.source import Source
+from tissuec.lang.known_statements import key_of_tokens
 from tissuec.lang.tokens import (
     COMMENT,
     KEYWORD,
@@ -15,10 +16,12 @@ from tissuec.lang.tokens import (
     UNIT,
     WORD,
 )
-from tissuec.lang.tree import Tree
+from tissuec.lang.tree import Statement, Tree
 from tissuec.lang.tree_builder import tree_of
 from tissuec.lsp import terms
+from tissuec.lsp.blocks import block_of
 from tissuec.lsp.phrases import Phrase, phrases
+from tissuec.lsp.terms import BlockKind
 
 #: ``part`` begins a part of a text (body, script), ``entry`` an entry of a block, ``verb`` an
 #: order; ``measure`` is measured or computed; ``word`` is chosen behind "is".
@@ -30,6 +33,9 @@ KINDS: tuple[Kind, ...] = (
     "comment", "string", "number", "unit", "keyword", "part", "entry", "verb", "measure",
     "word", "name", "sign",
 )  # fmt: skip
+#: What words of statements stand for, by the block and the tokens of each.
+KnownWords: TypeAlias = dict[tuple[BlockKind, Hashable], list[tuple[int, Kind]]]
+MOST_KNOWN = 50_000  # statements; beyond, all are forgotten
 _PLAIN: dict[str, Kind] = {
     COMMENT: "comment", STRING: "string", NUMBER: "number", UNIT: "unit", KEYWORD: "keyword",
     SIGN: "sign",
@@ -41,8 +47,26 @@ def tokens(text: str) -> list[tuple[int, int, Kind]]:
 
     Blanks, and characters that no sentence can hold, belong to no part.
     """
-    tree = tree_of(Source("text", text))
-    words = dict(_words(tree))
+    return tokens_of(tree_of(Source("text", text)), {})
+
+
+def tokens_of(tree: Tree, known: KnownWords) -> list[tuple[int, int, Kind]]:
+    """Return start, stop and kind of each part of a text, as ``tokens``.
+
+    Args:
+        tree: The text.
+        known: What is known of statements, to which those of this text are added.
+    """
+    if len(known) > MOST_KNOWN:
+        known.clear()
+    words: dict[int, Kind] = {}
+    for statement in tree.statements:
+        if statement.parts:
+            key = block_of(statement), key_of_tokens(statement.parts)
+            if key not in known:
+                known[key] = _words(statement, key[0])
+            first = statement.parts[0].start
+            words.update([(first + place, kind) for place, kind in known[key]])
     found: list[tuple[int, int, Kind]] = []
     for part in (piece for token in tree.lexemes for piece in token.pieces):
         if part.kind not in (LINE, ODD):
@@ -51,14 +75,15 @@ def tokens(text: str) -> list[tuple[int, int, Kind]]:
     return found
 
 
-def _words(tree: Tree) -> Iterator[tuple[int, Kind]]:
-    """Yield what words stand for, by their offsets."""
-    for statement in tree.statements:
-        for phrase in phrases(statement):
-            kind = kind_of(phrase)
-            for part in phrase.parts:
-                if part.kind == WORD or (part.kind == KEYWORD and kind == "word"):
-                    yield part.start, kind
+def _words(statement: Statement, block: BlockKind) -> list[tuple[int, Kind]]:
+    """Return what words of a statement stand for, by their places in it."""
+    first, found = statement.parts[0].start, list[tuple[int, Kind]]()
+    for phrase in phrases(statement, block):
+        kind = kind_of(phrase)
+        for part in phrase.parts:
+            if part.kind == WORD or (part.kind == KEYWORD and kind == "word"):
+                found.append((part.start - first, kind))
+    return found
 
 
 def kind_of(phrase: Phrase) -> Kind:

@@ -16,7 +16,7 @@ from tissuec.lsp.fixes import fixes_at
 from tissuec.lsp.hover import hover
 from tissuec.lsp.layout import formatted
 from tissuec.lsp.positions import ProtocolPosition
-from tissuec.lsp.semantic_tokens import KINDS, tokens
+from tissuec.lsp.semantic_tokens import KINDS, tokens_of
 from tissuec.lsp.session import Session
 from tissuec.lsp.signatures import signature
 from tissuec.lsp.workspace import names_in
@@ -331,7 +331,7 @@ def _coloured(server: Session, parameters: lsp.SemanticTokensParams) -> lsp.Sema
     path, view = found
     positions, data = server.positions(path), list[int]()
     line = column = 0
-    for start, stop, kind in tokens(view.source.text):
+    for start, stop, kind in tokens_of(view.structure, server.known_words):
         at, end = positions.position(start), positions.position(stop)
         data += (
             at.line - line,

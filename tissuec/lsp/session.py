@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,9 @@ from tissuec.lsp.error_docs import address_of
 from tissuec.lsp.findings import Checked, check
 from tissuec.lsp.fixes import QuickFix
 from tissuec.lsp.positions import Positions
+from tissuec.lsp.semantic_tokens import KnownWords
 from tissuec.lsp.views import View, view_of
+from tissuec.scene.findings import Findings
 
 #: Seconds without a keystroke before a text is checked, and then looked at more closely.
 PAUSE, LONG_PAUSE = 0.05, 0.5
@@ -31,6 +33,10 @@ _SEVERITY = {
     "error": lsp.DiagnosticSeverity.Error,
     "warning": lsp.DiagnosticSeverity.Warning,
 }
+
+
+class _Outdated(Exception):
+    """The text has changed since its check began."""
 
 
 class Session(LanguageServer):
@@ -44,8 +50,11 @@ class Session(LanguageServer):
         self.checked: dict[Path, Checked] = {}
         self.found: dict[Path, dict[str, list[lsp.Diagnostic]]] = {}
         self.waiting: dict[Path, asyncio.Task[None]] = {}
+        self.versions: dict[Path, int] = {}
+        self.early: set[Path] = set()  # texts of which errors of names are shown
         self.uris: dict[Path, str] = {}
         self.shown: set[str] = set()
+        self.known_words: KnownWords = {}
         # Two threads, so that a keystroke does not wait for a text that is looked at closely.
         self.pool = ThreadPoolExecutor(2, "check")
 
@@ -124,6 +133,7 @@ class Session(LanguageServer):
         """Check a text soon, and those open ones that use it; or all that are open."""
         for other in self.documents.opened():
             if everything or other == path or self._uses(other, path):
+                self.versions[other] = self.versions.get(other, 0) + 1
                 if other in self.waiting:
                     self.waiting[other].cancel()
                 self.waiting[other] = asyncio.get_running_loop().create_task(self._later(other))
@@ -137,10 +147,17 @@ class Session(LanguageServer):
 
     async def _later(self, path: Path) -> None:
         """Check a text after a pause, and more closely after a longer one."""
-        loop = asyncio.get_running_loop()
+        loop, version = asyncio.get_running_loop(), self.versions[path]
+
+        def resolved(findings: Findings) -> None:
+            if self.versions[path] != version:
+                raise _Outdated
+            errors, warnings = tuple(findings.errors), tuple(findings.warnings)
+            loop.call_soon_threadsafe(self._tell_early, path, version, errors, warnings)
+
         for pause, thorough in ((PAUSE, False), (LONG_PAUSE, True)):
             await asyncio.sleep(pause)
-            found = await loop.run_in_executor(self.pool, self._check, path, thorough)
+            found = await loop.run_in_executor(self.pool, self._check, path, thorough, resolved)
             if found is None:
                 return
             # Had the text changed meanwhile, this would have been cancelled.
@@ -150,9 +167,30 @@ class Session(LanguageServer):
             if found.is_thorough:
                 return
 
-    def _check(self, path: Path, thorough: bool) -> Checked | None:
+    def _tell_early(
+        self,
+        path: Path,
+        version: int,
+        errors: tuple[Diagnostic, ...],
+        warnings: tuple[Diagnostic, ...],
+    ) -> None:
+        """Send errors of names, or that there are none any longer, before nets are drawn."""
+        if self.versions[path] != version or not (errors or path in self.early):
+            return
+        if errors:
+            self.early.add(path)
+        else:
+            self.early.discard(path)
+        self.found[path] = self._by_file(path, errors or warnings)
+        self.publish()
+
+    def _check(
+        self, path: Path, thorough: bool, resolved: Callable[[Findings], None]
+    ) -> Checked | None:
         try:
-            return check(self.documents, path, thorough=thorough)
+            return check(self.documents, path, thorough=thorough, resolved=resolved)
+        except _Outdated:
+            return None
         except Exception:  # a fault of the compiler must not end the session
             _log.exception("checking %s failed", path)
             return None
