@@ -19,10 +19,12 @@ from tissuec.cli.common import (
     print_json,
     show_page,
 )
+from tissuec.cli.field_range import field_range
 from tissuec.core.errors import TissueError, counted
 from tissuec.core.files import replacing, write_file
 from tissuec.core.units import TIME, show
 from tissuec.results.wording import size
+from tissuec.view.player.fields import FIELDS, NAMES
 from tissuec.view.player.options import COLOURS, Options
 from tissuec.view.section.plane import read_plane
 
@@ -117,6 +119,17 @@ def _named_behind(name: str, result: Path, others: Iterable[str]) -> str:
     help="Show springs, coloured by this quantity.",
 )
 @click.option(
+    "--field",
+    type=click.Choice(NAMES),
+    help="Colour the skin by this field; by its tissues if not given.",
+)
+@click.option(
+    "--range",
+    metavar="LOW,HIGH",
+    help='Range of the colours of the field, such as "0,2 mm"; without the largest 2 % of all '
+    "nodes if not given.",
+)
+@click.option(
     "--time", type=TimeArgument(), help="Initial time of the page, or time of the picture."
 )
 @click.option(
@@ -169,6 +182,7 @@ def command(
     pictures = {name: chosen.pop(name) for name in PICTURES}
     pictures = {name: path for name, path in pictures.items() if path is not None}
     _check_usage(results, output, pictures, size=size, forces=forces, opens=opens)
+    chosen["range"] = _range(chosen["range"], chosen["field"])
     options = Options(**chosen, cells=output is not None or not pictures)
     if options.every is not None and options.every <= 0.0:
         raise click.UsageError("--every must be above 0")
@@ -188,6 +202,21 @@ def command(
     if settings.json:
         print_json(documents[0] if len(documents) == 1 else documents)
     return DONE
+
+
+def _range(text: str | None, name: str | None) -> tuple[float, float] | None:
+    """Return the range of a field, in its SI unit."""
+    if text is None:
+        return None
+    field = next((one for one in FIELDS if one.name == name), None)
+    if field is None:
+        raise click.UsageError(
+            f'--range needs the field whose colours it limits: --field strain --range "{text}"'
+        )
+    try:
+        return field_range(text, field)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="'--range'") from error
 
 
 def _check_usage(
@@ -352,15 +381,20 @@ def _draw(
     settings: Settings,
 ) -> dict[str, Any]:
     from tissuec.view.player.animation import write_gif, write_video
+    from tissuec.view.player.drawn_nodes import DrawnNodes
     from tissuec.view.player.facts import title
     from tissuec.view.player.lifetimes import Timeline
+    from tissuec.view.player.node_values import chosen_field
     from tissuec.view.player.picture import Painter
     from tissuec.view.plots.formats import metadata
     from tissuec.view.plots.subjects import PlotSubject, credits_of
 
     width, height = map(int, wish.size or SIZES[kind])
     options = wish.options
-    painter = Painter(film, options, (width, height), title(trajectory), forces=wish.forces)
+    field = chosen_field(DrawnNodes(film, trajectory), options)
+    painter = Painter(
+        film, options, (width, height), title(trajectory), forces=wish.forces, field=field
+    )
     if kind == "png":
         first, last = float(film.times[0]), float(film.times[-1])
         time = last if options.time is None else min(max(options.time, first), last)

@@ -7,11 +7,13 @@ from tissuec.core.errors import TissueError
 from tissuec.core.scale import PERCENT, AxisUnit, scale_of
 from tissuec.model.network import Floats
 from tissuec.view.player.drawn_nodes import DrawnNodes
-from tissuec.view.player.fields import FIELDS, NodeField
+from tissuec.view.player.fields import FIELDS, TISSUE, NodeField
 from tissuec.view.player.film import usual_end
+from tissuec.view.player.options import Options
 
 MOST_VALUES = 4_000_000
 """Nodes times rows up to which pages contain all fields, and not only the chosen one."""
+_ROUNDING = 1e-6  # of the range of colours
 _SIGNED = 0.05
 """Part of the largest number by which others are below 0, in a field with a sign."""
 
@@ -25,6 +27,7 @@ class FieldValues(Struct, frozen=True, eq=False):
         low, high: The range of the colours, within which at least 98 % of the nodes are in
             each row.
         least, most: The range of all numbers.
+        is_usual: Whether nobody has chosen another range.
     """
 
     field: NodeField
@@ -33,6 +36,7 @@ class FieldValues(Struct, frozen=True, eq=False):
     high: float
     least: float
     most: float
+    is_usual: bool = True
 
     @classmethod
     def of(cls, field: NodeField, value: Floats) -> "FieldValues":
@@ -54,7 +58,7 @@ class FieldValues(Struct, frozen=True, eq=False):
         """Return this with another range of colours; without one, as it is."""
         if given is None:
             return self
-        return FieldValues(self.field, self.value, *given, self.least, self.most)
+        return FieldValues(self.field, self.value, *given, self.least, self.most, False)
 
     @property
     def is_signed(self) -> bool:
@@ -62,9 +66,30 @@ class FieldValues(Struct, frozen=True, eq=False):
         return self.low < 0.0
 
     @property
+    def beyond(self) -> tuple[bool, bool]:
+        """Return whether numbers are below and above the range, by more than rounding."""
+        near = _ROUNDING * (self.high - self.low)
+        return self.least < self.low - near, self.most > self.high + near
+
+    @property
     def scale(self) -> AxisUnit:
         """Return the unit in which it is shown."""
         return PERCENT if not self.field.unit else scale_of(self.field.unit, [self.high])
+
+
+def chosen_field(nodes: DrawnNodes, options: Options) -> FieldValues | None:
+    """Return the field that options ask for, in their range; None for the tissues.
+
+    Args:
+        nodes: Of the film.
+        options: Options of the player.
+
+    Raises:
+        TissueError: The result has no such field.
+    """
+    if options.field in (None, TISSUE):
+        return None
+    return read_field(nodes, options.field).ranged(options.range)
 
 
 def read_field(nodes: DrawnNodes, name: str) -> FieldValues:

@@ -46,7 +46,7 @@ def _described(values: FieldValues, pack: Pack) -> dict[str, Any]:
         pack.add(f"field {field.name}", numbers)
     return {
         "name": field.name,
-        "text": field.text,
+        "about": field.text,
         "shown": (float(f"1e{values.scale.power}"), values.scale.unit),
         "range": (values.low, values.high),
         "extent": (values.least, values.most),

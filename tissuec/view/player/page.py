@@ -27,6 +27,7 @@ from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.events import marks
 from tissuec.view.player.film import PlayerData, SurfacePiece
 from tissuec.view.player.lifetimes import FOREVER
+from tissuec.view.player.node_facts import pack_node_facts
 from tissuec.view.player.options import DEFAULT, Options
 from tissuec.view.player.pace import pace
 from tissuec.view.player.packed_fields import pack_fields
@@ -42,7 +43,7 @@ SCRIPTS = (
     "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js",
     "fields.js", "sections.js", "cap.js", "instruments.js", "stage.js", "flat.js",
     "marks.js", "pulls.js", "curves.js", "pairs.js", "panel.js", "legend.js", "cutting.js",
-    "hands.js", "player.js",
+    "sight.js", "picks.js", "hands.js", "player.js",
 )  # fmt: skip
 #: What only readers of the source need: indents and comments.
 _LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n|^\n|  // .*$", re.MULTILINE)
@@ -132,6 +133,7 @@ def describe(
     for name, values in (("rest", film.lines.rest), ("radius", film.lines.radius)):
         pack.add(name, even(values, float(values.max(initial=0.0)), _LEVELS)[None])
     duration = float(film.times[-1] - film.times[0])
+    nodes = DrawnNodes(film, trajectory)
     return {
         "title": facts.title(trajectory),
         "made": facts.provenance(trajectory),
@@ -161,7 +163,8 @@ def describe(
         "marks": [as_data(mark) for mark in marks(trajectory.events, duration)],
         "view": _view(film, options),
         "colour": options.colour or "tension",
-        **pack_fields(DrawnNodes(film, trajectory), options, pack, scale),
+        **pack_fields(nodes, options, pack, scale),
+        **pack_node_facts(nodes, pack),
         "springs": film.shows_springs(options.colour),
         "divisions": film.divisions,
         **_section(film, options),

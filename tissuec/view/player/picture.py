@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core import palette
-from tissuec.core.scale import PERCENT, scale_of
+from tissuec.core.scale import scale_of
 from tissuec.model.network import Floats, Indices
 from tissuec.view.player.bodies import (
     TriangleMesh,
@@ -32,9 +32,12 @@ from tissuec.view.player.camera import (
     half_height,
     outermost,
 )
+from tissuec.view.player.field_colours import between_rows, field_colours, readable
 from tissuec.view.player.film import PlayerData, Resultant, ToolSolid
+from tissuec.view.player.legends import draw_field_legend, draw_spring_legend
 from tissuec.view.player.lifetimes import Mask, is_there
 from tissuec.view.player.moment import InterpolatedFrame, position_at, surface_at
+from tissuec.view.player.node_values import FieldValues
 from tissuec.view.player.options import Colour, Options
 from tissuec.view.player.pace import near
 from tissuec.view.player.posing import posed
@@ -62,7 +65,6 @@ _RIM = 1.2  # [px]: width of outlines in a section
 _NEARER = 1.2e-3  # of the size: by which lines lie on the skin
 SHORTEST = 3.0  # thicknesses of an arrow that is drawn; shorter ones are specks
 LONGEST = 4.0  # times the scale of forces: arrows of outliers end there, as on the page
-_LETTER = 8.0  # [px]: width of a letter of the legend, at most on average
 _PRESSED = 0.12  # of the scale: from which pressure on springs are dashed
 
 
@@ -75,6 +77,7 @@ class Painter:
         size: Width and height [px].
         title: Above the picture.
         forces: Whether forces on nodes are drawn.
+        field: What colours the skin; its tissues if None.
     """
 
     def __init__(
@@ -85,8 +88,10 @@ class Painter:
         title: str,
         *,
         forces: bool = False,
+        field: FieldValues | None = None,
     ):
         self.film, self.size, self.title, self.forces = film, size, title, forces
+        self.field = field
         self.framing = framing(film)
         self._reach = self.framing.size / 8.0 / (film.most_force or 1.0)
         points = self.framing.points
@@ -100,8 +105,10 @@ class Painter:
         self.shows_springs = film.shows_springs(options.colour)
         # Cut faces end at the flat triangles of the net.
         self._opens = options.section is not None and len(film.cells.tetrahedra) > 0
-        self._divisions = 1 if self.shows_springs or self._opens else film.divisions
-        self._shows_net = self.shows_springs or self._opens
+        is_plain = self.shows_springs and not self._is_colouring
+        self._divisions = 1 if is_plain or self._opens else film.divisions
+        # Smooth surfaces have no nodes, at which fields are known.
+        self._shows_net = self.shows_springs or self._opens or field is not None
         rests = film.lines.rest[film.lines.rest > 0.0]
         mean = float(rests.mean()) if len(rests) else self.framing.size / 20.0
         self._dash = mean / 3.5
@@ -121,6 +128,11 @@ class Painter:
         figure = Figure(figsize=(self.size[0] / DPI, self.size[1] / DPI), dpi=DPI)
         FigureCanvasAgg(figure)
         return figure
+
+    @property
+    def _is_colouring(self) -> bool:
+        """Whether the colours of the skin are those of a field."""
+        return self.field is not None and bool(len(self.film.skin.triangles))
 
     def draw(self, at: float) -> "Figure":
         """Draw a moment, in frames, in the place of the former one."""
@@ -189,10 +201,14 @@ class Painter:
         tint[..., :3] += HELD * held * (rgb(palette.STEEL) - tint[..., :3])
         triangles = skin.triangles[shown]
         mesh = smooth_mesh(moment.position, triangles)
-        bulge = bulges(moment.position, triangles, mesh)
+        bulge = bulges(moment.position, triangles, mesh) * (not self.shows_springs)
         mesh, weights = rounded(mesh, bulge, self._divisions)
-        hollow = np.repeat(skin.hollow[shown], len(weights))
-        yield self._behind(self._skin(mesh, spread(tint, weights), hollow))
+        if self.field is not None:
+            numbers = between_rows(self.field, at)[triangles, None]
+            yield self._behind(self._coloured_skin(mesh, spread(numbers, weights)[..., 0]))
+        else:
+            hollow = np.repeat(skin.hollow[shown], len(weights))
+            yield self._behind(self._skin(mesh, spread(tint, weights), hollow))
         for pieces in film.surfaces.values() if not self._shows_net else ():
             piece, position = surface_at(pieces, at)
             mesh = smooth_mesh(position, piece.triangles)
@@ -254,9 +270,22 @@ class Painter:
         base = np.where((is_front | ~hollow)[:, None, None], colour, rgb(palette.LUMEN))
         return self._shaded(mesh, base, SHINE * tint[..., 3:])
 
+    def _coloured_skin(self, mesh: TriangleMesh, numbers: Floats) -> ProjectedTriangles:
+        """Return triangles in the colours of the field, by its numbers at their corners."""
+        assert self.field is not None
+        seen, outer, to_eye = self._facing(mesh)
+        colour = readable(field_colours(self.field, numbers), outer, to_eye)
+        return ProjectedTriangles(seen, colour, np.ones(len(seen)))
+
     def _shaded(
         self, mesh: TriangleMesh, base: Floats, shine: float | Floats
     ) -> ProjectedTriangles:
+        seen, outer, to_eye = self._facing(mesh)
+        colour = lit(base, outer, to_eye, shine)
+        return ProjectedTriangles(seen, self._hazy(colour, seen, 0.3), np.ones(len(seen)))
+
+    def _facing(self, mesh: TriangleMesh) -> tuple[Floats, Floats, Floats]:
+        """Return corners, their normals towards the eye, and directions to it, as seen."""
         seen = self._into(mesh.corners)
         normal = self._into(mesh.normals, direction=True)
         normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
@@ -265,8 +294,7 @@ class Painter:
         away = (normal * to_eye).sum(axis=-1, keepdims=True) < 0.0
         inwards: Floats = -normal
         outer: Floats = np.where(away, inwards, normal)
-        colour = lit(base, outer, to_eye, shine)
-        return ProjectedTriangles(seen, self._hazy(colour, seen, 0.3), np.ones(len(seen)))
+        return seen, outer, to_eye
 
     def _hazy(self, colour: Floats, seen: Floats, most: float) -> Floats:
         """Return colours that are paler further away."""
@@ -335,7 +363,8 @@ class Painter:
         value, colour = self._coloured(moment, chosen)
         ends = self._into(moment.position[lines.ends[chosen]])
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        pressed = (value < -_PRESSED) & (self.colour != "law")
+        by_field = self.field is not None and not self._is_colouring
+        pressed = (value < -_PRESSED) & (self.colour != "law") & (not by_field)
         fine = min(1.0, 18.0 / np.sqrt(max(1, len(lines.ends))))
         width = 1.25 * (0.55 + fine) * min(max(self.size[0] / _USUAL, 0.6), 4.0)
         wide = width * (1.0 if self.colour == "law" else 0.75 + 0.75 * np.abs(value))
@@ -354,10 +383,17 @@ class Painter:
         a, b, c, d = (strips[:, 0] - half[:, 0], strips[:, 0] + half[:, 0],
                       strips[:, 1] - half[:, 1], strips[:, 1] + half[:, 1])  # fmt: skip
         corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)])
-        tint = np.repeat(np.tile(colour[which], (2, 1))[:, None], 3, axis=1)
-        return ProjectedTriangles(
-            corners, self._hazy(tint, corners, 0.62), np.ones(len(corners))
+        if self.field is None or self._is_colouring:
+            tint = np.repeat(np.tile(colour[which], (2, 1))[:, None], 3, axis=1)
+            return ProjectedTriangles(
+                corners, self._hazy(tint, corners, 0.62), np.ones(len(corners))
+            )
+        ends = field_colours(self.field, between_rows(self.field, moment.at))
+        begin, end = ends[lines.ends[chosen]].swapaxes(0, 1)
+        tint = np.concatenate(
+            [np.stack([begin, begin, end], 1), np.stack([begin, end, end], 1)]
         )
+        return ProjectedTriangles(corners, tint, np.ones(len(corners)))
 
     def _coloured(self, moment: InterpolatedFrame, shown: Indices) -> tuple[Floats, Floats]:
         """Return numbers from -1 to 1 and colours of some lines."""
@@ -384,6 +420,8 @@ class Painter:
 
     def _resultant(self, sheet: Any, one: Resultant, at: float) -> None:
         """Draw a resultant force as an arrow with its number; see ``web/pulls.js``."""
+        from matplotlib.patheffects import withStroke
+
         frames, most = np.arange(len(self.film.times)), self.film.most_resultant
         force = np.array([float(np.interp(at, frames, one.force[:, k])) for k in range(3)])
         size = float(np.linalg.norm(force))
@@ -403,6 +441,7 @@ class Painter:
         sheet.text(
             min(max(x, 4.0), self.size[0] - room - 4.0), inside[1], text,
             color=palette.INK, fontsize=9, va="center", parse_math=False,
+            path_effects=[withStroke(linewidth=2.5, foreground=palette.PAPER)],
         )  # fmt: skip
 
     def _annotate(self, sheet: Any, at: float, time: float) -> None:
@@ -423,8 +462,12 @@ class Painter:
         sheet.text(22 + long, 11, text, color=palette.INK, fontsize=9)
         if self.forces and self.film.most_force:
             self._force_ruler(sheet)
-        if self.shows_springs:
-            self._legend(sheet, width)
+        above = 0.0
+        if self.shows_springs and (self.field is None or self._is_colouring):
+            most = self._most[self.colour]
+            above = draw_spring_legend(sheet, self.film.laws, self.colour, most, self.size)
+        if self.field is not None:
+            draw_field_legend(sheet, self.field, self.size, above)
 
     def _force_ruler(self, sheet: Any) -> None:
         """Draw how long the arrow of a round force is."""
@@ -436,28 +479,3 @@ class Painter:
         if max(float(np.linalg.norm(row, axis=1).max()) for row in self.film.force) > most:
             text += f"; arrows end at {scale.text(most)}"
         sheet.text(24 + long, 36, text, color=palette.INK, fontsize=9)
-
-    def _legend(self, sheet: Any, width: int) -> None:
-        long, style = 160.0, {"color": palette.INK, "fontsize": 9, "parse_math": False}
-        left = width - 24 - long
-        if self.colour == "law":
-            laws = self.film.laws[:6]
-            left = max(14.0, width - 44 - _LETTER * max(long / _LETTER, *map(len, laws), 0))
-            for number, law in enumerate(laws):
-                y = 16 + 16 * number
-                sheet.plot([left, left + 22], [y, y], color=palette.SERIES[number % 7], lw=2)
-                sheet.text(left + 30, y, law, va="center", **style)
-            return
-        shades = ramp(palette.TENSION, np.linspace(-1.0, 1.0, 128))[None]
-        sheet.imshow(
-            shades, extent=(left, left + long, 28, 38), aspect="auto", interpolation="bilinear"
-        )
-        sheet.set(xlim=(0, self.size[0]), ylim=(0, self.size[1]))
-        most = self._most[self.colour]
-        scale = scale_of("N", [most]) if self.colour == "tension" else PERCENT
-        for x, value in ((left, -most), (left + long / 2, 0.0), (left + long, most)):
-            text = f"{scale.of(value) + 0.0:g}".replace("-", "−")
-            sheet.text(x, 24, text, ha="center", va="top", **style)
-        sheet.text(
-            left + long / 2, 42, scale.label(f"{self.colour} of springs"), ha="center", **style
-        )

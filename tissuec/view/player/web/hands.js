@@ -4,10 +4,13 @@ const KEYS = [
   ["space", "play or pause"], ["← →", "one frame back or forward; ten with Alt"], ["Home, End", "to the start, to the end"],
   ["n, p", "to the next or previous event"], ["↑ ↓", "faster, slower"], ["l", "repeat or play once"],
   ["+ −", "zoom in, out"], ["Shift + arrows", "rotate"], ["1 2 3", "look along x, y, z"], ["r", "reset the view"],
-  ["c", "change the colours of the springs"], ["s, u, i, e, f", "springs, surface, instruments, resultant forces, forces on nodes"], ["x", "section: cut open or closed"], ["t", "light or dark"],
+  ["c, o", "change the colours of the springs, of the skin"], ["s, u, i, e, f", "springs, surface, instruments, resultant forces, forces on nodes"], ["x", "section: cut open or closed"], ["t", "light or dark"],
+  ["Alt + arrows", "in the view: read off the next node"], ["Enter, Esc", "pin the node that is read off, let it go"],
   ["drag, scroll", "rotate, zoom; with Shift or the right button, pan"], ["two fingers", "zoom, pan"],
 ];
 const LOOKS = [[180, 0], [-90, 0], [-90, 90]];  // azimuth and elevation along x, y, z
+
+const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };  // in the picture, downwards
 
 const hands = {
   listen() {
@@ -92,7 +95,10 @@ const hands = {
       const place = Math.max(0, Math.min(this.speeds.length - 1, this.speeds.indexOf(this.speed) + by));
       this.setSpeed(this.speeds[place]);
     };
-    const frames = event.altKey ? 10 : 1;
+    const isInView = event.target === this.stage.canvas, frames = event.altKey ? 10 : 1;
+    if (isInView && event.altKey && event.key in WAYS) return () => this.walk(...WAYS[event.key]);
+    if (isInView && event.key === "Enter" && this.node !== null) return () => this.pin();
+    if (event.key === "Escape" && this.node !== null) return () => this.release();
     if (event.shiftKey && event.key.startsWith("Arrow")) {
       return { ArrowLeft: turn(8, 0), ArrowRight: turn(-8, 0), ArrowUp: turn(0, -8), ArrowDown: turn(0, 8) }[event.key];
     }
@@ -122,6 +128,7 @@ const hands = {
       e: flip("results"),
       u: next("surface", ["solid", "glass", "none"]),
       c: next("colour", this.film.laws.length < 2 ? ["tension", "strain"] : ["tension", "strain", "law"]),
+      o: next("field", ["tissue", ...this.fields.map(({ name }) => name)]),
       "?": () => byId("keys").showModal(),
     }[event.key];
   },

@@ -30,12 +30,13 @@ const legend = {
   // Write the colours of the field with their numbers.
   showField() {
     const field = this.chosen, box = byId("range");
+    for (const { chart } of this.pins) chart.take(field ?? this.displaced);
     byId("field").value = this.shown.field;
     box.hidden = !field;
     if (!field) return;
-    const { divisor, unit, range, extent } = field, [low, high] = range;
+    const { divisor, unit, range } = field, [low, high] = range;
     const numbers = [low, (low + high) / 2, high], texts = apart(numbers.map((value) => value / divisor));
-    const [isUnder, isOver] = [extent[0] < low, extent[1] > high];
+    const [isUnder, isOver] = field.beyond;
     const shades = shadesOf(field, this.film.looks, this.look).map(css);
     byId("ramp").style.background = `linear-gradient(90deg,${shades.join(",")})`;
     byId("ramp").classList.toggle("under", isUnder);
@@ -43,8 +44,8 @@ const legend = {
     byId("ramp").style.setProperty("--first", shades[0]);
     byId("ramp").style.setProperty("--last", shades[shades.length - 1]);
     byId("ticks").replaceChildren(...texts.map((text) => Object.assign(document.createElement("span"), { textContent: text })));
-    byId("what").textContent = unit ? `${field.text} [${unit}]` : field.text;
-    byId("clipped").textContent = this.beyond(field);
+    byId("what").textContent = unit ? `${field.about} [${unit}]` : field.about;
+    byId("clipped").textContent = this.clipped(field);
     [byId("low"), byId("high")].forEach((end, k) => {
       end.value = Number((range[k] / divisor).toPrecision(6));
       end.setCustomValidity("");
@@ -54,11 +55,11 @@ const legend = {
   },
 
   // Say which numbers the colours do not tell apart.
-  beyond({ divisor, unit, range, usual, extent }) {
+  clipped({ divisor, unit, range, usual, extent, beyond }) {
     const text = (value) => `${digits(value / divisor)} ${unit}`.trim();
     const parts = [];
-    if (extent[1] > range[1]) parts.push(`${range === usual ? "> 98 %" : "above"}: up to ${text(extent[1])}`);
-    if (extent[0] < range[0]) parts.push(`below: from ${text(extent[0])}`);
+    if (beyond[1]) parts.push(`${range === usual ? "> 98 %" : "above"}: up to ${text(extent[1])}`);
+    if (beyond[0]) parts.push(`below: from ${text(extent[0])}`);
     return parts.join("; ");
   },
 };

@@ -36,7 +36,7 @@ const panel = {
     byId("springs").closest("label").hidden = !this.stage.lines.count;
     byId("colour").value = shown.colour;
     if (film.laws.length < 2) byId("colour").querySelector('[value="law"]').hidden = true;
-    byId("made").textContent = [film.made, film.thinned, this.exactness()].filter(Boolean).join("; ");
+    byId("made").textContent = [film.made, film.thinned, film.noStress && `no stress: ${film.noStress}`, this.exactness()].filter(Boolean).join("; ");
     if (window.innerWidth < 600) byId("show").open = false;
     this.showSwitches();
   },

@@ -36,6 +36,7 @@ class Player {
     this.pulls = new Pulls(byId("pulls"), film, arrays);
     if (film.quantities.length > 1) this.pair = new PairChart(byId("curves"), this);
     this.prepareFields();
+    this.preparePicks();
     this.prepareControls(hasSkin);
     this.prepareSection();
     this.listen();
@@ -163,6 +164,7 @@ class Player {
       ...shown, field: this.chosen, section: this.section.isOn ? this.section : null, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
     }, this.look);
     this.pulls.draw(frame + part, this.camera, shown.results);
+    this.showPicks();
     this.drawn += 1;
     const slider = byId("time"), clock = this.clock;
     slider.value = this.duration > 0 ? (1000 * (time - this.range[0])) / this.duration : 0;
@@ -223,6 +225,7 @@ class Player {
     this.showSwitches();
     if (name === "colour") this.showScale();
     if (name === "field") this.showField();
+    if (name === "field" && this.pins.length) this.redraw();
     this.refresh();
   }
 
@@ -243,7 +246,7 @@ class Player {
 }
 
 // Controls and hands have files of their own.
-for (const part of [panel, legend, cutting, hands]) Object.defineProperties(Player.prototype, Object.getOwnPropertyDescriptors(part));
+for (const part of [panel, legend, picks, cutting, hands]) Object.defineProperties(Player.prototype, Object.getOwnPropertyDescriptors(part));
 
 function refuse(text) {
   const notice = byId("notice");
@@ -278,6 +281,10 @@ window.tissuec = {
   set: (name, value) => ready.then((player) => player.set(name, value)),
   look: (azimuth, elevation) => ready.then((player) => { player.camera.turnTo(azimuth, elevation); player.turned(); }),
   cut: (name, offset) => ready.then((player) => { player.openSection(true); player.cutAcross(name); player.cutAt(offset); }),
+  // Read off a node, by its number among the drawn ones; null for none.
+  pick: (node) => ready.then((player) => { player.isHeld = node !== null; player.pick(node); }),
+  picked: () => ready.then((player) => player.picked()),
+  pin: () => ready.then((player) => player.pin()),
   ticks,
   seen: (point) => ready.then((player) => player.camera.seen(point)),
 };

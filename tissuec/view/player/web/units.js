@@ -33,6 +33,12 @@ function digits(value, count = 3) {
   return text.replace(/-/g, "−");
 }
 
+// Return a number with the decimals that steps of this size have.
+function stepped(value, step) {
+  const places = Math.max(0, Math.min(9, Math.ceil(-Math.log10(step) - 1e-9)));
+  return value.toFixed(places).replace("-", "−").replace(/^−(0\.?0*)$/, "$1");
+}
+
 // Return the largest of 1, 2, 5, 10, … that is no larger.
 function round125(value) {
   const power = 10 ** Math.floor(Math.log10(value));
