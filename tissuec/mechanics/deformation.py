@@ -74,6 +74,18 @@ class Surroundings(Struct, frozen=True, eq=False):
         inverse = axes * np.where(kept, 1.0 / np.where(kept, value, 1.0), 0.0)[:, None]
         return cls(ends, along, inverse, axes, kept)
 
+    def repeated(self, count: int) -> Self:
+        """Return those of several nets alike, whose nodes stand behind one another."""
+        nodes = len(self.kept)
+        ends = self.ends[None] + nodes * np.arange(count)[:, None, None]
+        return type(self)(
+            ends.reshape(-1, 2),
+            np.tile(self.along, (count, 1)),
+            np.tile(self.inverse, (count, 1, 1)),
+            np.tile(self.axes, (count, 1, 1)),
+            np.tile(self.kept, (count, 1)),
+        )
+
     @property
     def directions(self) -> Indices:
         """Return in how many directions the strain of each node is known, shape (node,)."""

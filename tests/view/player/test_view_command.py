@@ -4,6 +4,7 @@ import json
 import shutil
 import sys
 
+import numpy as np
 import pytest
 
 from tests.test_docs import tissuec
@@ -154,3 +155,41 @@ def test_a_page_needs_no_extra(made, monkeypatch):
     for name in ("matplotlib", "PIL", "imageio_ffmpeg"):
         monkeypatch.setitem(sys.modules, name, None)
     assert view(made, "-q") == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--field heat", "'heat' is not one of 'tissue', 'displacement', 'speed'"),
+        ("--field stress", "has no stress; fields of this result: displacement, speed, strain"),
+        ("--range 0,1", '--range needs the field whose colours it limits: --field strain'),
+        ("--field strain --range 1", '"1" does not have the form LOW,HIGH; write'),
+        ("--field strain --range 2,1", 'the first number of "2,1" must be smaller'),
+        ("--field speed --range 0,2", 'speed needs a unit; write --range "0,2 mm/s"'),
+        ("--field strain --range 0,2mm", '"mm" is no unit of strain; write --range "0,20 %"'),
+        ("--field force --range 0,2furlong", '"furlong" is not a unit; write --range "0,2 mN"'),
+        ("--field force --range 0,1e999N", 'a number of this range is too large'),
+    ],
+)  # fmt: skip
+def test_fields_and_ranges_that_are_none_are_answered(made, capsys, words, said):
+    assert view(made, *words.split()) == 2
+    assert said in capsys.readouterr().err.replace("\n", " ")
+    assert not list(made.parent.glob("*.html"))
+
+
+def test_pictures_have_the_colours_of_their_field(made, capsys):
+    """The sheet at rest has the lowest colour, in the legend its name and a mark."""
+    pytest.importorskip("matplotlib")
+    Image = pytest.importorskip("PIL.Image")
+    from tissuec.core import palette
+
+    found = []
+    for limit in ("1 mm", "100 mm"):
+        words = ("--field", "displacement", "--range", f"0,{limit}", "--size", "320x240")
+        assert view(made, *words, "--png", "still.png", "--from", "-90,90", "-q") == 0
+        found.append(np.asarray(Image.open("still.png").convert("RGB")).astype(int))
+    ends = [[int(text[k : k + 2], 16) for k in (1, 3, 5)]
+            for text in (palette.AMOUNT[-1], palette.AMOUNT[0])]  # fmt: skip
+    for shot, end in zip(found, ends, strict=True):
+        # Waves of 20 mm and more: nearly all of it is beyond 1 mm, and little of 100 mm.
+        assert (np.abs(shot[40:180] - end).max(axis=2) < 70).mean() > 0.1

@@ -9,16 +9,20 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.matter.elasticity import wall_springs
-from tissuec.mechanics.deformation import mean_of_springs, von_mises
+from tissuec.mechanics.deformation import Surroundings, mean_of_springs, von_mises
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
 from tissuec.results.blocks.layout import Cloud
 from tissuec.results.blocks.moment import Facts, Moment
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.film import PlayerData
+from tissuec.view.player.lifetimes import is_there
+from tissuec.view.player.tints import borders
 
 #: What bodies say that have a stress though they are neither solid nor threads.
 _WALLS = re.compile(r"\b(?:thickness|section)\b")
+
+_TOGETHER = 100_000  # nodes in several rows, whose strains are computed at once
 
 
 class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
@@ -83,10 +87,16 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
         strain, stress = (
             np.full((len(self.film.times), self.film.node_count), np.nan) for _ in range(2)
         )
-        for row, moment in self._moments():
-            at = np.searchsorted(self.film.numbers, moment.nodes)
-            strain[row, at] = _largest(moment)
-            if moment.cloud.name in self.matter:
+        for cloud in self._clouds():
+            at = np.searchsorted(self.film.numbers, cloud.nodes[0])
+            if cloud.name not in self.matter:
+                for rows, around in self._surroundings(cloud):
+                    place = self.film.position[rows, at].reshape(-1, 3)
+                    found = _largest(around, around.strain(place)[0])
+                    strain[rows, at] = found.reshape(-1, len(cloud.nodes[0]))
+                continue
+            for row, moment in self._moments(cloud):
+                strain[row, at] = _largest(moment.around, moment.strain[0])
                 stress[row, at] = von_mises(moment.stress)
         known = (None if np.isnan(one).all() else one for one in (strain, stress))
         return next(known), next(known)
@@ -135,25 +145,43 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
             if body.springs.stop - body.bending > body.springs.start
         }
 
-    def _moments(self) -> Iterator[tuple[int, Moment]]:
-        """Yield the bodies of which all nodes are drawn, in each row."""
+    def _surroundings(self, cloud: Cloud) -> Iterator[tuple[slice, Surroundings]]:
+        """Yield rows between which no spring of a body comes or goes, and those in each."""
+        assert cloud.matter is not None
+        lines, drawn = self.film.lines, self.trajectory.network.position[cloud.nodes[0]]
+        own = np.isin(lines.spring, cloud.matter.springs)
+        ends = np.searchsorted(cloud.nodes[0], self.film.numbers[lines.ends[own]])
+        life, rows, most = lines.life[own], len(self.film.times), _TOGETHER // len(drawn)
+        first, last = 0, is_there(life, 0)
+        around = Surroundings.of(drawn, ends[last], cloud.matter.dimension)
+        for row in range(1, rows + 1):
+            there = is_there(life, row) if row < rows else last
+            has_changed = not np.array_equal(there, last)
+            if has_changed or row == rows or row - first >= max(1, most):
+                yield slice(first, row), around.repeated(row - first)
+                first = row
+            if has_changed:
+                around, last = (
+                    Surroundings.of(drawn, ends[there], cloud.matter.dimension),
+                    there,
+                )
+
+    def _moments(self, cloud: Cloud) -> Iterator[tuple[int, Moment]]:
+        """Yield a body with matter in each row."""
         film, network = self.film, self.trajectory.network
-        clouds = list(self._clouds())
-        facts = Facts(self.trajectory, None, clouds)
-        for row in range(len(film.times)) if clouds else ():
+        facts, none = Facts(self.trajectory, None, [cloud]), np.zeros((0, 3))
+        nodes, part = cloud.nodes[0], cloud.springs
+        for row in range(len(film.times)):
             there = film.alive(row)
             springs, tension = film.lines.spring[there], film.lines.tension[row, there]
+            own = slice(*np.searchsorted(springs, (part.start, part.stop)))
             whole = np.zeros((network.body_nodes, 3))
             whole[film.numbers] = film.position[row, : film.node_count]
-            for cloud in clouds:
-                nodes, part = cloud.nodes[0], cloud.springs
-                own = slice(*np.searchsorted(springs, (part.start, part.stop)))
-                none = np.zeros((0, 3))
-                moment = Moment(
-                    facts, cloud, nodes, springs[own], whole[nodes], none, none,
-                    tension[own].astype(float), whole,
-                )  # fmt: skip
-                yield row, moment
+            moment = Moment(
+                facts, cloud, nodes, springs[own], whole[nodes], none, none,
+                tension[own].astype(float), whole,
+            )  # fmt: skip
+            yield row, moment
 
     def _clouds(self) -> Iterator[Cloud]:
         network, numbers = self.trajectory.network, self.film.numbers
@@ -171,19 +199,19 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
 def _springs_of(network: Network, body: BodyPart) -> BodyMatter:
     """Return the springs of a body whose matter is unknown, and its dimension."""
     springs: Indices = np.arange(int(body.springs.start), int(body.springs.stop) - body.bending)
-    dimension, skin = 3, network.skin_of(body)
+    skin, dimension = network.skin_of(body), 3
     if body.thread is not None:
         dimension = 1
     elif len(skin):
         within = wall_springs(skin, network.ends[springs])
-        dimension = 2 if within.all() else 3
+        if within.all() or borders(skin):
+            springs, dimension = springs[within], 2
     volume = np.ones(body.nodes.stop - body.nodes.start)
     return BodyMatter(volume, dimension, springs)
 
 
-def _largest(moment: Moment) -> Floats:
-    """Return the largest principal strain of a body in the known directions, shape (node,)."""
-    around, six = moment.around, moment.strain[0]
+def _largest(around: Surroundings, six: Floats) -> Floats:
+    """Return the largest principal of strains (node, 6) in known directions, shape (node,)."""
     full = six[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
     # What is not known must not be the largest.
     low = 10.0 * (1.0 + np.abs(six).max(axis=1))

@@ -74,7 +74,7 @@ def is_hollow(
     network, hollow = trajectory.network, np.ones(len(triangles), dtype=bool)
     first = trajectory.nodes[triangles[:, 0]] if len(triangles) else np.zeros(0, dtype=int)
     for body in network.bodies:
-        if body.name in filled or _borders(network.skin_of(body)) == 1:
+        if body.name in filled or borders(network.skin_of(body)) == 1:
             hollow &= ~_within(first, body)
     return hollow
 
@@ -83,8 +83,12 @@ def _within(nodes: Indices, body: BodyPart) -> NDArray[np.bool_]:
     return (nodes >= body.nodes.start) & (nodes < body.nodes.stop)
 
 
-def _borders(triangles: NDArray[np.integer]) -> int:
-    """Return how many lines bound a skin: none of a solid, two of a tube, one of a sheet."""
+def borders(triangles: NDArray[np.integer]) -> int:
+    """Return how many lines bound a skin: none of a solid, two of a tube, one of a sheet.
+
+    Args:
+        triangles: Shape (triangle, 3).
+    """
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edges, count = np.unique(sides, axis=0, return_counts=True)
     free = edges[count == 1]
