@@ -27,7 +27,7 @@ def pack_node_facts(nodes: DrawnNodes, pack: Pack) -> dict[str, Any]:
         "bodies": [
             {
                 "name": body.name,
-                "from": int(np.searchsorted(numbers, body.nodes.start)),
+                "from": int(np.searchsorted(numbers, int(body.nodes.start))),
                 "tissue": _tissue(nodes, body.name, ""),
             }
             for body in trajectory.network.bodies

@@ -28,6 +28,7 @@ from tissuec.view.player.events import marks
 from tissuec.view.player.film import PlayerData, SurfacePiece
 from tissuec.view.player.lifetimes import FOREVER
 from tissuec.view.player.node_facts import pack_node_facts
+from tissuec.view.player.node_values import chosen_field
 from tissuec.view.player.options import DEFAULT, Options
 from tissuec.view.player.pace import pace
 from tissuec.view.player.packed_fields import pack_fields
@@ -70,14 +71,14 @@ def render(trajectory: Trajectory, options: Options = DEFAULT) -> str:
 
 def render_film(film: PlayerData, trajectory: Trajectory, options: Options = DEFAULT) -> str:
     """Return the document for the drawable contents of a result."""
-    pack = Pack()
-    described = describe(film, trajectory, options, pack)
+    pack, nodes = Pack(), DrawnNodes(film, trajectory)
+    described = describe(nodes, options, pack)
     return Template(_web("shell.html")).substitute(
         title=html.escape(facts.title(trajectory)),
         about=html.escape(facts.about(trajectory)),
         author=html.escape(facts.author(trajectory)),
         credits=html.escape(facts.credits(trajectory)),
-        still=still(film, options),
+        still=still(film, options, chosen_field(nodes, options)),
         version=html.escape(__version__),
         style=Template(_compact(_web("player.css"))).substitute(_colours()),
         film=as_script(described | {"arrays": pack.specs}),
@@ -113,10 +114,13 @@ def as_script(value: object) -> str:
     return text
 
 
-def describe(
-    film: PlayerData, trajectory: Trajectory, options: Options, pack: Pack
-) -> dict[str, Any]:
-    """Put arrays into ``pack``, and return everything else that the page needs."""
+def describe(nodes: DrawnNodes, options: Options, pack: Pack) -> dict[str, Any]:
+    """Put arrays into ``pack``, and return everything else that the page needs.
+
+    Args:
+        nodes: Of a film, with its result.
+    """
+    film, trajectory = nodes.film, nodes.trajectory
     scale = box_scale(film.position)
     # A step of velocities is a step of positions from one frame to the next.
     rate = scale.step / (float(np.diff(film.times).max(initial=0.0)) or 1.0)
@@ -133,7 +137,6 @@ def describe(
     for name, values in (("rest", film.lines.rest), ("radius", film.lines.radius)):
         pack.add(name, even(values, float(values.max(initial=0.0)), _LEVELS)[None])
     duration = float(film.times[-1] - film.times[0])
-    nodes = DrawnNodes(film, trajectory)
     return {
         "title": facts.title(trajectory),
         "made": facts.provenance(trajectory),
@@ -157,9 +160,7 @@ def describe(
         "units": {unit: units_of(unit) for unit in ("m", "N")},
         "clock": _shown(trajectory.clock),
         **_pairs(trajectory),
-        "curves": [
-            _curve(curve, number, pack) for number, curve in enumerate(read_curves(trajectory))
-        ],
+        "curves": [_curve(one, k, pack) for k, one in enumerate(read_curves(trajectory))],
         "marks": [as_data(mark) for mark in marks(trajectory.events, duration)],
         "view": _view(film, options),
         "colour": options.colour or "tension",

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.view.player.film import PlayerData
 from tissuec.view.player.lifetimes import Timeline
+from tissuec.view.player.node_values import FieldValues
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter
 
@@ -16,18 +17,19 @@ LARGEST = 30_000  # bytes, 40 kB in a page
 _SIZES = ((640, 400), (480, 300), (320, 200))  # [px]
 
 
-def still(film: PlayerData, options: Options) -> str:
+def still(film: PlayerData, options: Options, field: FieldValues | None = None) -> str:
     """Return the initial moment of a film as the address of a picture that contains it.
 
     Args:
         film: What there is.
         options: Options of the player.
+        field: What colours the skin; its tissues if None.
     """
     time = film.times[0] if options.time is None else options.time
     at = float(Timeline(film.times).frame_of(np.clip(time, film.times[0], film.times[-1])))
     data = b""
     for size in _SIZES:
-        data = png(Painter(film, options, size, "").scene(at))
+        data = png(Painter(film, options, size, "", field=field).scene(at))
         if len(data) <= LARGEST:
             break
     return f"data:image/png;base64,{b64encode(data).decode()}"

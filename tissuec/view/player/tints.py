@@ -87,7 +87,7 @@ def borders(triangles: NDArray[np.integer]) -> int:
     """Return how many lines bound a skin: none of a solid, two of a tube, one of a sheet.
 
     Args:
-        triangles: Shape (triangle, 3).
+        triangles: Corners, shape (triangle, 3).
     """
     sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edges, count = np.unique(sides, axis=0, return_counts=True)
