@@ -161,18 +161,23 @@ def test_ranges_by_hand_are_marked_where_they_clip(opened, shown):
     assert page.locator("#low").evaluate("input => input.checkValidity()")
 
 
-def test_the_pointer_reads_off_what_is_in_sight(opened, shown):
-    """Two sheets, one behind the other: only the front one is found."""
-    page = opened(render(shown(Show(grid(6, 7))), Options(view=(-90, 60))))
+def test_the_pointer_reads_off_what_is_in_sight(opened, pages):
+    """Of a block that is seen along x, the nodes of the front face and of no other."""
+    page = opened(pages["bar"][1])
+    page.evaluate("tissuec.look(0, 0)")
     seek(page, 0.0)
     box = page.locator("#view").bounding_box()
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    page.evaluate("new Promise(requestAnimationFrame)")
-    found = page.evaluate("tissuec.picked()")
-    assert found["body"] == "sheet" and found["tissue"] == ""
-    seen = page.evaluate("point => tissuec.seen(point)", found["position"])
-    assert np.abs(seen).max() < 0.25  # the middle of the picture
-    assert page.locator("#whose").inner_text() == f"node {found['id']} of sheet"
+    for y, z in ((2, 3), (5, 10), (8, 17), (5, 5)):
+        u, v = page.evaluate("place => tissuec.seen(place)", [0.01, 1e-3 * y, 1e-3 * z])
+        page.mouse.move(
+            box["x"] + box["width"] * (1 + u) / 2, box["y"] + box["height"] * (1 - v) / 2
+        )
+        page.evaluate("new Promise(requestAnimationFrame)")
+        found = page.evaluate("tissuec.picked()")
+        assert found["body"] == "bar"
+        assert found["tissue"] == ("rubber" if found["position"][2] > 0.011 else "gel")
+        assert found["position"] == pytest.approx([0.01, 1e-3 * y, 1e-3 * z], abs=2.6e-3)
+        assert page.locator("#whose").inner_text() == f"node {found['id']} of bar"
     page.mouse.move(box["x"] + 4, box["y"] + box["height"] - 4)
     page.evaluate("new Promise(requestAnimationFrame)")
     assert page.evaluate("tissuec.picked()") is None and page.locator("#value").is_hidden()
