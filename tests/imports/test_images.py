@@ -21,9 +21,13 @@ from tests.imports.images import (
     write_nrrd,
 )
 from tissuec.cli import group
+from tissuec.core.errors import CompileError
 from tissuec.core.fields import LocatedFile
+from tissuec.core.source import Source
 from tissuec.geometry.edges import Edges, volume
 from tissuec.meshes.generators.imported import Imported, MeshFileError
+from tissuec.pipeline import check_request
+from tissuec.scene.request import Request
 
 for name in ("nrrd", "nibabel", "skimage"):
     pytest.importorskip(name, reason="needs the images extra")
@@ -171,6 +175,17 @@ def test_labels_of_a_thin_layer_keep_their_nodes_and_lost_ones_are_named(tmp_pat
     assert len(fine.groups["label 5"]) == 8
 
 
+def test_a_label_by_its_number_is_answered_with_its_part(tmp_path):
+    write_nrrd(tmp_path / "a.nrrd", SMALL, *PLACE)
+    body = 'mesh is imported { file "a.nrrd" in mm; label = 1 }; tissue is silk'
+    scene = f"language 1\ntissue silk {{ mass = 1 mg }}\nbody b {{ {body} }}\n"
+    source = Source("a.tis", scene, tmp_path / "a.tis")
+    with pytest.raises(CompileError) as caught:
+        check_request(Request(source))
+    hints = [str(one.hint) for one in caught.value.diagnostics if one.code == "TIS303"]
+    assert hints == [hints[0]] and hints[0].startswith('write part "label 1"  entries: ')
+
+
 def test_a_large_image_is_read_without_copies_in_double_precision(tmp_path):
     side = 192
     line = np.arange(side) - side / 2
@@ -183,6 +198,14 @@ def test_a_large_image_is_read_without_copies_in_double_precision(tmp_path):
     tracemalloc.stop()
     assert len(mesh.position) > 300
     assert most < 5 * side**3  # bytes; a copy of eight for each voxel has no room
+
+
+def test_what_is_too_coarse_is_reported(tmp_path):
+    write_nrrd(tmp_path / "ball.nrrd", *ball((1.0, 1.0, 1.0)))
+    (remark,) = imported(tmp_path / "ball.nrrd", resolution=16e-3).remarks
+    assert remark.startswith("the surface encloses ")
+    remarks = imported(tmp_path / "ball.nrrd", filling="cubes", cell=20e-3).remarks
+    assert any(remark.startswith("cubes take ") for remark in remarks)
 
 
 def test_import_proposes_a_scene_that_is_good(tmp_path, monkeypatch):
@@ -204,7 +227,7 @@ def test_wrong_words_of_a_label_image_are_refused(tmp_path):
         (mesh, {"filling": "cubes", "cell": 1e-3}, "cubes are made of label images"),
         (mesh, {"resolution": 1e-3}, '"resolution" belongs to label images'),
         (image, {"filling": "cubes"}, 'it needs the size of a "cell"'),
-        (image, {"cell": 1e-3}, "there is no filling"),
+        (image, {"cell": 1e-3}, "there is no filling, such as cubes"),
         (image, {"filling": "cubes", "cell": 1e-3, "resolution": 1e-3}, "cubes do not need"),
         (image, {"merging": "off"}, "no nodes that could be merged"),
     ):

@@ -109,6 +109,9 @@ def _entry_meant(item: s.Assign | s.Sentence | s.Block, entries: Iterable[str]) 
     for entry, others in _SIZES.items():
         if entry in known and word in others and isinstance(item, s.Assign):
             return _sized(item, entry, others[word])
+    if word == "label" and "part" in known and isinstance(item, s.Assign):
+        sentence = f'part "label {item.value.span.text}"'
+        return Hint(f"write {sentence}", Edit(sentence, item.span))
     near = [one for one, words in _MEANT.items() if one in known and word in words.split()]
     if len(near) != 1:
         return Hint("")

@@ -95,7 +95,8 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         if self.filling != "none" and self.cell is None:
             raise ValueError(f'"filling" is {self.filling}, so it needs the size of a "cell"')
         if self.filling == "none" and self.cell is not None:
-            raise ValueError('"cell" is the size of a filling, but there is no filling')
+            such = ", such as cubes" if is_image(self.file.path) else ""
+            raise ValueError(f'"cell" is the size of a filling, but there is no filling{such}')
         if self.reach != "nearest neighbours" and self.filling not in CRYSTALS:
             raise ValueError('"reach" belongs to a filling lattice, but there is none')
         if self.merging == OFF and self.merging_distance:

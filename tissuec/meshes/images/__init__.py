@@ -21,6 +21,7 @@ from tissuec.meshes.formats.conversion import IMAGES
 Floats: TypeAlias = NDArray[np.float64]
 Labels: TypeAlias = NDArray[np.integer]
 
+TOO_FAR = 0.05  # part of the volume that may be missing, or too much, before it is reported
 _TIE = 1e-4  # of a voxel: more than the rounding of single precision in headers
 INSTALL = 'install it: pip install "tissuec[images]"'
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
 from tissuec.meshes.formats import FormatError, Indices, MeshCells, RawMesh
-from tissuec.meshes.images import Floats, LabelImage, Labels
+from tissuec.meshes.images import TOO_FAR, Floats, LabelImage, Labels
 
 #: Corners of a cube in the order of VTK, in cells.
 _CORNERS = np.array(
@@ -20,7 +20,6 @@ _CORNERS = np.array(
 _TIE = 1e-6  # of a cell: a smaller part of one at the end of a box is rounding
 _NEAR = 1e-3  # voxels from the face of one: rounding may decide
 _MOST_LOOKED_AT = 1000  # cells along an axis
-_TOO_FAR = 0.05  # part of the volume that may be missing, or too much, before it is reported
 _LARGEST_BOX = 1 << 32  # cells that are looked at
 _PER_CELL = 13  # springs of a cell inside: 3 edges, 6 diagonals of faces, rounded up
 
@@ -70,7 +69,7 @@ def cubes(image: LabelImage, values: tuple[int, ...], cell: float) -> RawMesh:
     if added:
         remarks.append(f"{counted(added, 'cell')} added where two touched along an edge only")
     part = len(place) * cell**3 / image.volume(values)
-    if abs(part - 1.0) > _TOO_FAR:
+    if abs(part - 1.0) > TOO_FAR:
         remarks.append(
             f"cubes take {100 * part:.0f} % of the volume of the voxels: the cell is too large "
             "for the shape"

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from tissuec.geometry.edges import Edges, volume
 from tissuec.meshes.formats import FormatError, Indices, MeshCells, RawMesh
-from tissuec.meshes.images import INSTALL, Floats, LabelImage, Labels
+from tissuec.meshes.images import INSTALL, TOO_FAR, Floats, LabelImage, Labels
 
 _PASSES = 20
 _SHRINK, _GROW = 0.5, -0.53  # of the way to the mean of the neighbours
@@ -85,7 +85,19 @@ def surface(image: LabelImage, values: tuple[int, ...], resolution: float | None
     position = _with_volume(smooth, triangles, image.volume(values), bounds)
     groups = {image.names[value]: np.flatnonzero(owner == value) for value in values}
     cells = MeshCells("triangle", triangles, np.arange(len(triangles)))
-    return RawMesh(position, (cells,), groups=groups, remarks=image.remarks)
+    remarks = (*image.remarks, *_missed(position, triangles, image.volume(values)))
+    return RawMesh(position, (cells,), groups=groups, remarks=remarks)
+
+
+def _missed(position: Floats, triangles: Indices, wanted: float) -> tuple[str, ...]:
+    """Return a remark on a surface that encloses another volume than the voxels, if any."""
+    part = volume(position, triangles) / wanted
+    if abs(part - 1.0) <= TOO_FAR:
+        return ()
+    return (
+        f"the surface encloses {100 * part:.0f} % of the volume of the voxels: the resolution "
+        "is too coarse for the shape",
+    )
 
 
 def _blocks(image: LabelImage, values: tuple[int, ...], resolution: float | None) -> _Blocks:
