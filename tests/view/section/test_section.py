@@ -8,6 +8,8 @@ from tissuec.core.errors import TissueError
 from tissuec.core.resources import library
 from tissuec.geometry.sections import plane_section
 from tissuec.geometry.tetrahedra import filling_tetrahedra
+from tissuec.view.player.drawn_nodes import DrawnNodes
+from tissuec.view.player.node_values import read_field
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import render_film
 from tissuec.view.player.picture import Painter
@@ -187,3 +189,17 @@ def test_the_page_shows_the_lump_and_has_labels(opened):
     assert opened.locator("#place").get_attribute("aria-valuetext").startswith("distance = ")
     opened.set_viewport_size({"width": 390, "height": 844})
     assert opened.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_a_cut_face_has_the_colours_of_the_field(run):
+    options = Options(view=(-90.0, 0.0), section=read_plane("y = 14 mm"))
+    film = read_film(run, options)
+    field = read_field(DrawnNodes(film, run), "displacement")
+    last = float(len(film.times) - 1)
+    pixels = Painter(film, options, (240, 180), "", field=field).scene(last) / 255.0
+    body = np.flatnonzero(np.ptp(pixels[:, 60], axis=1) > 0.05)
+    light = pixels[body, 60].mean(axis=1)
+    # What is pressed moves most, which is yellow; the rest is at rest, which is dark blue.
+    assert light[3] - light[-3] > 0.2
+    blue = pixels[body[-3], 60]
+    assert blue[2] > blue[0] + 0.1

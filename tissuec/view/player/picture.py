@@ -243,8 +243,12 @@ class Painter:
         if (plane := self._section) is None or not self._opens:
             return
         cut = section(self.film, at, plane)
-        tint = at_cap(cut, self.film.tints)
-        yield self._shaded(cap(cut, plane), tint[..., :3], SHINE * tint[..., 3:])
+        if self.field is not None:
+            numbers = at_cap(cut, between_rows(self.field, at))
+            yield self._coloured_skin(cap(cut, plane), numbers)
+        else:
+            tint = at_cap(cut, self.film.tints)
+            yield self._shaded(cap(cut, plane), tint[..., :3], SHINE * tint[..., 3:])
         outlines = rims(cut, plane, _RIM / self._pixel(1.0), _NEARER * self.framing.size)
         yield self._body(outlines, rgb(palette.INK), 0.0)
 
