@@ -5,9 +5,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.spatial import ConvexHull
 
 import tissuec
+from tissuec.core import palette
 from tissuec.core.resources import library
 from tissuec.view.player.bodies import bulges, rounded, smooth_mesh, spread
 from tissuec.view.player.options import Options
@@ -43,6 +45,23 @@ body sample {
   region cover where z > 7 mm { tissue is skin }
 }
 environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+output { trajectory every 1 ms }
+"""
+SEAM = """language 1
+use "tissues/skin"
+body left {
+  SHEET { corner = (0, 0, 0) mm; first edge = (10, 0, 0) mm; second edge = (0, 10, 0) mm
+    columns = 3; rows = 3; diagonals is both }
+}
+body right {
+  SHEET { corner = (14, 0, 0) mm; first edge = (10, 0, 0) mm; second edge = (0, 10, 0) mm
+    columns = 3; rows = 3; diagonals is both }
+}
+set hole = nodes of left where x > 9 mm and y < 1 mm
+set other = nodes of right where x < 15 mm and y < 1 mm
+joint seam { springs from hole to other; reach = 5 mm; tissue is skin }
+environment { gravity = (0, 0, 0) m/s^2; damping = 1 mN*s/m }
 simulate { duration = 1 ms }
 output { trajectory every 1 ms }
 """
@@ -102,6 +121,24 @@ def test_regions_have_the_colours_of_their_tissues():
     fat, skin = ({name: c for _, name, c in presets("matter")}[one] for one in ("fat", "skin"))
     assert np.allclose(tints[cover, :3], rgb(skin))
     assert np.allclose(np.delete(tints, cover, axis=0)[:, :3], rgb(fat))
+
+
+def test_stitches_are_threads_while_springs_are_hidden():
+    scene = SEAM.replace("SHEET", "tissue is skin; mesh is sheet")
+    film = read_film(tissuec.run(scene, companion="off"), Options())
+    lines = film.lines
+    assert lines.stitch.sum() == 1 and (lines.radius > 0.0).tolist() == lines.stitch.tolist()
+    ((first, second),) = lines.ends[lines.stitch]
+    assert film.position[0, [first, second], 0] == pytest.approx([0.01, 0.014])
+    above = Options(view=(-90.0, 90.0))
+    for options, is_silk in ((above, True), (replace(above, colour="tension"), False)):
+        painter = Painter(film, options, (240, 160), "")
+        pixels = painter.scene(0.0) / 255.0
+        place, _ = painter.camera.seen(np.array([[0.012, 0.0, 0.0]]))
+        x, y = ((1.0 + place[0] * [1, -1]) / 2.0 * [240, 160]).astype(int)
+        near = pixels[y - 2 : y + 3, x - 2 : x + 3].reshape(-1, 3)
+        silk = np.linalg.norm(lab(near) - lab(np.array(rgb(palette.SILK))), axis=1).min()
+        assert (silk < 15.0) == is_silk, (options.colour, silk)
 
 
 def test_colours_can_be_set_and_are_inherited(tmp_path):

@@ -30,7 +30,9 @@ class Lines(Struct, frozen=True, eq=False):
         tension: [N], shape (frame, line); the last one known where it is not there.
         rest: Rest length before the run [m], shape (line,); 0 where it has none.
         law: Number among the laws, shape (line,).
-        radius: Of threads [m], shape (line,); 0 of other springs.
+        radius: Of threads and stitches [m], shape (line,); 0 of other springs.
+        stitch: Whether it is of a joint, shape (line,): these cross gaps between skins, so they
+            are drawn like threads while springs are hidden.
         spring: Network number of the spring, or of one of those that the line stands for,
             ascending, shape (line,).
     """
@@ -41,6 +43,7 @@ class Lines(Struct, frozen=True, eq=False):
     rest: Floats
     law: Indices
     radius: Floats
+    stitch: NDArray[np.bool_]
     spring: Indices
 
 

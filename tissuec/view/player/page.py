@@ -181,6 +181,7 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
     for name, numbers in (
         ("ends", film.lines.ends.T),
         ("law", film.lines.law[None]),
+        ("stitch", film.lines.stitch[None].astype(int)),
         ("triangles", film.skin.triangles.T),
         ("smooth", film.skin.smooth[None].astype(int)),
         ("hollow", film.skin.hollow[None].astype(int)),

@@ -327,6 +327,7 @@ class Painter:
                 yield posed(instrument, moment), colour
         lines = self.film.lines
         thread = is_there(lines.life, moment.at) & (lines.radius > 0.0)
+        thread &= ~(lines.stitch & self.shows_springs)
         first, second = (moment.position[ends] for ends in lines.ends[thread].T)
         yield capsules(first, second, lines.radius[thread], sides=16), palette.SILK
 
@@ -363,7 +364,8 @@ class Painter:
     def _springs(self, moment: InterpolatedFrame, there: Mask) -> ProjectedTriangles:
         """Return springs as strips that face the eye; those that are pressed are dashed."""
         lines = self.film.lines
-        chosen = np.flatnonzero(there & (lines.radius == 0.0) & self.shows_springs)
+        is_spring = (lines.radius == 0.0) | lines.stitch
+        chosen = np.flatnonzero(there & is_spring & self.shows_springs)
         value, colour = self._coloured(moment, chosen)
         ends = self._into(moment.position[lines.ends[chosen]])
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -442,8 +444,9 @@ class Painter:
         right = inside[0] >= start[0]
         room = 7.0 * len(text := one.scale.text(size))
         x = inside[0] + 6.0 if right else inside[0] - 6.0 - room
+        left = min(max(x, 4.0), self.size[0] - room - 4.0)
         sheet.text(
-            min(max(x, 4.0), self.size[0] - room - 4.0), inside[1], text,
+            left, inside[1] + 14.0 * (left != x), text,
             color=palette.INK, fontsize=9, va="center", parse_math=False,
             path_effects=[withStroke(linewidth=2.5, foreground=palette.PAPER)],
         )  # fmt: skip

@@ -54,6 +54,8 @@ from tissuec.view.player.thinning import (
 from tissuec.view.player.tints import body_tint, is_hollow, node_tints, node_tissues
 from tissuec.view.plots.frame_reader import no_frames
 
+_STITCH = 0.06  # radius of a spring of a joint, of the mean rest length of all springs
+
 
 def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     """Return the drawable contents of a result.
@@ -219,13 +221,20 @@ def _lines(
         radius[[*range(network.spring_count)[thread.pieces], thread.hold, thread.slip]] = (
             thread.radius
         )
+    stitch = np.zeros(network.spring_count, dtype=bool)
+    for joint in network.joints:
+        stitch[joint.springs] = True
+    stitch &= radius == 0.0
+    rest = _rest(trajectory, thin, strand)
+    radius[stitch] = _STITCH * rest[rest > 0.0].mean() if (rest > 0.0).any() else 0.0
     return Lines(
         ends=strand.ends[found.of],
         life=found.life,
         tension=tension[:, found.of] if len(found.of) != len(strand.ends) else tension,
-        rest=_rest(trajectory, thin, strand)[found.of],
+        rest=rest[found.of],
         law=network.law[first][found.of].astype(np.int64),
         radius=radius[first][found.of],
+        stitch=stitch[first][found.of],
         spring=first[found.of],
     )
 

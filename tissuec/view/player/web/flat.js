@@ -17,7 +17,8 @@ class FlatStage {
       triangles: table(arrays[`${piece.name} triangles`], Int32Array),
     })));
     const radius = row(arrays.radius, 0, film.largest.radius / film.steps.level);
-    this.tubes = { radius: radius.filter((value) => value > 0) };
+    this.stitched = row(arrays.stitch, 0);
+    this.tubes = { radius: radius.filter((value, s) => value > 0 && !this.stitched[s]) };
     this.threads = radius;
     this.rest = row(arrays.rest, 0, film.largest.rest / film.steps.level);
     this.lines = { count: this.ends.length / 2 - this.tubes.radius.length };
@@ -158,9 +159,9 @@ class FlatStage {
     for (let s = 0; s < ends.length / 2; s += 1) {
       if (!this.isThere(this.lineLife, s, moment)) continue;
       const corners = [ends[2 * s], ends[2 * s + 1]].map((i) => this.seen(place, i));
-      if (this.threads[s] > 0) {
+      if (this.threads[s] > 0 && !(this.stitched[s] && shown.springs)) {
         const wide = (2 * this.threads[s] * this.scale) / corners[0][2];
-        if (shown.tools) this.add(corners, film.looks.silk, Math.max(wide, pixel));
+        if (shown.tools || this.stitched[s]) this.add(corners, film.looks.silk, Math.max(wide, pixel));
         continue;
       }
       if (!shown.springs || s % every) continue;

@@ -41,8 +41,9 @@ class Pulls {
       path.setAttribute("d", `M${a[0]},${a[1]}L${wing(head, 0)}M${wing(0, 0)}L${wing(head, 4)}L${wing(head, -4)}Z${mark}`);
       text.textContent = `${digits(size / divisor)} ${unit}`;
       const room = 7 * text.textContent.length, right = u >= 0 ? tip[0] + 6 : tip[0] - 6 - room;
-      text.setAttribute("x", Math.max(4, Math.min(wide - room - 4, right)));
-      text.setAttribute("y", inside(tip[1] + 10 * v, high));
+      const left = Math.max(4, Math.min(wide - room - 4, right)), above = left === right ? 0 : 14;  // beside the arrow
+      text.setAttribute("x", left);
+      text.setAttribute("y", inside(tip[1] + 10 * v - above, high));
     });
   }
 }

@@ -91,9 +91,11 @@ class Stage {
     const radius = row(arrays.radius, 0, film.largest.radius / film.steps.level);
     const law = row(arrays.law, 0);
     this.lineLife = life;
-    this.isTube = Array.from(radius, (value) => value > 0);
-    const own = [], tubes = [];
+    const stitched = row(arrays.stitch, 0);
+    this.isTube = Array.from(radius, (value, i) => value > 0 && !stitched[i]);
+    const own = [], tubes = [], stitches = [];
     this.isTube.forEach((isTube, i) => (isTube ? tubes : own).push(i));
+    stitched.forEach((isStitch, i) => { if (isStitch) stitches.push(i); });
     if (own.length > MANY) shuffle(own);  // so that any first part of them is spread evenly
     const pick = (data, size, chosen) => {
       const found = new data.constructor(size * chosen.length);
@@ -123,7 +125,9 @@ class Stage {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     gl.bindVertexArray(null);
     this.lines = lines;
-    this.tubes = { ends: pick(ends, 2, tubes), life: pick(life, 2, tubes), radius: pick(radius, 1, tubes) };
+    const round = (chosen) => ({ ends: pick(ends, 2, chosen), life: pick(life, 2, chosen), radius: pick(radius, 1, chosen) });
+    this.tubes = round(tubes);
+    this.stitches = round(stitches);
     let sum = 0, count = 0;
     rest.forEach((value) => { if (value > 0) { sum += value; count += 1; } });
     this.meanRest = count ? sum / count : film.view.size / 20;
@@ -244,6 +248,7 @@ class Stage {
     this.openings = made(tubeMesh(), some("opening"));
     this.planes = some("plane");
     this.threads = this.solids(capsule, this.tubes.ends, this.tubes.life, this.tubes.radius);
+    this.seams = this.solids(capsule, this.stitches.ends, this.stitches.life, this.stitches.radius);
     const marks = (ends, life) => this.solids(capsule, ends, life, new Float32Array(life.length / 2).fill(marker));
     this.held = marks(table(arrays.held, Int32Array), lives(arrays["life of held"]));
     const dots = Array.from(arrays.dots.data, (value) => arrays.dots.low + value);
@@ -293,6 +298,7 @@ class Stage {
     if (shown.section && shown.surface !== "none") this.cap.draw(common, shown.section, [frame, next, mixing], isDark ? looks.ink_dark : looks.ink);
     if (shown.surface === "solid") this.drawSkins(common, moment, frame, next, 1);
     if (shown.springs) this.drawLines(common, frame, next, shown);
+    else this.drawRound(this.seams, common, looks.silk);
     this.drawRound(this.dots, common, isDark ? looks.ink_dark : looks.steel);
     if (shown.forces) this.drawForces(common, frame, next, shown.reach);
     if (shown.surface === "glass") this.drawSkins(common, moment, frame, next, 0.38);
