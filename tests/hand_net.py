@@ -148,12 +148,12 @@ class Saying(Struct):
     def is_tool(self):
         return self.words in self.tools
 
-    def tool(self, word, *, kind=None):
+    def tool(self, word, *, kinds=()):
         if word not in self.clauses:
             return None
         name = self.clauses[word]
-        if kind is not None and self.tools[name] != kind:
-            self.reject("TIS312", f"{name} is no {kind}")
+        if kinds and self.tools[name] not in kinds:
+            self.reject("TIS312", f"{name} is no {kinds[0]}")
         return name
 
     def vector(self, word, dimension):

@@ -408,7 +408,7 @@ MISTAKES = {
         "displacement of right edge",
         "TIS701",
         "displacement",
-        "outputs: trajectory, precision, blocks, surface, distance, elastic energy, ene",
+        "outputs: trajectory, precision, compress, blocks, surface, distance, elastic energy, ene",
     ),
     "output of a component": M(
         "force of forceps A every 1 ms",
@@ -527,7 +527,7 @@ MISTAKES = {
         "pad {",
         "TIS303",
         "pad",
-        "parts: use, about, hedge, property, quantity, rules, law, tissue, body",
+        "parts: use, about, author, laboratory, licence, cite, hedge, property, quantity, rules, law, tissue, body",
     ),
     "tissue given twice": M(
         "tissue is fat\n",

@@ -25,11 +25,11 @@ from tissuec.cli.common import (
     scene_options,
 )  # fmt: skip
 from tissuec.core.errors import CompileError, TissueError
+from tissuec.core.precision import PRECISIONS, SINGLE
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.signals import SIGNALLED, exit_code
 from tissuec.results import wording
 from tissuec.results.promise import Promise
-from tissuec.script.plan import PRECISIONS, SINGLE
 
 if TYPE_CHECKING:
     from tissuec.compiler.compile import Compiled

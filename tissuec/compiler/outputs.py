@@ -10,6 +10,7 @@ from tissuec.compiler.conditions import LEDGER, Conditions
 from tissuec.compiler.sets import Groups
 from tissuec.compiler.smoothing import SURFACE, read_surface
 from tissuec.core.hints import Edit, Hint, alternatives, proposal
+from tissuec.core.precision import PRECISIONS, SINGLE
 from tissuec.core.source import Span
 from tissuec.core.units import FREQUENCY, TIME, parse_unit, show
 from tissuec.lang import syntax as s
@@ -17,7 +18,7 @@ from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Indices
 from tissuec.scene.expressions import Scope
 from tissuec.script.measures import MEASURES, Subject
-from tissuec.script.plan import PRECISIONS, SINGLE, LogRequest, Output, SurfaceOutput
+from tissuec.script.plan import LogRequest, Output, SurfaceOutput
 
 _FORCE_ALONG = "outputs are whole vectors; a component is for conditions and studies"
 

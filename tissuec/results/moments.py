@@ -7,7 +7,7 @@ after it, at the same time, so that what lies between two rows is free of events
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from msgspec import Struct
@@ -17,8 +17,10 @@ from tissuec.geometry.surfaces import SURFACES
 from tissuec.geometry.surfaces.skin import BodySkin
 from tissuec.model.network import Floats, Indices
 from tissuec.results.mesh import Cells, RecordedMesh
-from tissuec.results.surface_series import SurfaceSeries
-from tissuec.results.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from tissuec.results.surface_series import SurfaceSeries
+    from tissuec.results.trajectory import Trajectory
 
 _NEAR = 1e-12  # of the duration: times that differ by less are one
 _FRAME = 2  # rank at one time: behind the sides 0 and 1 of an event
@@ -34,13 +36,13 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         sides: Number of the side, or -1 for a frame, shape (row,).
     """
 
-    trajectory: Trajectory
+    trajectory: "Trajectory"
     times: Floats
     frames: Indices
     sides: Indices
 
     @classmethod
-    def of(cls, trajectory: Trajectory, chosen: Indices) -> Self:
+    def of(cls, trajectory: "Trajectory", chosen: Indices) -> Self:
         """Return some frames of a result, and the sides of all events between them.
 
         Args:
@@ -165,7 +167,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
                 yield row, cells
                 last = cells
 
-    def surface(self, series: SurfaceSeries) -> Iterator[tuple[int, Floats, Indices]]:
+    def surface(self, series: "SurfaceSeries") -> Iterator[tuple[int, Floats, Indices]]:
         """Yield the points [m] of a smooth surface at sides of events, and its triangles.
 
         Yields:

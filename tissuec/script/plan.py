@@ -115,10 +115,6 @@ class Expectation(Struct, frozen=True, eq=False):
     span: Span
 
 
-SINGLE = "single"
-PRECISIONS = (SINGLE, "double")
-
-
 class Output(Struct, frozen=True, eq=False):
     """The ``output`` block.
 

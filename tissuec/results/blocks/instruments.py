@@ -7,8 +7,8 @@ from msgspec import Struct
 
 from tissuec.core.names import key_of
 from tissuec.model.network import Floats, Indices
-from tissuec.results.instruments import Course
-from tissuec.results.instruments.courses import JET, courses, solids
+from tissuec.results.instruments import JET, Course
+from tissuec.results.instruments.courses import courses, solids
 from tissuec.results.instruments.meshes import mesh_of, placed
 from tissuec.results.moments import Moments
 from tissuec.results.trajectory import Trajectory

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
 
+JET = "jet"  # the kind of what flows out of a nozzle
 #: How a vertex moves within its instrument.
 FIXED, UPPER, LOWER, STRETCHED, SHIFTED = 0, 1, 2, 3, 4
 

@@ -4,15 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats
-from tissuec.results.instruments import Course
+from tissuec.results.instruments import JET, Course
 from tissuec.results.instruments.cuts import cuts
 from tissuec.results.instruments.grips import grips
 from tissuec.results.instruments.scenery import Scenery
 from tissuec.results.instruments.shafts import frame_along, free_shaft
 from tissuec.results.instruments.solids import tool_solids
 from tissuec.results.moments import Moments
-
-JET = "jet"
 
 
 def courses(moments: Moments) -> tuple[Course, ...]:

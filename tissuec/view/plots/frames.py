@@ -15,7 +15,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import Event
 from tissuec.view.plots import PLOTS, net
 from tissuec.view.plots.frame_reader import batches, drawn, no_frames
-from tissuec.view.plots.instruments import FrameInstruments, mark_held
+from tissuec.view.plots.instruments import FrameInstruments
 from tissuec.view.plots.marks import SILENT, told
 from tissuec.view.plots.options import Direction, Option, read_time
 from tissuec.view.plots.over_time import say_unfinished
@@ -325,8 +325,8 @@ class Shown(Struct, frozen=True, eq=False):
         if self.kind != "surface":
             net.draw_nodes(axes, place[cells.vertices[:, 0]], view)
             front = ~self.solid | front_nodes(points, cells.triangles, view)
-            held = self.instruments.held(moment.frame)
-            mark_held(axes, place, view, held, drawn[front[drawn]])
+            seen = drawn[front[drawn]]
+            self.instruments.mark_held(moment.frame, axes, place, view, seen)
         for instrument in self.instruments.at(moment.frame):
             instrument.draw(axes, view, self.scale)
         left, low, right, high = self.scale.of(self.box)

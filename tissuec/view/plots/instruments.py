@@ -9,11 +9,8 @@ from numpy.typing import NDArray
 from tissuec.core.palette import INK, PAPER, STEEL, WATER
 from tissuec.core.scale import AxisUnit
 from tissuec.model.network import Floats, Indices
-from tissuec.results.instruments import Course
-from tissuec.results.instruments.courses import JET, courses, solids
+from tissuec.results.instruments import JET, Course
 from tissuec.results.instruments.meshes import mesh_of, placed
-from tissuec.results.moments import Moments
-from tissuec.results.tools import FIX, with_ends
 from tissuec.view.plots import net
 from tissuec.view.plots.projection import Projection
 
@@ -85,6 +82,10 @@ class FrameInstruments(Struct, frozen=True, eq=False):
     @classmethod
     def of(cls, trajectory: "Trajectory") -> Self:
         """Return those of a result with frames."""
+        # Files are opened when something is drawn, and not when kinds of plots are listed.
+        from tissuec.results.instruments.courses import courses, solids
+        from tissuec.results.moments import Moments
+
         moments = Moments.of(trajectory, np.arange(len(trajectory.times)))
         row = np.flatnonzero(moments.frames >= 0)
         return cls(trajectory, (*solids(moments), *courses(moments)), row)
@@ -100,6 +101,8 @@ class FrameInstruments(Struct, frozen=True, eq=False):
 
     def held(self, frame: int) -> tuple[Indices, Indices]:
         """Return rows of nodes that are fixed, and that are held otherwise, shape (n,) each."""
+        from tissuec.results.tools import FIX, with_ends
+
         time, shown = float(self.trajectory.times[frame]), self.trajectory.nodes
         none = np.zeros(0, dtype=np.int64)
         fixed, held = [none], [none]
@@ -109,27 +112,27 @@ class FrameInstruments(Struct, frozen=True, eq=False):
         found = (np.flatnonzero(np.isin(shown, np.concatenate(some))) for some in (fixed, held))
         return next(found), next(found)
 
+    def mark_held(
+        self,
+        frame: int,
+        axes: "Axes",
+        place: Floats,
+        view: Projection,
+        seen: NDArray[np.integer],
+    ) -> None:
+        """Mark nodes that are fixed by squares, and that are held otherwise by dots.
 
-def mark_held(
-    axes: "Axes",
-    place: Floats,
-    view: Projection,
-    held: tuple[Indices, Indices],
-    seen: NDArray[np.integer],
-) -> None:
-    """Mark nodes that are fixed by squares, and that are held otherwise by dots.
-
-    Args:
-        axes: Axes of matplotlib.
-        place: Of all nodes, in the unit of the axes, shape (node, 3).
-        view: Direction of the eye.
-        held: Both, as rows of nodes.
-        seen: Rows of the nodes that are drawn.
-    """
-    for nodes, (form, size, filling) in zip(held, (_FIXED, _HELD), strict=True):
-        shown = view.flat(place[np.intersect1d(nodes, seen)])
-        if len(shown):
-            axes.plot(
-                *shown.T, form, markersize=size, markerfacecolor=filling, markeredgecolor=INK,
-                markeredgewidth=0.4, zorder=2.5,
-            )  # fmt: skip
+        Args:
+            frame: Number of the frame.
+            axes: Axes of matplotlib.
+            place: Of all nodes, in the unit of the axes, shape (node, 3).
+            view: Direction of the eye.
+            seen: Rows of the nodes that are drawn.
+        """
+        for nodes, (form, size, filling) in zip(self.held(frame), (_FIXED, _HELD), strict=True):
+            shown = view.flat(place[np.intersect1d(nodes, seen)])
+            if len(shown):
+                axes.plot(
+                    *shown.T, form, markersize=size, markerfacecolor=filling,
+                    markeredgecolor=INK, markeredgewidth=0.4, zorder=2.5,
+                )  # fmt: skip

@@ -1,0 +1,4 @@
+"""Precisions in which frames are stored."""
+
+SINGLE = "single"
+PRECISIONS = (SINGLE, "double")
