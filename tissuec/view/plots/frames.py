@@ -118,7 +118,7 @@ class FramesPlot(Struct, frozen=True):
         self, section: SectionPlane | str, subjects: Sequence[PlotSubject]
     ) -> Picture:
         """Return the picture of a section."""
-        from tissuec.view.plots.section_frames import section_picture
+        from tissuec.view.section.section_frames import section_picture
 
         if self.view is not None or self.show != "springs":
             what = "--from" if self.view is not None else "--show"

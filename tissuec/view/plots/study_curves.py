@@ -119,7 +119,7 @@ def _at(curve: MeasureCurve, row: int, times: Floats) -> Floats:
     known = np.isfinite(curve.values[row])
     if not known.any():
         return np.full(len(times), np.nan)
-    found = np.interp(
+    found: Any = np.interp(
         times, curve.times[known], curve.values[row][known], left=np.nan, right=np.nan
     )
     return np.asarray(found, dtype=float)
