@@ -157,8 +157,9 @@ def test_what_is_pressed_is_dashed_and_what_pulls_is_not(opened, tmp_path):
     assert 0.3 * pulled < pressed < 0.85 * pulled
 
 
+@pytest.mark.slow
 def test_scrubbing_is_quick(opened, text):
-    """At least half a dozen pictures in a second, on a computer that does other things too."""
+    """At least half a dozen pictures in a second, on a computer that does nothing else."""
     page = opened(text)
     rate = page.evaluate(
         """async () => {

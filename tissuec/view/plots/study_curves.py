@@ -119,9 +119,8 @@ def _at(curve: MeasureCurve, row: int, times: Floats) -> Floats:
     known = np.isfinite(curve.values[row])
     if not known.any():
         return np.full(len(times), np.nan)
-    found: Any = np.interp(
-        times, curve.times[known], curve.values[row][known], left=np.nan, right=np.nan
-    )
+    interpolated: Any = np.interp
+    found = interpolated(times, curve.times[known], curve.values[row][known], np.nan, np.nan)
     return np.asarray(found, dtype=float)
 
 

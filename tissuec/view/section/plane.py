@@ -40,7 +40,7 @@ class SectionPlane(Struct, frozen=True):
     @property
     def text(self) -> str:
         """Return the plane in words, as it can be written."""
-        size = scale_of("m", [abs(self.offset)])
+        size = scale_of("m", [abs(self.offset) or 1e-3])
         if self.axis:
             return f"{self.axis} = {size.text(self.offset)}"
         point = [size.of(self.offset * one) for one in self.normal]
