@@ -13,6 +13,7 @@ from tissuec.view.section.plane import SectionPlane, read_plane
         ("x=-2.5cm", (1, 0, 0), -0.025),
         ("y = 0", (0, 1, 0), 0.0),
         ("through (0, 0, 6) mm facing (0, 3, 4)", (0, 0.6, 0.8), 4.8e-3),
+        ("through (17 mm, 0, 1 cm) facing (1, 0, 0)", (1, 0, 0), 0.017),
         ("plane through (1, 1, 1) m facing (0, 0, -2)", (0, 0, -1), -1.0),
         ("along plane through (0,0,0) facing (1,0,0)", (1, 0, 0), 0.0),
     ],

@@ -14,6 +14,7 @@ from tissuec.view.player.options import Options
 from tissuec.view.player.page import render_film
 from tissuec.view.player.picture import Painter
 from tissuec.view.player.reading import read_film
+from tissuec.view.plots import draw
 from tissuec.view.section.clipping import clipped
 from tissuec.view.section.film_section import check_plane, section
 from tissuec.view.section.plane import read_plane
@@ -203,3 +204,34 @@ def test_a_cut_face_has_the_colours_of_the_field(run):
     assert light[3] - light[-3] > 0.2
     blue = pixels[body[-3], 60]
     assert blue[2] > blue[0] + 0.1
+
+
+def test_only_nodes_behind_the_plane_are_read_off(opened):
+    box = opened.locator("#view").bounding_box()
+    found = []
+    for x in np.linspace(0.2, 0.8, 9):
+        for y in np.linspace(0.2, 0.8, 7):
+            opened.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])
+            opened.wait_for_timeout(30)
+            found.append(opened.evaluate("tissuec.picked()"))
+    heights = [one["position"][2] for one in found if one]
+    assert len(heights) > 10 and max(heights) <= 7.3e-3
+    opened.focus("#view")
+    for key in ("Alt+ArrowUp", "Alt+ArrowRight", "Alt+ArrowUp", "Alt+ArrowUp"):
+        opened.keyboard.press(key)
+        assert opened.evaluate("tissuec.picked()")["position"][2] <= 7.3e-3
+
+
+def test_a_plane_that_meets_no_skin_is_answered(tmp_path):
+    scene = """language 1
+tissue silk { spring constant = 200 N/m; viscosity = 0.5 N*s/m; mass = 1 g }
+body cord {
+  mesh is thread { line from (0, 0, 0) mm to (20, 0, 0) mm; pieces = 4; thickness = 1 mm }
+  tissue is silk
+}
+environment { gravity = (0, 0, 0) m/s^2; damping = 1 mN*s/m }
+simulate { duration = 1 ms }
+output { trajectory every 1 ms }
+"""
+    with pytest.raises(TissueError, match="x = 10 mm meets no skin and no filled body"):
+        draw("frames", tissuec.run(scene, companion="off"), section="x = 10 mm")

@@ -235,7 +235,8 @@ class Painter:
         if (plane := self._section) is None:
             return shapes
         normal = np.array(plane.normal)
-        offset = plane.offset - float(normal @ self.camera.target)
+        # A little more, lest rounding tears what lies in the plane.
+        offset = plane.offset - float(normal @ self.camera.target) + 1e-6 * self.framing.size
         return shapes.behind(self.camera.axes @ normal, offset)
 
     def _caps(self, at: float) -> Iterator[ProjectedTriangles]:

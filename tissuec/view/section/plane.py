@@ -17,6 +17,8 @@ _ALONG_AXIS = re.compile(rf"\s*([xyz])\s*=\s*({_NUMBER})\s*(\S*)\s*")
 _FACING = re.compile(
     rf"\s*(?:(?:along\s+)?plane\s+)?through\s+{_TRIPLE}\s*(\S*)\s+facing\s+({_TRIPLE})\s*"
 )
+_LENGTH = rf"({_NUMBER})\s*([^\s,()]*)"
+_LENGTHS = re.compile(rf"\(\s*{_LENGTH}\s*,\s*{_LENGTH}\s*,\s*{_LENGTH}\s*\)(?=\s+facing)")
 _AXES = ("x", "y", "z")
 
 
@@ -96,6 +98,7 @@ def read_plane(text: str) -> SectionPlane:
         normal = (float(axis == 0), float(axis == 1), float(axis == 2))
         place = float(found[2]) * _metres(text, found, 3, found[2])
         return _finite(text, SectionPlane(normal, place))
+    text = _LENGTHS.sub(_in_metres, text)
     if found := _FACING.fullmatch(text):
         point = np.array([float(found[k]) for k in (1, 2, 3)])
         point = point * _metres(text, found, 4, "" if point.any() else "0")
@@ -112,6 +115,21 @@ def _finite(text: str, plane: SectionPlane) -> SectionPlane:
     if not isfinite(plane.offset) or not all(map(isfinite, plane.normal)):
         raise _wrong(text, (0, len(text)), f"a number is too large; {FORMS}")
     return plane
+
+
+def _in_metres(found: re.Match[str]) -> str:
+    """Return three lengths with units of their own in one unit; as they are if one is none."""
+    metres: list[float] = []
+    for k in (1, 3, 5):
+        number, unit = float(found[k]), found[k + 1]
+        try:
+            read = parse_unit(unit) if unit else None
+        except UnitError:
+            return found[0]
+        if (read is None and number) or (read is not None and read.dimension != LENGTH):
+            return found[0]
+        metres.append(number * (1.0 if read is None else read.factor))
+    return f"({', '.join(map(repr, metres))}) m"
 
 
 def _metres(text: str, found: re.Match[str], group: int, amount: str) -> float:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec import Struct
 
+from tissuec.core.errors import TissueError
 from tissuec.core.palette import INK
 from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats
@@ -68,7 +69,7 @@ def section_picture(
     colours = np.array([tints[tissue == k].mean(axis=0) for k in range(len(names))])
     flat = [one.borders @ plane.basis.T for one in found]
     ends = np.concatenate([one.reshape(-1, 2) for one in flat])
-    size = float(np.ptp(ends, axis=0).max()) if len(ends) else 0.0
+    size = float(np.ptp(ends, axis=0).max())
     low, high = ends.min(axis=0) - _MARGIN * size, ends.max(axis=0) + _MARGIN * size
     scale, count = scale_of("m", [size]), len(found)
     columns = min(count, 2 if count < 5 else 3)
@@ -88,6 +89,11 @@ def section_picture(
             left, right = scale.of((low[0], high[0]))
             bottom, top = scale.of((low[1], high[1]))
             axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+            if not len(one.borders):
+                style = {"ha": "center", "va": "center", "color": INK}
+                axes.text(
+                    0.5, 0.5, "the plane meets nothing", transform=axes.transAxes, **style
+                )
             areas = one.cut.areas(len(names)) / _MM2
             sheet.tell("areas_mm2", one.title, dict(zip(names, areas.tolist(), strict=True)))
         for axes in panels[count:]:
@@ -121,6 +127,11 @@ def _moments(
         skin = place[triangles[~solid[triangles].any(axis=1)]]
         hollow = met(skin, skin @ np.array(plane.normal) - plane.offset)
         found.append(SectionMoment(title, cut, hollow))
+    if not any(len(one.borders) for one in found):
+        raise TissueError(
+            f"the plane {plane.text} meets no skin and no filled body; springs and threads "
+            "have no section"
+        )
     return found, cells.filled
 
 

@@ -7,7 +7,8 @@ function cutOff(section, camera, view) {
   if (!section) return { cut: WHOLE };
   const eye = camera.target.map((value, k) => value + camera.shift[k] + camera.distance * camera.axes[2][k]);
   const { normal, offset } = section.towards(eye), seen = camera.axes.map((axis) => dot(axis, normal));
-  return { cut: [...seen, offset + dot(seen, view.subarray(12, 15))], normal, isOpen: section.count > 0 };
+  const near = 1e-6 * camera.distance;  // lest rounding tears what lies in the plane
+  return { cut: [...seen, offset + near + dot(seen, view.subarray(12, 15))], normal, isOpen: section.count > 0 };
 }
 
 class Cap {

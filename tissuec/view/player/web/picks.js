@@ -44,7 +44,7 @@ const picks = {
   // Look for nodes as they are drawn now.
   seeing() {
     const { canvas } = this.stage;
-    return this.sight.look(this.moment, this.camera, canvas.clientWidth, canvas.clientHeight, this.shown.surface !== "none");
+    return this.sight.look(this.moment, this.camera, canvas.clientWidth, canvas.clientHeight, this.shown.surface !== "none", this.section);
   },
 
   nodeUnder(x, y) { return this.seeing().under(x, y); },

@@ -17,7 +17,7 @@ class Sight {
   }
 
   // Look at a moment through a camera, on a picture of so many pixels.
-  look(moment, camera, width, height, isSolid) {
+  look(moment, camera, width, height, isSolid, section) {
     const { film, arrays } = this;
     if (this.moment !== moment) {
       this.place = new Float64Array(3 * film.nodes);
@@ -26,6 +26,9 @@ class Sight {
     const [right, up, eye] = camera.axes;
     const from = camera.target.map((value, k) => value + camera.shift[k] + camera.distance * eye[k]);
     Object.assign(this, { moment, camera, width, height, right, up, eye, from, isSolid: isSolid && this.hasSkin });
+    this.cut = section?.isOn ? section.towards(from) : null;
+    this.cap = this.cut && section.count ? section.cut(this.place, moment) : null;
+    this.cutNodes = new Set(this.cap?.ends);
     return this;
   }
 
@@ -46,6 +49,20 @@ class Sight {
       const i = triangles[3 * t], j = triangles[3 * t + 1], k = triangles[3 * t + 2];
       if (i === but || j === but || k === but) continue;
       const far = crossing(place, 3 * i, 3 * j, 3 * k, from, way);
+      if (far < best && !this.isCutOff(from.map((value, n) => value + far * way[n]))) [best, found] = [far, t];
+    }
+    return { triangle: found, far: best };
+  }
+
+  // Return whether a point is in front of the section, where nothing is drawn.
+  isCutOff(point) { return this.cut !== null && dot(point, this.cut.normal) > this.cut.offset; }
+
+  // Return the triangle of the cut face along a way from the eye, and how far it is.
+  hitCap(way) {
+    let best = Infinity, found = -1;
+    const { points, triangles } = this.cap ?? { triangles: [] };
+    for (let t = 0; t < triangles.length; t += 3) {
+      const far = crossing(points, 3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2], this.from, way);
       if (far < best) [best, found] = [far, t];
     }
     return { triangle: found, far: best };
@@ -54,15 +71,22 @@ class Sight {
   // Return whether no skin hides a node.
   isSeen(node) {
     if (!this.isDrawn[node] || dot(this.at(node).map((value, k) => value - this.from[k]), this.eye) >= 0) return false;
-    const way = this.at(node).map((value, k) => value - this.from[k]);
-    return !this.isSolid || this.hit(way, node).far > 1 - 1e-3;
+    if (this.isCutOff(this.at(node))) return false;
+    const way = this.at(node).map((value, k) => value - this.from[k]), before = 1 - 1e-3;
+    if (this.hitCap(way).far <= before && !this.cutNodes.has(node)) return false;
+    return !this.isSolid || this.hit(way, node).far > before;
   }
 
   // Return the node under a pixel: of the first triangle there, or one that is near enough.
   under(x, y) {
     const { camera } = this, across = ((2 * x) / this.width - 1) * camera.half * camera.aspect, above = (1 - (2 * y) / this.height) * camera.half;
     const way = this.eye.map((value, k) => across * this.right[k] + above * this.up[k] - value);
-    const { triangle } = this.isSolid ? this.hit(way) : { triangle: -1 };
+    const { triangle, far } = this.isSolid ? this.hit(way) : { triangle: -1, far: Infinity }, face = this.hitCap(way);
+    if (face.far < far) {
+      const { ends: pairs, triangles } = this.cap, corners = triangles.slice(face.triangle, face.triangle + 3);
+      const ends = corners.flatMap((corner) => pairs.slice(2 * corner, 2 * corner + 2));
+      return this.ordered(x, y, ends.filter((node) => !this.isCutOff(this.at(node))))[0].node;
+    }
     if (triangle >= 0) {
       const corners = Array.from(this.triangles.subarray(3 * triangle, 3 * triangle + 3));
       return this.ordered(x, y, corners)[0].node;
