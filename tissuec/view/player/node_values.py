@@ -104,6 +104,8 @@ def read_field(nodes: DrawnNodes, name: str) -> FieldValues:
         return FieldValues.of(field, value)
     others = [one.name for one in FIELDS if one is not field and one.value(nodes) is not None]
     why = f" ({nodes.unknown_stress})" if name == "stress" and nodes.unknown_stress else ""
+    if nodes.film.node_count < nodes.film.recorded[0]:
+        why = " where it is simplified; omit --nodes"
     raise TissueError(
         f'"{nodes.trajectory.path}" has no {name}{why}; fields of this result: '
         f"{', '.join(others)}"
