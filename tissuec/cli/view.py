@@ -4,7 +4,7 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 from msgspec import Struct
@@ -323,7 +323,6 @@ def _check_section(
     film: "PlayerData", trajectory: "Trajectory", wish: "ViewOptions", settings: Settings
 ) -> None:
     """Check that a section meets bodies when they are shown, and say what it leaves open."""
-    from tissuec.view.player.lifetimes import Timeline
     from tissuec.view.section.film_section import check_plane
 
     plane, time = wish.options.section, wish.options.time
@@ -331,9 +330,7 @@ def _check_section(
         return
     last = time is None and "png" in wish.pictures
     still = float(film.times[-1]) if last else time
-    check_plane(
-        film, plane, None if still is None else float(Timeline(film.times).frame_of(still))
-    )
+    check_plane(film, plane, None if still is None else film.moment_at(still))
     bodies = [body.name for body in trajectory.network.bodies]
     hollow = [name for name in bodies if name not in film.cells.filled]
     if hollow:
@@ -383,7 +380,6 @@ def _draw(
     from tissuec.view.player.animation import write_gif, write_video
     from tissuec.view.player.drawn_nodes import DrawnNodes
     from tissuec.view.player.facts import title
-    from tissuec.view.player.lifetimes import Timeline
     from tissuec.view.player.node_values import chosen_field
     from tissuec.view.player.picture import Painter
     from tissuec.view.plots.formats import metadata
@@ -396,9 +392,8 @@ def _draw(
         film, options, (width, height), title(trajectory), forces=wish.forces, field=field
     )
     if kind == "png":
-        first, last = float(film.times[0]), float(film.times[-1])
-        time = last if options.time is None else min(max(options.time, first), last)
-        picture: Any = painter.draw(float(Timeline(film.times).frame_of(time)))
+        at = film.moment_at(film.times[-1] if options.time is None else options.time)
+        time, picture = film.time_at(at), cast("Any", painter.draw(at))
         with replacing(path) as beside:
             subject = PlotSubject("result", painter.title, trajectory)
             known = metadata(".png", credits_of(subject)) | {"Software": "tissuec"}

@@ -68,14 +68,14 @@ class Surroundings(Struct, frozen=True, eq=False):
                 bars. As many eigenvectors are kept at most.
         """
         along = drawn[ends[:, 1]] - drawn[ends[:, 0]]
-        value, axes = np.linalg.eigh(_full(_sum(ends, _products(along, along), len(drawn))))
+        value, axes = np.linalg.eigh(symmetric(_sum(ends, _products(along, along), len(drawn))))
         kept = value > _THIN * value[:, 2:]
         kept[:, : 3 - dimension] = False
         inverse = axes * np.where(kept, 1.0 / np.where(kept, value, 1.0), 0.0)[:, None]
         return cls(ends, along, inverse, axes, kept)
 
     def repeated(self, count: int) -> Self:
-        """Return those of several nets alike, whose nodes stand behind one another."""
+        """Return the surroundings of several copies of the net, their nodes in sequence."""
         nodes = len(self.kept)
         ends = self.ends[None] + nodes * np.arange(count)[:, None, None]
         return type(self)(
@@ -181,8 +181,12 @@ def _sum(ends: Indices, values: Floats, count: int) -> Floats:
     return found
 
 
-def _full(six: Floats) -> Floats:
-    """Return six components as symmetric matrices, shape (node, 3, 3)."""
+def symmetric(six: Floats) -> Floats:
+    """Return symmetric matrices, shape (node, 3, 3), in the unit of their components.
+
+    Args:
+        six: Components in the order of `COMPONENTS`, shape (node, 6).
+    """
     return six[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
 
 

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from tissuec.core.errors import TissueError
 from tissuec.matter.elasticity import wall_springs
-from tissuec.mechanics.deformation import Surroundings, mean_of_springs, von_mises
+from tissuec.mechanics.deformation import Surroundings, mean_of_springs, symmetric, von_mises
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
 from tissuec.results.blocks.layout import Cloud
@@ -212,9 +212,8 @@ def _springs_of(network: Network, body: BodyPart) -> BodyMatter:
 
 def _largest(around: Surroundings, six: Floats) -> Floats:
     """Return the largest principal of strains (node, 6) in known directions, shape (node,)."""
-    full = six[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
     # What is not known must not be the largest.
     low = 10.0 * (1.0 + np.abs(six).max(axis=1))
     away = (around.axes * ~around.kept[:, None, :]) @ around.axes.transpose(0, 2, 1)
-    largest = np.linalg.eigvalsh(full - low[:, None, None] * away)[:, 2]
+    largest = np.linalg.eigvalsh(symmetric(six) - low[:, None, None] * away)[:, 2]
     return np.where(around.kept.any(axis=1), largest, 0.0)

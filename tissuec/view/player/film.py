@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats, Indices
 from tissuec.view.player.cells import SolidCells
-from tissuec.view.player.lifetimes import Lifetimes, is_there
+from tissuec.view.player.lifetimes import Lifetimes, Timeline, is_there
 
 _SURE = 0.98  # of all numbers: scales of colours and arrows end there
 
@@ -206,6 +206,14 @@ class PlayerData(Struct, frozen=True, eq=False):
     laws: tuple[str, ...]
     recorded: tuple[int, int]
     numbers: Indices
+
+    def time_at(self, at: float) -> float:
+        """Return the time [s] of a moment in frames."""
+        return float(np.interp(at, np.arange(len(self.times)), self.times))
+
+    def moment_at(self, time: float) -> float:
+        """Return the moment, in frames, of a time [s]; those outside are at an end."""
+        return float(Timeline(self.times).frame_of(np.clip(time, *self.times[[0, -1]])))
 
     @property
     def divisions(self) -> int:

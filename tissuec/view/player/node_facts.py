@@ -7,6 +7,7 @@ import numpy as np
 from tissuec.model.network import Indices
 from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.packing import Pack
+from tissuec.view.player.tints import written_tissue
 
 
 def pack_node_facts(nodes: DrawnNodes, pack: Pack) -> dict[str, Any]:
@@ -28,18 +29,15 @@ def pack_node_facts(nodes: DrawnNodes, pack: Pack) -> dict[str, Any]:
             {
                 "name": body.name,
                 "from": int(np.searchsorted(numbers, int(body.nodes.start))),
-                "tissue": _tissue(nodes, body.name, ""),
+                "tissue": str(written_tissue(trajectory, body.name).get("name", "")),
             }
             for body in trajectory.network.bodies
         ],
         "regions": [
-            {"name": group.name, "tissue": _tissue(nodes, group.body, group.name)}
-            for group in groups
+            {
+                "name": one.name,
+                "tissue": str(written_tissue(trajectory, one.body, one.name).get("name", "")),
+            }
+            for one in groups
         ],
     }
-
-
-def _tissue(nodes: DrawnNodes, body: str, region: str) -> str:
-    parts: dict[str, Any] = nodes.trajectory.manifest.get("tissues", {}).get(body, {})
-    found: dict[str, Any] = parts.get(region) or parts.get("") or {}
-    return str(found.get("name", ""))

@@ -178,6 +178,7 @@ def describe(nodes: DrawnNodes, options: Options, pack: Pack) -> dict[str, Any]:
 
 def _pack_shapes(film: PlayerData, pack: Pack) -> None:
     """Put what is drawn into ``pack``: which nodes, and in which frames."""
+    cells = film.cells.sorted
     for name, numbers in (
         ("ends", film.lines.ends.T),
         ("law", film.lines.law[None]),
@@ -188,7 +189,7 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
         ("tints", np.rint(255.0 * film.tints).astype(np.int64).reshape(1, -1)),
         ("dots", film.dots.of[None]),
         ("held", film.held.rods.T),
-        ("cells", film.cells.sorted.tetrahedra),
+        ("cells", cells.tetrahedra),
         ("tissue", film.tissue[None]),
         ("curved", film.curved[None].astype(int)),
     ):
@@ -196,7 +197,7 @@ def _pack_shapes(film: PlayerData, pack: Pack) -> None:
     lives = {
         "lines": film.lines.life,
         "skin": film.skin.life,
-        "cells": film.cells.sorted.life,
+        "cells": cells.life,
         "dots": film.dots.life,
         "held": film.held.life,
         "patches": film.held.patches,

@@ -105,7 +105,7 @@ class Painter:
         self.shows_springs = film.shows_springs(options.colour)
         # Cut faces end at the flat triangles of the net.
         self._opens = options.section is not None and len(film.cells.tetrahedra) > 0
-        is_plain = self.shows_springs and not self._is_colouring
+        is_plain = self.shows_springs and not self._colours_skin
         self._divisions = 1 if is_plain or self._opens else film.divisions
         # Smooth surfaces have no nodes, at which fields are known.
         self._shows_net = self.shows_springs or self._opens or field is not None
@@ -130,9 +130,14 @@ class Painter:
         return figure
 
     @property
-    def _is_colouring(self) -> bool:
+    def _colours_skin(self) -> bool:
         """Whether the colours of the skin are those of a field."""
         return self.field is not None and bool(len(self.film.skin.triangles))
+
+    @property
+    def _colours_springs(self) -> bool:
+        """Whether those of springs are, as there is no skin."""
+        return self.field is not None and not self._colours_skin
 
     def draw(self, at: float) -> "Figure":
         """Draw a moment, in frames, in the place of the former one."""
@@ -143,8 +148,7 @@ class Painter:
         width, height = self.size
         sheet.imshow(self.scene(at), extent=(0, width, 0, height), aspect="auto")
         sheet.set(xlim=(0, width), ylim=(0, height))
-        frames = np.arange(len(self.film.times))
-        self._annotate(sheet, at, float(np.interp(at, frames, self.film.times)))
+        self._annotate(sheet, at, self.film.time_at(at))
         return self.figure
 
     def pixels(self, at: float) -> NDArray[np.uint8]:
@@ -231,7 +235,7 @@ class Painter:
         return plane and plane.towards(camera.target + camera.distance * camera.axes[2])
 
     def _behind(self, shapes: ProjectedTriangles) -> ProjectedTriangles:
-        """Return what is not in front of the plane of the section."""
+        """Return the parts that are not in front of the plane of the section."""
         if (plane := self._section) is None:
             return shapes
         normal = np.array(plane.normal)
@@ -370,8 +374,7 @@ class Painter:
         value, colour = self._coloured(moment, chosen)
         ends = self._into(moment.position[lines.ends[chosen]])
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        by_field = self.field is not None and not self._is_colouring
-        pressed = (value < -_PRESSED) & (self.colour != "law") & (not by_field)
+        pressed = (value < -_PRESSED) & (self.colour != "law") & (not self._colours_springs)
         fine = min(1.0, 18.0 / np.sqrt(max(1, len(lines.ends))))
         width = 1.25 * (0.55 + fine) * min(max(self.size[0] / _USUAL, 0.6), 4.0)
         wide = width * (1.0 if self.colour == "law" else 0.75 + 0.75 * np.abs(value))
@@ -390,7 +393,7 @@ class Painter:
         a, b, c, d = (strips[:, 0] - half[:, 0], strips[:, 0] + half[:, 0],
                       strips[:, 1] - half[:, 1], strips[:, 1] + half[:, 1])  # fmt: skip
         corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)])
-        if self.field is None or self._is_colouring:
+        if self.field is None or not self._colours_springs:
             tint = np.repeat(np.tile(colour[which], (2, 1))[:, None], 3, axis=1)
             return ProjectedTriangles(
                 corners, self._hazy(tint, corners, 0.62), np.ones(len(corners))
@@ -471,7 +474,7 @@ class Painter:
         if self.forces and self.film.most_force:
             self._force_ruler(sheet)
         above = 0.0
-        if self.shows_springs and (self.field is None or self._is_colouring):
+        if self.shows_springs and not self._colours_springs:
             most = self._most[self.colour]
             above = draw_spring_legend(sheet, self.film.laws, self.colour, most, self.size)
         if self.field is not None:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.view.player.film import PlayerData
-from tissuec.view.player.lifetimes import Timeline
 from tissuec.view.player.node_values import FieldValues
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter
@@ -26,7 +25,7 @@ def still(film: PlayerData, options: Options, field: FieldValues | None = None) 
         field: What colours the skin; its tissues if None.
     """
     time = film.times[0] if options.time is None else options.time
-    at = float(Timeline(film.times).frame_of(np.clip(time, film.times[0], film.times[-1])))
+    at = film.moment_at(time)
     data = b""
     for size in _SIZES:
         data = png(Painter(film, options, size, "", field=field).scene(at))

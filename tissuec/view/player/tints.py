@@ -31,12 +31,10 @@ def node_tissues(trajectory: Trajectory) -> tuple[tuple[str, ...], Indices]:
     """Return the names of all tissues, and which recorded nodes have, shape (node,)."""
     names: dict[str, int] = {}
     found = np.zeros(trajectory.network.node_count, dtype=np.int64)
-    written: dict[str, Any] = trajectory.manifest.get("tissues", {})
 
     def number(body: str, region: str = "") -> int:
-        parts: dict[str, Any] = written.get(body, {})
-        part: dict[str, Any] = parts.get(region) or parts.get("") or {}
-        return names.setdefault(part.get("name", body), len(names))
+        name = written_tissue(trajectory, body, region).get("name", body)
+        return names.setdefault(name, len(names))
 
     for body in trajectory.network.bodies:
         found[body.nodes] = number(body.name)
@@ -44,6 +42,18 @@ def node_tissues(trajectory: Trajectory) -> tuple[tuple[str, ...], Indices]:
         if group.body and group.what == "nodes":
             found[group.indices] = number(group.body, group.name)
     return tuple(names), found[trajectory.nodes]
+
+
+def written_tissue(trajectory: Trajectory, body: str, region: str = "") -> dict[str, Any]:
+    """Return name and appearance of the tissue of a body or a region; empty if unknown.
+
+    Args:
+        trajectory: The result.
+        body: Name of the body.
+        region: Name of the region; empty for the rest of the body.
+    """
+    parts: dict[str, Any] = trajectory.manifest.get("tissues", {}).get(body, {})
+    return parts.get(region) or parts.get("") or {}
 
 
 def body_tint(trajectory: Trajectory, body: str, region: str = "") -> Floats:
@@ -54,8 +64,7 @@ def body_tint(trajectory: Trajectory, body: str, region: str = "") -> Floats:
         body: Name of the body.
         region: Name of the region; empty for the rest of the body.
     """
-    parts: dict[str, Any] = trajectory.manifest.get("tissues", {}).get(body, {})
-    written: dict[str, Any] = parts.get(region) or parts.get("") or {}
+    written = written_tissue(trajectory, body, region)
     gloss: float | None = written.get("gloss")
     colour = rgb(written.get("colour") or palette.SKIN)
     return np.array([*colour, GLOSS if gloss is None else gloss])

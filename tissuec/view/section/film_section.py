@@ -37,7 +37,7 @@ def check_plane(film: PlayerData, plane: SectionPlane, at: float | None) -> None
     if at is None:
         check_reach(film.position[:, : film.node_count], plane, "at any time")
         return
-    time = film.clock.text(float(np.interp(at, np.arange(len(film.times)), film.times)))
+    time = film.clock.text(film.time_at(at))
     check_reach(position_at(film, at)[: film.node_count], plane, f"at {time}")
 
 
