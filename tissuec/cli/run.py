@@ -155,7 +155,7 @@ class _Storage(NamedTuple):
         return self.compress or self.precision is not None
 
     def of(self, compiled: "Compiled") -> "Compiled":
-        """Return a scene that is stored so; PlaceError if it stores no frames."""
+        """Return a scene with this storage; PlaceError if it stores no frames."""
         from tissuec.results.errors import PlaceError
 
         output = compiled.plan.output

@@ -102,7 +102,7 @@ class OutputReader:
             self._alone(item, "it shows the frames of the trajectory")
             self.blocks = True
         elif key == "compress":
-            self._alone(item, "it is about all frames and surfaces")
+            self._alone(item, "it applies to all frames and surfaces")
             self.compress = True
         elif key == "trajectory":
             self._trajectory(item, clauses)

@@ -107,7 +107,7 @@ def predict(compiled: Compiled) -> Prediction:
 
 
 def _foreseen(plan: Plan) -> ForeseenEvents:
-    """Return what will happen after the start."""
+    """Return how many events and cuts are expected after the start."""
     end = plan.simulation.duration
     times: set[float] = set()
     for event in plan.events:

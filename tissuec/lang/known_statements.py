@@ -17,7 +17,7 @@ MOST = 50_000  # statements; beyond, all are forgotten
 
 
 def key_of_tokens(tokens: Sequence[Token]) -> Hashable:
-    """Return what tokens have in common wherever they stand together."""
+    """Return a key that equal tokens have at any place of a text."""
     first = tokens[0].start if tokens else 0
     return tuple([(one.type, one.text, one.start - first) for one in tokens])
 

@@ -202,7 +202,7 @@ class _TreeParser:
         return node
 
     def _node(self, statement: Statement, rule: str) -> Any:
-        """Return what the builder makes of a statement, or made of an equal one before."""
+        """Return the syntax node of a statement, parsed unless an equal one is known."""
         sentence, source = statement.sentence, self.tree.source
         if self.known is None:
             return statement_parser().parse(sentence, rule)

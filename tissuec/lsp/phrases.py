@@ -76,7 +76,7 @@ def phrase_at_end(statement: Statement, offset: int) -> tuple[Phrase, list[str]]
 
 
 def prefix_at(statement: Statement, offset: int) -> Prefix:
-    """Return what stands in a statement before an offset."""
+    """Return the beginning of a statement, up to an offset."""
     reader = _reader_up_to(statement, offset)
     for _ in reader.all():
         pass

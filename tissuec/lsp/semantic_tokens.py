@@ -76,7 +76,7 @@ def tokens_of(tree: Tree, known: KnownWords) -> list[tuple[int, int, Kind]]:
 
 
 def _words(statement: Statement, block: BlockKind) -> list[tuple[int, Kind]]:
-    """Return what words of a statement stand for, by their places in it."""
+    """Return the kinds of the words of a statement, with their offsets in it."""
     first, found = statement.parts[0].start, list[tuple[int, Kind]]()
     for phrase in phrases(statement, block):
         kind = kind_of(phrase)

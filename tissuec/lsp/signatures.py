@@ -29,7 +29,7 @@ class WrittenForm(Struct, frozen=True):
 
     @property
     def words(self) -> list[str]:
-        """Return what is written as it stands: all but what is to be filled in."""
+        """Return the fixed words: all but the placeholders."""
         return [word for word in _PLACEHOLDER.sub(" ", self.text).split() if word != "("]
 
 

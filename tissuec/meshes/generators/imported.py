@@ -112,7 +112,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
                 raise ValueError('"resolution" belongs to label images (.nrrd, .nii)')
             return
         if self.filling == CUBES and self.resolution is not None:
-            raise ValueError('"resolution" is that of a surface, which cubes do not need')
+            raise ValueError('"resolution" is for surfaces; cubes do not need it')
         if self.merging == OFF or self.merging_distance is not None:
             raise ValueError("an image has no nodes that could be merged")
 

@@ -31,9 +31,7 @@ _SIGNS = {
 }  # fmt: skip
 _ANATOMICAL = ("left-posterior-superior", "right-anterior-superior", "left-anterior-superior")
 _NOT_ANATOMICAL = ("scanner-xyz", "3d-right-handed")
-_NO_ORIENTATION = (
-    "it does not say where left, back and head are: its axes are taken as x, y and z"
-)
+_NO_ORIENTATION = "it does not state its orientation: its axes are used as x, y and z"
 
 
 def read(data: bytes, path: Path) -> RawImage:
@@ -156,7 +154,7 @@ def _axes(header: Mapping[str, Any]) -> tuple[Floats, Floats, tuple[str, ...]]:
 
 
 def _spacings(header: Mapping[str, Any], count: int) -> tuple[Floats, Floats, tuple[str, ...]]:
-    """Return what there is of an image that says only how large its voxels are."""
+    """Return axes, origin and remarks of an image that states only the voxel size."""
     spacings = np.abs(np.asarray(header.get("spacings", ()), float))
     if len(spacings) != count or not np.isfinite(spacings).any():
         raise FormatError(

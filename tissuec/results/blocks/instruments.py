@@ -52,7 +52,7 @@ class ToolMesh(Struct, frozen=True, eq=False):
 
 
 def tool_meshes(trajectory: Trajectory, tools: Mapping[str, str]) -> Sequence[ToolMesh]:
-    """Return what is seen of each tool and, behind these, of jets and of scalpels.
+    """Return the meshes of all tools, followed by those of jets and scalpels.
 
     Args:
         trajectory: A result with frames.

@@ -122,7 +122,7 @@ class FramesPlot(Struct, frozen=True):
 
         if self.view is not None or self.show != "springs":
             what = "--from" if self.view is not None else "--show"
-            raise TissueError(f"a section is seen from its front and has regions: omit {what}")
+            raise TissueError(f"a section always shows its regions from the front: omit {what}")
         plane = read_plane(section) if isinstance(section, str) else section
         trajectory: Trajectory = subjects[0].content
         chosen = moments(trajectory, self.times)

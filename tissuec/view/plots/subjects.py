@@ -44,7 +44,7 @@ class PlotSubject(Struct, frozen=True, eq=False):
 
 
 def credits_of(subject: PlotSubject) -> dict[str, str]:
-    """Return what a result or a scene says about itself, and its title; see ``formats``."""
+    """Return the title and the metadata of a result or a scene; see ``formats``."""
     if subject.kind == "result":
         manifest: dict[str, Any] = subject.content.manifest
         texts = {word: str(manifest[word]) for word in TEXTS if manifest.get(word)}

@@ -8,7 +8,7 @@ from tissuec.view.report.markup import Content, Section, pairs
 
 
 def section(content: ReportContent) -> Section:
-    """Return what is to be cited, each with what it is."""
+    """Return the citations of the scene, the program and the method."""
     return Section("cite", "Cite as", pairs(_sources(content)))
 
 

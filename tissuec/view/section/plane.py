@@ -64,7 +64,7 @@ class SectionPlane(Struct, frozen=True):
 
     @property
     def labels(self) -> tuple[str, str]:
-        """Return what to call the directions of the basis: axes, or vectors."""
+        """Return labels for the directions of the basis: names of axes, or vectors."""
         right, up = self.basis
         return _named(right), _named(up)
 
