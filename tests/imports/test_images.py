@@ -221,6 +221,72 @@ def test_import_proposes_a_scene_that_is_good(tmp_path, monkeypatch):
     assert said.exit_code == 0, said.output
 
 
+SEGMENTS = {
+    "two of a name": (("liver", "liver"), (), "the labels 1 and 2 have the same name"),
+    "name of a number": (("label 2", ""), (), 'have the same name, "label 2"'),
+    "a word": (NAMES, ("2", "two"), '"two" is not a label, in Segment1_LabelValue'),
+    "background": (NAMES, ("2", "0"), '"0" is not a label'),
+    "two of a label": (NAMES, ("2", "1"), 'the label 1 has two names, "liver" and "Tumör"'),
+}
+
+
+@every("case", SEGMENTS)
+def test_segments_whose_names_are_not_clear_are_refused(case, tmp_path):
+    names, value, reason = SEGMENTS[case]
+    more = [line.replace(*map("={}".format, value)) if value else line
+            for line in segments(names)]  # fmt: skip
+    write_nrrd(tmp_path / "a.seg.nrrd", *ball((2.0, 2.0, 2.0)), more=more)
+    said = refusal(tmp_path / "a.seg.nrrd")
+    assert reason in said and "again" in said
+
+
+def test_a_segment_without_a_label_is_reported(tmp_path):
+    more = [line for line in segments() if not line.startswith("Segment1_LabelValue")]
+    write_nrrd(tmp_path / "a.seg.nrrd", *ball((2.0, 2.0, 2.0)), more=more)
+    mesh = imported(tmp_path / "a.seg.nrrd")
+    assert list(mesh.groups) == ["liver", "label 2"]
+    assert mesh.remarks == ('the segment "Tumör" is not used: it has no Segment1_LabelValue',)
+
+
+def test_a_resolution_that_voxels_do_not_have_is_refused(tmp_path):
+    write_nrrd(tmp_path / "a.nrrd", *ball((1.0, 1.0, 2.0)))
+    said = refusal(tmp_path / "a.nrrd", resolution=0.9e-3)
+    assert "below the size of its voxels, 1 mm x 1 mm x 2 mm" in said
+    assert not imported(tmp_path / "a.nrrd", resolution=1e-3).remarks
+
+
+def said_about(file: str, folder: Path):
+    """Return what is said about a scene with a file in mm, and by ``import``."""
+    body = f'mesh is imported {{ file "{file}" in mm }}; tissue is silk'
+    scene = f"language 1\ntissue silk {{ mass = 1 mg }}\nbody b {{ {body} }}\n"
+    with pytest.raises(CompileError) as caught:
+        check_request(Request(Source("a.tis", scene, folder / "a.tis")))
+    (found,) = (one for one in caught.value.diagnostics if one.code in ("TIS604", "TIS605"))
+    return found, str(CliRunner().invoke(group, ["import", str(folder / file)]).exception)
+
+
+def test_another_unit_is_answered_with_that_of_the_file(tmp_path):
+    more = ['space units: "cm" "cm" "cm"']
+    write_nrrd(tmp_path / "a.nrrd", *ball((2.0, 2.0, 2.0)), more=more)
+    found, shown = said_about("a.nrrd", tmp_path)
+    assert found.hint == 'write: file "a.nrrd" in cm'
+    assert [(one.text, one.span.text) for one in found.edits] == [
+        ('file "a.nrrd" in cm', 'file "a.nrrd" in mm')
+    ]
+    assert "is cm, not mm; write: --unit cm" in shown
+
+
+@every("file", ("a.mha", "a.mhd", "IM0001", "series"))
+def test_images_of_other_formats_are_answered_with_a_way(file, tmp_path):
+    (tmp_path / "series").mkdir(exist_ok=True)
+    for name in ("a.mha", "a.mhd", "IM0001", "series/IM0001"):
+        content = b"ObjectType = Image" if name.startswith("a.") else bytes(128) + b"DICM"
+        (tmp_path / name).write_bytes(content)
+    found, shown = said_about(file, tmp_path)
+    for said in (found.hint, shown):
+        assert "in 3D Slicer" in said and '.nrrd"' in said
+
+
 def test_wrong_words_of_a_label_image_are_refused(tmp_path):
     image, mesh = (LocatedFile(name, tmp_path / name, 1e-3) for name in ("a.nii.gz", "a.obj"))
     for file, entries, reason in (
@@ -259,6 +325,7 @@ HEADERS = {
     "unknown space": (b"left-posterior-superior", b"3D-left-handed", 'its space is "3D-left'),
     "other unit": (b"endian", b'space units: "um" "um" "um"\nendian', "is um, not mm"),
     "strange unit": (b"endian", b'space units: "ell" "ell" "ell"\nendian', "unknown: ell"),
+    "unit of time": (b"endian", b'space units: "s" "s" "s"\nendian', "unknown: s | correct"),
     "more voxels": (b"sizes: 4 4 4", b"sizes: 4 4 5", "it is truncated, or its sizes"),
     "huge": (b"sizes: 4 4 4", b"sizes: 4 4 400000000000", "take more than 2048 MiB"),
     "no size": (b"sizes: 4 4 4", b"sizes: 4 0 4", "its size is 4 x 0 x 4"),
@@ -286,7 +353,7 @@ def picture():
 VALUES = {
     "a picture": (picture(), "it is a picture, not an image of labels"),
     "empty": (0 * SMALL, "it contains no labelled voxel"),
-    "fractions": (0.5 * SMALL.astype(np.float32), "no whole numbers"),
+    "fractions": (0.5 * SMALL.astype(np.float32), "not whole numbers"),
     "gaps": (np.where(SMALL, np.nan, 0).astype(np.float32), "are not finite"),
     "negative": (-SMALL.astype(np.int16), "the label -1"),
 }

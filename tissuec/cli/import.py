@@ -72,7 +72,7 @@ def command(settings: Settings, file: Path, unit: str) -> int:
             mesh = _of_cubes(mesh)
         shape = mesh.shape
     except MeshFileError as error:
-        hint = error.hint or _elsewhere(file)
+        hint = f"write: --unit {error.unit}" if error.unit else error.hint or _elsewhere(file)
         raise TissueError(f"{error}; {hint}" if hint else str(error)) from error
     facts = {**_facts(shape), **_image_facts(mesh)}
     filling = _filling(mesh, facts)

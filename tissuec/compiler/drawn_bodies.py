@@ -11,7 +11,7 @@ from tissuec.compiler.selections import Mask, PointScope, extents
 from tissuec.compiler.tables import ExplicitBody, read_tables
 from tissuec.compiler.threads import knot_pairs, thread_of
 from tissuec.core.errors import Note, counted
-from tissuec.core.hints import alternatives
+from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths
@@ -118,8 +118,11 @@ def _generate(body: Body, findings: Findings) -> Mesh:
             findings.stop()
         mesh = _built(body)
     except MeshFileError as error:
-        place = body.mesh.file.span if isinstance(body.mesh, Imported) else body.span
-        findings.reject("TIS605", str(error), place, hint=error.hint)
+        place, hint = body.span, error.hint
+        if isinstance(body.mesh, Imported):
+            place = body.mesh.file.span
+            hint = hint or _with_unit(body.mesh.file.name, error.unit)
+        findings.reject("TIS605", str(error), place, hint=hint)
     except (ValueError, ArithmeticError) as error:
         findings.reject("TIS309", f"body {body.name}: {error}", body.span)
     if mesh.origin is not None and mesh.remarks:
@@ -130,6 +133,12 @@ def _generate(body: Body, findings: Findings) -> Mesh:
             notes=tuple(map(Note, mesh.remarks)),
         )
     return mesh
+
+
+def _with_unit(file: str, unit: str) -> str:
+    """Return the hint that gives a file its own unit; "" if the unit is not at fault."""
+    entry = f'file "{file}" in {unit}'
+    return Hint(f"write: {entry}", Edit(entry)) if unit else ""
 
 
 def _built(body: Body) -> Mesh:

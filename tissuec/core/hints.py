@@ -123,7 +123,7 @@ def nearby_file(path: Path, suffix: str, beside: Path | None = None) -> Hint:
     from difflib import get_close_matches  # late: most names are those of files
 
     try:
-        names = [place.name for place in path.parent.glob(f"*{suffix}")]
+        names = [place.name for place in path.parent.glob(f"*{suffix}") if place.is_file()]
     except OSError:
         return Hint("")
     whole = f"{path.name.removesuffix(suffix)}{suffix}"

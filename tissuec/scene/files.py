@@ -9,6 +9,7 @@ from tissuec.core.hints import Hint, insertion, nearby_file
 from tissuec.core.source import Span
 from tissuec.core.units import UnitError, describe, parse_unit
 from tissuec.lang import syntax as s
+from tissuec.meshes.formats.conversion import way_of_folder
 from tissuec.scene.expressions import Scope
 from tissuec.scene.library import LINK, LINKED, Library
 
@@ -68,6 +69,10 @@ def _find(wanted: str, span: Span, scope: Scope) -> Path:
             if all(library.leads_out(place) for library in (here, scope.library or here)):
                 scope.findings.reject("TIS603", LINK.format(wanted), span, hint=LINKED)
             return place
+    for place in places:
+        if os.path.isdir(place):
+            way = way_of_folder(place)
+            scope.findings.reject("TIS604", f'"{wanted}" is a folder', span, hint=way)
     scope.findings.reject(
         "TIS604",
         f'there is no file "{wanted}"',

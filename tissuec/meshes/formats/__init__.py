@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
-from tissuec.meshes.formats.conversion import IMAGES, way_of
+from tissuec.meshes.formats.conversion import IMAGES, begins_like_dicom, way_of
 
 Floats: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
@@ -24,10 +24,16 @@ _MOST_VALUES = 256  # of an array that numbers the parts of a mesh; more is a me
 
 
 class FormatError(ValueError):
-    """A file is not what its name says, or is broken; the message names no file."""
+    """A file is not what its name says, or is broken; the message names no file.
 
-    def __init__(self, message: str, hint: str = ""):
+    Attributes:
+        hint: What to do about it.
+        unit: Unit of length of the file, where another one is given.
+    """
+
+    def __init__(self, message: str, hint: str = "", *, unit: str = ""):
         self.hint = hint
+        self.unit = unit
         super().__init__(message)
 
 
@@ -100,8 +106,11 @@ def read(data: bytes, path: Path) -> RawMesh:
     """
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
-        kinds, way = ", ".join((*FORMATS, *IMAGES)), way_of(suffix, path)
+        looks = ".dcm" if begins_like_dicom(data) else suffix
+        kinds, way = ", ".join((*FORMATS, *IMAGES)), way_of(looks, path)
         hint = f"{way}  formats: {kinds}" if way else f"formats: {kinds}"
+        if not suffix:
+            raise FormatError("its name does not end with that of a format", hint)
         raise FormatError(f'the format "{suffix}" is not supported', hint)
     if not data.strip():
         raise FormatError("the file is empty")

@@ -7,7 +7,7 @@ _GRID = (
     'pyvista.read("{name}").cast_to_unstructured_grid().save("{stem}.vtu")'
 )
 _FIELD = (
-    "an image is no mesh: make a surface of it (a segmentation in 3D Slicer, or the filter "
+    "an image is not a mesh: make a surface of it (a segmentation in 3D Slicer, or the filter "
     'Contour of ParaView), and save that as "{stem}.stl" or "{stem}.vtp"'
 )
 _IMAGE = (
@@ -25,6 +25,7 @@ _SEVERAL = (
     '"{stem}.vtu" (cells) or "{stem}.vtp" (surfaces)'
 )
 
+_PREAMBLE = 128  # bytes before the sign of DICOM: DICOM PS3.10, 7.1
 #: Endings of names of label images, which ``meshes.images`` reads.
 IMAGES = (".nrrd", ".nhdr", ".nii", ".nii.gz")
 
@@ -38,6 +39,22 @@ _WAYS = {
     **dict.fromkeys((".step", ".stp", ".iges", ".igs", ".brep", ".geo"), _SHAPE),
     **dict.fromkeys((".vtm", ".pvd", ".pvtu", ".xdmf", ".e", ".exo", ".case"), _SEVERAL),
 }
+
+
+def begins_like_dicom(data: bytes) -> bool:
+    """Return whether contents of a file begin as DICOM, whatever the name of the file."""
+    return data[_PREAMBLE : _PREAMBLE + 4] == b"DICM"
+
+
+def way_of_folder(path: Path) -> str:
+    """Return how a mesh is made of a folder: of a DICOM series, or of one of its files."""
+    try:
+        with next(one for one in sorted(path.iterdir()) if one.is_file()).open("rb") as file:
+            if begins_like_dicom(file.read(_PREAMBLE + 4)):
+                return way_of(".dcm", path)
+    except (OSError, StopIteration):
+        pass
+    return "name one file in it"
 
 
 def way_of(kind: str, path: Path) -> str:

@@ -16,6 +16,7 @@ from tissuec.core.fields import InFile, Named, OneOf, Real
 from tissuec.core.files import read_bytes
 from tissuec.geometry.edges import Edges, Floats, Indices
 from tissuec.meshes.formats import FormatError, read
+from tissuec.meshes.formats.conversion import way_of_folder
 from tissuec.meshes.generators import MESHES, FileOrigin, Mesh
 from tissuec.meshes.generators.joining import springs
 from tissuec.meshes.generators.lattice import CRYSTALS, REACH
@@ -41,10 +42,16 @@ LARGEST_FILE = 2 << 30  # bytes; beyond, reading takes more memory than nets can
 
 
 class MeshFileError(ValueError):
-    """A mesh file cannot be used; ``hint`` is what to do about it."""
+    """A mesh file cannot be used.
 
-    def __init__(self, message: str, hint: str = ""):
+    Attributes:
+        hint: What to do about it.
+        unit: Unit of length that the file itself states, where another one is given.
+    """
+
+    def __init__(self, message: str, hint: str = "", *, unit: str = ""):
         self.hint = hint
+        self.unit = unit
         super().__init__(message)
 
 
@@ -70,8 +77,9 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             images also cubes, which need no surface.
         cell: Edge of the cubic cell of the filling.
         reach: Reach of the springs of a filling lattice.
-        resolution: Distance of neighbouring nodes in the surface of a label image, at least the
-            size of a voxel; by default, the cell of the filling, or else the size of a voxel.
+        resolution: Distance of neighbouring nodes in the surface of a label image, not below
+            the size of a voxel; by default, the cell of the filling, or else the size of a
+            voxel.
         stiffness: Distribution of the stiffness of the tissue over springs: even (the same for
             each spring), by the area rule (for surfaces), or by the volume rule (for
             tetrahedra).
@@ -120,9 +128,13 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
     def _bytes(self) -> bytes:
         try:
             return read_bytes(self.file.path, LARGEST_FILE)
+        except IsADirectoryError as error:
+            raise self._error(
+                FormatError("this is a folder", way_of_folder(self.file.path))
+            ) from error
         except OSError as error:
             reason = (error.strerror or type(error).__name__).lower()
-            raise self._error(f"the file cannot be read: {reason}") from error
+            raise self._error(FormatError(f"the file cannot be read: {reason}")) from error
 
     @cached_property
     def shape(self) -> "RepairedMesh":
@@ -137,7 +149,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
                 close = 0.0 if self.merging == OFF else self.merging_distance
                 return repair(raw, self.file.factor, close=close, part=self.part)
         except FormatError as error:
-            raise self._error(str(error), error.hint) from error
+            raise self._error(error) from error
 
     @cached_property
     def image(self) -> "LabelImage":
@@ -147,7 +159,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         try:
             return read(self._bytes, self.file.path, self.file.factor)
         except FormatError as error:
-            raise self._error(str(error), error.hint) from error
+            raise self._error(error) from error
 
     def _shape_of_image(self) -> "RepairedMesh":
         """Return the cubes of an image, or the surface; raises FormatError."""
@@ -160,13 +172,15 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             assert self.cell is not None
             raw = cubes(self.image, values, self.cell)
         else:
+            if self.resolution is not None:
+                self.image.require_resolution(self.resolution)
             resolution = self.cell if self.resolution is None else self.resolution
             raw = surface(self.image, values, resolution)
         shape = repair(raw, 1.0)
         return replace(shape, parts=tuple(self.image.names.values()))
 
-    def _error(self, message: str, hint: str = "") -> MeshFileError:
-        return MeshFileError(f'"{self.file.name}": {message}', hint)
+    def _error(self, error: FormatError) -> MeshFileError:
+        return MeshFileError(f'"{self.file.name}": {error}', error.hint, unit=error.unit)
 
     def size(self) -> tuple[int, int]:
         """Return the numbers of nodes and springs; with a filling, as if it filled the box."""
@@ -177,7 +191,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             try:
                 return size(self.image, self.image.values_of(self.part), self.cell)
             except FormatError as error:
-                raise self._error(str(error), error.hint) from error
+                raise self._error(error) from error
         shape = self.shape
         nodes, pairs = len(shape.position), len(shape.pairs)
         if self.filling == "none":
@@ -186,7 +200,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             kind = self.filling if self.filling in CRYSTALS else "caesium chloride"
             inner, bonds = self._interior().lattice(kind, self.reach).size()
         except FormatError as error:
-            raise self._error(str(error), error.hint) from error
+            raise self._error(error) from error
         # Twice as many tetrahedra as a lattice of body-centred cells has, to be safe.
         return nodes + inner, pairs + bonds + 16 * (nodes + inner)
 
@@ -203,7 +217,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             ends = springs(len(position), shape.pairs, filling.pairs)
             shares = self._shares(position, ends, filling)
         except FormatError as error:
-            raise self._error(str(error), error.hint) from error
+            raise self._error(error) from error
         return Mesh(
             position,
             ends,

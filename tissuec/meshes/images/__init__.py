@@ -14,6 +14,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from tissuec.core import units
 from tissuec.core.hints import alternatives
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.formats.conversion import IMAGES
@@ -70,6 +71,23 @@ class LabelImage(Struct, frozen=True, eq=False, dict=True):
         """Return the volume of the voxels of some labels [m³]."""
         voxel = abs(float(np.linalg.det(self.axes)))
         return voxel * sum(self.count[value] for value in values)
+
+    def require_resolution(self, resolution: float) -> None:
+        """Refuse a resolution that the voxels do not have.
+
+        Args:
+            resolution: [m].
+
+        Raises:
+            FormatError: It is below the size of a voxel along each axis.
+        """
+        sides = np.linalg.norm(self.axes, axis=0)
+        if resolution < sides.min() * (1.0 - _TIE):
+            size = " x ".join(units.show(float(side), units.LENGTH) for side in sides)
+            raise FormatError(
+                f"the resolution is below the size of its voxels, {size}, and has no effect",
+                "leave it out, or write a larger one",
+            )
 
     def extent(self, values: tuple[int, ...]) -> tuple[slice, slice, slice]:
         """Return the smallest block of voxels that contains some labels."""

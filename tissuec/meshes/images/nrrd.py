@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.files import read_bytes
-from tissuec.core.units import UnitError, parse_unit
+from tissuec.core.units import LENGTH, Unit, UnitError, parse_unit
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.images import INSTALL, Floats
 from tissuec.meshes.images.inflating import inflated
@@ -31,6 +31,7 @@ _SIGNS = {
 }  # fmt: skip
 _ANATOMICAL = ("left-posterior-superior", "right-anterior-superior", "left-anterior-superior")
 _NOT_ANATOMICAL = ("scanner-xyz", "3d-right-handed")
+_AGAIN = "save the segmentation again in 3D Slicer"
 _NO_ORIENTATION = "it does not state its orientation: its axes are used as x, y and z"
 
 
@@ -54,7 +55,8 @@ def read(data: bytes, path: Path) -> RawImage:
     }
     values = three_dimensional(values, others)
     axes = directions[~np.isnan(directions).any(axis=1)].T
-    return RawImage(values, axes, origin, _unit(header), _names(header), remarks, more)
+    names, unnamed = _names(header)
+    return RawImage(values, axes, origin, _unit(header), names, (*remarks, *unnamed), more)
 
 
 def _parts(data: bytes, path: Path) -> tuple[dict[str, Any], bytes, bytes]:
@@ -189,23 +191,51 @@ def _unit(header: Mapping[str, Any]) -> float | None:
     if not words:
         return None
     try:
-        factors = {parse_unit(word).factor for word in words}
+        found = {parse_unit(word) for word in words}
     except UnitError:
-        factors = set[float]()
-    if len(factors) != 1:
-        raise FormatError(f"the unit of its coordinates is unknown: {', '.join(sorted(words))}")
-    return factors.pop()
+        found = set[Unit]()
+    if len(found) != 1 or (unit := found.pop()).dimension != LENGTH:
+        raise FormatError(
+            f"the unit of its coordinates is unknown: {', '.join(sorted(words))}",
+            'correct "space units" in its header, such as "mm" "mm" "mm", or remove this line',
+        )
+    return unit.factor
 
 
-def _names(header: Mapping[str, Any]) -> dict[int, str]:
-    """Return the names that 3D Slicer gives to labels."""
+def _names(header: Mapping[str, Any]) -> tuple[dict[int, str], list[str]]:
+    """Return the names that 3D Slicer gives to labels, and remarks on names without a label.
+
+    Raises:
+        FormatError: The label of a name is not a positive whole number, or has two names.
+    """
     names: dict[int, str] = {}
+    remarks: list[str] = []
     for key, name in header.items():
-        if found := re.fullmatch(r"(Segment\d+)_Name", key):
-            value = str(header.get(f"{found[1]}_LabelValue", "")).strip()
-            if value.isdecimal():
-                names[int(value)] = str(name)
-    return names
+        found = re.fullmatch(r"(Segment\d+)_Name", key)
+        if not found:
+            continue
+        entry = f"{found[1]}_LabelValue"
+        if entry not in header:  # as in files of old versions
+            remarks.append(f'the segment "{name}" is not used: it has no {entry}')
+            continue
+        value = _label(entry, str(header[entry]).strip())
+        if names.get(value, name) != name:
+            raise FormatError(
+                f'the label {value} has two names, "{names[value]}" and "{name}"',
+                f"correct {entry} in its header, or {_AGAIN}",
+            )
+        names[value] = str(name)
+    return names, remarks
+
+
+def _label(entry: str, written: str) -> int:
+    """Return the label that an entry of the header gives; raises FormatError if it is none."""
+    if not (written.isascii() and written.isdecimal()) or not int(written):
+        raise FormatError(
+            f'"{written}" is not a label, in {entry}: labels are whole numbers from 1 on',
+            f"correct {entry} in its header, or {_AGAIN}",
+        )
+    return int(written)
 
 
 def _reason(error: Exception) -> str:

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 from hashlib import sha256
+from math import isclose
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.core import units
+from tissuec.core.units import parse_unit
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.images import LabelImage, Labels
 from tissuec.meshes.images.raw import RawImage
@@ -16,20 +17,20 @@ from tissuec.meshes.images.raw import RawImage
 MOST_LABELS = 256  # more different values are those of a picture
 _FEW = 1 << 16  # below, numbers are counted faster than they are sorted
 _FLATTEST = 1e-6  # of the product of the lengths of the axes: volume of a voxel
+_UNITS = ("mm", "cm", "um", "m", "nm", "km", "dm", "pm")  # of length, usual ones first
 _SEGMENT = (
     "segment it first, such as in 3D Slicer or ITK-SNAP, and save the segmentation as .nrrd or "
     ".nii.gz"
 )
 
 
-def read(data: bytes, path: Path, factor: float | None) -> LabelImage:
+def read(data: bytes, path: Path, factor: float) -> LabelImage:
     """Return a label image.
 
     Args:
         data: Contents of the file.
         path: The file.
-        factor: Metres in the unit that the scene gives; None for that of the file, or
-            millimetres where the file does not say.
+        factor: Metres in the unit that the scene gives.
 
     Raises:
         FormatError: The file is broken or no label image, has another unit, or does not say
@@ -44,7 +45,7 @@ def read(data: bytes, path: Path, factor: float | None) -> LabelImage:
     with np.errstate(all="ignore"):  # numbers out of range are found below
         raw = read_format(data, path)
     _require_axes(raw)
-    factor = _factor(raw, factor)
+    _require_unit(raw, factor)
     labels = _whole(raw.values)
     count = _counted(labels)
     names, remarks = _named(raw, count)
@@ -64,16 +65,22 @@ def _require_axes(raw: RawImage) -> None:
         raise FormatError("the axes of its voxels lie in one plane")
 
 
-def _factor(raw: RawImage, given: float | None) -> float:
-    """Return metres in the unit of the coordinates."""
-    if given is None:
-        return raw.unit or 1e-3
-    if raw.unit is not None and abs(raw.unit - given) > 1e-9 * given:
-        own, other = (
-            units.show(one, units.LENGTH).removeprefix("1 ") for one in (raw.unit, given)
-        )
-        raise FormatError(f"the unit of its coordinates is {own}, not {other}")
-    return given
+def _require_unit(raw: RawImage, given: float) -> None:
+    """Refuse another unit than that of the file, if it states one.
+
+    Args:
+        raw: The image.
+        given: Metres in the unit that the scene gives.
+    """
+    if raw.unit is not None and not isclose(raw.unit, given):
+        own, other = _unit_of(raw.unit), _unit_of(given)
+        raise FormatError(f"the unit of its coordinates is {own}, not {other}", unit=own)
+
+
+def _unit_of(factor: float) -> str:
+    """Return a unit of length by its metres."""
+    names = (name for name in _UNITS if isclose(parse_unit(name).factor, factor))
+    return next(names, f"{factor:.9g} m")
 
 
 def _whole(values: NDArray[Any]) -> Labels:
@@ -83,14 +90,14 @@ def _whole(values: NDArray[Any]) -> Labels:
     if values.dtype.kind in "iu":
         return values.astype(values.dtype.newbyteorder("="), copy=False)
     if values.dtype.kind != "f":
-        raise FormatError("its voxels are no numbers, but colours or vectors", _SEGMENT)
+        raise FormatError("its voxels are not numbers, but colours or vectors", _SEGMENT)
     found = np.zeros(values.shape, np.int32, order="F")
     for into, layer in zip(found.T, values.T, strict=True):
         if not np.isfinite(layer).all():
-            raise FormatError("some of its voxels are not finite, so they are no labels")
+            raise FormatError("some of its voxels are not finite, so they are not labels")
         if np.any(layer != np.rint(layer)) or np.abs(layer).max(initial=0.0) >= 2.0**31:
             raise FormatError(
-                "its voxels are no whole numbers, so they are no labels", _SEGMENT
+                "its voxels are not whole numbers, so they are not labels", _SEGMENT
             )
         into[:] = layer
     return found
@@ -123,12 +130,23 @@ def _counted(labels: Labels) -> dict[int, int]:
 
 
 def _named(raw: RawImage, count: Mapping[int, int]) -> tuple[dict[int, str], list[str]]:
-    """Return names of the labels that occur, and remarks on those that do not."""
+    """Return names of the labels that occur, and remarks on those that do not.
+
+    Raises:
+        FormatError: Two of them have the same name, which would have two meanings.
+    """
     names: dict[int, str] = {}
     for value in count:
-        # No text can contain the sign that ends it, and two parts need two names.
+        # No text can contain the sign that ends it.
         name = " ".join(raw.names.get(value, "").replace('"', "'").split())
-        names[value] = f"label {value}" if not name or name in names.values() else name
+        names[value] = name or f"label {value}"
+    named = {name: value for value, name in names.items()}
+    for value, name in names.items():
+        if (other := named[name]) != value:
+            raise FormatError(
+                f'the labels {value} and {other} have the same name, "{name}"',
+                "rename one of them in 3D Slicer, and save the segmentation again",
+            )
     empty = [f'"{name}"' for value, name in raw.names.items() if value not in count]
     remarks = [f"no voxel is labelled {', '.join(empty)}"] if empty else []
     return names, remarks
