@@ -1,7 +1,8 @@
 """The output block: trajectories, blocks, smooth surfaces, logs, energies, storage."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from typing import Never
 
 import numpy as np
 from msgspec.structs import replace
@@ -22,6 +23,7 @@ from tissuec.script.plan import LogRequest, Output, SurfaceOutput
 
 _FORCE_ALONG = "outputs are whole vectors; a component is for conditions and studies"
 
+_CLAUSES = ("of", "to", "every")
 MOST_SAMPLES = 100_000_000
 
 
@@ -52,6 +54,7 @@ class OutputReader:
         self.duration = duration
         self.idle = idle
         self.places: dict[str, Span] = {}
+        self.about_frames = set[str]()  # words without an error that need frames
         self.frames: Indices = np.zeros(0, dtype=np.int64)
         self.every = math.inf
         self.energy = math.inf
@@ -66,25 +69,32 @@ class OutputReader:
         for item in items:
             with self.findings.item():
                 self._item(item)
-        if self.blocks and "trajectory" not in self.places:
-            self.findings.add(
-                "TIS304",
-                "blocks needs a trajectory, whose frames it shows",
-                self.places["blocks"],
-                hint="for example: trajectory every 10 ms",
-            )
-        if self.compress and "trajectory" not in self.places and not self.surfaces:
-            self.findings.add(
-                "TIS304",
-                "compress needs a trajectory or a surface, which it makes smaller",
-                self.places["compress"],
-                hint="for example: trajectory every 10 ms",
-            )
+        written = {one.name.key for one in items if isinstance(one, s.Sentence | s.Block)}
+        self._require_frames(written)
         logs, surfaces = tuple(self.logs), tuple(self.surfaces)
         return Output(
             self.frames, self.every, self.single, logs, self.energy, surfaces, self.blocks,
             self.compress,
         )  # fmt: skip
+
+    def _require_frames(self, written: Collection[str]) -> None:
+        """Report words about frames where there are none.
+
+        Args:
+            written: Names of all outputs, wrong ones included.
+        """
+        if "trajectory" in written:
+            return
+        needs = {"blocks": "blocks needs a trajectory, whose frames it shows"}
+        if SURFACE not in written:
+            needs |= {
+                "compress": "compress needs a trajectory or a surface, which it makes smaller",
+                "precision": "precision needs a trajectory or a surface, which it rounds",
+            }
+        for word, message in needs.items():
+            if word in self.about_frames:
+                hint = "for example: trajectory every 10 ms"
+                self.findings.add("TIS304", message, self.places[word], hint=hint)
 
     def _item(self, item: s.Item) -> None:
         if isinstance(item, s.Sentence | s.Block) and item.name.key == SURFACE:
@@ -96,6 +106,8 @@ class OutputReader:
             )
         key = item.name.key
         clauses = self._clauses(item)
+        if item.phrase is not None and key != "precision":
+            self._chosen(item, item.phrase)
         if key == "precision":
             self._precision(item)
         elif key == "blocks":
@@ -151,9 +163,13 @@ class OutputReader:
         )
 
     def _clauses(self, item: s.Sentence | s.Block) -> dict[str, s.Clause]:
+        """Return the clauses of an output by their words; those without a meaning reject it."""
         clauses: dict[str, s.Clause] = {}
+        known = _clause_words(item.name.key)
         for clause in item.clauses:
-            if clause.word not in ("of", "to", "every") or clause.word in clauses:
+            if clause.word in _CLAUSES and clause.word not in known:
+                self._without_meaning(item, clause, has_of="of" not in known or "of" in clauses)
+            if clause.word not in known or clause.word in clauses:
                 subject = clause.span.one_line.removeprefix(f"{clause.word} ")
                 hint = "" if "of" in clauses else proposal(f"of {subject}")
                 hint = self._rate_meant(clause) or hint
@@ -161,6 +177,29 @@ class OutputReader:
                 self.findings.reject("TIS303", message, clause.span, hint=hint)
             clauses[clause.word] = clause
         return clauses
+
+    def _without_meaning(
+        self, item: s.Sentence | s.Block, clause: s.Clause, *, has_of: bool
+    ) -> Never:
+        """Reject a clause that other outputs have."""
+        subject = clause.span.one_line.removeprefix(f"{clause.word} ")
+        hint = (
+            Hint("leave it out", Edit("", clause.span)) if has_of else proposal(f"of {subject}")
+        )
+        message = f'"{clause.word}" has no meaning in {item.name.text}'
+        self.findings.reject("TIS303", message, clause.span, hint=hint)
+
+    def _chosen(self, item: s.Sentence, phrase: s.Predicate) -> Never:
+        """Reject an output with a choice, such as "trajectory is liver"."""
+        place = Span(item.span.source, item.name.span.end, phrase.span.end)
+        has_of = any(clause.word == "of" for clause in item.clauses)
+        takes = "of" in _clause_words(item.name.key) and not has_of
+        hint = Hint("leave it out", Edit("", place))
+        if takes:
+            text = f"{item.name.text} of {phrase.span.text.removeprefix('is ')}"
+            hint = proposal(text, Span(item.span.source, item.name.span.start, place.end))
+        message = f'"is" is not allowed in {item.name.text}'
+        self.findings.reject("TIS303", message, phrase.span, hint=hint)
 
     def _rate_meant(self, clause: s.Clause) -> Hint | str:
         """Return a hint for ``at 1 kHz``, and for ``at 1 ms`` where "every" was meant."""
@@ -195,6 +234,7 @@ class OutputReader:
         if word not in PRECISIONS:
             self.findings.reject("TIS305", "precision is single or double", item.span)
         self.single = word == SINGLE
+        self.about_frames.add("precision")
 
     def _alone(self, item: s.Sentence, why: str) -> None:
         """Reject a word with anything behind it."""
@@ -202,8 +242,12 @@ class OutputReader:
         self._once(word, item)
         if item.span != item.name.span:
             self.findings.reject(
-                "TIS303", f"{word} stands alone: {why}", item.span, hint=proposal(word)
+                "TIS303",
+                f"nothing can follow {word}: {why}",
+                item.span,
+                hint=proposal(word),
             )
+        self.about_frames.add(word)
 
     def _trajectory(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
         self._once("trajectory", item)
@@ -246,7 +290,7 @@ class OutputReader:
     def _names(self, clause: s.Clause) -> list[s.Name]:
         parts = clause.value.items if isinstance(clause.value, s.Listing) else (clause.value,)
         names = [part for part in parts if isinstance(part, s.Name)]
-        if len(names) != len(parts):
+        if not names or len(names) != len(parts):
             self.findings.reject(
                 "TIS312", "a name, or a list of names, is needed here", clause.value.span
             )
@@ -289,6 +333,17 @@ class OutputReader:
                 hint="write a shorter time after every, or a longer duration in simulate",
             )
         return every
+
+
+def _clause_words(key: str) -> tuple[str, ...]:
+    """Return the words of the clauses that an output has; all of them if it is unknown."""
+    if key == "precision":
+        return ()
+    if key == "trajectory" or key == SURFACE:
+        return "of", "every"
+    if key in MEASURES:
+        return (*("of", "to")[: MEASURES[key].subjects], "every")
+    return _CLAUSES
 
 
 def _head(item: s.Sentence | s.Block) -> str:
