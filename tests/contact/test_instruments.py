@@ -87,3 +87,10 @@ def test_the_tool_moves_as_a_whole_and_its_work_is_accounted_for(name):
     stored = e["kinetic"] + e["elastic"]
     gap = stored - stored[0] - (e["work"] - e["dissipated"])
     assert np.abs(gap).max() < 1e-5 * stored.max()
+
+
+def test_usual_names_of_instruments_lead_to_kinds():
+    from tissuec.script.tools.usual_names import KINDS_OF
+
+    assert not KINDS_OF.keys() & set(TOOLS)
+    assert {kind for kinds in KINDS_OF.values() for kind in kinds} <= set(TOOLS)

@@ -1,7 +1,7 @@
 """What findings propose: sentences with the edits of the text that carry them out."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from msgspec import Struct
@@ -98,16 +98,22 @@ def did_you_mean(word: str, known: Iterable[str]) -> Hint:
     return Hint(f'did you mean "{near[0]}"?', Edit(near[0], old=word)) if near else Hint("")
 
 
-def alternatives(word: str, known: Iterable[str], *, what: str) -> Hint:
+def alternatives(
+    word: str, known: Iterable[str], *, what: str, meant: Sequence[str] = ()
+) -> Hint:
     """Return a hint with the nearest word and then all words, such as for an unknown entry.
 
     Args:
         word: The unknown word.
         known: The known words.
         what: Introduction of the list, such as "there are".
+        meant: Those of them that mean the same; if there are any, none is near by its letters.
     """
     names = list(known)
     near = did_you_mean(word, names)
+    if meant:
+        quoted = " or ".join(f'"{one}"' for one in meant)
+        near = Hint(f"did you mean {quoted}?", *(Edit(one, old=word) for one in meant))
     every = f"{what}: {', '.join(names)}" if names else ""
     return Hint("  ".join(part for part in (near, every) if part), *near.edits)
 

@@ -21,6 +21,7 @@ _UNIT = r"(?:[^\W\d]|%)[\w*/·^-]*"
 _AMOUNT = rf"{_NUMBER}(?: ?{_UNIT})?"
 _WORDS = r"[^\W\d]\w*(?: [^\W\d]\w*)*"
 _VALUE = rf"(?:{_AMOUNT}|{_WORDS})"
+_TEXT = r'"[^"]*"'
 _TIMED = r"^(?:(?:at|after|from|when)\b[^:]*: ?)?"
 
 
@@ -125,6 +126,11 @@ _HABITS = (
     Habit(
         r"^(?P<wrong>import|include|require|load) [\w./]+$",
         'other files are used with "use"', None, 'for example: use "matter/fat"',
+    ),
+    Habit(
+        r'^(?P<wrong>(?P<word>use|about|author|laboratory|licence|cite) '
+        rf'(?P<texts>\[?{_TEXT}(?:(?: ?[,;]| and)? ?{_TEXT})+\]?))$',
+        "one text in quotes is needed here", None, "texts",
     ),
     # words and rules
     Habit(
@@ -304,6 +310,8 @@ def habit(m: Mistake) -> Diagnostic | None:
         place = Span(m.source, start + found.start("wrong"), start + found.end("wrong"))
         if one.hint == "union":
             hint = _union(place, text, found["verb"], found["names"])
+        elif one.hint == "texts":
+            hint = _each_text(place, found["word"], re.findall(_TEXT, found["texts"]))
         elif one.hint == "range":
             hint = one_of(found["low"], found["high"], place)
         elif one.hint == "tolerance":
@@ -325,6 +333,14 @@ def _union(place: Span, text: str, verb: str, names: str) -> Hint:
     is_alone = ":" in text
     edit = Edit(f"{{ {each} }}" if is_alone else each, place)
     return Hint(f'write "{each}", or give the union a name: "{union}"', edit)
+
+
+def _each_text(place: Span, word: str, texts: list[str]) -> Hint:
+    """Return the hint to write a sentence for each text, or one with all of them."""
+    text = f'{word} "{", ".join(one.strip(chr(34)) for one in texts)}"'
+    if word in ("use", "author"):
+        text = "; ".join(f"{word} {one}" for one in texts)
+    return Hint(f"write: {text}", Edit(text, place))
 
 
 def _hint(one: Habit, found: re.Match[str], place: Span) -> Hint:

@@ -16,7 +16,7 @@ from tissuec.lang.version import first_line
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
 from tissuec.scene.library import Library
-from tissuec.scene.metadata import TEXTS, Metadata, is_metadata, with_text
+from tissuec.scene.metadata import MEANT, TEXTS, Metadata, is_metadata, with_text
 
 T = TypeVar("T")
 
@@ -325,7 +325,7 @@ def _reject_vocabulary(declarations: Declarations, findings: Findings) -> None:
 
 
 def _reject_assigned(item: s.Assign, findings: Findings) -> NoReturn:
-    word = item.name.key
+    word = MEANT.get(item.name.key, item.name.key)
     if word in TEXTS:
         text = item.span.text.partition("=")[2].strip().strip('"')
         hint = Hint(f'write: {word} "{text}"', Edit(f'{word} "{text}"'))
@@ -390,7 +390,12 @@ def _reject_unknown(item: s.Item, findings: Findings) -> None:
                 "TIS303",
                 f'"{first}" does not begin any part of a scene',
                 item.name.span,
-                hint=alternatives(first.lower(), TOP_LEVEL, what="parts"),
+                hint=alternatives(
+                    first.lower(),
+                    TOP_LEVEL,
+                    what="parts",
+                    meant=[MEANT[first.lower()]] if first.lower() in MEANT else (),
+                ),
             )
         case _:
             raise AssertionError(item)

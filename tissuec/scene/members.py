@@ -1,6 +1,7 @@
 """Blocks whose ``kind`` says which member of a family they describe: tools and forces."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 
 from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.forces import FORCES
@@ -10,6 +11,7 @@ from tissuec.scene.declarations import Declarations
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Tool, WrittenForce
 from tissuec.script.tools import TOOLS
+from tissuec.script.tools.usual_names import KINDS_OF
 
 HOLDING = "forceps"  # the kind of tool that holds nodes, and so can move them
 
@@ -19,7 +21,7 @@ def read_tool(name: s.Name, item: s.Item, scope: Scope) -> Tool:
     assert isinstance(item, s.Block)
     what, kind, shapes, entries = f"tool {name.text}", "", (), None
     with scope.findings.item():
-        kind, others = _kind(what, item, item.items, TOOLS, HOLDING, scope)
+        kind, others = _kind(what, item, item.items, TOOLS, HOLDING, scope, usual=KINDS_OF)
         read, places = schema.build(TOOLS[kind], others, scope, what=what, where=item.head)
         try:
             shapes = read.shapes()
@@ -82,8 +84,20 @@ def _kind(
     kinds: Collection[str],
     example: str,
     scope: Scope,
+    *,
+    usual: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> tuple[str, list[s.Item]]:
-    """Return which member of a family a block describes, and its other items."""
+    """Return which member of a family a block describes, and its other items.
+
+    Args:
+        what: The block, in messages.
+        block: The block.
+        items: Of the block, without those that have been read.
+        kinds: Names of the members.
+        example: One of them.
+        scope: Of the scene.
+        usual: Members by other names, which hints give.
+    """
     example = f"kind is {example}"
     item, others = _single(what, "kind", example, block, items, scope)
     kind = schema.word_of(item, scope, example=example)
@@ -93,7 +107,7 @@ def _kind(
             "TIS305",
             f'there is no {family} of the kind "{kind.text}"',
             kind.span,
-            hint=alternatives(kind.key, kinds, what="kinds"),
+            hint=alternatives(kind.key, kinds, what="kinds", meant=usual.get(kind.key, ())),
         )
     return kind.key, others
 

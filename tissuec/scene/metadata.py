@@ -11,6 +11,18 @@ from tissuec.scene.findings import Findings
 #: Sentences of one text in quotes, outside of all blocks; only "author" may be repeated.
 TEXTS = ("about", "author", "laboratory", "licence", "cite")
 
+#: Those that other words mean.
+MEANT = {
+    **dict.fromkeys(("title", "description", "abstract", "summary"), "about"),
+    **dict.fromkeys(("authors", "creator", "contributor", "contributors"), "author"),
+    **dict.fromkeys(
+        ("institution", "institute", "affiliation", "hospital", "university", "lab"),
+        "laboratory",
+    ),
+    **dict.fromkeys(("license", "copyright", "rights"), "licence"),
+    **dict.fromkeys(("citation", "reference", "doi", "publication", "paper"), "cite"),
+}
+
 
 class Metadata(Struct, frozen=True):
     """The texts of a file about itself, each empty if it has none."""
