@@ -4,10 +4,11 @@ import time
 
 import pytest
 
+from tissuec.core.memory import Memory
 from tissuec.lang.grammar import StatementParser
 from tissuec.lsp import findings, navigation
 from tissuec.lsp.completion import complete
-from tissuec.lsp.documents import Memory, OpenDocuments
+from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.hover import hover
 from tissuec.lsp.semantic_tokens import tokens_of
 from tissuec.lsp.views import view_of
@@ -119,7 +120,7 @@ def test_findings_of_names_come_before_nets_are_drawn(documents):
 def test_five_thousand_lines_are_answered_within_half_a_second(tmp_path):
     text = scene(180)
     assert text.count("\n") > 4500
-    documents, path, known = OpenDocuments(), tmp_path / "long.tis", {}
+    documents, path, known = OpenDocuments(), tmp_path / "long.tis", Memory(50_000)
     place = text.index("radius = 3", len(text) // 2)
     costs: list[float] = []
     for key in range(4):

@@ -9,11 +9,12 @@ from typing import Any, cast
 
 from msgspec.structs import astuple
 
+from tissuec.core.memory import Memory
 from tissuec.core.source import Source, Span
 from tissuec.lang.syntax import Node
 from tissuec.lang.tokens import Token
 
-MOST = 50_000  # statements; beyond, all are forgotten
+MOST_STATEMENTS = 50_000  # that are remembered
 
 
 def key_of_tokens(tokens: Sequence[Token]) -> Hashable:
@@ -26,7 +27,7 @@ class KnownStatements:
     """The nodes of right statements, by their tokens; not for several threads at once."""
 
     def __init__(self) -> None:
-        self._nodes: dict[Hashable, tuple[int, Any]] = {}
+        self._nodes = Memory(MOST_STATEMENTS)
 
     def recall(self, key: Hashable, tokens: Sequence[Token], source: Source) -> Any:
         """Return the node of a statement at its place in a text; None if it is not known.
@@ -37,7 +38,10 @@ class KnownStatements:
             source: The text.
         """
         found = self._nodes.get(key)
-        return None if found is None else _moved(found[1], source, tokens[0].start - found[0])
+        if found is None:
+            return None
+        start, node = found
+        return _moved(node, source, tokens[0].start - start)
 
     def keep(self, key: Hashable, tokens: Sequence[Token], node: Any) -> None:
         """Remember the node of a statement.
@@ -47,10 +51,8 @@ class KnownStatements:
             tokens: Of the statement.
             node: What was made of it, without a problem.
         """
-        if len(self._nodes) >= MOST:
-            self._nodes.clear()
         if tokens:
-            self._nodes[key] = tokens[0].start, node
+            self._nodes.keep(key, (tokens[0].start, node))
 
 
 def _moved(value: Any, source: Source, by: int) -> Any:

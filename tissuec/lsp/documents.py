@@ -3,13 +3,11 @@
 What was found out about a text is kept until the text, or one that it uses, has changed.
 """
 
-from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from pathlib import Path
-from threading import RLock
-from typing import Any, TypeVar
 
 from tissuec.core.errors import CompileError
+from tissuec.core.memory import Memory
 from tissuec.core.source import Source
 from tissuec.lang import syntax as s
 from tissuec.lang.characters import normalise
@@ -19,30 +17,7 @@ from tissuec.lang.tree import Tree
 from tissuec.lang.tree_builder import tree_of
 from tissuec.scene.imports import Files, read_source
 
-T = TypeVar("T")
 MOST_KEPT, MOST_NETS = 128, 4096
-
-
-class Memory:
-    """A few results of pure functions, the least recently used one forgotten first."""
-
-    def __init__(self, most: int = MOST_KEPT):
-        self.most = most
-        self.found: OrderedDict[Hashable, Any] = OrderedDict()
-        self.lock = RLock()
-
-    def recall(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what is remembered under a key, or make it now."""
-        with self.lock:
-            if key in self.found:
-                self.found.move_to_end(key)
-                return self.found[key]
-        made = make()
-        with self.lock:
-            self.found[key] = made
-            while len(self.found) > self.most:
-                self.found.popitem(last=False)
-        return made
 
 
 class OpenDocuments(Files):
@@ -57,7 +32,7 @@ class OpenDocuments(Files):
 
     def __init__(self, libraries: tuple[Path, ...] = ()):
         self.libraries = libraries
-        self.memory = Memory()
+        self.memory = Memory(MOST_KEPT)
         self.nets = Memory(MOST_NETS)
         self.statements = KnownStatements()
         self._open: dict[Path, tuple[Path, str]] = {}  # by what links lead to

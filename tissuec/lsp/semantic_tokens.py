@@ -1,8 +1,9 @@
 """Semantic tokens: the category of each part of a text, for colours."""
 
-from collections.abc import Hashable
+from functools import partial
 from typing import Literal, TypeAlias
 
+from tissuec.core.memory import Memory
 from tissuec.core.source import Source
 from tissuec.lang.known_statements import key_of_tokens
 from tissuec.lang.tokens import (
@@ -33,9 +34,6 @@ KINDS: tuple[Kind, ...] = (
     "comment", "string", "number", "unit", "keyword", "part", "entry", "verb", "measure",
     "word", "name", "sign",
 )  # fmt: skip
-#: What words of statements stand for, by the block and the tokens of each.
-KnownWords: TypeAlias = dict[tuple[BlockKind, Hashable], list[tuple[int, Kind]]]
-MOST_KNOWN = 50_000  # statements; beyond, all are forgotten
 _PLAIN: dict[str, Kind] = {
     COMMENT: "comment", STRING: "string", NUMBER: "number", UNIT: "unit", KEYWORD: "keyword",
     SIGN: "sign",
@@ -47,32 +45,31 @@ def tokens(text: str) -> list[tuple[int, int, Kind]]:
 
     Blanks, and characters that no sentence can hold, belong to no part.
     """
-    return tokens_of(tree_of(Source("text", text)), {})
+    return tokens_of(tree_of(Source("text", text)), Memory(0))
 
 
-def tokens_of(tree: Tree, known: KnownWords) -> list[tuple[int, int, Kind]]:
+def tokens_of(tree: Tree, known: Memory) -> list[tuple[int, int, Kind]]:
     """Return start, stop and kind of each part of a text, as ``tokens``.
 
     Args:
         tree: The text.
-        known: What is known of statements, to which those of this text are added.
+        known: What the words of statements mean, by the block and the tokens of each; those of
+            this text are added.
     """
-    if len(known) > MOST_KNOWN:
-        known.clear()
     words: dict[int, Kind] = {}
     for statement in tree.statements:
         if statement.parts:
-            key = block_of(statement), key_of_tokens(statement.parts)
-            if key not in known:
-                known[key] = _words(statement, key[0])
+            block = block_of(statement)
+            key = block, key_of_tokens(statement.parts)
+            found = known.recall(key, partial(_words, statement, block))
             first = statement.parts[0].start
-            words.update([(first + place, kind) for place, kind in known[key]])
-    found: list[tuple[int, int, Kind]] = []
+            words.update([(first + place, kind) for place, kind in found])
+    coloured: list[tuple[int, int, Kind]] = []
     for part in (piece for token in tree.lexemes for piece in token.pieces):
         if part.kind not in (LINE, ODD):
             kind = words.get(part.start) or _PLAIN.get(part.kind, "name")
-            found.append((part.start, part.stop, kind))
-    return found
+            coloured.append((part.start, part.stop, kind))
+    return coloured
 
 
 def _words(statement: Statement, block: BlockKind) -> list[tuple[int, Kind]]:

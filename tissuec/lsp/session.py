@@ -13,14 +13,15 @@ from pygls.uris import from_fs_path, to_fs_path
 
 from tissuec import __version__
 from tissuec.core.errors import Diagnostic
+from tissuec.core.memory import Memory
 from tissuec.core.source import Span
+from tissuec.lang.known_statements import MOST_STATEMENTS
 from tissuec.lsp import navigation
 from tissuec.lsp.documents import OpenDocuments
 from tissuec.lsp.error_docs import address_of
 from tissuec.lsp.findings import Checked, check
 from tissuec.lsp.fixes import QuickFix
 from tissuec.lsp.positions import Positions
-from tissuec.lsp.semantic_tokens import KnownWords
 from tissuec.lsp.views import View, view_of
 from tissuec.scene.findings import Findings
 
@@ -54,7 +55,7 @@ class Session(LanguageServer):
         self.early: set[Path] = set()  # texts of which errors of names are shown
         self.uris: dict[Path, str] = {}
         self.shown: set[str] = set()
-        self.known_words: KnownWords = {}
+        self.known_words = Memory(MOST_STATEMENTS)
         # Two threads, so that a keystroke does not wait for a text that is looked at closely.
         self.pool = ThreadPoolExecutor(2, "check")
 

@@ -1,0 +1,42 @@
+"""A few results of pure functions, of which the oldest are forgotten."""
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from threading import RLock
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+class Memory:
+    """Results by their keys, the least recently used one forgotten first; for all threads."""
+
+    def __init__(self, most: int):
+        self.most = most
+        self._found: OrderedDict[Hashable, Any] = OrderedDict()
+        self._lock = RLock()
+
+    def get(self, key: Hashable) -> Any:
+        """Return what is remembered under a key; None for nothing."""
+        with self._lock:
+            if key not in self._found:
+                return None
+            self._found.move_to_end(key)
+            return self._found[key]
+
+    def keep(self, key: Hashable, made: object) -> None:
+        """Remember something under a key, and forget what has not been used for longest."""
+        with self._lock:
+            self._found[key] = made
+            self._found.move_to_end(key)
+            while len(self._found) > self.most:
+                self._found.popitem(last=False)
+
+    def recall(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return what is remembered under a key, or make it now."""
+        with self._lock:
+            if key in self._found:
+                return self.get(key)
+        made = make()
+        self.keep(key, made)
+        return made
