@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from tissuec.core.prefixes import shown_unit
 from tissuec.core.units import rounded
 
+_ROUNDING = 1e-6  # of numbers of single precision, and of what is computed from these
 _SMALL, _LARGE = -7, 17  # exponents of numbers that are written without one
 _MICRO = re.compile(r"\bu(?=[A-Za-z])")
 
@@ -85,6 +86,16 @@ def scale_of(unit: str, values: Iterable[ArrayLike]) -> AxisUnit:
         values: In that unit, of any shape; those that are not finite are ignored.
     """
     return AxisUnit(*shown_unit(unit, largest_of(values)))
+
+
+def snapped(value: float, size: float) -> float:
+    """Return a number, but 0 where it is the rounding error of numbers of some size.
+
+    Args:
+        value: In any unit.
+        size: Of the numbers that it is computed from, in the same unit.
+    """
+    return 0.0 if abs(value) < _ROUNDING * size else value
 
 
 def largest_of(values: Iterable[ArrayLike]) -> float:

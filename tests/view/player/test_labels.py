@@ -35,14 +35,12 @@ return texts;
 """
 
 
-def evaluated(lines, given):
-    """Return what lines return after the scripts that need no page, with ``given``."""
+def evaluated(lines, given, scripts=("units.js", "curves.js")):
+    """Return what lines return after scripts that need no page, with ``given``."""
     node = shutil.which("node")
     if node is None:
         pytest.skip("node is not installed")
-    code = "".join(
-        (WEB / name).read_text(encoding="utf-8") for name in ("units.js", "curves.js")
-    )
+    code = "".join((WEB / name).read_text(encoding="utf-8") for name in scripts)
     function = json.dumps(f'"use strict"; const LETTER = {LETTER};\n{code}\n{lines}')
     program = (
         'const given = JSON.parse(require("fs").readFileSync(0, "utf8"));'

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
 from tissuec.model.network import Floats
+from tissuec.view.player.rules import RULES
 
-_LAMP = np.array([-0.45, 0.6, 0.75]) / np.linalg.norm([-0.45, 0.6, 0.75])
+_LAMP = np.array(RULES.lamp) / np.linalg.norm(RULES.lamp)
 _SHARP = np.cos(np.radians(50.0))  # between faces, beyond which an edge is seen
 
 
@@ -55,6 +56,22 @@ def capsules(first: Floats, second: Floats, radius: Floats, *, sides: int = 24) 
             rings.append(middle + radius[:, None] * normal)
             normals.append(normal)
     return _joined(np.array(rings), np.array(normals))
+
+
+def along_rods(mesh: TriangleMesh, first: Floats, second: Floats, values: Floats) -> Floats:
+    """Interpolate values at the ends of rods to corners, shape (triangle, 3).
+
+    Args:
+        mesh: Of ``capsules``.
+        first, second: Middles of the ends of the rods [m], shape (rod, 3).
+        values: At these, in any unit, shape (rod, 2).
+    """
+    each = len(mesh.corners) // max(len(first), 1)  # triangles of a rod
+    way, foot = (np.repeat(one, each, axis=0)[:, None] for one in (second - first, first))
+    length = np.maximum((way * way).sum(axis=-1), 1e-300)
+    part = np.clip(((mesh.corners - foot) * way).sum(axis=-1) / length, 0.0, 1.0)
+    begin, end = np.repeat(values, each, axis=0).T[..., None]
+    return np.asarray(begin + part * (end - begin), dtype=float)
 
 
 def arrows(foot: Floats, arrow: Floats, thick: float, *, sides: int = 10) -> TriangleMesh:

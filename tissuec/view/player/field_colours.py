@@ -5,10 +5,8 @@ import numpy as np
 from tissuec.core import palette
 from tissuec.model.network import Floats
 from tissuec.view.player.node_values import FieldValues
+from tissuec.view.player.rules import RULES
 from tissuec.view.player.strokes import ramp
-
-_UNKNOWN = 0.62  # grey of nodes at which the field is unknown
-_LIT = 0.84  # of a colour at least, so that it can be compared with the legend
 
 
 def field_colours(values: FieldValues, numbers: Floats) -> Floats:
@@ -21,7 +19,7 @@ def field_colours(values: FieldValues, numbers: Floats) -> Floats:
     part = np.clip((numbers - values.low) / (values.high - values.low), 0.0, 1.0)
     known = np.isfinite(part)
     found = ramp(shades_of(values), 2.0 * np.where(known, part, 0.0).ravel() - 1.0)
-    return np.where(known[..., None], found.reshape(*numbers.shape, 3), _UNKNOWN)
+    return np.where(known[..., None], found.reshape(*numbers.shape, 3), RULES.unknown)
 
 
 def between_rows(values: FieldValues, at: float) -> Floats:
@@ -45,7 +43,7 @@ def readable(colour: Floats, normal: Floats, to_eye: Floats) -> Floats:
         to_eye: Direction to the eye, shape (…, 3).
     """
     facing = np.abs((normal * to_eye).sum(axis=-1, keepdims=True))
-    return np.asarray(colour * (_LIT + (1.0 - _LIT) * facing), dtype=float)
+    return np.asarray(colour * (RULES.lit + (1.0 - RULES.lit) * facing), dtype=float)
 
 
 def shades_of(values: FieldValues) -> tuple[str, ...]:

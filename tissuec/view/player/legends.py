@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core import palette
-from tissuec.core.scale import PERCENT, AxisUnit, scale_of
+from tissuec.core.scale import PERCENT, AxisUnit, scale_of, snapped
 from tissuec.view.player.field_colours import shades_of
 from tissuec.view.player.node_values import FieldValues
 from tissuec.view.player.options import Colour
@@ -15,13 +15,14 @@ from tissuec.view.player.strokes import ramp
 
 _LONG = 160.0  # [px]: of the colours
 _LETTER = 8.0  # [px]: width of a letter, at most on average
+_LINE = 14.0  # [px]: height of a line
 _WORDS = {"color": palette.INK, "fontsize": 9, "parse_math": False}
 
 
 def draw_spring_legend(
     sheet: Any, laws: Sequence[str], colour: Colour, most: float, size: tuple[int, int]
-) -> float:
-    """Draw the colours of springs into the lower right corner, and return their height [px].
+) -> tuple[float, float]:
+    """Draw the colours of springs into the lower right corner; return its left and top [px].
 
     Args:
         sheet: Axes in pixels.
@@ -38,7 +39,7 @@ def draw_spring_legend(
             y = 16 + 16 * number
             sheet.plot([left, left + 22], [y, y], color=palette.SERIES[number % 7], lw=2)
             sheet.text(left + 30, y, law, va="center", **_WORDS)
-        return 24.0 + 16.0 * len(laws)
+        return left, 24.0 + 16.0 * len(laws)
     _draw_ramp(sheet, palette.TENSION, left, 28.0, size)
     scale = scale_of("N", [most]) if colour == "tension" else PERCENT
     for x, value in ((left, -most), (left + _LONG / 2, 0.0), (left + _LONG, most)):
@@ -46,19 +47,19 @@ def draw_spring_legend(
         sheet.text(x, 24, text, ha="center", va="top", **_WORDS)
     name = scale.label(f"{colour} of springs")
     sheet.text(left + _LONG / 2, 42, name, ha="center", **_WORDS)
-    return 58.0
+    return left - _LETTER, 58.0
 
 
 def draw_field_legend(
     sheet: Any, values: FieldValues, size: tuple[int, int], above: float
-) -> None:
-    """Draw the colours of a field with their numbers into the lower right corner.
+) -> tuple[float, float]:
+    """Draw the colours of a field into the lower right corner; return its left and top [px].
 
     Args:
         sheet: Axes in pixels.
         values: The field.
         size: Width and height of the picture [px].
-        above: Height of what stands below it [px].
+        above: Height of what is below it [px].
     """
     left, y, scale = size[0] - 30.0 - _LONG, above, values.scale
     shades = _draw_ramp(sheet, shades_of(values), left, y + 28, size)
@@ -68,25 +69,25 @@ def draw_field_legend(
     ):
         if is_beyond:
             sheet.plot([x], [y + 33], mark, color=tuple(colour), markersize=7, mew=0)
-    middle = 0.5 * (values.low + values.high)
-    for part, value in ((0.0, values.low), (0.5, middle), (1.0, values.high)):
-        text = f"{float(f'{scale.of(value):.4g}') + 0.0:g}".replace("-", "−")
+    low, high = values.low, values.high
+    for part, value in ((0.0, low), (0.5, 0.5 * (low + high)), (1.0, high)):
+        text = f"{scale.of(snapped(value, high - low)):.4g}".replace("-", "−")
         sheet.text(left + part * _LONG, y + 24, text, ha="center", va="top", **_WORDS)
-    name = scale.label(values.field.name)
-    sheet.text(left + _LONG / 2, y + 43, name, ha="center", **_WORDS)
-    if beyond := _beyond(values, scale):
-        sheet.text(left + _LONG / 2, y + 57, beyond, ha="center", **_WORDS)
+    lines = [*_beyond(values, scale)[::-1], scale.label(values.field.name)]
+    for number, line in enumerate(lines):
+        sheet.text(left + _LONG / 2, y + 43 + _LINE * number, line, ha="center", **_WORDS)
+    return left - 2 * _LETTER, y + 45 + _LINE * len(lines)
 
 
-def _beyond(values: FieldValues, scale: AxisUnit) -> str:
-    """Return which numbers the colours do not tell apart."""
-    parts: list[str] = []
+def _beyond(values: FieldValues, scale: AxisUnit) -> list[str]:
+    """Return which numbers the colours do not tell apart, in lines."""
+    lines: list[str] = []
     if values.beyond[1]:
         start = "> 98 %" if values.is_usual else "above"
-        parts.append(f"{start}: up to {scale.text(values.most)}")
+        lines.append(f"{start}: up to {scale.text(values.most)}")
     if values.beyond[0]:
-        parts.append(f"below: from {scale.text(values.least)}")
-    return "; ".join(parts).replace("-", "−")
+        lines.append(f"below: from {scale.text(values.least)}")
+    return [line.replace("-", "−") for line in lines]
 
 
 def _draw_ramp(

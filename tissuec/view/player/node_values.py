@@ -2,6 +2,7 @@
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core.errors import TissueError
 from tissuec.core.scale import PERCENT, AxisUnit, scale_of
@@ -27,7 +28,7 @@ class FieldValues(Struct, frozen=True, eq=False):
         low, high: The range of the colours, within which at least 98 % of the nodes are in
             each row.
         least, most: The range of all numbers.
-        is_usual: Whether nobody has chosen another range.
+        usual: The range of the colours unless another one is chosen.
     """
 
     field: NodeField
@@ -36,7 +37,7 @@ class FieldValues(Struct, frozen=True, eq=False):
     high: float
     least: float
     most: float
-    is_usual: bool = True
+    usual: tuple[float, float]
 
     @classmethod
     def of(cls, field: NodeField, value: Floats) -> "FieldValues":
@@ -52,13 +53,18 @@ class FieldValues(Struct, frozen=True, eq=False):
         most = max((float(row.max()) for row in known if len(row)), default=0.0)
         high = max(top, bottom) or 1.0
         low = -high if bottom > _SIGNED * top else 0.0
-        return cls(field, value, low, high, least, most)
+        return cls(field, value, low, high, least, most, (low, high))
 
     def ranged(self, given: tuple[float, float] | None) -> "FieldValues":
         """Return this with another range of colours; without one, as it is."""
         if given is None:
             return self
-        return FieldValues(self.field, self.value, *given, self.least, self.most, False)
+        return replace(self, low=given[0], high=given[1])
+
+    @property
+    def is_usual(self) -> bool:
+        """Return whether nobody has chosen another range of colours."""
+        return (self.low, self.high) == self.usual
 
     @property
     def is_signed(self) -> bool:
@@ -112,22 +118,18 @@ def read_field(nodes: DrawnNodes, name: str) -> FieldValues:
     )
 
 
-def read_fields(nodes: DrawnNodes, chosen: str | None) -> list[FieldValues]:
+def read_fields(nodes: DrawnNodes, chosen: FieldValues | None) -> list[FieldValues]:
     """Return all fields of a result; of very large films, those that pages derive and one.
 
     Args:
         nodes: Of the film.
-        chosen: Name of the one that is there in any case; None for none.
-
-    Raises:
-        TissueError: The result has no such field.
+        chosen: The one that is there in any case, as it is; None for none.
     """
-    first = read_field(nodes, chosen) if chosen else None
     fits = nodes.film.node_count * len(nodes.film.times) <= MOST_VALUES
     found: list[FieldValues] = []
     for field in FIELDS:
-        if first is not None and field is first.field:
-            found.append(first)
+        if chosen is not None and field is chosen.field:
+            found.append(chosen)
         elif (fits or field.derived) and (value := field.value(nodes)) is not None:
             found.append(FieldValues.of(field, value))
     return found

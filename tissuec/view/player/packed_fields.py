@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from tissuec.view.player.drawn_nodes import DrawnNodes
 from tissuec.view.player.fields import TISSUE
 from tissuec.view.player.node_values import FieldValues, read_fields
-from tissuec.view.player.options import Options
 from tissuec.view.player.packing import Pack, Quantization
 
 _FINE = 1000  # steps of the range of colours
@@ -16,27 +15,22 @@ _LEVELS = 65533  # of all numbers; one more number stands for unknown ones
 
 
 def pack_fields(
-    nodes: DrawnNodes, options: Options, pack: Pack, scale: Quantization
+    nodes: DrawnNodes, chosen: FieldValues | None, pack: Pack, scale: Quantization
 ) -> dict[str, Any]:
     """Put fields into a pack, and return what pages have to know of them.
 
     Args:
         nodes: Of the film.
-        options: Options of the player.
+        chosen: The field that is shown first; None for the tissues.
         pack: Takes the arrays.
         scale: The steps of positions.
-
-    Raises:
-        TissueError: The result lacks the field of the options.
     """
-    chosen = None if options.field in (None, TISSUE) else options.field
     pack.add("home", scale.steps(nodes.drawn).T[None])
-    found = [
-        _described(values.ranged(options.range if values.field.name == chosen else None), pack)
-        | {"usual": [values.low, values.high]}
-        for values in read_fields(nodes, chosen)
-    ]
-    return {"fields": found, "field": chosen or TISSUE, "noStress": nodes.unknown_stress}
+    return {
+        "fields": [_described(values, pack) for values in read_fields(nodes, chosen)],
+        "field": TISSUE if chosen is None else chosen.field.name,
+        "noStress": nodes.unknown_stress,
+    }
 
 
 def _described(values: FieldValues, pack: Pack) -> dict[str, Any]:
@@ -49,6 +43,7 @@ def _described(values: FieldValues, pack: Pack) -> dict[str, Any]:
         "about": field.text,
         "shown": (float(f"1e{values.scale.power}"), values.scale.unit),
         "range": (values.low, values.high),
+        "usual": values.usual,
         "extent": (values.least, values.most),
         "step": step,
     }

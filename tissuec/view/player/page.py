@@ -28,13 +28,14 @@ from tissuec.view.player.events import marks
 from tissuec.view.player.film import PlayerData, SurfacePiece
 from tissuec.view.player.lifetimes import FOREVER
 from tissuec.view.player.node_facts import pack_node_facts
-from tissuec.view.player.node_values import chosen_field
+from tissuec.view.player.node_values import FieldValues, chosen_field
 from tissuec.view.player.options import DEFAULT, Options
 from tissuec.view.player.pace import pace
 from tissuec.view.player.packed_fields import pack_fields
 from tissuec.view.player.packing import Pack, box_scale, even
 from tissuec.view.player.quantities import first_pair, read_quantities
 from tissuec.view.player.reading import read_film
+from tissuec.view.player.rules import RULES, shader_rules
 from tissuec.view.player.still import still
 from tissuec.view.plots.projection import viewpoint
 
@@ -43,19 +44,20 @@ WEB = Path(__file__).resolve().parent / "web"
 SCRIPTS = (
     "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js",
     "fields.js", "sections.js", "cap.js", "instruments.js", "stage.js", "flat.js",
-    "marks.js", "pulls.js", "curves.js", "pairs.js", "panel.js", "legend.js", "cutting.js",
-    "sight.js", "picks.js", "hands.js", "player.js",
+    "marks.js", "placing.js", "pulls.js", "curves.js", "pairs.js", "panel.js", "legend.js",
+    "cutting.js", "sight.js", "picks.js", "hands.js", "player.js",
 )  # fmt: skip
 #: What only readers of the source need: indents and comments.
 _LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n|^\n|  // .*$", re.MULTILINE)
 SHADERS = ("shared", "lines", "skin", "section", "solids", "instruments", "arrows", "plane")
 _TENSIONS, _FORCES = 127, 2000  # steps of the scale, either way
 _FRAGMENT = "// ---- fragment\n"
+_RULES = "// ---- rules\n"
 _LEVELS = 65534  # of a curve; one more number stands for none
 _PULL = 2**30  # steps of resultant forces, either way: their numbers are exact
 _MESH = 1e-3  # steps of the meshes of instruments, in their units
 _STEPS = {
-    "tension": _TENSIONS, "force": _FORCES / 4.0, "level": _LEVELS, "pull": _PULL,
+    "tension": _TENSIONS, "force": _FORCES / RULES.longest, "level": _LEVELS, "pull": _PULL,
     "mesh": _MESH,
 }  # fmt: skip
 
@@ -72,13 +74,14 @@ def render(trajectory: Trajectory, options: Options = DEFAULT) -> str:
 def render_film(film: PlayerData, trajectory: Trajectory, options: Options = DEFAULT) -> str:
     """Return the document for the drawable contents of a result."""
     pack, nodes = Pack(), DrawnNodes(film, trajectory)
-    described = describe(nodes, options, pack)
+    field = chosen_field(nodes, options)
+    described = describe(nodes, field, options, pack)
     return Template(_web("shell.html")).substitute(
         title=html.escape(facts.title(trajectory)),
         about=html.escape(facts.about(trajectory)),
         author=html.escape(facts.author(trajectory)),
         credits=html.escape(facts.credits(trajectory)),
-        still=still(film, options, chosen_field(nodes, options)),
+        still=still(film, options, field),
         version=html.escape(__version__),
         style=Template(_compact(_web("player.css"))).substitute(_colours()),
         film=as_script(described | {"arrays": pack.specs}),
@@ -114,11 +117,16 @@ def as_script(value: object) -> str:
     return text
 
 
-def describe(nodes: DrawnNodes, options: Options, pack: Pack) -> dict[str, Any]:
+def describe(
+    nodes: DrawnNodes, field: FieldValues | None, options: Options, pack: Pack
+) -> dict[str, Any]:
     """Put arrays into ``pack``, and return everything else that the page needs.
 
     Args:
         nodes: Of a film, with its result.
+        field: What colours the skin at first; its tissues if None.
+        options: Options of the player.
+        pack: Takes the arrays.
     """
     film, trajectory = nodes.film, nodes.trajectory
     scale = box_scale(film.position)
@@ -164,7 +172,7 @@ def describe(nodes: DrawnNodes, options: Options, pack: Pack) -> dict[str, Any]:
         "marks": [as_data(mark) for mark in marks(trajectory.events, duration)],
         "view": _view(film, options),
         "colour": options.colour or "tension",
-        **pack_fields(nodes, options, pack, scale),
+        **pack_fields(nodes, field, pack, scale),
         **pack_node_facts(nodes, pack),
         "springs": film.shows_springs(options.colour),
         "divisions": film.divisions,
@@ -172,6 +180,7 @@ def describe(nodes: DrawnNodes, options: Options, pack: Pack) -> dict[str, Any]:
         "start": float(film.times[0] if options.time is None else options.time),
         "pace": options.speed or pace(duration),
         "looks": _looks(),
+        "rules": as_data(RULES),
         "shaders": {name: _shader(name) for name in SHADERS},
     }
 
@@ -211,8 +220,10 @@ def _pack_forces(film: PlayerData, pack: Pack, most: Mapping[str, float]) -> Non
     none = np.zeros((len(film.times), 0, 3))
     pulls = np.concatenate([none, *(one.force[:, None] for one in film.resultants)], axis=1)
     pack.add("pulls", even(pulls, most["pull"], _PULL).transpose(0, 2, 1))
-    # Arrows of outliers are longer; beyond four times the scale they would leave the picture.
-    pack.add("force", even(film.force, 4.0 * most["force"], _FORCES).transpose(0, 2, 1))
+    # Arrows of outliers are longer; beyond that they would leave the picture.
+    pack.add(
+        "force", even(film.force, RULES.longest * most["force"], _FORCES).transpose(0, 2, 1)
+    )
 
 
 def _tools(film: PlayerData, pack: Pack) -> dict[str, Any]:
@@ -353,7 +364,7 @@ def _compact(text: str) -> str:
 
 def _shader(name: str) -> str:
     # "// ---- fragment" divides it, so that this comment stays.
-    parts = _web(f"{name}.glsl").split(_FRAGMENT)
+    parts = _web(f"{name}.glsl").replace(_RULES, shader_rules()).split(_FRAGMENT)
     return _FRAGMENT.join(map(_compact, parts))
 
 

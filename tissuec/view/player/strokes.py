@@ -4,8 +4,9 @@ import numpy as np
 
 from tissuec.core.arrays import counted_up
 from tissuec.model.network import Floats, Indices
+from tissuec.view.player.rules import RULES
 
-_INKED, _MOST_DASHES = 0.6, 24  # part of a dash that is drawn; how many a line has
+_MOST_DASHES = 24  # of a line
 
 
 def rgb(text: str) -> Floats:
@@ -34,7 +35,7 @@ def dashed(ends: Floats, dashes: Floats) -> tuple[Indices, Floats]:
     which = np.repeat(np.arange(len(ends)), count)
     size = np.where(dashes > 0.0, 1.0 / count, 1.0)[which]
     start = counted_up(count) * size
-    stop = start + np.where(dashes > 0.0, _INKED, 1.0)[which] * size
+    stop = start + np.where(dashes > 0.0, RULES.inked, 1.0)[which] * size
     way = ends[which, 1] - ends[which, 0]
     places = (ends[which, 0] + part[:, None] * way for part in (start, stop))
     return which, np.stack(list(places), axis=1)

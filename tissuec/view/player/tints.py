@@ -13,7 +13,6 @@ from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.strokes import rgb
 
 GLOSS = 0.4  # of tissue of which the scene does not say it
-SHINE = 0.15  # of the highlight on what has a gloss of 1
 
 
 def node_tints(trajectory: Trajectory) -> Floats:

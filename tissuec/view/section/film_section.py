@@ -3,7 +3,7 @@
 import numpy as np
 
 from tissuec.core.errors import TissueError
-from tissuec.core.scale import scale_of
+from tissuec.core.scale import scale_of, snapped
 from tissuec.model.network import Floats
 from tissuec.view.player.film import PlayerData
 from tissuec.view.player.moment import position_at
@@ -60,7 +60,9 @@ def check_reach(position: Floats, plane: SectionPlane, when: str) -> None:
     where = f"in {plane.axis}" if plane.axis else "in that direction"
     if not plane.axis:
         where += f", and the plane is at {scale.text(plane.offset)}"
-    ends = f"{scale.of(low) + 0.0:.4g} to {scale.text(high)}"
+    size = max(abs(low), abs(high))
+    low, high = (snapped(one, size) for one in (low, high))
+    ends = f"{scale.of(low):.4g} to {scale.text(high)}"
     raise TissueError(
         f"the plane {plane.text} meets nothing {when}: the bodies extend from {ends} {where}"
     )

@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 from msgspec import Struct
 
-from tissuec.core.scale import scale_of
+from tissuec.core.scale import scale_of, snapped
 from tissuec.core.units import LENGTH, UnitError, parse_unit
 from tissuec.model.network import Floats
 
@@ -45,9 +45,10 @@ class SectionPlane(Struct, frozen=True):
         size = scale_of("m", [abs(self.offset) or 1e-3])
         if self.axis:
             return f"{self.axis} = {size.text(self.offset)}"
-        point = [size.of(self.offset * one) for one in self.normal]
-        through, facing = (", ".join(f"{one + 0.0:.4g}" for one in row) for row in
-                           (point, self.normal))  # fmt: skip
+        facing = [snapped(one, 1.0) for one in self.normal]
+        point = [float(size.of(self.offset * one)) for one in facing]
+        through, facing = (", ".join(f"{one + 0.0:.4g}" for one in row)
+                           for row in (point, facing))  # fmt: skip
         return f"through ({through}) {size.unit} facing ({facing})"
 
     @property

@@ -9,7 +9,7 @@ out vec3 at;
 void main() {
   vec3 arrow = blend(force0, force1, gl_InstanceID) * reach;
   float length = sqrt(dot(arrow, arrow));
-  if (length < 3.0 * thick) {  // a speck
+  if (length < SHORTEST * thick) {  // a speck
     gl_Position = NOWHERE;
     return;
   }
@@ -36,5 +36,5 @@ out vec4 colour;
 void main() {
   vec3 normal = normalize(facing);
   if (dot(normal, at) > 0.0) normal = -normal;
-  colour = vec4(hazy(lit(base, normal, at, 0.1), -at.z, 0.3), 1.0);
+  colour = vec4(hazy(lit(base, normal, at, 0.1), -at.z, HAZE), 1.0);
 }

@@ -47,7 +47,7 @@ class Cap {
     const place = pointsBetween(stage, arrays.position, between, film.origin, common.span);
     const { points, ends, part, triangles, lines } = section.cut(place, common.moment);
     if (!triangles.length) return;
-    const values = { ...common, paler: common.withSprings ? 0.4 : 0, cut: WHOLE };
+    const values = { ...common, paler: common.withSprings ? film.rules.paler : 0, cut: WHOLE };
     this.fill(faces, points, Int32Array.from(ends), Float32Array.from(part));
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, faces.indices);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint32Array.from(triangles), gl.DYNAMIC_DRAW);
@@ -55,7 +55,7 @@ class Cap {
     gl.drawElements(gl.TRIANGLES, triangles.length, gl.UNSIGNED_INT, 0);
     const count = lines.length / 3;
     this.fill(borders, Float32Array.from(lines), new Int32Array(2 * count), new Float32Array(count));
-    programs.section.use({ ...values, nearer: 0.0012 * film.view.size, plain: [...hexed(ink), 1] });
+    programs.section.use({ ...values, nearer: film.rules.nearer * film.view.size, plain: [...hexed(ink), 1] });
     gl.drawArrays(gl.LINES, 0, count);
   }
 }

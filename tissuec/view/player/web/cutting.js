@@ -62,7 +62,7 @@ const cutting = {
 
   sectionText() {
     const { section, film } = this, [low, high] = section.ends, [divisor, unit] = scaled(Math.max(Math.abs(low), Math.abs(high)), film.units.m);
-    return `${section.name in NORMALS ? section.name : "distance"} = ${digits(section.offset / divisor)} ${unit}`;
+    return `${section.name in NORMALS ? section.name : "distance"} = ${digits(snapped(section.offset, film.step) / divisor)} ${unit}`;
   },
 
   // Say what is cut in the picture that was drawn, and move the handle there.

@@ -81,7 +81,7 @@ class NodeField {
   // Whether a number is at least so large, because larger forces are packed as the largest one.
   isClipped(node, moment) {
     if (this.name !== "force") return false;
-    const { frame, next } = span(this.film, this.arrays, moment), most = 4 * this.film.steps.force;
+    const { frame, next } = span(this.film, this.arrays, moment), most = this.film.rules.longest * this.film.steps.force;
     return [frame, next].some((one) => vectorOf(this.arrays.force, one, node).some((value) => Math.abs(value) >= most));
   }
 }

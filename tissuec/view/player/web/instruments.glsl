@@ -35,5 +35,5 @@ out vec4 colour;
 void main() {
   vec3 normal = normalize(facing);
   if (dot(normal, at) > 0.0) normal = -normal;
-  colour = vec4(hazy(lit(base, normal, at, 0.25), -at.z, 0.3), 1.0);
+  colour = vec4(hazy(lit(base, normal, at, GLOSS), -at.z, HAZE), 1.0);
 }

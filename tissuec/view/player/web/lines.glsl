@@ -54,7 +54,7 @@ void main() {
   ivec2 at = colouring == 2 ? ivec2(int(law) % 7, 1) : ivec2(int(round(127.5 + 127.5 * value)), 0);
   tint = texelFetch(colours, at, 0).rgb;
   along = corner.x * length / dashes;
-  dashed = colouring == 2 ? float(int(law) / 7 > 0) : colouring < 2 && value < -0.12 ? 1.0 : 0.0;
+  dashed = colouring == 2 ? float(int(law) / 7 > 0) : colouring < 2 && value < -PRESSED ? 1.0 : 0.0;
   away = here.w;
   eyed = corner.x < 0.5 ? a : b;
 }
@@ -69,6 +69,6 @@ out vec4 colour;
 
 void main() {
   if (isCutOff(eyed)) discard;
-  if (dashed > 0.5 && fract(along + 0.25) > 0.6) discard;
-  colour = vec4(ramp >= 0 ? fieldColour(shade) : hazy(tint, away, 0.62), 1.0);
+  if (dashed > 0.5 && fract(along + 0.25) > INKED) discard;
+  colour = vec4(ramp >= 0 ? fieldColour(shade) : hazy(tint, away, FOG), 1.0);
 }

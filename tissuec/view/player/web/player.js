@@ -214,10 +214,10 @@ class Player {
     this.refresh();
   }
 
-  // The largest force has an arrow of an eighth of the scene, as the slider stands at first.
+  // How long arrows of forces on nodes are, as the slider is set.
   get arrowReach() {
     const { film } = this;
-    return film.most.force ? (this.shown.reach * film.view.size) / 8 / film.most.force : 0;
+    return film.most.force ? (this.shown.reach * film.rules.arrow * film.view.size) / film.most.force : 0;
   }
 
   set(name, value) {

@@ -1,5 +1,8 @@
 // Resultant forces with their numbers, drawn over the picture.
 
+const LETTER = 7, LINE = 15;  // pixels: width and height of letters
+const LABELLED = ["triad", "ruler", "value", "handle"];  // what labels keep clear of
+
 class Pulls {
   constructor(box, film, arrays) {
     Object.assign(this, { box, film, arrays });
@@ -21,11 +24,12 @@ class Pulls {
     if (!isShown || !film.pulls.length) return;
     const frame = Math.min(Math.floor(moment), film.times.length - 1), next = Math.min(frame + 1, film.times.length - 1);
     const between = [frame, next, next > frame ? moment - frame : 0], points = arrays.position.width / 3;
-    const step = film.most.pull / film.steps.pull, reach = 0.18 * film.view.size / film.most.pull;
+    const { rules } = film, step = film.most.pull / film.steps.pull, reach = (rules.pull * film.view.size) / film.most.pull;
+    const placing = new Placing(wide, high, boxesIn(box.parentElement, LABELLED.map(byId)));
     film.pulls.forEach(({ point, life, shown: [divisor, unit] }, i) => {
       const group = box.children[i], [path, text] = group.children;
       const force = this.at(arrays.pulls, i, film.pulls.length, between, step, [0, 0, 0]), size = Math.hypot(...force);
-      const isThere = life[0] <= moment && moment < life[1] && size > 0.005 * film.most.pull;
+      const isThere = life[0] <= moment && moment < life[1] && size > rules.least * film.most.pull;
       group.toggleAttribute("hidden", !isThere);
       if (!isThere) return;
       const foot = this.at(arrays.position, point, points, between, film.step, film.origin);
@@ -33,17 +37,16 @@ class Pulls {
         const [x, y] = camera.seen(place);
         return [((1 + x) * wide) / 2, ((1 - y) * high) / 2];
       });
-      const inside = (value, most) => Math.max(14, Math.min(most - 14, value));
+      const inside = (value, most) => Math.max(rules.edge, Math.min(most - rules.edge, value));
       const tip = [inside(b[0], wide), inside(b[1], high)], isCut = tip[0] !== b[0] || tip[1] !== b[1];
       const long = Math.hypot(tip[0] - a[0], tip[1] - a[1]) || 1, u = (tip[0] - a[0]) / long, v = (tip[1] - a[1]) / long;
       const head = Math.min(9, 0.6 * long), wing = (away, side) => `${tip[0] - away * u - side * v},${tip[1] - away * v + side * u}`;
       const mark = isCut ? `M${wing(head + 4, 5)}L${wing(head + 4, -5)}` : "";  // the arrow is longer than the picture
       path.setAttribute("d", `M${a[0]},${a[1]}L${wing(head, 0)}M${wing(0, 0)}L${wing(head, 4)}L${wing(head, -4)}Z${mark}`);
       text.textContent = `${digits(size / divisor)} ${unit}`;
-      const room = 7 * text.textContent.length, right = u >= 0 ? tip[0] + 6 : tip[0] - 6 - room;
-      const left = Math.max(4, Math.min(wide - room - 4, right)), above = left === right ? 0 : 14;  // beside the arrow
+      const [left, middle] = placing.beside([tip[0], tip[1] + 10 * v], [LETTER * text.textContent.length, LINE], u >= 0, 6);
       text.setAttribute("x", left);
-      text.setAttribute("y", inside(tip[1] + 10 * v - above, high));
+      text.setAttribute("y", middle);
     });
   }
 }

@@ -30,6 +30,6 @@ out vec4 colour;
 void main() {
   vec3 base = mix(tint.rgb, paper, paler);
   vec3 seen = ramp >= 0 ? readable(fieldColour(value), facing, at)
-    : hazy(lit(base, facing, at, 0.15 * tint.a), -at.z, 0.3);
+    : hazy(lit(base, facing, at, SHINE * tint.a), -at.z, HAZE);
   colour = vec4(mix(seen, plain.rgb, plain.a), 1.0);
 }

@@ -2,6 +2,7 @@
 precision highp float;
 precision highp int;
 precision highp sampler2D;
+// ---- rules
 uniform mat4 view, projection;
 uniform sampler2D place0, place1, rate0, rate1;
 uniform float mixing;  // between the two frames
@@ -43,6 +44,7 @@ const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 precision highp float;
 precision highp int;
 precision highp sampler2D;
+// ---- rules
 uniform vec3 paper;
 uniform vec2 haze;  // distances from the eye at which it begins, and is thickest
 uniform sampler2D colours;
@@ -51,14 +53,14 @@ uniform vec2 range;  // numbers at the ends of its colours
 
 // The colour of a number of the field; grey where it is unknown.
 vec3 fieldColour(float value) {
-  if (value < -1e37) return vec3(0.62);
+  if (value < -1e37) return vec3(UNKNOWN);
   float part = clamp((value - range.x) / (range.y - range.x), 0.0, 1.0);
   return texelFetch(colours, ivec2(int(round(255.0 * part)), ramp), 0).rgb;
 }
 
 // A colour with so little shade that it can be compared with the legend.
 vec3 readable(vec3 base, vec3 normal, vec3 at) {
-  return base * (0.84 + 0.16 * abs(dot(normal, normalize(-at))));
+  return base * (LIT + (1.0 - LIT) * abs(dot(normal, normalize(-at))));
 }
 
 uniform vec4 cut;  // normal of the section, as the eye sees it, and its offset
@@ -72,7 +74,7 @@ vec3 hazy(vec3 colour, float away, float most) {
 
 // Light from the upper left, a sky, and a soft highlight; all as seen by the eye.
 vec3 lit(vec3 base, vec3 normal, vec3 at, float shine) {
-  const vec3 lamp = normalize(vec3(-0.45, 0.6, 0.75));
+  const vec3 lamp = normalize(LAMP);
   vec3 toEye = normalize(-at);
   float direct = max(dot(normal, lamp), 0.0);
   float sky = 0.5 + 0.5 * normal.y;

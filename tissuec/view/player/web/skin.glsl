@@ -35,7 +35,7 @@ void main() {
   }
   vec4 here = view * vec4(point, 1.0);
   at = here.xyz;
-  held = patched.x <= moment && moment < patched.y ? 0.75 : 0.0;
+  held = patched.x <= moment && moment < patched.y ? HELD : 0.0;
   inner = hollow;
   facing = mat3(view) * facing;
   gl_Position = projection * here;
@@ -57,6 +57,6 @@ void main() {
   vec3 base = gl_FrontFacing || inner < 0.5 ? outside : inside;
   if (dot(normal, at) > 0.0) normal = -normal;
   vec3 seen = ramp >= 0 ? readable(fieldColour(value), normal, at)
-    : hazy(lit(base, normal, at, 0.15 * tint.a), -at.z, 0.3);
+    : hazy(lit(base, normal, at, SHINE * tint.a), -at.z, HAZE);
   colour = vec4(seen * opacity, opacity);
 }

@@ -7,12 +7,14 @@ layout(location = 5) in float radius;
 uniform float behind;  // moves both points away from the second: where an opening's tube is
 out vec3 facing;
 out vec3 at;
+out float value;
 
 void main() {
   if (!isThere(life)) {
     gl_Position = NOWHERE;
     return;
   }
+  value = ramp >= 0 ? mix(fieldOf(points.x), fieldOf(points.y), end) : 0.0;
   vec3 first = place(points.x), second = place(points.y);
   vec3 way = second - first;
   float length2 = dot(way, way);
@@ -33,6 +35,7 @@ void main() {
 // ---- fragment
 in vec3 facing;
 in vec3 at;
+in float value;
 uniform vec3 base;
 out vec4 colour;
 
@@ -40,5 +43,7 @@ void main() {
   if (isCutOff(at)) discard;
   vec3 normal = normalize(facing);
   if (dot(normal, at) > 0.0) normal = -normal;
-  colour = vec4(hazy(lit(base, normal, at, 0.25), -at.z, 0.3), 1.0);
+  vec3 seen = ramp >= 0 ? readable(fieldColour(value), normal, at)
+    : hazy(lit(base, normal, at, GLOSS), -at.z, HAZE);
+  colour = vec4(seen, 1.0);
 }

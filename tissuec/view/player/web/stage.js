@@ -239,7 +239,7 @@ class Stage {
   makeSolids() {
     const { film, arrays, gl } = this, always = [-1, 1e9];
     const round = capsuleMesh(36, 20), capsule = capsuleMesh(16, 10);
-    const marker = Math.min(0.009 * film.view.size, 0.16 * this.meanRest);
+    const { rules } = film, marker = Math.min(rules.marker * film.view.size, rules.marker_rest * this.meanRest);
     const some = (kind) => film.solids.filter((solid) => solid.kind === kind);
     const made = (mesh, list) => this.solids(
       mesh, list.flatMap((s) => s.points), list.flatMap(() => always), list.map((s) => s.radius),
@@ -299,7 +299,7 @@ class Stage {
     if (shown.surface === "solid") this.drawSkins(common, moment, frame, next, 1);
     if (shown.springs) this.drawLines(common, frame, next, shown);
     else this.drawRound(this.seams, common, looks.silk);
-    this.drawRound(this.dots, common, isDark ? looks.ink_dark : looks.steel);
+    this.drawRound(this.dots, { ...common, ramp: -1 }, isDark ? looks.ink_dark : looks.steel);
     if (shown.forces) this.drawForces(common, frame, next, shown.reach);
     if (shown.surface === "glass") this.drawSkins(common, moment, frame, next, 0.38);
     if (shown.tools) this.drawPlanes(common);
@@ -324,8 +324,8 @@ class Stage {
     this.programs.lines.use({
       ...common, ramp: isField ? common.ramp : -1,
       width: (0.55 + 1.0 * isCrowded) * 1.25 * this.ratio,
-      nearer: shown.surface === "solid" ? 0.0012 * this.film.view.size : 0,
-      dashes: this.meanRest / 3.5,
+      nearer: shown.surface === "solid" ? this.film.rules.nearer * this.film.view.size : 0,
+      dashes: this.meanRest / this.film.rules.dashes,
       colouring: isField ? 3 : ["tension", "strain", "law"].indexOf(shown.colour),
     });
     const count = Math.ceil(lines.count * (shown.part || 1));
@@ -335,7 +335,7 @@ class Stage {
   drawSkins(common, moment, frame, next, opacity) {
     const { film, skin } = this, { looks } = film, isNet = common.withSprings;
     // The skin steps back where springs lie on it, whose colours say something.
-    const values = { ...common, opacity, inside: hexed(looks.lumen), steel: hexed(looks.steel), paler: isNet ? 0.4 : 0 };
+    const values = { ...common, opacity, inside: hexed(looks.lumen), steel: hexed(looks.steel), paler: isNet ? film.rules.paler : 0 };
     const isOwn = isNet || common.ramp >= 0 || common.isOpen;  // smooth surfaces have no nodes that fields are known at
     const shown = isOwn ? [] : this.surfaces.map((pieces) => this.pieceAt(pieces, moment)).filter(Boolean);
     const count = this.surfaces.length && !isOwn ? skin.bare : skin.count, isRounded = !isNet && !skin.isFine && !common.isOpen;
@@ -393,12 +393,12 @@ class Stage {
   }
 
   drawSolids(common, looks) {
-    const whole = { ...common, cut: [0, 0, 0, 1] };
+    const { rules, view } = this.film, whole = { ...common, cut: WHOLE, ramp: -1 };
     this.drawRound(this.tools, whole, looks.steel);
-    this.drawRound(this.openings, whole, looks.steel, 0.3 * this.film.view.size);
+    this.drawRound(this.openings, whole, looks.steel, rules.opening * view.size);
     this.instruments.draw(whole, looks);
-    this.drawRound(this.threads, whole, looks.silk);
-    this.drawRound(this.held, common, looks.steel);
+    this.drawRound(this.threads, common, looks.silk);
+    this.drawRound(this.held, { ...common, ramp: -1 }, looks.steel);
   }
 
   drawForces(common, frame, next, reach) {
@@ -407,7 +407,7 @@ class Stage {
     this.forces.show(frame, next).bind(UNITS.force0);
     gl.bindVertexArray(arrows.array);
     this.programs.arrows.use({
-      ...common, reach, thick: 0.0022 * film.view.size, base: hexed(film.looks.series[2]),
+      ...common, reach, thick: film.rules.thick * film.view.size, base: hexed(film.looks.series[2]),
     });
     gl.drawElementsInstanced(gl.TRIANGLES, arrows.indices, gl.UNSIGNED_SHORT, 0, film.nodes);
   }

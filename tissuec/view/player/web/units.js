@@ -39,6 +39,9 @@ function stepped(value, step) {
   return value.toFixed(places).replace("-", "−").replace(/^−(0\.?0*)$/, "$1");
 }
 
+// Return a number, but 0 where it is smaller than a step in which such numbers are stored.
+const snapped = (value, step) => (Math.abs(value) < step ? 0 : value);
+
 // Return the largest of 1, 2, 5, 10, … that is no larger.
 function round125(value) {
   const power = 10 ** Math.floor(Math.log10(value));

@@ -1,0 +1,130 @@
+"""Triangles as a camera sees them, in the light of the page (``web/shared.glsl``)."""
+
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.core import palette
+from tissuec.model.network import Floats
+from tissuec.view.player.bodies import TriangleMesh, lit
+from tissuec.view.player.camera import Camera
+from tissuec.view.player.field_colours import field_colours, readable
+from tissuec.view.player.lifetimes import Mask
+from tissuec.view.player.node_values import FieldValues
+from tissuec.view.player.projected import ProjectedTriangles
+from tissuec.view.player.rules import RULES
+from tissuec.view.player.strokes import rgb
+from tissuec.view.section.plane import SectionPlane
+
+
+class Shading(Struct, frozen=True, eq=False):
+    """Where a camera sees triangles, and in which colours.
+
+    Attributes:
+        camera: The camera.
+        size: Of all that there is to see [m].
+        plane: The plane of the section; None for none.
+    """
+
+    camera: Camera
+    size: float
+    plane: SectionPlane | None = None
+
+    @property
+    def front(self) -> SectionPlane | None:
+        """The plane of the section, with its front to the eye."""
+        camera = self.camera
+        eye = camera.target + camera.distance * camera.axes[2]
+        return self.plane and self.plane.towards(eye)
+
+    def behind(self, shapes: ProjectedTriangles) -> ProjectedTriangles:
+        """Return the parts that are not in front of the plane of the section."""
+        if (plane := self.front) is None:
+            return shapes
+        normal = np.array(plane.normal)
+        # A little more, lest rounding tears what lies in the plane.
+        offset = plane.offset - float(normal @ self.camera.target) + 1e-6 * self.size
+        return shapes.behind(self.camera.axes @ normal, offset)
+
+    def body(self, mesh: TriangleMesh, base: Floats, shine: float) -> ProjectedTriangles:
+        """Return triangles of one colour in the light."""
+        return self.shaded(mesh, np.broadcast_to(base, mesh.corners.shape), shine)
+
+    def skin(
+        self, mesh: TriangleMesh, tint: Floats, hollow: Mask, *, paler: bool
+    ) -> ProjectedTriangles:
+        """Return triangles in the light, of other colour inside.
+
+        Args:
+            mesh: The triangles.
+            tint: Colour and gloss of their corners, shape (triangle, 3, 4).
+            hollow: Which of them have an inside, shape (triangle,).
+            paler: Whether springs lie on it.
+        """
+        colour = tint[..., :3]
+        if paler:
+            colour = colour + RULES.paler * (rgb(palette.PAPER) - colour)
+        seen = self.into(mesh.corners)
+        normal = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
+        to_eye = np.array([0.0, 0.0, self.camera.distance]) - seen[:, 0]
+        is_front = (normal * to_eye).sum(axis=1) > 0.0
+        base = np.where((is_front | ~hollow)[:, None, None], colour, rgb(palette.LUMEN))
+        return self.shaded(mesh, base, RULES.shine * tint[..., 3:])
+
+    def field(
+        self, mesh: TriangleMesh, values: FieldValues, numbers: Floats
+    ) -> ProjectedTriangles:
+        """Return triangles in the colours of a field.
+
+        Args:
+            mesh: The triangles.
+            values: The field.
+            numbers: At their corners, in the unit of the field, shape (triangle, 3).
+        """
+        seen, outer, to_eye = self._facing(mesh)
+        colour = readable(field_colours(values, numbers), outer, to_eye)
+        return ProjectedTriangles(seen, colour, np.ones(len(seen)))
+
+    def shaded(
+        self, mesh: TriangleMesh, base: Floats, shine: float | Floats
+    ) -> ProjectedTriangles:
+        """Return triangles in the light.
+
+        Args:
+            mesh: The triangles.
+            base: Colours of their corners, from 0 to 1, shape (triangle, 3, 3).
+            shine: Of the highlight, one number or shape (triangle, 3, 1).
+        """
+        seen, outer, to_eye = self._facing(mesh)
+        colour = lit(base, outer, to_eye, shine)
+        return ProjectedTriangles(seen, self.hazy(colour, seen, RULES.haze), np.ones(len(seen)))
+
+    def hazy(self, colour: Floats, seen: Floats, most: float) -> Floats:
+        """Return colours that are paler further away, shape (…, 3).
+
+        Args:
+            colour: From 0 to 1, shape (…, 3).
+            seen: Where they are for the camera [m], shape (…, 3).
+            most: Part of the paper in the paleness of what is furthest.
+        """
+        part = np.clip((-seen[..., 2:] / self.size + 0.25) / 1.15, 0.0, 1.0)
+        fog = most * part * part * (3.0 - 2.0 * part)
+        return colour + fog * (rgb(palette.PAPER) - colour)
+
+    def into(self, points: NDArray[Any], *, direction: bool = False) -> Floats:
+        """Return points [m], or directions, as the camera sees them, shape (…, 3)."""
+        return (points - (0.0 if direction else self.camera.target)) @ self.camera.axes.T
+
+    def _facing(self, mesh: TriangleMesh) -> tuple[Floats, Floats, Floats]:
+        """Return corners, their normals towards the eye, and directions to it, as seen."""
+        seen = self.into(mesh.corners)
+        normal = self.into(mesh.normals, direction=True)
+        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+        to_eye = np.array([0.0, 0.0, self.camera.distance]) - seen
+        to_eye /= np.linalg.norm(to_eye, axis=-1, keepdims=True)
+        away = (normal * to_eye).sum(axis=-1, keepdims=True) < 0.0
+        inwards: Floats = -normal
+        outer: Floats = np.where(away, inwards, normal)
+        return seen, outer, to_eye
