@@ -142,8 +142,8 @@ def describe(
     pack.add("velocity", np.rint(velocity).astype(np.int64).transpose(0, 2, 1))
     pack.add("tension", even(film.lines.tension, most["tension"], _TENSIONS))
     _pack_forces(film, pack, most)
-    for name, values in (("rest", film.lines.rest), ("radius", film.lines.radius)):
-        pack.add(name, even(values, float(values.max(initial=0.0)), _LEVELS)[None])
+    for name, most_of in _largest(film).items():
+        pack.add(name, even(getattr(film.lines, name), most_of, _LEVELS)[None])
     duration = float(film.times[-1] - film.times[0])
     return {
         "title": facts.title(trajectory),
@@ -158,10 +158,7 @@ def describe(
         "step": scale.step,
         "most": most,
         "steps": _STEPS,
-        "largest": {
-            "rest": float(film.lines.rest.max(initial=0.0)),
-            "radius": float(film.lines.radius.max(initial=0.0)),
-        },
+        "largest": _largest(film),
         "laws": film.laws,
         **_tools(film, pack),
         "surfaces": _surfaces(film, pack, scale.step),
@@ -182,6 +179,14 @@ def describe(
         "looks": _looks(),
         "rules": as_data(RULES),
         "shaders": {name: _shader(name) for name in SHADERS},
+    }
+
+
+def _largest(film: PlayerData) -> dict[str, float]:
+    """Return the ends of the scales of what springs have all the time [m]."""
+    return {
+        "rest": float(film.lines.rest.max(initial=0.0)),
+        "radius": float(film.lines.radius.max(initial=0.0)),
     }
 
 

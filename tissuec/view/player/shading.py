@@ -49,7 +49,13 @@ class Shading(Struct, frozen=True, eq=False):
         return shapes.behind(self.camera.axes @ normal, offset)
 
     def body(self, mesh: TriangleMesh, base: Floats, shine: float) -> ProjectedTriangles:
-        """Return triangles of one colour in the light."""
+        """Return triangles of one colour in the light.
+
+        Args:
+            mesh: The triangles [m].
+            base: Red, green and blue, from 0 to 1, dimensionless, shape (3,).
+            shine: Of the highlight.
+        """
         return self.shaded(mesh, np.broadcast_to(base, mesh.corners.shape), shine)
 
     def skin(
@@ -59,7 +65,7 @@ class Shading(Struct, frozen=True, eq=False):
 
         Args:
             mesh: The triangles.
-            tint: Colour and gloss of their corners, shape (triangle, 3, 4).
+            tint: Colour and gloss of their corners, dimensionless, shape (triangle, 3, 4).
             hollow: Which of them have an inside, shape (triangle,).
             paler: Whether springs lie on it.
         """
@@ -94,7 +100,7 @@ class Shading(Struct, frozen=True, eq=False):
 
         Args:
             mesh: The triangles.
-            base: Colours of their corners, from 0 to 1, shape (triangle, 3, 3).
+            base: Colours of their corners, from 0 to 1, dimensionless, shape (triangle, 3, 3).
             shine: Of the highlight, one number or shape (triangle, 3, 1).
         """
         seen, outer, to_eye = self._facing(mesh)

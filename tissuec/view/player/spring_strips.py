@@ -24,7 +24,7 @@ def spring_strips(
         setting: Of the picture.
         shading: Of the moment.
         moment: The moment.
-        chosen: Which lines of the film.
+        chosen: Which lines of the film, shape (line,).
     """
     lines, field = setting.film.lines, setting.spring_field
     value, colour = _coloured(setting, moment, chosen)
