@@ -25,7 +25,7 @@ LOOKS = pytest.mark.parametrize(
 OPTIONS = {"resultTypes": ["violations"], "iframes": False}  # the player has its own test
 #: Keys that show something else on the page of a run.
 __all__ = ["sterilisation"]
-STATES = ("", "s", "f", "e", "u", "?")
+STATES = ("", "s", "f", "e", "u", "o", "x", "Alt+ArrowRight", "Enter", "?")
 
 
 @pytest.fixture
@@ -64,10 +64,14 @@ def test_the_player_in_every_state(page, violations, sterilisation, tmp_path, si
         path.write_text(render(trajectory), encoding="utf-8")
     opened(page, path, size, look)
     assert page.evaluate("tissuec.ready")
+    page.locator("#view").focus()
     for key in STATES:
         if key:
             page.keyboard.press(key)
         assert violations() == [], key
+    state = page.evaluate("tissuec.state()")
+    assert state["shown"]["field"] != "tissue" and state["section"]["isOn"]
+    assert len(page.evaluate("tissuec.picked()")["pins"]) == 1
 
 
 @LOOKS
