@@ -1,6 +1,6 @@
 """``cut``: springs that are removed."""
 
-from typing import ClassVar, Self
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
 from msgspec import Struct
@@ -158,7 +158,15 @@ def _read_blade(order: Order) -> Blade:
     return _BLADES[shape](order)
 
 
-def _read_plane(order: Order) -> Blade:
+class PlaneWords(Protocol):
+    """What of a sentence says where its plane is; see ``Order``."""
+
+    def vector(self, word: str, dimension: units.Dimension) -> Floats: ...
+    def direction(self, word: str) -> Floats: ...
+
+
+def read_plane(order: PlaneWords) -> Blade:
+    """Return the plane of a sentence with "through" and "facing"."""
     return plane(order.vector("through", units.LENGTH), order.direction("facing"))
 
 
@@ -189,4 +197,4 @@ def _read_strip(order: Order) -> Blade:
     return blade
 
 
-_BLADES = {"plane": _read_plane, "stroke": _read_stroke, "line": _read_strip}
+_BLADES = {"plane": read_plane, "stroke": _read_stroke, "line": _read_strip}

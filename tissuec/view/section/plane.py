@@ -1,24 +1,11 @@
 """The plane of a section, and how it is written."""
 
-import re
-from math import isfinite
-
 import numpy as np
 from msgspec import Struct
 
 from tissuec.core.scale import scale_of, snapped
-from tissuec.core.units import LENGTH, UnitError, parse_unit
 from tissuec.model.network import Floats
 
-FORMS = 'write "z = 6 mm" or "through (0, 0, 6) mm facing (0, 1, 1)"'
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_TRIPLE = rf"\(\s*({_NUMBER})\s*,\s*({_NUMBER})\s*,\s*({_NUMBER})\s*\)"
-_ALONG_AXIS = re.compile(rf"\s*([xyz])\s*=\s*({_NUMBER})\s*(\S*)\s*")
-_FACING = re.compile(
-    rf"\s*(?:(?:along\s+)?plane\s+)?through\s+{_TRIPLE}\s*(\S*)\s+facing\s+({_TRIPLE})\s*"
-)
-_LENGTH = rf"({_NUMBER})\s*([^\s,()]*)"
-_LENGTHS = re.compile(rf"\(\s*{_LENGTH}\s*,\s*{_LENGTH}\s*,\s*{_LENGTH}\s*\)(?=\s+facing)")
 _AXES = ("x", "y", "z")
 
 
@@ -89,83 +76,13 @@ def _named(direction: Floats) -> str:
 
 
 def read_plane(text: str) -> SectionPlane:
-    """Return the plane that a text describes, in the words of cuts.
+    """Return the plane that a text describes, in the words of cuts or as "z = 6 mm".
 
     Raises:
         ValueError: It describes none; says where and what to write.
     """
-    if found := _ALONG_AXIS.fullmatch(text):
-        axis = _AXES.index(found[1])
-        normal = (float(axis == 0), float(axis == 1), float(axis == 2))
-        place = float(found[2]) * _metres(text, found, 3, found[2])
-        return _finite(text, SectionPlane(normal, place))
-    text = _LENGTHS.sub(_in_metres, text)
-    if found := _FACING.fullmatch(text):
-        point = np.array([float(found[k]) for k in (1, 2, 3)])
-        point = point * _metres(text, found, 4, "" if point.any() else "0")
-        facing = np.array([float(found[k]) for k in (6, 7, 8)])
-        if not facing.any():
-            raise _wrong(text, found.span(5), "a plane faces some direction; write (0, 0, 1)")
-        normal = facing / np.linalg.norm(facing)
-        x, y, z = map(float, normal)
-        return _finite(text, SectionPlane((x, y, z), float(normal @ point)))
-    raise _wrong(text, _unread(text), f"this is no plane; {FORMS}")
+    from tissuec.view.section.written_plane import (
+        plane_of,
+    )  # late: most pictures show no section
 
-
-def _finite(text: str, plane: SectionPlane) -> SectionPlane:
-    if not isfinite(plane.offset) or not all(map(isfinite, plane.normal)):
-        raise _wrong(text, (0, len(text)), f"a number is too large; {FORMS}")
-    return plane
-
-
-def _in_metres(found: re.Match[str]) -> str:
-    """Return three lengths with units of their own in one unit; as they are if one is none."""
-    metres: list[float] = []
-    for k in (1, 3, 5):
-        number, unit = float(found[k]), found[k + 1]
-        try:
-            read = parse_unit(unit) if unit else None
-        except UnitError:
-            return found[0]
-        if (read is None and number) or (read is not None and read.dimension != LENGTH):
-            return found[0]
-        metres.append(number * (1.0 if read is None else read.factor))
-    return f"({', '.join(map(repr, metres))}) m"
-
-
-def _metres(text: str, found: re.Match[str], group: int, amount: str) -> float:
-    """Return the size of the unit in a group of a match [m]; 0 needs none."""
-    unit = found[group]
-    if not unit:
-        if amount and float(amount) == 0.0:
-            return 1.0
-        end = found.start(group)
-        instead = f"{text[:end].rstrip()} mm{text[end:]}"
-        raise _wrong(text, (max(end - 1, 0), end), f'a length has a unit; write "{instead}"')
-    try:
-        read = parse_unit(unit)
-    except UnitError as error:
-        raise _wrong(text, found.span(group), f"{error}; {FORMS}") from None
-    if read.dimension != LENGTH:
-        raise _wrong(text, found.span(group), f'"{unit}" is no unit of length; {FORMS}')
-    return read.factor
-
-
-def _unread(text: str) -> tuple[int, int]:
-    """Return from where on a text differs from the form that it begins like."""
-    begin = len(text) - len(text.lstrip())
-    starts = (
-        rf"\s*[xyz]\s*=\s*(?:{_NUMBER})?\s*\S*\s*", r"\s*[xyz]\s*",
-        rf"\s*(?:(?:along\s+)?plane\s+)?through\s+{_TRIPLE}\s*\S*\s+facing\s*",
-        rf"\s*(?:(?:along\s+)?plane\s+)?through\s+{_TRIPLE}\s*",
-        r"\s*(?:(?:along\s+)?plane\s+)?through\s*",
-    )  # fmt: skip
-    reached = [found.end() for form in starts if (found := re.match(form, text))]
-    begin = max([begin, *reached])
-    return begin, max(len(text.rstrip()), begin + 1)
-
-
-def _wrong(text: str, place: tuple[int, int], message: str) -> ValueError:
-    begin, end = place
-    carets = " " * begin + "^" * max(1, end - begin)
-    return ValueError(f"{message}\n    {text}\n    {carets}")
+    return plane_of(text)
