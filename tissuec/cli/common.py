@@ -5,6 +5,7 @@ import re
 import shlex
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from itertools import islice, takewhile
 from pathlib import Path
 from shutil import get_terminal_size
@@ -118,12 +119,13 @@ class Command(click.Command):
         """Parse the command line.
 
         ``--set lift = 8 mm``, which the shell splits into four words, and ``--lift 8mm``, which
-        is no option, are reported with the correct form.
+        is not an option, are reported with the correct form.
 
         Raises:
-            UsageError: An option is written in one of these forms.
+            UsageError: An option is written in one of these forms, or has two values.
         """
         written = tuple(args)  # which click uses up
+        self._refuse_repeated(ctx, written)
         for place, word in enumerate(written):
             parted = _value_at(written, place + 1) if word == "--set" else []
             if any(part == "is" or part.startswith("=") for part in parted[1:]):
@@ -143,6 +145,24 @@ class Command(click.Command):
                 f"there is no option --{name}{meant if error.possibilities else ''}; to set an "
                 f"entry or a param of the scene: --set {_quoted(assignment)}"
             ) from error
+
+    def _refuse_repeated(self, ctx: click.Context, written: tuple[str, ...]) -> None:
+        """Refuse an option with two values, of which click would pass over the first.
+
+        Raises:
+            UsageError: There is one.
+        """
+        twice: click.Option | None = None
+        with suppress(click.UsageError):  # which is reported when the options are used
+            parsed: list[click.Parameter] = self.make_parser(ctx).parse_args([*written])[2]
+            single = [
+                one for one in parsed
+                if isinstance(one, click.Option)
+                and not (one.multiple or one.is_flag or one.count)
+            ]  # fmt: skip
+            twice = next((one for k, one in enumerate(single) if one in single[:k]), None)
+        if twice is not None:
+            raise click.UsageError(f"{max(twice.opts, key=len)} is given twice: give it once")
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command with its settings; show findings of a text as the flags demand."""

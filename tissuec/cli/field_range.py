@@ -7,8 +7,8 @@ from tissuec.core.prefixes import shown_units
 from tissuec.core.units import NUMBER, Unit, UnitError, parse_unit
 from tissuec.view.player.fields import NodeField
 
-_NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([^\s,\d.+-][^,]*?)?\s*"
-_RANGE = re.compile(f"{_NUMBER},{_NUMBER}", re.IGNORECASE)
+_NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*((?!to\b)[^\s,\d.+…-][^,.…]*?)?\s*"
+_RANGE = re.compile(rf"{_NUMBER}(?:,|\.\.\.?|…|\bto\b){_NUMBER}", re.IGNORECASE)
 
 
 def field_range(text: str, field: NodeField) -> tuple[float, float]:
@@ -17,7 +17,7 @@ def field_range(text: str, field: NodeField) -> tuple[float, float]:
     The unit of the second number is that of the first one too, unless that has its own.
 
     Args:
-        text: Such as "0,2 mm" or "-5 %,5 %".
+        text: Such as "0,2 mm", "-5 %,5 %" or "0 .. 20 %".
         field: The field.
 
     Raises:
@@ -37,14 +37,14 @@ def field_range(text: str, field: NodeField) -> tuple[float, float]:
 
 
 def _size(value: float, unit: str, field: NodeField, example: str) -> float:
-    if field.unit and not unit and value != 0.0:
+    if not unit and value != 0.0:
         raise ValueError(f"a range of {field.name} needs a unit; {example}")
     try:
         given = parse_unit(unit) if unit else _own(field)
     except UnitError as error:
         raise ValueError(f"{error}; {example}") from error
     if given.dimension != _own(field).dimension:
-        raise ValueError(f'"{unit}" is no unit of {field.name}; {example}')
+        raise ValueError(f'"{unit}" is not a unit of {field.name}; {example}')
     size = value * given.factor
     if not isfinite(size):
         raise ValueError(f"a number of this range is too large; {example}")

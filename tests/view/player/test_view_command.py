@@ -7,9 +7,12 @@ import sys
 import numpy as np
 import pytest
 
+from tests.every import every
 from tests.test_docs import tissuec
 from tests.test_progress import Terminal
 from tests.view.player.conftest import Show, grid
+from tissuec.cli.field_range import field_range
+from tissuec.view.player.fields import FIELDS
 
 
 @pytest.fixture
@@ -164,9 +167,11 @@ def test_a_page_needs_no_extra(made, monkeypatch):
         ("--field stress", "has no stress; fields of this result: displacement, speed, strain"),
         ("--range 0,1", '--range needs the field whose colours it limits: --field strain'),
         ("--field strain --range 1", '"1" does not have the form LOW,HIGH; write'),
-        ("--field strain --range 2,1", 'the first number of "2,1" must be smaller'),
+        ("--field strain --range 2%,1%", 'the first number of "2%,1%" must be smaller'),
+        ("--field strain --range 0,20", 'strain needs a unit; write --range "0,20 %"'),
+        ("--section z=1mm --section z=2mm", "--section is given twice: give it once"),
         ("--field speed --range 0,2", 'speed needs a unit; write --range "0,2 mm/s"'),
-        ("--field strain --range 0,2mm", '"mm" is no unit of strain; write --range "0,20 %"'),
+        ("--field strain --range 0,2mm", '"mm" is not a unit of strain; write --range "0,20'),
         ("--field force --range 0,2furlong", '"furlong" is not a unit; write --range "0,2 mN"'),
         ("--field force --range 0,1e999N", 'a number of this range is too large'),
     ],
@@ -175,6 +180,15 @@ def test_fields_and_ranges_that_are_none_are_answered(made, capsys, words, said)
     assert view(made, *words.split()) == 2
     assert said in capsys.readouterr().err.replace("\n", " ")
     assert not list(made.parent.glob("*.html"))
+
+
+@every(
+    "text",
+    ("0,20 %", "0 %,20%", "0 .. 20 %", "0..0.2e2 %", "0 % to 20 %", "0 … 20 %", "0 to 20%"),
+)
+def test_ranges_have_the_form_of_the_legend_or_of_the_language(text):
+    strain = next(one for one in FIELDS if one.name == "strain")
+    assert field_range(text, strain) == pytest.approx((0.0, 0.2))
 
 
 def test_pictures_have_the_colours_of_their_field(made, capsys):
