@@ -379,7 +379,7 @@ def _draw(
 ) -> dict[str, Any]:
     from tissuec.view.player.animation import write_gif, write_video
     from tissuec.view.player.drawn_nodes import DrawnNodes
-    from tissuec.view.player.facts import title
+    from tissuec.view.player.facts import thinning, title
     from tissuec.view.player.node_values import chosen_field
     from tissuec.view.player.picture import Painter
     from tissuec.view.plots.formats import metadata
@@ -399,11 +399,19 @@ def _draw(
             known = metadata(".png", credits_of(subject)) | {"Software": "tissuec"}
             picture.savefig(beside, format="png", metadata=known)
         settings.say(f"wrote {path}: t = {show(time, TIME)}")
+        _say_thinning(thinning(film), settings)
         return {"file": str(path), "time": time}
     write = write_gif if kind == "gif" else write_video
     pictures = write(painter, path, options.speed, _progress(settings))
     settings.say(f"wrote {path}: {counted(pictures, 'picture')}, {size(path.stat().st_size)}")
+    _say_thinning(thinning(film), settings)
     return {"file": str(path), "pictures": pictures}
+
+
+def _say_thinning(left_out: str, settings: Settings) -> None:
+    """Say which nodes a picture leaves out, if any."""
+    if left_out:
+        settings.say(f"  {left_out}")
 
 
 def _progress(settings: Settings) -> Callable[[int, int], None]:

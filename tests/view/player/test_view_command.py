@@ -12,7 +12,11 @@ from tests.test_docs import tissuec
 from tests.test_progress import Terminal
 from tests.view.player.conftest import Show, grid
 from tissuec.cli.field_range import field_range
+from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.fields import FIELDS
+from tissuec.view.player.options import Options
+from tissuec.view.player.picture import Painter
+from tissuec.view.player.reading import read_film
 
 
 @pytest.fixture
@@ -46,6 +50,22 @@ def test_json_says_what_was_written(made, capsys):
     assert found["frames"] == 6 and 10 < found["nodes"] <= 20
     assert found["page"]["file"] == "other.html"
     assert found["page"]["bytes"] == (made.parent / "other.html").stat().st_size
+
+
+def test_pictures_of_simplified_nets_say_so(made, capsys):
+    Text = pytest.importorskip("matplotlib.text").Text
+    said = "drawn: 16 of 64 nodes; "
+    small = ("--size", "320x240")
+    assert view(made, "--png", "few.png", "--nodes", 20, *small) == 0
+    assert said in capsys.readouterr().err
+    assert view(made, "--png", "all.png", *small) == 0
+    assert "drawn" not in capsys.readouterr().err
+    with Trajectory.open(made) as trajectory:
+        for nodes in (20, None):
+            film = read_film(trajectory, options := Options(nodes=nodes))
+            picture = Painter(film, options, (320, 240), "made").draw(0.0)
+            notes = [one.get_text() for one in picture.findobj(Text)]
+            assert any(note.startswith(said) for note in notes) == (nodes is not None)
 
 
 def test_several_results_are_several_pages(made, tmp_path, capsys):

@@ -7,6 +7,7 @@ import numpy as np
 from tissuec.core import palette
 from tissuec.core.scale import scale_of
 from tissuec.view.player.camera import Camera
+from tissuec.view.player.facts import thinning
 from tissuec.view.player.film import Resultant
 from tissuec.view.player.legends import draw_field_legend, draw_spring_legend
 from tissuec.view.player.moment import position_at
@@ -59,8 +60,9 @@ class Annotations:
         film, plane = self.setting.film, self.setting.options.section
         text = film.clock.text(film.time_at(self.at), digits=4)
         self._write(width - _EDGE, height - 12, text, ha="right", **style)
-        if plane is not None:
-            self._write(_EDGE, height - 30, f"section {plane.text}", **_SMALL, va="top")
+        notes = [f"section {plane.text}" if plane is not None else "", thinning(film)]
+        for line, note in enumerate(filter(None, notes)):
+            self._write(_EDGE, height - 30 - 14 * line, note, **_SMALL, va="top")
 
     def _draw_ruler(self) -> None:
         setting = self.setting
