@@ -162,7 +162,7 @@ def test_refusals_name_what_is_wrong(tmp_path):
         ),
         "huge.vtk": (
             f"{grid}POINTS 8 float\n{POINTS}CELLS 1 5\n4 0 1 2 1e30\nCELL_TYPES 1\n10\n",
-            "1e+30 is no number of a node or cell",
+            "1e+30 is not the number of a node or cell",
         ),
         "poly.vtk": (
             f"{grid}POINTS 8 float\n{POINTS}CELLS 1 6\n5 1 3 0 1 2\nCELL_TYPES 1\n42\n",
@@ -238,7 +238,9 @@ def test_a_part_of_a_file_can_be_the_body(tmp_path):
     assert len(part.position) == 8
     assert part.position[:, 2].min() == 0.02
     assert not part.remarks
-    assert 'is no part | did you mean "upper"?' in refusal(tmp_path / "a.feb", part="uper")
+    assert 'is not a part of it | did you mean "upper"?' in refusal(
+        tmp_path / "a.feb", part="uper"
+    )
     assert "is a set of nodes, which has no cells" in refusal(tmp_path / "a.feb", part="Object")
 
 

@@ -156,7 +156,7 @@ def test_segments_have_the_names_of_3d_slicer_and_are_parts(tmp_path):
     half = imported(path, part="Tumör")
     assert inside_of(half) == pytest.approx(BALL / 2.0, rel=0.02)
     assert half.position[:, 0].min() > 1e-3 * (CENTRE[0] - 1.0)
-    assert '"Tumor" is no part | did you mean "Tumör"' in refusal(path, part="Tumor")
+    assert '"Tumor" is not a part of it | did you mean "Tumör"' in refusal(path, part="Tumor")
 
 
 def test_labels_of_a_thin_layer_keep_their_nodes_and_lost_ones_are_named(tmp_path):

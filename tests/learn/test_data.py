@@ -204,8 +204,8 @@ def test_a_first_column_of_something_else_is_refused(folder):
         (
             "t_s,force_N\n0,1\n1,1e999\n",
             'line 3 of bench.csv, column "force_N": "1e999" is not a finite number; '
-            "such large numbers are no measurements: leave a gap empty, or write nan, NA or -; "
-            "comments begin with #",
+            "such large numbers are not measurements: leave a gap empty, or write nan, NA or "
+            "-; comments begin with #",
         ),
         (
             "t_s,force_N\n0,1_0\n",

@@ -150,9 +150,9 @@ BAD_CELLS = [
     ("-2.5d-3", "write exponents with E: -2.5E-3"),
     ("12.5 mN", 'the unit "mN" behind 12.5'),
     ("12.5%", 'the unit "%" behind 12.5'),
-    ("12.5 *", 'what stands "*" behind 12.5'),
-    ("3.0 (est.)", 'what stands "(est.)" behind 3.0'),
-    ("<0.5", "a limit is no measured number"),
+    ("12.5 *", 'the text "*" behind 12.5'),
+    ("3.0 (est.)", 'the text "(est.)" behind 3.0'),
+    ("<0.5", "a limit is not a measured number"),
     ("OVL", "leave a gap empty"),
     ("inf", "leave a gap empty"),
 ]

@@ -125,7 +125,7 @@ def test_the_command_line_says_how_frames_are_stored(tmp_path):
     frames = json.loads(tissuec("--json", "info", "pad.vtkhdf", cwd=tmp_path).stdout)["frames"]
     assert (frames["precision"], frames["compressed"]) == ("single", True)
     again = tissuec("run", "pad.tis", "--resume", "--compress", cwd=tmp_path)
-    assert again.returncode == 2 and "stores its frames as it began" in again.stderr
+    assert again.returncode == 2 and "keeps the storage with which it began" in again.stderr
     (tmp_path / "bare.tis").write_text(SCENE.replace("trajectory every 10 ms", ""))
     bare = tissuec("run", "bare.tis", "--compress", cwd=tmp_path)
     assert bare.returncode == 2 and "records no frames for --compress" in bare.stderr

@@ -334,7 +334,7 @@ def test_the_fewest_runs_of_an_interval_are_the_fewest(part):
 @pytest.mark.parametrize("design", ["grid", "list", "one at a time"])
 def test_chosen_values_are_no_sample(design):
     table = tables.table_of(design, [tables.LIFT], [(1.0,), (2.0,)], lambda x: (x,))
-    with pytest.raises(ValueError, match=f'"{design}" are no sample.*nanquantile'):
+    with pytest.raises(ValueError, match=f'"{design}" are not a sample.*nanquantile'):
         table.quantiles("m0")
 
 

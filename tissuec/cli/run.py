@@ -116,7 +116,10 @@ def command(
         raise click.UsageError("-o names the result of one scene; use --out DIR for several")
     storage = _Storage(precision, compress)
     if resume and storage.is_asked_for:
-        raise click.UsageError("a resumed run stores its frames as it began")
+        raise click.UsageError(
+            "a resumed run keeps the storage with which it began: omit --precision and "
+            "--compress"
+        )
     companion = "off" if twin is False else companion
     codes: list[int] = []
     documents: list[dict[str, Any]] = []

@@ -166,7 +166,7 @@ def _interrupted(error: KeyboardInterrupt, target: Path, settings: Settings) -> 
         print_json({"ok": False, "error": "interrupted", "table": str(target)})
     else:
         echo("interrupted", err=True)
-        settings.say(f"  {target} has the runs so far; the same command goes on")
+        settings.say(f"  {target} has the runs so far; the same command continues")
     return exit_code(getattr(error, "signal", None))
 
 

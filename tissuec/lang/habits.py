@@ -136,7 +136,7 @@ _HABITS = (
     Habit(
         r"^(?!if\b|when\b|expect\b|set\b).*\bis "
         rf"(?P<wrong>(?P<low>{_WORDS}) or (?P<high>{_WORDS}))$",
-        '"or" stands in conditions only', r"between \g<low> and \g<high>",
+        '"or" is for conditions only', r"between \g<low> and \g<high>",
     ),
     Habit(
         r"^if (?P<if>.+) then .+?(?P<wrong>,? else (?:then )?(?P<then>.+))$",
@@ -146,7 +146,7 @@ _HABITS = (
     Habit(
         rf"^if .*?(?P<wrong>weighing (?P<weight>{_NUMBER}(?: ?%)?) "
         r"(?P<rest>(?:and|or|then) .+))$",
-        '"weighing" stands at the end of a rule', r"\g<rest> weighing \g<weight>",
+        '"weighing" is at the end of a rule', r"\g<rest> weighing \g<weight>",
     ),
     Habit(r"^if [^:]*? (?P<wrong>=>|->) ", 'a rule concludes with "then"', "then"),
     Habit(

@@ -75,7 +75,7 @@ def _late_heading(source: Source, start: int, later: Statement) -> Diagnostic:
     moved = Edit(f"{heading}\n{text[: without.start]}", above)
     message = "the first line must give the version of the language"
     hint = Hint(f'write "{heading}" as the first line instead', moved)
-    return Diagnostic("TIS117", message, span, hint, (Note("it stands here", place),))
+    return Diagnostic("TIS117", message, span, hint, (Note("it is here", place),))
 
 
 def first_line(text: str, source: Source) -> Edit:

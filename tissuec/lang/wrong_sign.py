@@ -92,7 +92,7 @@ def sign_before_clause(m: Mistake) -> Diagnostic | None:
     if m.previous != "EQUAL" or m.found.type not in TIMES:
         return None
     sign = m.before[-1]
-    message = f'"=" cannot stand before "{m.found.text}"'
+    message = f'"=" cannot precede "{m.found.text}"'
     return m.finding("TIS100", message, Hint('leave out "="', Edit("")), sign)
 
 

@@ -129,7 +129,11 @@ def repair(
 def _part_of(raw: RawMesh, name: str) -> RawMesh:
     """Return the cells of one part of a file."""
     if name not in raw.parts:
-        what = "is a set of nodes, which has no cells" if name in raw.groups else "is no part"
+        what = (
+            "is a set of nodes, which has no cells"
+            if name in raw.groups
+            else "is not a part of it"
+        )
         raise FormatError(f'"{name}" {what}', alternatives(name, raw.parts, what="parts"))
     members = raw.parts[name]
     cells = tuple(cells.at(np.isin(cells.element, members)) for cells in raw.cells)

@@ -446,7 +446,7 @@ def _refuse_unit(name: s.Name, findings: Findings) -> None:
         return
     message = f'"{name.text}" is not a unit of the language, nor a number'
     if _is_unit(name.text):
-        message = "a unit stands behind its number without a sign"
+        message = "a unit follows its number without a sign"
     hint = Hint(f'write "{amount}"', Edit(amount, place))
     findings.reject("TIS104", message, place, hint=hint)
 

@@ -83,7 +83,7 @@ def _with_sentences(request: Request, sentences: Sequence[str]) -> str:
     text = _replaced(source, Span(block.span.source, close, close), f"\n{lines}")
     if text is None:
         raise TissueError(
-            f"the script stands in {block.span.source.name}, which the scene uses; move it "
+            f"the script is in {block.span.source.name}, which the scene uses; move it "
             f"into {source.name} to record what is ordered"
         )
     return text

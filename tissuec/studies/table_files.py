@@ -12,7 +12,7 @@ def read_table(path: Path) -> StudyTable:
         path: A file in CSV, or in HDF5 if its name ends with ".h5" or ".hdf5".
 
     Raises:
-        ResultError: It cannot be read, or is no table of a study.
+        ResultError: It cannot be read, or is not a table of a study.
     """
     if is_hdf5(path):
         from tissuec.studies.table_hdf5 import read_hdf5

@@ -67,12 +67,12 @@ def read_hdf5(path: Path) -> StudyTable:
     """Return a table.
 
     Raises:
-        ResultError: It cannot be read, or is no table of a study.
+        ResultError: It cannot be read, or is not a table of a study.
     """
     try:
         with open_file(path, "r") as file:
             if _HEAD not in file.attrs:
-                raise ResultError(f'"{path}" is no table of a study')
+                raise ResultError(f'"{path}" is not a table of a study')
             return _read(file, path)
     except ResultError:
         raise

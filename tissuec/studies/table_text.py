@@ -67,7 +67,7 @@ def read_csv(path: Path) -> StudyTable:
     """Return a table.
 
     Raises:
-        ResultError: It cannot be read, or is no table of a study.
+        ResultError: It cannot be read, or is not a table of a study.
     """
     return StudyTable.of(*read_rows(path))
 
@@ -76,7 +76,7 @@ def read_rows(path: Path) -> tuple[StudyHead, list[Row]]:
     """Return what a file holds, rows in its order.
 
     Raises:
-        ResultError: It cannot be read, or is no table of a study.
+        ResultError: It cannot be read, or is not a table of a study.
     """
     try:
         data = path.read_bytes()
@@ -101,10 +101,12 @@ def parse_rows(data: bytes, path: Path) -> tuple[StudyHead, list[Row]]:
             "utf-8"
         )  # without a line that was cut short
     except UnicodeDecodeError as error:
-        raise ResultError(f'"{path}" is no table of a study') from error
+        raise ResultError(f'"{path}" is not a table of a study') from error
     first, _, rest = text.partition("\n")
     if not first.startswith(MARK):
-        raise ResultError(f'"{path}" is no table of a study: its first line is not "{MARK}…"')
+        raise ResultError(
+            f'"{path}" is not a table of a study: its first line is not "{MARK}…"'
+        )
     try:
         facts: dict[str, Any] = json.loads(first.removeprefix(MARK))
         written = facts.pop("format", None)

@@ -144,7 +144,7 @@ def read_table(path: "str | PathLike[str]") -> StudyTable:
         path: A file in CSV, or in HDF5 if its name ends with ".h5" or ".hdf5".
 
     Raises:
-        ResultError: It cannot be read, or is no table of a study.
+        ResultError: It cannot be read, or is not a table of a study.
     """
     from tissuec.studies import table_files
 

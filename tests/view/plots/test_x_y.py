@@ -116,7 +116,7 @@ def test_logarithmic_axes(swung):
         ({"x": "time"}, "--y is missing"),
         ({"x": "time", "y": "force of hnd"}, "force of hand"),
         ({"x": "position of hand", "y": "force of hand"}, 'write "position of hand along z"'),
-        ({"x": "time", "y": "force of hand", "scale": "y=lin"}, "no scale of an axis"),
+        ({"x": "time", "y": "force of hand", "scale": "y=lin"}, "not a scale of an axis"),
         ({"x": "time", "y": "force of hand", "start": 2.0}, "nothing to show"),
     ],
 )

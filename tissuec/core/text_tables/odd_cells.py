@@ -50,16 +50,16 @@ def remedy(cell: str) -> str:
     if "_" in text and _WHOLE.fullmatch(plain := text.replace("_", "")):
         return f"write digits without separators: {plain}"
     if _WHOLE.fullmatch(text):
-        return f"such large numbers are no measurements: {GAP}"
+        return f"such large numbers are not measurements: {GAP}"
     if fortran := _FORTRAN.fullmatch(text):
         return f"write exponents with E: {fortran[1]}E{fortran[2]}"
     if _LIMIT.fullmatch(text):
-        return f"a limit is no measured number: {GAP}"
+        return f"a limit is not a measured number: {GAP}"
     if followed := _FOLLOWED.fullmatch(text):
         number, rest = followed[1], followed[2].strip()
         where = "put it behind the name of the column" if _is_unit(rest) else "remove it"
-        what = "the unit" if _is_unit(rest) else "what stands"
-        return f'{what} "{rest}" behind {number} is no part of a number: {where}'
+        what = "the unit" if _is_unit(rest) else "the text"
+        return f'{what} "{rest}" behind {number} is not part of the number: {where}'
     return GAP
 
 

@@ -83,7 +83,7 @@ class _Header:
         if not self.dialect.above:
             return ""
         return (
-            f"  (the table begins in line {self.dialect.above + 1}; what stands above is text)"
+            f"  (the table begins in line {self.dialect.above + 1}; the lines above are text)"
         )
 
     def find(self, column: DataColumn) -> int:

@@ -105,5 +105,5 @@ def as_whole(values: NDArray[Any]) -> Indices:
         wrong = ~(np.abs(values.astype(float)) < LARGEST)
         wrong |= values != np.rint(values)
     if wrong.any():
-        raise FormatError(f"{values[wrong][0]:g} is no number of a node or cell")
+        raise FormatError(f"{values[wrong][0]:g} is not the number of a node or cell")
     return values.astype(np.int64)

@@ -64,7 +64,7 @@ class LabelImage(Struct, frozen=True, eq=False, dict=True):
         found = tuple(value for value, name in self.names.items() if name == part)
         if not found:
             hint = alternatives(part, self.names.values(), what="parts")
-            raise FormatError(f'"{part}" is no part', hint)
+            raise FormatError(f'"{part}" is not a part of it', hint)
         return found
 
     def volume(self, values: tuple[int, ...]) -> float:

@@ -126,6 +126,6 @@ def sample_of(table: StudyTable) -> StudyTable:
         return table
     raise ValueError(
         f'quantiles need a random design ("{LATIN}", "{SOBOL}" or "{INDICES}"); the runs of '
-        f'the design "{design}" are no sample. For rows that were drawn elsewhere, use '
+        f'the design "{design}" are not a sample. For rows that were drawn elsewhere, use '
         "numpy.nanquantile on the numbers of the column"
     )

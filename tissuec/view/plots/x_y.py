@@ -88,7 +88,7 @@ class XYPlot(Struct, frozen=True):
         """
         wrong = next((one for one in self.scale if one not in ("x=log", "y=log")), None)
         if wrong is not None:
-            raise TissueError(f'"{wrong}" is no scale of an axis; write x=log or y=log')
+            raise TissueError(f'"{wrong}" is not a scale of an axis; write x=log or y=log')
         found = [
             (self._quantity("x", run.content), self._quantity("y", run.content))
             for run in subjects
