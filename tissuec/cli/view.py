@@ -26,7 +26,7 @@ from tissuec.core.units import TIME, show
 from tissuec.results.wording import size
 from tissuec.view.player.fields import FIELDS, NAMES
 from tissuec.view.player.options import COLOURS, Options
-from tissuec.view.section.plane import read_plane
+from tissuec.view.section import read_plane
 
 if TYPE_CHECKING:
     from tissuec.results.trajectory import Trajectory

@@ -119,7 +119,7 @@ def test_bodies_without_inner_nodes_may_be_filled():
 def test_large_bodies_are_divided_only_for_a_section(monkeypatch):
     from tissuec.view.player import reading
     from tissuec.view.player.page import render_film
-    from tissuec.view.section.plane import read_plane
+    from tissuec.view.section import read_plane
 
     monkeypatch.setattr(reading, "MOST_NODES", 10)
     result = tissuec.run(BLOCK.replace("MESH", LATTICE), companion="off")

@@ -11,7 +11,7 @@ from tissuec.view.player.options import Options
 from tissuec.view.player.page import render_film
 from tissuec.view.player.picture import Painter
 from tissuec.view.player.reading import read_film
-from tissuec.view.section.plane import read_plane
+from tissuec.view.section import read_plane
 
 CORD = """language 1
 tissue silk { spring constant = 200 N/m; viscosity = 0.5 N*s/m; mass = 1 g }

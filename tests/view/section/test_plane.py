@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tissuec.view.section.plane import SectionPlane, read_plane
+from tissuec.view.section import read_plane
+from tissuec.view.section.plane import SectionPlane
 
 
 @pytest.mark.parametrize(

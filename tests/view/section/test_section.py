@@ -15,9 +15,9 @@ from tissuec.view.player.page import render_film
 from tissuec.view.player.picture import Painter
 from tissuec.view.player.reading import read_film
 from tissuec.view.plots import draw
+from tissuec.view.section import read_plane
 from tissuec.view.section.clipping import clipped
 from tissuec.view.section.film_section import check_plane, section
-from tissuec.view.section.plane import read_plane
 
 SCENE = """language 1
 use "matter/fat"

@@ -161,8 +161,13 @@ def _read_blade(order: Order) -> Blade:
 class PlaneWords(Protocol):
     """What of a sentence says where its plane is; see ``Order``."""
 
-    def vector(self, word: str, dimension: units.Dimension) -> Floats: ...
-    def direction(self, word: str) -> Floats: ...
+    def vector(self, word: str, dimension: units.Dimension) -> Floats:
+        """Return the vector behind a word, in SI units, shape (3,)."""
+        ...
+
+    def direction(self, word: str) -> Floats:
+        """Return the unit vector behind a word, shape (3,)."""
+        ...
 
 
 def read_plane(order: PlaneWords) -> Blade:

@@ -23,7 +23,8 @@ from tissuec.view.plots.page import Canvas, Picture
 from tissuec.view.plots.projection import Projection, viewpoint
 from tissuec.view.plots.solid import Mask, front_nodes, seen_springs, solid_nodes
 from tissuec.view.plots.subjects import PlotSubject
-from tissuec.view.section.plane import SectionPlane, read_plane
+from tissuec.view.section import read_plane
+from tissuec.view.section.plane import SectionPlane
 
 if TYPE_CHECKING:
     from matplotlib.colors import Normalize

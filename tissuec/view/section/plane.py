@@ -1,4 +1,4 @@
-"""The plane of a section, and how it is written."""
+"""The plane of a section."""
 
 import numpy as np
 from msgspec import Struct
@@ -73,16 +73,3 @@ def _named(direction: Floats) -> str:
     if direction[largest] == 1.0:
         return _AXES[largest]
     return f"along ({', '.join(f'{one + 0.0:.2g}' for one in direction)})".replace("-", "−")
-
-
-def read_plane(text: str) -> SectionPlane:
-    """Return the plane that a text describes, in the words of cuts or as "z = 6 mm".
-
-    Raises:
-        ValueError: It describes none; says where and what to write.
-    """
-    from tissuec.view.section.written_plane import (
-        plane_of,
-    )  # late: most pictures show no section
-
-    return plane_of(text)
