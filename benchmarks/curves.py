@@ -66,9 +66,9 @@ def tension(network: Network, strain: float, dimensions: int) -> float:
         stretch = np.ones(3)
         stretch[0], stretch[1:dimensions] = 1.0 + strain, 1.0 + side
         position = network.position * stretch
-        span = position[network.ends[:, 1]] - position[network.ends[:, 0]]
+        span = position[network.springs.ends[:, 1]] - position[network.springs.ends[:, 0]]
         length = np.linalg.norm(span, axis=1)
-        force = network.behaviour().pull(length - network.rest)
+        force = network.springs.behaviour.pull(length - network.springs.rest)
         return (force / length) @ span**2 / stretch
 
     free = brentq(lambda side: along(side)[1:dimensions].sum(), -0.5, 0.1)

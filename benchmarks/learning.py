@@ -12,7 +12,6 @@ from statistics import median
 
 import click
 import numpy as np
-from msgspec.structs import replace
 
 from benchmarks.publishing import DOCS, publish, write_option
 from tests.learn import test_learning as known
@@ -95,7 +94,7 @@ def hidden_nodes(folder: Path) -> tuple[str, str]:
     seen = [n for n in range(rings * sides) if (n // sides + 2 * (n % sides)) % 4 == 0]
     form = {**known.LIFTED, "seen": f"in [{', '.join(str(n + 1) for n in seen)}]"}
     scene, true, _, learnt = known.learn_tube(folder, 2e-3, rings=rings, sides=sides, **form)
-    network = replace(scene.network, stiffness=learnt.estimates[0].value)
+    network = scene.network.with_arrays({"stiffness": learnt.estimates[0].value})
     apart = np.linalg.norm(motion(scene, 2e-3, network)[1] - true, axis=2)
     moved = np.linalg.norm(true - true[0], axis=2)
     hidden = np.setdiff1d(np.arange(rings * sides), seen)

@@ -121,7 +121,7 @@ def membrane(cells: int) -> float:
     found = tissuec.modes(MEMBRANE.replace("COUNT", str(cells + 1)), count=1)
     length = 0.04 / cells
     network = found.state.network
-    tension = 50.0 * (length - network.rest[0]) / length  # s, per length
+    tension = 50.0 * (length - network.springs.rest[0]) / length  # s, per length
     area = found.state.mass.max() / length**2
     return found[0].frequency / (np.sqrt(2.0 * tension * 1.0 / area) / (2 * 0.04))
 

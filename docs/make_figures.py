@@ -286,7 +286,7 @@ def bladder(trajectory: Trajectory) -> plt.Figure:
             axes = axes.twinx()
             axes.grid(visible=False)
     wall = figure.add_subplot(grid[1], aspect="equal")
-    ends = trajectory.network.ends
+    ends = trajectory.network.springs.ends
     moments = (
         (0.0, GREEN, "drawn"),
         (0.39, RED, "filled"),
@@ -310,7 +310,7 @@ def bladder(trajectory: Trajectory) -> plt.Figure:
 def liver(trajectory: Trajectory) -> plt.Figure:
     """Return a slice of the filled surface as drawn and as lifted, by tension."""
     figure, rows = plt.subplots(2, figsize=(8.0, 4.6), layout="constrained", sharex=True)
-    ends = trajectory.network.ends
+    ends = trajectory.network.springs.ends
     near = np.abs(trajectory.position[0][:, 1]) < 0.013
     shown = np.flatnonzero(near[ends].all(axis=1))
     norm = Normalize(-0.02, 0.02)
@@ -409,7 +409,7 @@ def contact(pressed: Trajectory, stroked: Trajectory) -> plt.Figure:
     place, ends = 1e3 * pressed.position[frame], pressed.ends
     near = np.abs(1e3 * pressed.position[0][:, 1] - 10.0) < 0.1
     shown = near[ends].all(axis=1)
-    hard = pressed.network.stiffness > 400.0
+    hard = pressed.network.springs.stiffness > 400.0
     for chosen, colour in ((shown & ~hard, "#c9a58b"), (shown & hard, RED)):
         lines = list(place[ends[chosen]][:, :, [0, 2]])
         net.add_collection(LineCollection(lines, colors=colour, linewidths=1.0))

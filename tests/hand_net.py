@@ -8,6 +8,7 @@ from tissuec.laws import LINEAR
 from tissuec.mechanics.state import State
 from tissuec.model.network import BodyPart, Network, Origin, Provenance
 from tissuec.model.profiles import TimeProfile
+from tissuec.model.springs import Springs
 from tissuec.script.verbs import VERBS, Group, Mover
 
 
@@ -46,17 +47,19 @@ def make_net(
         position=position,
         velocity=np.broadcast_to(np.asarray(velocity, dtype=float), (nodes, 3)).copy(),
         mass=per(nodes, mass),
-        ends=ends,
-        stiffness=per(springs, stiffness),
-        damping=per(springs, damping),
-        rest=drawn if rest is None else per(springs, rest),
-        strength=per(springs, strength),
-        crush=per(springs, crush),
-        law=np.full(springs, 0 if law is None else 1, dtype=np.int32),
-        laws=(LINEAR,) if law is None else (LINEAR, law),
+        springs=Springs(
+            ends=ends,
+            stiffness=per(springs, stiffness),
+            damping=per(springs, damping),
+            rest=drawn if rest is None else per(springs, rest),
+            strength=per(springs, strength),
+            crush=per(springs, crush),
+            law=np.full(springs, 0 if law is None else 1, dtype=np.int32),
+            laws=(LINEAR,) if law is None else (LINEAR, law),
+            ids=np.arange(springs) + 500,
+        ),
         skin=np.zeros((0, 3), dtype=np.int32),
         node_ids=np.arange(nodes) + 100,
-        spring_ids=np.arange(springs) + 500,
         bodies=(BodyPart("net", slice(0, nodes), slice(0, springs), place),),
         provenance={
             name: Provenance(np.zeros(count, dtype=np.int32), (Origin(place, "written"),))

@@ -52,7 +52,7 @@ def make_plan(
         output=Output(frames, every, False, tuple(logs), energy),
         expectations=tuple(expectations),
         needs_ledger=ledger,
-        breakable=bool(np.isfinite(network.strength).any()),
+        breakable=bool(np.isfinite(network.springs.strength).any()),
     )
 
 

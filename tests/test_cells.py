@@ -162,7 +162,7 @@ def test_fastest_motion_knows_the_pressure_of_cells():
     state.enclosures = {"block": enclosure}
     count = net.node_count
     matrix = enclosure.matrix(0.0, net.position, np.arange(count), count, exact=False).toarray()
-    for (a, b), c in zip(net.ends, net.stiffness, strict=True):
+    for (a, b), c in zip(net.springs.ends, net.springs.stiffness, strict=True):
         n = net.position[b] - net.position[a]
         n /= np.linalg.norm(n)
         part = c * np.outer(n, n)
@@ -228,7 +228,7 @@ def test_a_cut_opens_the_cells_it_goes_through_and_no_others(kind):
 
 def test_a_single_torn_edge_opens_the_cells_around_it():
     net, enclosure = block(reach="nearest neighbours")
-    middle = net.position[net.ends].mean(axis=1) * 1e3
+    middle = net.position[net.springs.ends].mean(axis=1) * 1e3
     for place, cells in (((5, 5, 2.5), 4), ((0, 5, 2.5), 2), ((0, 0, 2.5), 1)):
         alive = np.ones(net.spring_count, dtype=bool)
         (edge,) = np.flatnonzero(np.abs(middle - place).max(axis=1) < 1e-6)

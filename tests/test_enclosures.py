@@ -112,8 +112,8 @@ def test_pumping_does_the_work_that_is_stored():
     bench.state.enclosures["net"] = enclosure.swollen(0.4, profile)
     ran = bench.run(0.05, 0.2)
     inside = bench.state.enclosures["net"]
-    r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
-    stretch = np.linalg.norm(r, axis=2) - net.rest
+    r = ran.position[:, net.springs.ends[:, 1]] - ran.position[:, net.springs.ends[:, 0]]
+    stretch = np.linalg.norm(r, axis=2) - net.springs.rest
     stored = 0.5 * 30.0 * (stretch**2).sum(axis=1) + inside.energy(ran.time, ran.position)
     kinetic = 0.5 * 1e-3 * (ran.velocity**2).sum(axis=(1, 2))
     assert ran.work[-1] > 1e-3 * MODULUS * enclosure.drawn[0]
@@ -157,7 +157,7 @@ def test_fastest_motion_is_that_of_springs_and_pressure_together():
     inside = state.enclosures["net"]
     count = net.node_count
     matrix = inside.matrix(0.0, net.position, np.arange(count), count, exact=False).toarray()
-    for a, b in net.ends:
+    for a, b in net.springs.ends:
         n = net.position[b] - net.position[a]
         n /= np.linalg.norm(n)
         block = 3.0 * np.outer(n, n)

@@ -145,8 +145,8 @@ def test_a_shell_that_is_shaken_keeps_its_ledger_and_its_momentum():
     bench.state.position = shaken(net, 0.05)
     bench.state.velocity[0, 2] = 0.1
     ran = bench.run()
-    r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
-    stretch = np.linalg.norm(r, axis=2) - net.rest
+    r = ran.position[:, net.springs.ends[:, 1]] - ran.position[:, net.springs.ends[:, 0]]
+    stretch = np.linalg.norm(r, axis=2) - net.springs.rest
     stored = 2.5 * (stretch**2).sum(axis=1) + HingeForce.of(net.hinges).energy(
         ran.time, ran.position
     )

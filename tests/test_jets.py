@@ -292,7 +292,7 @@ def test_a_jet_goes_through_a_tear():
     net = net_of((position, triangles), ends=ends)
     state = State.start(net, gravity=np.zeros(3), drag=0.0)
     state.jets = {"nozzle": jet_in(net)}
-    middle = np.flatnonzero((net.ends == 12).any(axis=1))
+    middle = np.flatnonzero((net.springs.ends == 12).any(axis=1))
     state.alive = state.alive.copy()
     state.alive[middle] = False
     state.let_leak()
@@ -399,9 +399,9 @@ def membrane(cells=6, edge=3e-3, **numbers):
     other = triangles.reshape(2, -1, 3)
     ends = np.concatenate([ends, np.stack([other[0, :, 1], other[1, :, 2]], axis=1)])
     net = net_of((position, triangles), ends=ends, **numbers)
-    drawn = np.linalg.norm(np.subtract(*net.position[net.ends].swapaxes(0, 1)), axis=1)
+    drawn = np.linalg.norm(np.subtract(*net.position[net.springs.ends].swapaxes(0, 1)), axis=1)
     rim = np.flatnonzero(np.abs(position[:, :2]).max(axis=1) > (cells / 2 - 0.1) * edge)
-    return replace(net, rest=0.97 * drawn), rim
+    return net.with_arrays({"rest": 0.97 * drawn}), rim
 
 
 def test_momentum_and_energy_come_from_the_jet():

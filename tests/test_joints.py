@@ -128,18 +128,18 @@ def test_a_joint_gets_what_its_tissue_says_behind_the_springs_of_all_bodies():
     assert joint.name == "seam"
     assert (joint.springs.start, joint.springs.stop) == (
         network.body_springs,
-        len(network.ends),
+        len(network.springs.ends),
     )
-    places = network.position[network.ends[joint.springs]]
+    places = network.position[network.springs.ends[joint.springs]]
     assert np.ptp(places[:, :, 0], axis=1) == pytest.approx(4e-3)
     assert np.ptp(places[:, :, 1], axis=1) == pytest.approx(0.0, abs=1e-15)
-    assert network.rest[joint.springs] == pytest.approx(0.9 * 4e-3)
-    assert network.stiffness[joint.springs].tolist() == [100.0] * 4
-    assert network.strength[joint.springs].tolist() == [0.2] * 4
-    assert network.spring_ids[joint.springs].tolist() == [1, 2, 3, 4]
+    assert network.springs.rest[joint.springs] == pytest.approx(0.9 * 4e-3)
+    assert network.springs.stiffness[joint.springs].tolist() == [100.0] * 4
+    assert network.springs.strength[joint.springs].tolist() == [0.2] * 4
+    assert network.springs.ids[joint.springs].tolist() == [1, 2, 3, 4]
     origin = network.provenance["stiffness"][joint.springs.start]
     assert origin.span.text == "spring constant = 100 N/m"
-    assert network.laws[network.law[joint.springs.start]].name == "tension only"
+    assert network.springs.laws[network.springs.law[joint.springs.start]].name == "tension only"
 
 
 def test_reach_leaves_out_what_is_drawn_further_apart():
@@ -147,7 +147,9 @@ def test_reach_leaves_out_what_is_drawn_further_apart():
         "from left edge to right edge", "from left to right edge; reach = 4 mm"
     )
     joined = compiled_scene(text).network
-    assert len(joined.ends) - joined.body_springs == 4  # 4 mm apart, whatever the rounding
+    assert (
+        len(joined.springs.ends) - joined.body_springs == 4
+    )  # 4 mm apart, whatever the rounding
     text = text.replace("reach = 4 mm", "reach = 3.99 mm")
     with pytest.raises(CompileError, match="is empty"):
         compiled_scene(text)
@@ -157,7 +159,7 @@ def test_all_pairs_within_reach_are_joined():
     text = wound().replace("joint seam {", "joint seam { pairs is all; reach = 5 mm;")
     compiled, _ = compile_request(Request(Source("wound.tis", text)))
     network = compiled.network
-    ends = network.ends[network.body_springs :]
+    ends = network.springs.ends[network.body_springs :]
     x = network.position
     left, right = (np.flatnonzero(np.isclose(x[:, 0], side)) for side in (-2e-3, 2e-3))
     # The edges are 4 mm apart and their nodes 2 mm: straight across, and √20 < 5 mm oblique.
@@ -229,10 +231,10 @@ def test_every_spring_of_a_joint_is_drawn_in_to_the_length_and_keeps_balance():
     _, _, outcome = ran(wound(DRAWN, "0.2 s"))
     state = outcome.state
     springs = seam_of(state)
-    assert state.rest[springs] == pytest.approx(1e-3, rel=1e-12)
+    assert state.springs.rest[springs] == pytest.approx(1e-3, rel=1e-12)
     # At rest, the seam and the support of either far edge bear the same force.
     pull = observables.inner_forces(state, 0.2, state.position, state.velocity).node
-    first, second = state.network.ends[springs].T
+    first, second = state.network.springs.ends[springs].T
     along = state.position[second] - state.position[first]
     along /= np.linalg.norm(along, axis=1)[:, None]
     force = (tension(state)[:, None] * along).sum(axis=0)
@@ -249,10 +251,12 @@ def test_what_is_short_enough_is_left_as_it_is():
       at 0.03 s: loosen first stitch to 5 mm"""
     _, _, outcome = ran(wound(script, "0.025 s"))
     state = outcome.state
-    assert state.rest[seam_of(state)] == pytest.approx([3e-3, 3.5e-3, 3.5e-3, 3.5e-3])
+    assert state.springs.rest[seam_of(state)] == pytest.approx([3e-3, 3.5e-3, 3.5e-3, 3.5e-3])
     assert kinds(outcome) == ["fix", "fix", "tighten", "tighten", "note"]
     _, _, outcome = ran(wound(script, "0.04 s"))
-    assert outcome.state.rest[seam_of(state)] == pytest.approx([5e-3, 3.5e-3, 3.5e-3, 3.5e-3])
+    assert outcome.state.springs.rest[seam_of(state)] == pytest.approx(
+        [5e-3, 3.5e-3, 3.5e-3, 3.5e-3]
+    )
 
 
 def test_drawing_in_between_held_nodes_is_work():
@@ -271,7 +275,7 @@ def test_a_stitch_holds_a_part_of_its_strength_and_comes_undone_above_it():
       from 0 s to 1 s: move right by (2, 0, 0) mm using ramp"""
     _, _, outcome = ran(wound(script, "1 s"))
     state = outcome.state
-    assert state.strength[seam_of(state)] == pytest.approx(0.695 * 0.2)
+    assert state.springs.strength[seam_of(state)] == pytest.approx(0.695 * 0.2)
     (when,) = {time for time, h in outcome.logged_events if h.kind == "rupture"}
     pulled = 0.695 * 0.2 - 10e-3 * 2e-3  # what dampers bear is no stretch
     assert when == pytest.approx(pulled / 100.0 / 2e-3, rel=1e-6)
@@ -286,7 +290,7 @@ def test_a_knot_bears_no_more_than_the_thread_and_is_tied_twice_at_no_cost():
         ("at 0 s: tie seam with square knot; at 0 s: tie seam with square knot", 0.139),
     ):
         _, _, outcome = ran(wound(script.format(knot), "1 ms"))
-        assert outcome.state.strength[seam_of(outcome.state)] == pytest.approx(holds)
+        assert outcome.state.springs.strength[seam_of(outcome.state)] == pytest.approx(holds)
 
 
 def test_joints_hold_pieces_together_and_leave_them_pieces():
@@ -305,7 +309,7 @@ def test_springs_of_joints_are_cut_and_changed_by_name():
       at 1 ms: cut seam along plane through (0, 5, 0) mm facing (-1, 0.6, 0)"""
     _, _, outcome = ran(wound(script, "2 ms"))
     state = outcome.state
-    assert state.stiffness[seam_of(state)].tolist() == [200.0] * 4
+    assert state.springs.stiffness[seam_of(state)].tolist() == [200.0] * 4
     assert state.alive[: seam_of(state).start].all()
     assert kinds(outcome).count("cut") == 2
 
@@ -327,7 +331,7 @@ simulate {{ duration = 30 ms }}
 """
     compiled, _, outcome = ran(text)
     for thread in compiled.network.threads.values():
-        assert outcome.state.rest[thread.pieces].sum() == pytest.approx(6e-3)
+        assert outcome.state.springs.rest[thread.pieces].sum() == pytest.approx(6e-3)
 
 
 # --- against SciPy, interrupted, and in files -------------------------------------------------
@@ -353,7 +357,7 @@ def test_a_run_that_is_interrupted_while_sewing_goes_on_to_the_same_end(monkeypa
     assert first.kind == "interrupted" and 0.0 < first.state.time < 0.06
     _, _, second = ran(text, resume=recording.state)
     assert np.array_equal(second.state.position, whole.state.position)
-    assert np.array_equal(second.state.rest, whole.state.rest)
+    assert np.array_equal(second.state.springs.rest, whole.state.springs.rest)
 
 
 def test_files_know_joints_by_name(tmp_path):
@@ -365,7 +369,7 @@ def test_files_know_joints_by_name(tmp_path):
         network = trajectory.network
         (joint,) = network.joints
         assert (joint.name, joint.springs) == ("seam", compiled.network.joints[0].springs)
-        assert np.array_equal(network.ends, compiled.network.ends)
+        assert np.array_equal(network.springs.ends, compiled.network.springs.ends)
         assert network.owner(network.spring_count - 1).name == "seam"
         drawn = [trajectory.cells(frame).springs for frame in (0, len(trajectory.times) - 1)]
         assert [int((springs >= joint.springs.start).sum()) for springs in drawn] == [4, 3]

@@ -76,7 +76,7 @@ def test_scenes_that_are_dropped_leave_no_net(runs):
     for radius in range(5, 9):
         text = SCENE.format(radius=radius)
         compiled = tissuec.compile(text)
-        kept += map(weakref.ref, (compiled.network.position, compiled.network.ends))
+        kept += map(weakref.ref, (compiled.network.position, compiled.network.springs.ends))
         if runs:
             stepped = tissuec.start(text)
             kept.append(weakref.ref(stepped.network.position))

@@ -244,7 +244,7 @@ def test_the_published_words_make_a_plausible_tube(oviduct: Compiled) -> None:
     network = oviduct.network
     # A tube of 64 mm x 6 mm with a wall of about 1 mm weighs about 1 g.
     assert 0.8e-3 < network.mass.sum() < 1.3e-3
-    assert network.stiffness == pytest.approx(9.0, rel=0.05)
+    assert network.springs.stiffness == pytest.approx(9.0, rel=0.05)
     state = state_at_start(oviduct)
     assert damping_radius(state) / (2.0 * spectral_radius(state)) < 0.5
 

@@ -81,8 +81,8 @@ class Weaken(Struct, frozen=True):
         return self.group.indices
 
     def apply(self, state, queue):
-        state.strength = state.strength.copy()
-        state.strength[self.group.indices] = self.force
+        chosen = self.group.indices
+        state.springs = state.springs.changed("strength", chosen, self.force)
         return (LoggedEvent("weaken", (), sentence(self.span), self.span),)
 
 

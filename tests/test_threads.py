@@ -63,7 +63,7 @@ def test_tightened_loop_presses_on_a_rod_by_its_tension_over_the_radius():
     _, _, outcome = ran(around_rod(script=script, duration="0.08 s"))
     state = outcome.state
     pull = tension(state)[:PIECES]
-    assert state.rest[:PIECES].sum() == pytest.approx(60e-3, rel=1e-12)
+    assert state.springs.rest[:PIECES].sum() == pytest.approx(60e-3, rel=1e-12)
     assert pull.mean() > 0.1
     # At rest to 1e-4: no damper pulls any more.
     assert pull == pytest.approx(pull.mean(), rel=1e-4)
@@ -138,7 +138,7 @@ def test_a_run_that_is_interrupted_while_tightening_goes_on_to_the_same_end(monk
     assert first.kind == "interrupted" and 0.0 < first.state.time < 0.02
     _, _, second = ran(text, resume=recording.state)
     assert np.array_equal(second.state.position, whole.state.position)
-    assert np.array_equal(second.state.rest, whole.state.rest)
+    assert np.array_equal(second.state.springs.rest, whole.state.springs.rest)
 
 
 def test_friction_lets_the_tension_grow_as_around_a_capstan():
@@ -156,7 +156,8 @@ def test_friction_lets_the_tension_grow_as_around_a_capstan():
     state = outcome.state
     x, chain = state.position[:PIECES], np.arange(PIECES)
     pull = {
-        tuple(e): t for e, t in zip(compiled.network.ends.tolist(), tension(state), strict=True)
+        tuple(e): t
+        for e, t in zip(compiled.network.springs.ends.tolist(), tension(state), strict=True)
     }
     pulls = np.array([pull[i, i + 1] for i in chain[:-1]])
     along = np.diff(x, axis=0)
@@ -300,7 +301,7 @@ def test_a_knot_holds_below_its_limit_and_slips_above_it_at_that_force():
     state = outcome.state
     # It stays longer by what slipped, and never bears more than that force.
     assert state.alive[thread.hold] and not state.alive[thread.slip]
-    assert state.rest[thread.hold] > 20e-3
+    assert state.springs.rest[thread.hold] > 20e-3
     _, pulls = recording.log_arrays("tension of sling")
     assert pulls.shape[1] == 4  # the pieces; the last one has the knot in it
     slips = pulls[:, thread.hold] >= 2.0 * (1.0 - 1e-12)
@@ -410,7 +411,7 @@ def test_what_a_knot_holds_is_a_part_of_the_strength_of_the_thread():
         )
         thread = compiled.network.bodies[0].thread
         assert kinds(outcome).count("slip") == 1
-        limits.append(outcome.state.strength[thread.hold] / 3.0)
+        limits.append(outcome.state.springs.strength[thread.hold] / 3.0)
     assert limits == pytest.approx([0.695, 0.668, 0.35])
 
 
@@ -424,7 +425,7 @@ def test_a_knot_that_takes_the_place_of_another_bears_its_own_part():
     )
     compiled, _, outcome = ran(text)
     thread = compiled.network.bodies[0].thread
-    assert outcome.state.strength[thread.hold] == pytest.approx(0.695 * 3.0)
+    assert outcome.state.springs.strength[thread.hold] == pytest.approx(0.695 * 3.0)
 
 
 def test_a_thread_breaks_that_is_weaker_than_its_knot():
@@ -456,7 +457,7 @@ def test_the_ends_of_an_open_thread_are_tied_as_they_stand():
     compiled, recording, outcome = ran(OPEN.replace("SCRIPT", tied))
     thread = compiled.network.bodies[0].thread
     assert outcome.state.alive[thread.hold]
-    assert outcome.state.rest[thread.hold] == pytest.approx(2e-3)
+    assert outcome.state.springs.rest[thread.hold] == pytest.approx(2e-3)
     _, length = recording.log_arrays("length of cord")
     assert length[-1] == pytest.approx(30e-3 + 28e-3 + 2e-3)
     assert "note" not in kinds(outcome)
@@ -475,13 +476,13 @@ def test_ends_that_are_far_apart_are_tied_with_a_note():
 def test_the_wrong_direction_is_noted_and_changes_nothing(script, note):
     _, _, outcome = ran(OPEN.replace("SCRIPT", script))
     assert note in outcome.logged_events[-1][1].cause
-    assert outcome.state.rest[:4] == pytest.approx(np.full(4, 10e-3))
+    assert outcome.state.springs.rest[:4] == pytest.approx(np.full(4, 10e-3))
 
 
 def test_a_later_order_takes_the_place_of_one_under_way():
     script = "from 0 s to 0.2 s: tighten cord to 20 mm; at 0.1 s: loosen cord to 35 mm"
     _, _, outcome = ran(OPEN.replace("SCRIPT", script))
-    assert outcome.state.rest[:4].sum() == pytest.approx(35e-3)
+    assert outcome.state.springs.rest[:4].sum() == pytest.approx(35e-3)
     assert not outcome.state.reelings
 
 
@@ -490,7 +491,7 @@ def test_a_written_rest_length_ends_the_drawing_in():
         "from 0 s to 0.2 s: tighten cord to 20 mm; at 0.1 s: change rest length of cord to 9 mm"
     )
     _, _, outcome = ran(OPEN.replace("SCRIPT", script))
-    assert outcome.state.rest[:4] == pytest.approx(np.full(4, 9e-3))
+    assert outcome.state.springs.rest[:4] == pytest.approx(np.full(4, 9e-3))
 
 
 def test_only_threads_are_tightened_and_tied():

@@ -32,7 +32,7 @@ def copied(value):
 def test_every_scene_can_be_pickled(path):
     compiled = tissuec.compile(path)
     again = copied(compiled)
-    assert np.array_equal(again.network.stiffness, compiled.network.stiffness)
+    assert np.array_equal(again.network.springs.stiffness, compiled.network.springs.stiffness)
     assert not again.network.position.flags.writeable
     assert len(again.plan.events) == len(compiled.plan.events)
     assert again.scene.metadata == compiled.scene.metadata

@@ -66,7 +66,10 @@ def test_the_law_of_a_spring_is_met_by_what_is_read(pulled):
     apart = pulled.position[:, b] - pulled.position[:, a]
     length = np.linalg.norm(apart, axis=-1)
     speed = ((pulled.velocity[:, b] - pulled.velocity[:, a]) * apart).sum(axis=-1) / length
-    expected = network.stiffness * (length - network.rest) + network.damping * speed
+    expected = (
+        network.springs.stiffness * (length - network.springs.rest)
+        + network.springs.damping * speed
+    )
     there = np.isfinite(pulled.tension[:])
     assert pulled.tension[:][there] == pytest.approx(expected[there], abs=1e-15)
 
@@ -90,7 +93,7 @@ def test_regions_joints_and_springs_within_nodes_have_names_too(parts):
     inside = parts.springs_of("scar of flap")
     assert np.isin(parts.ends[inside], parts.nodes_of("scar of flap")).all()
     assert [group.name for group in parts.groups] == ["edge", "rim", "long ones", "scar"]
-    lengths = parts.network.rest[parts.springs][parts.springs_of("long ones")]
+    lengths = parts.network.springs.rest[parts.springs][parts.springs_of("long ones")]
     assert lengths.min() > 6e-3
 
 

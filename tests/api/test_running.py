@@ -317,7 +317,7 @@ def test_every_run_tells_its_promise():
 def test_a_compiled_scene_has_arrays_and_names_for_solvers_of_ones_own():
     compiled = tissuec.compile(PULL)
     network = compiled.network
-    assert network.ends.tolist() == [[0, 1], [1, 2]]
+    assert network.springs.ends.tolist() == [[0, 1], [1, 2]]
     assert compiled.nodes_of("bob").tolist() == [2]
     assert compiled.nodes_of("pair").tolist() == [0, 1, 2]
     assert compiled.springs_of("Far  Spring").tolist() == [1]

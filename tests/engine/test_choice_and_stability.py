@@ -38,7 +38,9 @@ def dense_radius(state):
     net = state.network
     count = net.node_count
     matrix = np.zeros((3 * count, 3 * count))
-    for (a, b), c, rest in zip(net.ends, state.stiffness, state.rest, strict=True):
+    for (a, b), c, rest in zip(
+        net.springs.ends, state.springs.stiffness, state.springs.rest, strict=True
+    ):
         r = net.position[b] - net.position[a]
         length = np.linalg.norm(r)
         u = r / length

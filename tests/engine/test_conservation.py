@@ -70,9 +70,9 @@ def energy(ran):
     state, net = ran.state, ran.state.network
     mass = np.where(state.held, 0.0, state.mass)
     kinetic = 0.5 * np.einsum("n,tnk,tnk->t", mass, ran.velocity, ran.velocity)
-    r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
-    stretch = np.linalg.norm(r, axis=2) - state.rest
-    elastic = 0.5 * (state.stiffness * stretch**2).sum(axis=1)
+    r = ran.position[:, net.springs.ends[:, 1]] - ran.position[:, net.springs.ends[:, 0]]
+    stretch = np.linalg.norm(r, axis=2) - state.springs.rest
+    elastic = 0.5 * (state.springs.stiffness * stretch**2).sum(axis=1)
     weight = np.einsum("n,tnk,k->t", mass, ran.position, state.gravity)
     return kinetic + elastic - weight
 

@@ -186,7 +186,7 @@ def test_tolerance_below_rounding_is_refused():
 def test_infinite_force_is_reported_as_divergence_with_the_spring_named():
     net = pair()
     bench = Bench(net, 1.0, tolerance=1e-6)
-    bench.state.stiffness = np.array([np.inf])
+    bench.state.springs = bench.state.springs.changed("stiffness", 0, np.inf)
     end = bench.advance(1.0)
     assert (end.kind, end.spring) == ("diverged", 0)
 

@@ -169,8 +169,8 @@ def test_energy_is_kept_or_booked_under_every_law_by_every_member(method, dampin
         )  # fmt: skip
         ran = Bench(net, 0.5, method=method, tolerance=tolerance, ledger=True).run()
         assert ran.end.kind == "reached"
-        springs = ran.state.behaviour()
-        r = ran.position[:, net.ends[:, 1]] - ran.position[:, net.ends[:, 0]]
+        springs = ran.state.springs.behaviour
+        r = ran.position[:, net.springs.ends[:, 1]] - ran.position[:, net.springs.ends[:, 0]]
         stored = springs.energy(np.linalg.norm(r, axis=2) - REST).sum(axis=1)
         kinetic = 0.5 * MASS * (ran.velocity**2).sum(axis=(1, 2))
         total = stored + kinetic + ran.dissipated

@@ -65,7 +65,7 @@ def test_energy_is_kept_where_masses_pass_close_by(method, offset):
 
 
 def lengths(network, position):
-    return position[network.ends[:, 1]] - position[network.ends[:, 0]]
+    return position[network.springs.ends[:, 1]] - position[network.springs.ends[:, 0]]
 
 
 def test_slack_tells_how_far_nodes_may_move():

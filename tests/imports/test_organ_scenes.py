@@ -62,8 +62,8 @@ def test_regions_and_sets_by_group(organ: Path) -> None:
     expected = np.unique(blob(2)[1][160:])
     assert np.array_equal(np.flatnonzero(part == 1), expected)
     assert (part == 0).sum() == len(part) - 162
-    stiff = np.isin(compiled.network.ends, expected).any(axis=1)
-    assert np.array_equal(compiled.network.stiffness == 80.0, stiff)
+    stiff = np.isin(compiled.network.springs.ends, expected).any(axis=1)
+    assert np.array_equal(compiled.network.springs.stiffness == 80.0, stiff)
 
 
 def test_shares_multiply_spring_constant_and_viscosity_and_say_so(organ: Path) -> None:
@@ -71,8 +71,10 @@ def test_shares_multiply_spring_constant_and_viscosity_and_say_so(organ: Path) -
         """mesh is imported { file "organ.obj" in mm; stiffness is area rule }; tissue is gum"""
     )
     network = compile_request(scene(organ, body))[0].network
-    assert network.stiffness.std() > 1.0
-    assert network.damping == pytest.approx(network.stiffness * 0.02 / 40.0, rel=1e-12)
+    assert network.springs.stiffness.std() > 1.0
+    assert network.springs.damping == pytest.approx(
+        network.springs.stiffness * 0.02 / 40.0, rel=1e-12
+    )
     assert network.provenance["stiffness"][0].how == "written, shared"
 
 

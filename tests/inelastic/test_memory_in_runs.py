@@ -33,7 +33,7 @@ def remembering(net, *, constant=(), time=(), limit=np.inf, viscosity=np.inf):
         slot=np.full((rows + 1, count), -1),
         rate=np.ones((rows + 1, count)),
     )
-    return with_memory(replace(net, inelastic=inelastic))
+    return with_memory(replace(net, springs=replace(net.springs, inelastic=inelastic)))
 
 
 def tangle(**memory):
@@ -90,7 +90,7 @@ def test_power_of_the_forces_is_what_energy_and_losses_take():
     """-F·v = d(energy)/dt + lost, with rates of all that is remembered, by differences."""
     net = tangle(**BOTH)
     state = random_state(net)
-    memory, position, velocity = net.inelastic, state.position, state.velocity
+    memory, position, velocity = net.springs.inelastic, state.position, state.velocity
     moving = velocity.copy()
     moving[net.memory] = 0.0
     has = memory.slot >= 0
@@ -122,7 +122,7 @@ def test_the_reference_has_the_same_forces_energies_and_rates():
     energies = observables.energies(state, 0.0, state.position, state.velocity)
     own = equations.energies(0.0, moved, velocity)
     assert own.elastic == pytest.approx(float(energies.elastic), rel=1e-13)
-    memory, rate = net.inelastic, equations.rate(0.0, y)
+    memory, rate = net.springs.inelastic, equations.rate(0.0, y)
     rates, (_, lost) = accelerated(state)
     rates = rates.ravel()
     has = memory.slot >= 0
@@ -322,14 +322,14 @@ def test_what_springs_remember_is_seen_nowhere(tmp_path):
     with Trajectory.open(result.path) as read:
         assert read.position.shape[1:] == (5, 3)
         assert summary(read)["network"]["nodes"] == 5
-        saved = read.network.inelastic
-        assert np.array_equal(saved.constant, compiled.network.inelastic.constant)
-        assert np.array_equal(saved.slot, compiled.network.inelastic.slot)
+        saved = read.network.springs.inelastic
+        assert np.array_equal(saved.constant, compiled.network.springs.inelastic.constant)
+        assert np.array_equal(saved.slot, compiled.network.springs.inelastic.slot)
 
 
 def test_scenes_without_memory_have_none():
     network = compiled_scene(rod(memory="")).network
-    assert network.inelastic is None
+    assert network.springs.inelastic is None
     assert network.memory == slice(2, 2)
 
 
@@ -370,7 +370,7 @@ def test_only_springs_of_what_settles_relax():
     state = start(remembering(net, constant=(10.0,), time=(0.02,)))
     state.holders["fix"] = np.array([0, 3])
     settle(state, np.isin(np.arange(state.network.node_count), [1]))
-    memory = state.inelastic
+    memory = state.springs.inelastic
     q = memory.variables(flat(state.velocity))[0]
     assert q[2] == 0.0
     assert q[:2] == pytest.approx([0.1, 0.1])
@@ -435,10 +435,10 @@ def test_changes_reach_what_springs_remember():
     groups = {"first": [0]}
     change = order("change relaxing constant", groups, of="first", to=4.0)
     change.apply(state, None)
-    assert state.inelastic.constant.tolist() == [[4.0, 10.0]]
-    assert net.inelastic.constant.tolist() == [[10.0, 10.0]]
+    assert state.springs.inelastic.constant.tolist() == [[4.0, 10.0]]
+    assert net.springs.inelastic.constant.tolist() == [[10.0, 10.0]]
     order("change relaxation time", groups, of="first", by=0.5).apply(state, None)
-    assert state.inelastic.time.tolist() == [[0.01, 0.02]]
+    assert state.springs.inelastic.time.tolist() == [[0.01, 0.02]]
     missing = order("change yield force", groups, of="first", to=4.0)
     expected = "1 spring of first has no yield force and yield viscosity at the start; "
     assert missing.flaw(net).startswith(expected)

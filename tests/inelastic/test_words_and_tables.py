@@ -35,7 +35,7 @@ def inelastic(
     text = NET.format(
         memory=memory, more=more, body=body, column=column, first=first, second=second
     )
-    return compiled_scene(text).network.inelastic
+    return compiled_scene(text).network.springs.inelastic
 
 
 def refused(text):
@@ -78,7 +78,9 @@ def test_none_takes_away_what_a_parent_has():
         "body rod", "tissue plain like gum { relaxation time is none }\nbody rod"
     )
     assert (
-        compiled_scene(text.replace("tissue is gum", "tissue is plain")).network.inelastic
+        compiled_scene(
+            text.replace("tissue is gum", "tissue is plain")
+        ).network.springs.inelastic
         is None
     )
     like = text.replace("relaxation time is none", "relaxing constant is none")
@@ -122,7 +124,7 @@ environment { gravity = (0, 0, 0) m/s^2 }
 simulate { duration = 0.1 s }
 """
     network = compiled_scene(text).network
-    found, bends = network.inelastic, network.bends
+    found, bends = network.springs.inelastic, network.bends
     assert bends.sum() == 6
     assert found.constant[0, bends] == pytest.approx(30.0)
     assert found.viscosity[bends] == pytest.approx(0.5)
@@ -215,7 +217,7 @@ environment { gravity = (0, 0, 0) m/s^2; contact is off }
 simulate { duration = 0.1 s }
 """).network
     thread = network.threads["sling"]
-    memory = network.inelastic
+    memory = network.springs.inelastic
     for knot in (thread.hold, thread.slip):
         assert (memory.slot[:, knot] == -1).all()
     assert (memory.slot[:, thread.pieces] >= 0).all()

@@ -41,8 +41,9 @@ def net(request, monkeypatch):
     )
     if request.param == "curved":
         law = rng.integers(0, 2, SPRINGS).astype(np.int32)
-        made = replace(made, laws=(LINEAR, CURVED), law=law)
-    for name, function in code.functions(made.laws).items():
+        springs = replace(made.springs, laws=(LINEAR, CURVED), law=law)
+        made = replace(made, springs=springs)
+    for name, function in code.functions(made.springs.laws).items():
         monkeypatch.setattr(springs_kernel, name, function)
     layout = KernelInputs(made, watched=True, ledger=True)
     layout.update(State.start(made, gravity=np.array([0.0, 0.0, -9.81]), drag=0.3))

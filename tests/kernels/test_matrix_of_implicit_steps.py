@@ -40,12 +40,12 @@ def random_net(seed, nodes=14, springs=30):
 def with_zeros(seed):
     """Return a net with springs of no length, of no rest length, and of no constant."""
     net = random_net(seed)
-    arrays = {name: getattr(net, name).copy() for name in ("stiffness", "damping", "rest")}
+    arrays = {name: net.array(name).copy() for name in ("stiffness", "damping", "rest")}
     position = net.position.copy()
-    position[net.ends[0, 1]] = position[net.ends[0, 0]]
+    position[net.springs.ends[0, 1]] = position[net.springs.ends[0, 0]]
     arrays["rest"][:3] = 0.3, 0.0, 0.0
     arrays["stiffness"][2] = arrays["damping"][3] = 0.0
-    return make_net(position, net.ends, mass=net.mass, **arrays)
+    return make_net(position, net.springs.ends, mass=net.mass, **arrays)
 
 
 def coincident():
@@ -57,10 +57,11 @@ def curved(seed):
     spring = SPRING_LAWS["exponential"](stiffening=3.0).force()
     dashpot = VISCOSITY_LAWS["power"](exponent=1.7, speed=0.5).force() * exp(E / REST)
     net = random_net(seed)
+    law = np.random.default_rng(seed).integers(0, 2, net.spring_count).astype(np.int32)
+    laws = LINEAR, Law("curved", spring, dashpot)
     return replace(
         net,
-        laws=(LINEAR, Law("curved", spring, dashpot)),
-        law=np.random.default_rng(seed).integers(0, 2, net.spring_count).astype(np.int32),
+        springs=replace(net.springs, law=law, laws=laws),
         velocity=np.random.default_rng(seed).normal(size=net.position.shape),
     )
 
@@ -91,17 +92,17 @@ def dense(state, q):
     """Return S = M + q (D + drag) + q² K over all nodes, shape (3 node, 3 node)."""
     net, count = state.network, state.network.node_count
     matrix = np.diag(np.repeat(state.mass + q * state.braking, 3))
-    for s, (a, b) in enumerate(net.ends):
+    for s, (a, b) in enumerate(net.springs.ends):
         r = state.position[b] - state.position[a]
         length = np.linalg.norm(r)
         n = r / length if length else np.zeros(3)
-        spring = state.behaviour(np.array([s]))
-        e = np.array([length - state.rest[s]])
+        spring = state.springs.some(np.array([s])).behaviour
+        e = np.array([length - state.springs.rest[s]])
         w = np.array([n @ (state.velocity[b] - state.velocity[a])])
         steep = max(float(spring.slope(e)[0] + spring.brake_by_e(e, w)[0]), 0.0)
         along = q * float(spring.brake_slope(e, w)[0]) + q * q * steep
         # Of tension over length only what is not negative; without rest length it is c.
-        share = spring.pull(e)[0] / length if length else steep * (state.rest[s] == 0.0)
+        share = spring.pull(e)[0] / length if length else steep * (state.springs.rest[s] == 0.0)
         across = q * q * max(float(share), 0.0)
         k = along * np.outer(n, n) + across * (np.eye(3) - np.outer(n, n))
         for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
@@ -113,7 +114,7 @@ def dense(state, q):
 @pytest.fixture(autouse=True)
 def _laws(monkeypatch):
     """Give the kernels the laws that binding would give them."""
-    for name, function in code.functions(SCENES["laws"][0].laws).items():
+    for name, function in code.functions(SCENES["laws"][0].springs.laws).items():
         monkeypatch.setattr(springs_kernel, name, function)
 
 
@@ -234,11 +235,11 @@ def test_names_of_nodes_and_order_of_springs_leave_results_unchanged(name):
     back = np.argsort(nodes)
     other = make_net(
         net.position[nodes],
-        back[net.ends[springs]],
+        back[net.springs.ends[springs]],
         mass=net.mass[nodes],
-        stiffness=net.stiffness[springs],
-        damping=net.damping[springs],
-        rest=net.rest[springs],
+        stiffness=net.springs.stiffness[springs],
+        damping=net.springs.damping[springs],
+        rest=net.springs.rest[springs],
         velocity=net.velocity[nodes],
     )
     asked = {"method": name, "step": 2e-3, "tolerance": 1e-11, "times": [0.0, 0.1]}

@@ -129,11 +129,11 @@ def compiled(formula):
 @pytest.mark.parametrize("sign", ["+", "-"])
 def test_a_law_of_hundreds_of_terms_is_their_sum_and_runs(sign):
     found = compiled(f" {sign} ".join(f"{k} N/m * e" for k in range(1, 400)))
-    law, e = found.network.laws[1], np.array([-0.3, 0.01, 0.2])
+    law, e = found.network.springs.laws[1], np.array([-0.3, 0.01, 0.2])
     total = sum(range(2, 400)) * (1.0 if sign == "+" else -1.0) + 1.0
     # Each of 400 terms rounds once.
     np.testing.assert_allclose(law.elastic.at({"e": e}), total * e, rtol=400 * 2.0**-52)
-    pull = code.functions(tuple(found.network.laws))["pull"]
+    pull = code.functions(tuple(found.network.springs.laws))["pull"]
     np.testing.assert_allclose(pull(1, 0.01, 40.0, 0.01), 0.01 * total, rtol=400 * 2.0**-52)
 
 

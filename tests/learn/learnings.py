@@ -102,7 +102,7 @@ def starts(compiled, adjust):
         parts = [body.tissue, *(region.tissue or body.tissue for region in body.regions)]
         return [tissue.given[adjust.what].value for tissue in parts]
     arrays = {"spring constant": "stiffness", "mass": "mass", "rest length": "rest"}
-    values = getattr(network, arrays[adjust.what])[adjust.members]
+    values = network.array(arrays[adjust.what])[adjust.members]
     return values if adjust.per in ("spring", "node") else [values.mean()]
 
 

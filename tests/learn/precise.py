@@ -24,7 +24,7 @@ def positions(schedule, numbers, steps_of, times):
 
 def _leg(leg, numbers, count, x, v, times, found):
     factors = {name: change.factor for name, change in leg.changes.items()}
-    ends = leg.network.ends[leg.alive]
+    ends = leg.network.springs.ends[leg.alive]
     size, springs = len(x), len(leg.alive)
     rows = np.repeat(np.arange(springs), 2)
     signs = np.tile(np.array([-1.0, 1.0], dtype=LONG), springs)

@@ -180,7 +180,7 @@ def test_a_run_leaves_learning_aside(compiled):
     without, learning = compiled(""), compiled(GOOD)
     assert without.fit_problems == ()
     assert not learning.plan.expectations
-    assert np.array_equal(without.network.stiffness, learning.network.stiffness)
+    assert np.array_equal(without.network.springs.stiffness, learning.network.springs.stiffness)
 
 
 def test_several_blocks_are_lessons_of_their_own(compiled):
@@ -448,7 +448,9 @@ def test_nodes_and_springs_are_those_that_are_named(
         case ["nodes", name]:
             expected = scene.nodes_of(name)
         case ["scar"]:
-            inside = np.isin(scene.network.ends, scene.nodes_of("scar of liver")).all(axis=1)
+            inside = np.isin(scene.network.springs.ends, scene.nodes_of("scar of liver")).all(
+                axis=1
+            )
             expected = np.flatnonzero(inside)
         case _:
             expected = []

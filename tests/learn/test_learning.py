@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.learn.making import motion, write_positions
 from tissuec.compiler.compile import Compiled
@@ -380,8 +379,8 @@ def learn_tube(
     compiled, _ = compile_request(request)
     network = compiled.network
     random = np.random.default_rng(0)
-    true = network.stiffness * random.uniform(0.7, 1.3, network.spring_count)
-    times, positions = motion(compiled, every, replace(network, stiffness=true))
+    true = network.springs.stiffness * random.uniform(0.7, 1.3, network.spring_count)
+    times, positions = motion(compiled, every, network.with_arrays({"stiffness": true}))
     seen = compiled.nodes_of("seen")
     write_positions(folder / "measured.csv", times, positions, network.node_ids, nodes=seen)
     return compiled, positions, true, learn(compiled, compiled.fit_problems[0], request)
@@ -416,7 +415,7 @@ def hidden_nodes_follow(folder, rings, sides, part):
     seen = [n for n in range(count) if (n // sides + 2 * (n % sides)) % 4 == 0]
     form = {**LIFTED, "seen": f"in [{', '.join(str(n + 1) for n in seen)}]"}
     compiled, positions, _, learnt = learn_tube(folder, rings=rings, sides=sides, **form)
-    network = replace(compiled.network, stiffness=learnt.estimates[0].value)
+    network = compiled.network.with_arrays({"stiffness": learnt.estimates[0].value})
     apart = np.linalg.norm(motion(compiled, 2e-3, network)[1] - positions, axis=2)
     moved = np.linalg.norm(positions - positions[0], axis=2)
     hidden = np.setdiff1d(np.arange(count), seen)

@@ -69,7 +69,7 @@ def motion_of(
     network = scene.network
     order = NumberOrder.of(network, 0)
     vector = order.vector(network)
-    laws = compiled_laws(network.laws, 0)
+    laws = compiled_laws(network.springs.laws, 0)
     chosen = choose(name, step, network, plan=scene.plan, duration=0.05, laws=laws)
     schedule = EventRecorder(scene.plan, chosen.stepping, order, step).schedule(
         network, vector, 0.05

@@ -248,10 +248,10 @@ def test_numbers_of_single_springs_stand_in_a_table(tmp_path):
     assert lines[2] == "id,a,b,value,low,high,identified"
     network = compiled.network
     rows = [line.split(",") for line in lines[3:]]
-    assert [int(row[0]) for row in rows] == network.spring_ids.tolist()
-    ends = network.node_ids[network.ends]
+    assert [int(row[0]) for row in rows] == network.springs.ids.tolist()
+    ends = network.node_ids[network.springs.ends]
     assert [[int(row[1]), int(row[2])] for row in rows] == ends.tolist()
-    assert [float(row[3]) for row in rows] == (network.stiffness * CHANGED).tolist()
+    assert [float(row[3]) for row in rows] == (network.springs.stiffness * CHANGED).tolist()
     nodes = (tmp_path / "learned" / "fat_nodes.csv").read_text().splitlines()
     assert len(nodes) == 3 + len(network.mass)
 

@@ -148,7 +148,7 @@ def test_a_scene_means_the_same_under_other_names(documents, tmp_path, place, na
     renamed(documents, path, place, name)
     after = check(documents, path, thorough=False)
     assert after.compiled is not None, after.diagnostics
-    assert (after.compiled.network.rest == before.compiled.network.rest).all()
+    assert (after.compiled.network.springs.rest == before.compiled.network.springs.rest).all()
     assert [d.code for d in after.diagnostics] == [d.code for d in before.diagnostics]
 
 

@@ -38,14 +38,14 @@ def findings(tissue: str, body: str) -> list[Diagnostic]:
 
 def stiffness(network: Network, plan: Plan | None = None) -> csc_matrix:
     """Return the matrix of a net at rest [N/m], shape (3 node, 3 node), as a plan begins."""
-    x, ends = network.position, network.ends
+    x, ends = network.position, network.springs.ends
     along = x[ends[:, 1]] - x[ends[:, 0]]
     n = along / np.linalg.norm(along, axis=1, keepdims=True)
     rows = np.repeat(np.arange(len(ends)), 6)
     columns = (3 * ends[:, :, None] + np.arange(3)).reshape(-1)
     values = np.concatenate([-n, n], axis=1).ravel()
     strain = coo_matrix((values, (rows, columns)), shape=(len(ends), x.size))
-    matrix = strain.T @ diags(network.stiffness) @ strain
+    matrix = strain.T @ diags(network.springs.stiffness) @ strain
     for event in () if plan is None else plan.events:
         if not isinstance(event.action, Preserve):
             continue

@@ -338,7 +338,7 @@ def test_springs_of_a_law_break_where_it_reaches_their_limit():
     )
     (found,) = tissuec.properties(text, frequencies=0)
     strain = found.breaking.stretch[1] - 1.0
-    law = tissuec.compile(text).network.behaviour()
+    law = tissuec.compile(text).network.springs.behaviour
     assert law.pull(np.array([strain * 10e-3])) == pytest.approx([2.0])
     assert found.breaking.stress is None
 

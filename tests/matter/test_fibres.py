@@ -109,14 +109,14 @@ def test_a_thread_runs_along_its_fibres():
         "pieces = 4 }",
     )
     part = network.threads["piece"].pieces
-    assert network.stiffness[part] == pytest.approx(FIBRE * np.pi * 1e-6 / 0.01)
+    assert network.springs.stiffness[part] == pytest.approx(FIBRE * np.pi * 1e-6 / 0.01)
 
 
 def test_a_spring_along_breaks_at_its_strain_and_strength_is_that_along_fibres():
     body = BAR.replace("KIND", "sodium chloride") + "; fibres = (1, 0, 0); rupture is allowed"
     by_strain, _ = scene(TISSUE + "; breaking strain = 10 %", body)
     by_stress, _ = scene(TISSUE + f"; strength = {0.1 * FIBRE} Pa", body)
-    assert by_stress.strength == pytest.approx(by_strain.strength)
+    assert by_stress.springs.strength == pytest.approx(by_strain.springs.strength)
 
 
 WRONG = {

@@ -83,4 +83,4 @@ def test_rounding_in_a_file_does_not_change_the_filling(filling, tmp_path):
     assert len(rounded.position) == len(whole.position)
     assert np.abs(rounded.position - whole.position).max() < 1e-7
     # Delaunay's tetrahedra of a square may have either diagonal.
-    assert len(rounded.ends) == pytest.approx(len(whole.ends), rel=0.05)
+    assert len(rounded.springs.ends) == pytest.approx(len(whole.springs.ends), rel=0.05)

@@ -31,9 +31,9 @@ def network():
 
 def energy(network, stretches):
     """Return the elastic energy under a uniform deformation [J]."""
-    first, second = (network.position[ends] * stretches for ends in network.ends.T)
+    first, second = (network.position[ends] * stretches for ends in network.springs.ends.T)
     length = np.linalg.norm(second - first, axis=1)
-    return 0.5 * np.sum(network.stiffness * (length - network.rest) ** 2)
+    return 0.5 * np.sum(network.springs.stiffness * (length - network.springs.rest) ** 2)
 
 
 def free_sides(network, stretch):

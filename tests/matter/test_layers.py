@@ -40,12 +40,14 @@ simulate {{ duration = 1 ms; tolerance = 1e-6; integrator is dop853 }}
 
 def all_of(tissue):
     """Return the constants of the block, made of one tissue."""
-    return compiled(f"{BLOCK.partition('tissue is')[0]}tissue is {tissue}").network.stiffness
+    return compiled(
+        f"{BLOCK.partition('tissue is')[0]}tissue is {tissue}"
+    ).network.springs.stiffness
 
 
 def between(network, low, high):
     """Return which springs lead from below one height to above another [mm]."""
-    ends = np.sort(1e3 * network.position[:, 2][network.ends], axis=1)
+    ends = np.sort(1e3 * network.position[:, 2][network.springs.ends], axis=1)
     return (ends[:, 0] < low) & (ends[:, 1] > high)
 
 
@@ -56,10 +58,12 @@ def test_springs_of_an_interface_are_those_of_a_body_of_its_tissue():
     ).network
     lower, upper = between(network, 11, 14), between(network, 21, 24)
     assert lower.sum() == upper.sum() > 0
-    assert network.stiffness[lower] == pytest.approx(all_of("glue")[lower], rel=1e-12)
-    assert network.stiffness[upper] == pytest.approx(all_of("middle")[upper], rel=1e-12)
-    beside = ~lower & ~upper & (network.position[:, 2][network.ends].max(axis=1) < 0.011)
-    assert network.stiffness[beside] == pytest.approx(all_of("low")[beside], rel=1e-12)
+    assert network.springs.stiffness[lower] == pytest.approx(all_of("glue")[lower], rel=1e-12)
+    assert network.springs.stiffness[upper] == pytest.approx(all_of("middle")[upper], rel=1e-12)
+    beside = (
+        ~lower & ~upper & (network.position[:, 2][network.springs.ends].max(axis=1) < 0.011)
+    )
+    assert network.springs.stiffness[beside] == pytest.approx(all_of("low")[beside], rel=1e-12)
 
 
 @pytest.mark.parametrize(("rule", "part"), [("mean", 0.5), ("softer", 0.0), ("stiffer", 1.0)])
@@ -69,8 +73,10 @@ def test_each_pair_of_regions_has_a_rule_of_its_own(rule, part):
     ).network
     lower, upper = between(network, 11, 14), between(network, 21, 24)
     soft, stiff = all_of("low")[lower], all_of("middle")[lower]
-    assert network.stiffness[lower] == pytest.approx(soft + part * (stiff - soft), rel=1e-12)
-    assert network.stiffness[upper] == pytest.approx(all_of("high")[upper], rel=1e-12)
+    assert network.springs.stiffness[lower] == pytest.approx(
+        soft + part * (stiff - soft), rel=1e-12
+    )
+    assert network.springs.stiffness[upper] == pytest.approx(all_of("high")[upper], rel=1e-12)
 
 
 def test_chosen_springs_go_before_interfaces():
@@ -78,11 +84,13 @@ def test_chosen_springs_go_before_interfaces():
         f"{BLOCK}; interface is softer; springs where z between 11 mm and 14 mm "
         "{ tissue is glue; prestress = 10 % }"
     ).network
-    chosen = np.abs(network.position[:, 2][network.ends].mean(axis=1) - 12.5e-3) < 1e-3
+    chosen = np.abs(network.position[:, 2][network.springs.ends].mean(axis=1) - 12.5e-3) < 1e-3
     assert between(network, 11, 14)[chosen].all()
-    assert network.stiffness[chosen] == pytest.approx(all_of("glue")[chosen], rel=1e-12)
-    drawn = np.linalg.norm(np.diff(network.position[network.ends], axis=1)[:, 0], axis=1)
-    assert network.rest == pytest.approx(np.where(chosen, 0.9, 1.0) * drawn, rel=1e-12)
+    assert network.springs.stiffness[chosen] == pytest.approx(all_of("glue")[chosen], rel=1e-12)
+    drawn = np.linalg.norm(
+        np.diff(network.position[network.springs.ends], axis=1)[:, 0], axis=1
+    )
+    assert network.springs.rest == pytest.approx(np.where(chosen, 0.9, 1.0) * drawn, rel=1e-12)
 
 
 def test_parts_of_a_bar_in_a_row_resist_as_springs_in_a_row():
@@ -90,7 +98,7 @@ def test_parts_of_a_bar_in_a_row_resist_as_springs_in_a_row():
         f"{THREAD}; interface from near to piece {{ tissue is glue }}; "
         "interface is softer from far to piece"
     )
-    force = 60e-3 / (1.0 / found.network.stiffness[:6]).sum()  # at a strain of 1
+    force = 60e-3 / (1.0 / found.network.springs.stiffness[:6]).sum()  # at a strain of 1
     # Two of low, one of glue, one of middle, one between (the softer: middle), one of high.
     moduli = np.array([2e3, 2e3, 0.5e3, 6e3, 6e3, 20e3])
     expected = np.pi * 1e-6 / (10e-3 / moduli).sum() * 60e-3
@@ -101,7 +109,7 @@ def test_what_is_learnt_of_a_tissue_reaches_springs_between_regions():
     body = f"{BLOCK}; interface is softer; interface from bottom to piece {{ tissue is glue }}"
     learnt = recompiled(compiled(body), {(UsePlace("glue"), "young's modulus"): 0.7e3}, {})
     other = compiled(body, TISSUES.replace("0.5 kPa", "0.7 kPa"))
-    assert np.array_equal(learnt.network.stiffness, other.network.stiffness)
+    assert np.array_equal(learnt.network.springs.stiffness, other.network.springs.stiffness)
 
 
 @pytest.mark.parametrize(
@@ -167,4 +175,4 @@ simulate { duration = 1 ms }
     with pytest.raises(CompileError, match="the material of springs from net to b"):
         compile_request(Request(Source("net.tis", text)))
     found = compile_request(Request(Source("net.tis", text.replace(" from a to net", ""))))[0]
-    assert found.network.stiffness.tolist() == [10.0, 10.0]
+    assert found.network.springs.stiffness.tolist() == [10.0, 10.0]

@@ -27,22 +27,24 @@ def sheet(tissue, columns):
 def test_shares_are_parts_of_the_stress_at_once_of_which_the_modulus_stays(columns):
     network = sheet(f"{GEL}; {SHARES}", columns)
     plain = sheet(GEL, columns)
-    assert np.array_equal(network.stiffness, plain.stiffness)
-    memory = network.inelastic
-    at_once = network.stiffness + memory.constant.sum(axis=0)
+    assert np.array_equal(network.springs.stiffness, plain.springs.stiffness)
+    memory = network.springs.inelastic
+    at_once = network.springs.stiffness + memory.constant.sum(axis=0)
     for row, (share, time) in enumerate([(0.3, 0.05), (0.2, 0.005)]):
         assert memory.constant[row] == pytest.approx(share * at_once, rel=1e-12)
         assert memory.time[row] == pytest.approx(np.full(len(at_once), time), rel=1e-12)
-    assert network.stiffness == pytest.approx(0.5 * at_once, rel=1e-12)
+    assert network.springs.stiffness == pytest.approx(0.5 * at_once, rel=1e-12)
 
 
 @pytest.mark.parametrize("columns", [4, 12])
 def test_springs_yield_at_the_strain_of_the_yield_stress(columns):
     network = sheet(f"{GEL}; yield stress = 2 kPa; flow viscosity = 100 Pa*s", columns)
-    memory = network.inelastic
-    length = np.linalg.norm(np.diff(network.position[network.ends], axis=1)[:, 0], axis=1)
-    assert memory.limit == pytest.approx(0.2 * network.stiffness * length, rel=1e-12)
+    memory = network.springs.inelastic
+    length = np.linalg.norm(
+        np.diff(network.position[network.springs.ends], axis=1)[:, 0], axis=1
+    )
+    assert memory.limit == pytest.approx(0.2 * network.springs.stiffness * length, rel=1e-12)
     # The rate of strain is the same for every spring: (stress - yield stress) / viscosity.
-    assert memory.viscosity / network.stiffness == pytest.approx(
+    assert memory.viscosity / network.springs.stiffness == pytest.approx(
         np.full(len(length), 100.0 / 10e3), rel=1e-12
     )

@@ -119,7 +119,7 @@ def test_rigidity_goes_with_the_cube_of_the_thickness_and_damping_with_the_sprin
         mesh, tissue=TISSUE.replace("retardation time = 5 ms", "shear viscosity = 1 Pa*s")
     )
     assert viscous.hinges.damping == pytest.approx(
-        viscous.hinges.stiffness * (viscous.damping / viscous.stiffness).mean()
+        viscous.hinges.stiffness * (viscous.springs.damping / viscous.springs.stiffness).mean()
     )
 
 

@@ -55,7 +55,9 @@ def test_springs_of_a_cube_are_as_symmetric_as_the_cube(kind):
     number = {tuple(place): node for node, place in enumerate(np.rint(x * 1e6).astype(int))}
     constant = {
         frozenset(ends): c
-        for ends, c in zip(network.ends.tolist(), network.stiffness, strict=True)
+        for ends, c in zip(
+            network.springs.ends.tolist(), network.springs.stiffness, strict=True
+        )
     }
     mirrored = 0.04 - x[:, 0]
     for image in (x[:, [1, 0, 2]], x[:, [2, 1, 0]], np.column_stack([mirrored, x[:, 1:]])):
@@ -174,14 +176,16 @@ def test_a_cantilever_bends_as_a_beam():
 
 def test_dashpots_give_every_mode_the_retardation_time():
     network, _ = block("sodium chloride", 10)
-    assert network.damping == pytest.approx(2e-3 * network.stiffness, rel=1e-14)
+    assert network.springs.damping == pytest.approx(2e-3 * network.springs.stiffness, rel=1e-14)
 
 
 def test_shear_viscosity_is_in_proportion_to_the_shear_modulus():
     # A Kelvin-Voigt solid: η / G is its retardation time; G = E / 2.5.
     tissue = TISSUE.replace("retardation time = 2 ms", "shear viscosity = 4 Pa*s")
     network, _ = block("sodium chloride", 10, tissue)
-    assert network.damping == pytest.approx(4.0 / (YOUNG / 2.5) * network.stiffness, rel=1e-12)
+    assert network.springs.damping == pytest.approx(
+        4.0 / (YOUNG / 2.5) * network.springs.stiffness, rel=1e-12
+    )
 
 
 def test_springs_break_at_the_strain_of_the_tissue():
@@ -190,4 +194,6 @@ def test_springs_break_at_the_strain_of_the_tissue():
         "mesh is lattice { kind is sodium chloride; reach is second neighbours; cell = 10 mm; "
         "box from (0, 0, 0) mm to (20, 20, 20) mm }; rupture is allowed",
     )
-    assert network.strength == pytest.approx(0.4 * network.stiffness * network.rest, rel=1e-12)
+    assert network.springs.strength == pytest.approx(
+        0.4 * network.springs.stiffness * network.springs.rest, rel=1e-12
+    )

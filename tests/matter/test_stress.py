@@ -26,7 +26,7 @@ def net(tissue, mesh=THREAD, more=""):
 
 def pull(network, strain):
     """Return the tension of all springs at a strain [N]."""
-    return network.behaviour().pull(strain * network.rest)[:OWN]
+    return network.springs.behaviour.pull(strain * network.springs.rest)[:OWN]
 
 
 @pytest.mark.parametrize("strain", [-0.1, 0.0, 0.04, 0.3])
@@ -48,8 +48,8 @@ def test_a_straight_one_is_youngs_modulus():
         net(f"{modulus}; {DENSE}", WALL, "thickness = 1 mm")
         for modulus in ("Young's modulus = 5 kPa", "stress of e = 5 kPa * e")
     )
-    assert np.array_equal(linear.stiffness, straight.stiffness)
-    assert np.array_equal(linear.damping, straight.damping)
+    assert np.array_equal(linear.springs.stiffness, straight.springs.stiffness)
+    assert np.array_equal(linear.springs.damping, straight.springs.damping)
     assert pull(straight, 0.1) == pytest.approx(pull(linear, 0.1), rel=1e-14)
 
 
@@ -58,7 +58,7 @@ def test_the_slope_at_rest_is_youngs_modulus_where_none_is_written():
     assert given["young's modulus"].value == pytest.approx(20e3, rel=1e-14)
     written = net(f"{FUNG}; Young's modulus = 5 kPa; {DENSE}")
     assert pull(written, 0.2) == pytest.approx(pull(net(f"{FUNG}; {DENSE}"), 0.2), rel=1e-12)
-    assert written.damping[:OWN] == pytest.approx(2e-3 * 5e3 * AREA / REST, rel=1e-12)
+    assert written.springs.damping[:OWN] == pytest.approx(2e-3 * 5e3 * AREA / REST, rel=1e-12)
 
 
 def test_a_curve_goes_through_its_points():
@@ -70,7 +70,7 @@ def test_a_curve_goes_through_its_points():
 @pytest.mark.parametrize("law", [FUNG, TOE])
 def test_strength_is_the_nominal_stress_that_breaks_a_bar(law):
     network = net(f"{law}; {DENSE}; strength = 30 kPa", more="rupture is allowed")
-    assert network.strength[:OWN] == pytest.approx(AREA * 30e3, rel=1e-12)
+    assert network.springs.strength[:OWN] == pytest.approx(AREA * 30e3, rel=1e-12)
 
 
 def test_a_tissue_like_one_of_springs_takes_its_stress_and_forgets_their_constant():
@@ -86,9 +86,9 @@ def test_the_same_curve_is_met_at_each_resolution_of_a_wall():
         wall = SHEET.format(columns, rows, "both")
         network = net(f"{FUNG}; {DENSE}", wall, "thickness = 1 mm")
         position = network.position * [1.2, 0.95, 1.0]
-        span = position[network.ends[:, 1]] - position[network.ends[:, 0]]
+        span = position[network.springs.ends[:, 1]] - position[network.springs.ends[:, 0]]
         length = np.linalg.norm(span, axis=1)
-        force = network.behaviour().pull(length - network.rest)
+        force = network.springs.behaviour.pull(length - network.springs.rest)
         work = force * span[:, 0] ** 2 / length / 1.2  # of a strain along the sheet
         stretched.append(work.sum() / (40e-3 * 20e-3 * 1e-3))
     assert stretched == pytest.approx([stretched[0]] * 3, rel=1e-9)

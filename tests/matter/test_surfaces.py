@@ -63,7 +63,7 @@ def test_a_tube_with_springs_inside_is_as_stiff_as_its_wall(inside, diagonals):
             "tube { axis from (0, 0, 0) mm to (64, 0, 0) mm; radius = 6 mm; sides = 10; "
             f"rings = {rings}; diagonals is {diagonals}; interior is {inside} }}"
         )
-        assert network.stiffness.min() > 0.0
+        assert network.springs.stiffness.min() > 0.0
         around = 20.0 * 0.006 * np.sin(np.pi / 10.0)
         force, _ = drawn_out(network, plan, 0)
         # Even strains leave nodes of the first and the last ring a little out of balance.
@@ -163,7 +163,7 @@ def test_a_thread_is_a_bar_of_its_thickness():
         )
         part = network.threads["piece"].pieces
         section = np.pi * 1e-6
-        assert 1.0 / (1.0 / network.stiffness[part]).sum() == pytest.approx(
+        assert 1.0 / (1.0 / network.springs.stiffness[part]).sum() == pytest.approx(
             YOUNG * section / 0.04
         )
         assert network.mass.sum() == pytest.approx(DENSITY * section * 0.04)

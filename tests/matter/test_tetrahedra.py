@@ -74,5 +74,5 @@ def test_an_imported_wall_is_damped_in_proportion_to_its_stiffness(tmp_path, rep
     more, thickness = "; stiffness is area rule", "; thickness = 1 mm"
     ruled, _ = compiled(tmp_path, surface, "liver.obj", more=more, thickness=thickness)
     plain, _ = compiled(tmp_path, surface, "liver.obj", thickness=thickness)
-    assert ruled.stiffness == pytest.approx(plain.stiffness, rel=1e-12)
-    assert ruled.damping == pytest.approx(2e-3 * ruled.stiffness, rel=1e-12)
+    assert ruled.springs.stiffness == pytest.approx(plain.springs.stiffness, rel=1e-12)
+    assert ruled.springs.damping == pytest.approx(2e-3 * ruled.springs.stiffness, rel=1e-12)

@@ -43,10 +43,11 @@ def toughness_found(body, up, steps):
     drives a crack along the strip.
     """
     network, plan = scene(f"{TISSUE}; toughness = {TOUGH} J/m^2", f"{body}; rupture is allowed")
-    net = SimpleNamespace(
-        position=network.position, ends=network.ends, stiffness=network.stiffness.copy()
+    springs = SimpleNamespace(
+        ends=network.springs.ends, stiffness=network.springs.stiffness.copy()
     )
-    x, ends = net.position, net.ends
+    net = SimpleNamespace(position=network.position, springs=springs)
+    x, ends = net.position, springs.ends
     low, high = x.min(axis=0), x.max(axis=0)
     along = x[ends[:, 1]] - x[ends[:, 0]]
     n = along / np.linalg.norm(along, axis=1, keepdims=True)
@@ -60,21 +61,23 @@ def toughness_found(body, up, steps):
         return np.einsum("sk,sk->s", u[ends[:, 1]] - u[ends[:, 0]], n)
 
     middle = x[ends].mean(axis=1)
-    limit = network.strength / np.where(net.stiffness > 0.0, net.stiffness, np.inf)
+    limit = network.springs.strength / np.where(
+        springs.stiffness > 0.0, springs.stiffness, np.inf
+    )
     # Of the strip without a crack, weighted towards its middle, per square of the elongation.
     half = 0.25 * (high[0] - low[0])
     weight = np.clip(1.5 - np.abs(middle[:, 0] - 0.5 * (low + high)[0]) / half, 0.0, 1.0)
     thickness = 2e-3 if up == 1 else np.ptp(x[:, 1])
-    energy = 0.5 * weight @ (net.stiffness * elongations() ** 2)
+    energy = 0.5 * weight @ (springs.stiffness * elongations() ** 2)
     per_square = energy / (2.0 * half * thickness)
     across = np.prod(x[ends][:, :, up] - 0.5 * (low + high)[up], axis=1) < 0.0
-    net.stiffness[across & (middle[:, 0] < 0.35 * high[0])] = 0.0
+    springs.stiffness[across & (middle[:, 0] < 0.35 * high[0])] = 0.0
     found = []
     for _ in range(steps):
         with np.errstate(divide="ignore", invalid="ignore"):
-            nearness = np.where(net.stiffness > 0.0, elongations() / limit, 0.0)
+            nearness = np.where(springs.stiffness > 0.0, elongations() / limit, 0.0)
         found.append(per_square / nearness.max() ** 2)
-        net.stiffness[nearness > nearness.max() * (1.0 - 1e-6)] = 0.0
+        springs.stiffness[nearness > nearness.max() * (1.0 - 1e-6)] = 0.0
     return max(found)
 
 
@@ -118,13 +121,13 @@ BAR = (
 )
 def test_a_bar_breaks_where_it_holds_the_energy_of_its_section(law):
     network, _ = scene(f"{TISSUE}; toughness = 2 J/m^2{law}", BAR)
-    pieces = network.ends[:, 1] - network.ends[:, 0] == 1
+    pieces = network.springs.ends[:, 1] - network.springs.ends[:, 0] == 1
     length, section = 10e-3, np.pi * 1e-6
     # ½ 1e4 ε² + ¼ 1e5 ε⁴ per volume, or only the first, times the length is the toughness.
     root = np.roots([0.25e5, 0.5e4, -2.0 / length]) if law else [2.0 * 2.0 / (length * 1e4)]
     strain = np.sqrt(max(root))
     stress = 1e4 * strain + (1e5 * strain**3 if law else 0.0)
-    assert network.strength[pieces] == pytest.approx(section * stress, rel=1e-9)
+    assert network.springs.strength[pieces] == pytest.approx(section * stress, rel=1e-9)
 
 
 def test_toughness_says_the_same_as_other_limits():

@@ -9,6 +9,7 @@ from tissuec.core.source import Source, Span
 from tissuec.laws import LINEAR, C, E, Law
 from tissuec.laws.formula import ZERO, Choice
 from tissuec.model.network import BodyPart, Network
+from tissuec.model.springs import Springs
 from tissuec.results.recording import LogChannel, Recording, SurfaceChannel
 from tissuec.results.writer import ResultWriter
 
@@ -38,17 +39,19 @@ def tube_and_rod():
         position=position,
         velocity=np.zeros((nodes, 3)),
         mass=np.linspace(1.0, 2.0, nodes),
-        ends=ends,
-        stiffness=np.linspace(10.0, 20.0, springs),
-        damping=np.linspace(0.1, 0.2, springs),
-        rest=np.ones(springs),
-        strength=np.full(springs, np.inf),
-        crush=np.full(springs, np.inf),
-        law=np.arange(springs, dtype=np.int32) % 2,
-        laws=(LINEAR, Law("tension only", Choice(E, C * E, ZERO), LINEAR.viscous)),
+        springs=Springs(
+            ends=ends,
+            stiffness=np.linspace(10.0, 20.0, springs),
+            damping=np.linspace(0.1, 0.2, springs),
+            rest=np.ones(springs),
+            strength=np.full(springs, np.inf),
+            crush=np.full(springs, np.inf),
+            law=np.arange(springs, dtype=np.int32) % 2,
+            laws=(LINEAR, Law("tension only", Choice(E, C * E, ZERO), LINEAR.viscous)),
+            ids=np.concatenate([np.arange(springs - 2) + 1, [1, 2]]),
+        ),
         skin=skin.astype(np.int32),
         node_ids=np.concatenate([np.arange(RINGS * SIDES) + 1, [1, 2, 3]]),
-        spring_ids=np.concatenate([np.arange(springs - 2) + 1, [1, 2]]),
         bodies=(
             tube,
             BodyPart("rod", slice(nodes - 3, nodes), slice(springs - 2, springs), span),

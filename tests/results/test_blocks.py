@@ -178,9 +178,9 @@ def test_every_frame_holds_the_numbers_of_the_result(made):
                 assert np.array_equal(at["node_id"], network.node_ids[nodes])
                 if "spring" in along:
                     springs = along["spring"]
-                    assert np.array_equal(nodes[lines(block)], network.ends[springs])
+                    assert np.array_equal(nodes[lines(block)], network.springs.ends[springs])
                     assert along["spring_force"].tolist() == [tension[s] for s in springs]
-                    assert np.array_equal(along["law"], network.law[springs])
+                    assert np.array_equal(along["law"], network.springs.law[springs])
                     seen |= set(springs.tolist())
                 elif len(nodes):
                     assert not along
@@ -279,7 +279,7 @@ def test_tissue_region_and_body_are_numbers_with_names(made):
     assert names["body_names"] == ["pad", "cube", "long thread", "finger", "grip", "shears"]
     assert names["region_names"] == ["", "far of pad"]
     assert names["tissue_names"] == ["fat", "gel", "silk"]
-    assert names["law_names"] == [law.name for law in made[1].network.laws]
+    assert names["law_names"] == [law.name for law in made[1].network.springs.laws]
     at = at_points(shown(opened(made[2][0]), 0)["pad_springs"])
     assert set(at["body"]) == {0} and set(at["tissue"]) == {0}
     assert np.array_equal(
@@ -449,7 +449,7 @@ def test_a_homogeneous_strain_of_a_lattice_is_returned(tmp_path):
     exact = [0.5 * (1.1**2 - 1), 0, 0, 0, 0, 0]
     assert np.abs(at_points(drawn["cube_springs"])["strain"]).max() < 1e-12
     assert np.abs(at_points(strained["cube_springs"])["strain"] - exact).max() < 1e-12
-    first, second = place[compiled.network.ends.T]
+    first, second = place[compiled.network.springs.ends.T]
     longer = np.linalg.norm((second - first) * (1.1, 1.0, 1.0), axis=1)
     drawn = np.linalg.norm(second - first, axis=1)
     found = at_lines(strained["cube_springs"])

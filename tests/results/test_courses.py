@@ -109,7 +109,9 @@ def test_a_scalpel_cuts_where_no_scissors_are_named():
     scalpel, row = found["scalpel"], Scenery.of(moments).row(0.4)
     # Its edge stands at the outermost of the springs that it cuts, not in the tissue.
     event = next(one for one in result.events if one.kind == "cut")
-    places = moments.vectors_in("position", row)[result.network.ends[list(event.springs)]]
+    places = moments.vectors_in("position", row)[
+        result.network.springs.ends[list(event.springs)]
+    ]
     shaft = scalpel.axes[row, 2]
     assert scalpel.origin[row] @ shaft == pytest.approx((places.mean(axis=1) @ shaft).max())
 

@@ -135,7 +135,7 @@ def test_a_vtu_file_holds_a_frame(tmp_path, read, example, frame):
     assert np.array_equal(force[cells.line_rows], example.tension[frame, cells.springs])
     assert not force[len(cells.lines) :].any()
     ids = of(grid.GetCellData(), "spring_id")
-    assert np.array_equal(ids[cells.line_rows], example.network.spring_ids[cells.springs])
+    assert np.array_equal(ids[cells.line_rows], example.network.springs.ids[cells.springs])
 
 
 def test_an_obj_file_holds_a_frame(tmp_path, read, example):

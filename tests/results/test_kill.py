@@ -20,6 +20,7 @@ CHILD = """if True:
     import numpy as np
     from tissuec.laws import LINEAR
     from tissuec.model.network import Network
+    from tissuec.model.springs import Springs
     from tissuec.results.errors import ResultError
     from tissuec.results.recording import LogChannel, Recording
     from tissuec.results.writer import ResultWriter
@@ -28,9 +29,9 @@ CHILD = """if True:
     count = 40
     ends = np.stack([np.arange(count - 1), np.arange(1, count)], axis=-1).astype(np.int32)
     ones, zeros, skin = np.ones(count - 1), np.zeros((count, 3)), np.zeros((0, 3), np.int32)
-    network = Network(zeros, zeros, np.ones(count), ends, *[ones] * 5,
-                      np.zeros(count - 1, np.int32), (LINEAR,), skin, np.arange(count),
-                      np.arange(count - 1), (), {})
+    springs = Springs(ends, *[ones] * 5, np.zeros(count - 1, np.int32), (LINEAR,),
+                      np.arange(count - 1))
+    network = Network(zeros, zeros, np.ones(count), springs, skin, np.arange(count), (), {})
     log = (LogChannel("log", ("x",), "N", "a log"),)
     if limit:
         import resource

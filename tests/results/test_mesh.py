@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from tests.geometry.surfaces.conftest import across, build, network_of
 from tissuec.results.mesh import RecordedMesh
@@ -17,7 +16,7 @@ def everything(network):
 def test_a_whole_network_is_drawn_whole(example):
     network = example.network
     cells = everything(network).cells(example.alive(0))
-    assert np.array_equal(cells.lines, network.ends)
+    assert np.array_equal(cells.lines, network.springs.ends)
     assert np.array_equal(cells.triangles, network.skin)
     assert np.array_equal(cells.springs, np.arange(network.spring_count))
     assert len(cells.vertices) == 0
@@ -36,9 +35,9 @@ def test_a_cut_opens_the_skin_along_the_cut_springs_only(example):
 
 def test_a_triangle_stays_while_a_parallel_spring_lives(example):
     network = example.network
-    doubled = np.concatenate([network.ends, network.ends[:1, ::-1]])
-    parts = {name: np.append(getattr(network, name), 1.0) for name in ("rest", "stiffness")}
-    twin = replace(network, ends=doubled, **parts)
+    doubled = np.concatenate([network.springs.ends, network.springs.ends[:1, ::-1]])
+    parts = {name: np.append(network.array(name), 1.0) for name in ("rest", "stiffness")}
+    twin = network.with_arrays({"ends": doubled, **parts})
     alive = np.ones(len(doubled), dtype=bool)
     alive[0] = False
     mesh = RecordedMesh.of(twin, np.arange(network.node_count), np.arange(len(doubled)))
@@ -50,9 +49,9 @@ def test_a_triangle_stays_while_a_parallel_spring_lives(example):
 def test_a_part_is_numbered_by_itself_and_keeps_its_own_skin(example):
     network = example.network
     nodes = np.arange(4, 12)  # rings 1 and 2
-    springs = np.flatnonzero(np.isin(network.ends, nodes).all(axis=1))
+    springs = np.flatnonzero(np.isin(network.springs.ends, nodes).all(axis=1))
     cells = RecordedMesh.of(network, nodes, springs).cells(example.alive(0))
-    assert np.array_equal(nodes[cells.lines], network.ends[springs])
+    assert np.array_equal(nodes[cells.lines], network.springs.ends[springs])
     assert len(cells.triangles) == 8
     assert cells.triangles.max() < len(nodes)
 

@@ -9,6 +9,8 @@ pytest.importorskip("vtkmodules.vtkIOHDF")
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from tests.vtk_reading import opened
+from tissuec.laws import LINEAR
+from tissuec.model.springs import Springs
 from tissuec.results.recording import Recording
 from tissuec.results.trajectory import Trajectory
 from tissuec.results.writer import ResultWriter
@@ -39,7 +41,7 @@ def assert_frame_is(data, example, frame, nodes):
     assert np.array_equal(identities, example.network.node_ids[nodes])
     springs = example.recording.springs[example.alive(frame)[example.recording.springs]]
     lines = cells(data.GetLines(), 2)
-    assert np.array_equal(nodes[lines], example.network.ends[springs])
+    assert np.array_equal(nodes[lines], example.network.springs.ends[springs])
     first = data.GetNumberOfVerts()
     tension = vtk_to_numpy(data.GetCellData().GetArray("spring_force"))
     assert len(tension) == first + len(lines) + data.GetNumberOfPolys()
@@ -49,7 +51,7 @@ def assert_frame_is(data, example, frame, nodes):
     assert not tension[first + len(lines) :].any()
     numbers = vtk_to_numpy(data.GetCellData().GetArray("spring_id"))
     assert np.array_equal(
-        numbers[first : first + len(lines)], example.network.spring_ids[springs]
+        numbers[first : first + len(lines)], example.network.springs.ids[springs]
     )
 
 
@@ -90,7 +92,7 @@ def test_the_filter_of_the_manual_leaves_springs_with_numbers_alone(tmp_path, ex
 
 def test_one_body_of_two_is_seen_alone(tmp_path, example):
     nodes = np.arange(4, 23)
-    springs = np.flatnonzero(np.isin(example.network.ends, nodes).all(axis=1))
+    springs = np.flatnonzero(np.isin(example.network.springs.ends, nodes).all(axis=1))
     example = example.recorded(nodes=nodes, springs=springs)
     assert_all_frames(example.saved(tmp_path / "a.vtkhdf"), example, nodes)
 
@@ -119,7 +121,7 @@ def test_single_nodes_are_seen_as_vertices(tmp_path, example):
     data = shown(opened(path), 0)
     assert cells(data.GetVerts(), 1).ravel().tolist() == [20, 21, 22]
     numbers = vtk_to_numpy(data.GetCellData().GetArray("spring_id"))
-    expected = np.concatenate([[-1] * 3, example.network.spring_ids[:-2], [-1] * 32])
+    expected = np.concatenate([[-1] * 3, example.network.springs.ids[:-2], [-1] * 32])
     assert np.array_equal(numbers, expected)
 
 
@@ -152,11 +154,11 @@ def test_a_large_network_fills_chunks_that_do_not_end_with_frames(tmp_path, exam
         position=position,
         velocity=np.zeros((count, 3)),
         mass=np.ones(count),
-        ends=chain,
-        **dict.fromkeys(("stiffness", "damping", "rest", "strength"), ones),
+        springs=Springs(
+            chain, *[ones] * 5, np.zeros(count - 1, np.int32), (LINEAR,), np.arange(count - 1)
+        ),
         skin=network.skin[:0],
         node_ids=np.arange(count),
-        spring_ids=np.arange(count - 1),
         bodies=(),
     )
     recording = Recording(np.arange(count), np.arange(count - 1), False, (), False)

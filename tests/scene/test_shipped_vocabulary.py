@@ -196,8 +196,8 @@ def test_two_vocabularies_stand_in_one_scene_and_each_concludes_its_own_quantiti
             "SMOOTH", "smooth"
         )
     )
-    own = compiled.network.stiffness[len(compiled.network.stiffness) // 2 :]
-    assert (own == alone.network.stiffness).all()
+    own = compiled.network.springs.stiffness[len(compiled.network.springs.stiffness) // 2 :]
+    assert (own == alone.network.springs.stiffness).all()
 
 
 def test_a_hedge_of_a_word_in_the_middle_is_warned_of():

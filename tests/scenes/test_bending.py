@@ -60,10 +60,10 @@ def test_without_a_word_the_published_tube_keeps_its_610_springs():
 
 def test_bending_springs_come_last_and_reach_two_steps():
     plain, bent = network(TUBE.format(16, 10), ""), network(TUBE.format(16, 10))
-    assert np.array_equal(bent.ends[:610], plain.ends)
-    assert np.array_equal(bent.spring_ids, np.arange(1, 911))
+    assert np.array_equal(bent.springs.ends[:610], plain.springs.ends)
+    assert np.array_equal(bent.springs.ids, np.arange(1, 911))
     assert np.array_equal(bent.bends, np.arange(910) >= 610)
-    rings, sides = np.divmod(bent.ends[610:].astype(int), 10)
+    rings, sides = np.divmod(bent.springs.ends[610:].astype(int), 10)
     down = rings[:, 1] - rings[:, 0]
     beside = np.minimum((sides[:, 1] - sides[:, 0]) % 10, (sides[:, 0] - sides[:, 1]) % 10)
     assert sorted(set(zip(down.tolist(), beside.tolist(), strict=True))) == [(0, 2), (2, 0)]
@@ -75,14 +75,15 @@ def test_on_a_skin_of_triangles_they_cross_every_edge_once():
     # Each edge of a closed surface has two triangles, and no two nodes lie across two edges.
     assert int(net.bends.sum()) == 120
     assert (
-        np.bincount(net.ends[net.bends].ravel()) == np.bincount(net.ends[:120].ravel())
+        np.bincount(net.springs.ends[net.bends].ravel())
+        == np.bincount(net.springs.ends[:120].ravel())
     ).all()
 
 
 @pytest.mark.parametrize("sides", [3, 4, 5])
 def test_no_spring_is_doubled_in_narrow_tubes(sides):
     net = network(TUBE.format(4, sides))
-    assert len(np.unique(np.sort(net.ends, axis=1), axis=0)) == net.spring_count
+    assert len(np.unique(np.sort(net.springs.ends, axis=1), axis=0)) == net.spring_count
     # Two steps round three sides lead to a neighbour, and round four meet from both hands.
     assert int(net.bends.sum()) == {3: 0, 4: 8, 5: 20}[sides] + 2 * sides
 
@@ -118,17 +119,17 @@ def test_sets_can_choose_them_and_frames_leave_them_out():
 )  # fmt: skip
 def test_they_are_a_part_as_stiff_as_springs_of_the_tissue(body, part):
     net = network(body=body, tissue="prestress = 4 %; spring law is toe { strain = 3 % }")
-    drawn = np.linalg.norm(np.subtract(*net.position[net.ends.T]), axis=1)
-    assert net.stiffness[net.bends] == pytest.approx(40.0 * part)
-    assert net.damping[net.bends] == pytest.approx(0.01 * part)
-    assert net.rest == pytest.approx(0.96 * drawn)
-    assert (net.law == np.where(net.bends, 0, 1)).all()
+    drawn = np.linalg.norm(np.subtract(*net.position[net.springs.ends.T]), axis=1)
+    assert net.springs.stiffness[net.bends] == pytest.approx(40.0 * part)
+    assert net.springs.damping[net.bends] == pytest.approx(0.01 * part)
+    assert net.springs.rest == pytest.approx(0.96 * drawn)
+    assert (net.springs.law == np.where(net.bends, 0, 1)).all()
     assert net.provenance["stiffness"][net.spring_count - 1].how == "bending"
 
 
 def test_of_a_constant_for_a_length_they_take_that_of_their_own():
     net = network(constant="40 N/m per 1 mm")
-    assert net.stiffness[net.bends] == pytest.approx(0.2 * 40.0 / 2.0)
+    assert net.springs.stiffness[net.bends] == pytest.approx(0.2 * 40.0 / 2.0)
 
 
 @pytest.mark.parametrize("constant", ["40 N/m", "40 N/m per 1 mm"])
@@ -136,10 +137,10 @@ def test_a_chain_that_is_stretched_evenly_breaks_all_over_at_one_strain(constant
     mesh = STRIP.replace("; diagonals is both", "").replace("(0, 1, 0)", "(0, 1e-3, 0)")
     net = network(mesh, "bending = 20 %; rupture is allowed", constant,
                   "breaking force = 1 N; crushing force = 2 N")  # fmt: skip
-    along = np.abs(np.subtract(*net.position[net.ends.T])[:, 0]) > 0.5e-3
-    inner = np.abs(net.position[net.ends, 0] - 4e-3).max(axis=1) < 3.5e-3
-    for limit in (net.strength, net.crush):
-        strain = limit / (net.stiffness * net.rest)
+    along = np.abs(np.subtract(*net.position[net.springs.ends.T])[:, 0]) > 0.5e-3
+    inner = np.abs(net.position[net.springs.ends, 0] - 4e-3).max(axis=1) < 3.5e-3
+    for limit in (net.springs.strength, net.springs.crush):
+        strain = limit / (net.springs.stiffness * net.springs.rest)
         own, bent = (strain[along & inner & side] for side in (~net.bends, net.bends))
         # The thin springs across count among the neighbours: a third of them, of no length.
         share = 1.5 if constant == "40 N/m" else 1.0

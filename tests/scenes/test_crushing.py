@@ -84,7 +84,7 @@ def test_nothing_is_crushed_without_a_limit_that_is_reached(text):
 def test_a_table_gives_crushing_forces_of_single_springs():
     rows = "1 2 10 60; 3 4 12 -"
     compiled, outcome = ran(scene(limit="", column="crushing force in mN", rows=rows))
-    assert compiled.network.crush.tolist() == [0.06, np.inf]
+    assert compiled.network.springs.crush.tolist() == [0.06, np.inf]
     assert compiled.network.provenance["crush"][0].how == "table"
     assert broken(outcome)[0][0] == pytest.approx(TIME, rel=1e-8)
 
@@ -101,7 +101,7 @@ def test_a_change_brings_and_lifts_a_limit():
 def test_without_breaking_forces_pressure_alone_breaks():
     text = scene().replace("breaking force = 1 N", "breaking force is none")
     compiled, outcome = ran(text)
-    assert np.isinf(compiled.network.strength).all()
+    assert np.isinf(compiled.network.springs.strength).all()
     assert broken(outcome)[0][0] == pytest.approx(TIME, rel=1e-8)
 
 
@@ -129,7 +129,7 @@ def test_a_spring_between_regions_bears_what_the_interface_says():
         compiled = compiled_scene(
             text.replace("{{", "{").replace("}}", "}").replace("{}", word)
         )
-        assert compiled.network.crush[0] == pytest.approx(expected)
+        assert compiled.network.springs.crush[0] == pytest.approx(expected)
 
 
 def test_the_reference_crushes_the_same_spring_at_the_same_time():
@@ -152,7 +152,7 @@ def test_the_result_file_holds_limits_and_tells_crushed_from_torn(tmp_path):
         network = trajectory.network
     with h5py.File(result.path) as file:
         kinds = [kind.decode() for kind in file["/tissuec/events/kind"][:]]
-    assert np.array_equal(network.crush, compiled.network.crush)
+    assert np.array_equal(network.springs.crush, compiled.network.springs.crush)
     assert kinds == ["crush"]
 
 

@@ -43,8 +43,12 @@ def test_a_formula_says_what_the_law_of_that_name_does():
         "spring constant * rest length / 8 * (exp(8 * stretch / rest length) - 1) }"
     )
     e = np.linspace(-0.004, 0.009, 3)
-    assert freely.behaviour().pull(e) == pytest.approx(named.behaviour().pull(e), rel=1e-13)
-    assert freely.behaviour().slope(e) == pytest.approx(named.behaviour().slope(e), rel=1e-13)
+    assert freely.springs.behaviour.pull(e) == pytest.approx(
+        named.springs.behaviour.pull(e), rel=1e-13
+    )
+    assert freely.springs.behaviour.slope(e) == pytest.approx(
+        named.springs.behaviour.slope(e), rel=1e-13
+    )
 
 
 def test_formulas_use_params_and_units_and_both_laws_stand_side_by_side():
@@ -53,7 +57,7 @@ def test_formulas_use_params_and_units_and_both_laws_stand_side_by_side():
         "tissue special like plain { spring force of e = c*e + b*e^3\n"
         "viscous force of v = d * v * max(abs(v) / (1 mm/s), 1) }"
     )
-    behaviour = net.behaviour()
+    behaviour = net.springs.behaviour
     assert behaviour.pull(np.full(3, 0.01)) == pytest.approx(20 * 0.01 + 40e3 * 1e-6)
     none = np.zeros(3)
     assert behaviour.brake(none, np.full(3, 2e-3)) == pytest.approx(0.01 * 2e-3 * 2.0)
@@ -69,7 +73,7 @@ def test_a_viscous_force_of_elongation_and_speed(head):
         f"tissue special like plain {{ {head} = d * (1 + 8 * {e} / rest length) * {w} }}"
     )
     stretch, speed = np.array([-1e-3, 0.0, 4e-3]), np.array([0.2, -0.1, 0.05])
-    found = net.behaviour()
+    found = net.springs.behaviour
     assert found.brake(stretch, speed) == pytest.approx(0.01 * (1 + 800 * stretch) * speed)
     assert found.brake_slope(stretch, speed) == pytest.approx(0.01 * (1 + 800 * stretch))
     assert found.brake_by_e(stretch, speed) == pytest.approx(0.01 * 800 * speed)
@@ -82,8 +86,8 @@ def test_a_law_is_inherited_and_can_be_replaced():
         "tissue longer like thread { mass = 2 g }\n"
         "tissue special like longer { spring law is linear }\n"
     )
-    assert compiled(tissues, tissue="longer").laws[1].name == "tension only"
-    assert compiled(tissues).laws == (LINEAR,)
+    assert compiled(tissues, tissue="longer").springs.laws[1].name == "tension only"
+    assert compiled(tissues).springs.laws == (LINEAR,)
 
 
 def test_what_no_law_uses_need_not_be_given():
@@ -92,7 +96,7 @@ def test_what_no_law_uses_need_not_be_given():
         "spring law is curve { elongations = [0 mm, 1 mm]; forces = [0 N, 2 N] }\n"
         "viscosity = 10 mN*s/m; mass = 1 g }"
     )
-    assert net.behaviour().pull(np.full(3, 5e-4)) == pytest.approx(1.0)
+    assert net.springs.behaviour.pull(np.full(3, 5e-4)) == pytest.approx(1.0)
 
 
 def test_regions_have_laws_of_their_own_and_the_interface_chooses():
@@ -102,7 +106,7 @@ def test_regions_have_laws_of_their_own_and_the_interface_chooses():
     ends = "region right where x > 15 mm {{ tissue is plain }}; interface is {}"
     for word, numbers in (("softer", [1, 1, 0]), ("stiffer", [1, 0, 0])):
         net = compiled(tissues, body=ends.format(word).replace("{{", "{").replace("}}", "}"))
-        assert net.law.tolist() == numbers
+        assert net.springs.law.tolist() == numbers
 
 
 MISTAKES = {

@@ -54,7 +54,7 @@ def finding(text):
 
 def test_each_spring_has_the_law_of_its_row_or_that_of_the_tissue():
     compiled = compiled_scene(scene())
-    assert [compiled.network.laws[n].name for n in compiled.network.law] == [
+    assert [compiled.network.springs.laws[n].name for n in compiled.network.springs.law] == [
         "fibre", LINEAR.name, "stiff band",
     ]  # fmt: skip
     assert pulls(compiled) == pytest.approx([20e-3 + 4e-2, 20e-3, 60e-3])

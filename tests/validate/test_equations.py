@@ -109,7 +109,7 @@ def test_a_spring_of_no_length_pulls_nowhere():
 
 def test_incidence_matrix_takes_differences_along_springs():
     network = chain(4)
-    b = incidence_matrix(network.ends, 4)
+    b = incidence_matrix(network.springs.ends, 4)
     assert (b @ network.position).tolist() == [[1.0, 0.0, 0.0]] * 3
 
 
@@ -118,7 +118,7 @@ def test_far_from_the_origin_no_digits_are_lost():
     rates = []
     for offset in (0.0, 2.0**20):
         network = chain(3, spacing=1.0)
-        moved = make_net(network.position + offset, network.ends)
+        moved = make_net(network.position + offset, network.springs.ends)
         equations = Equations(start(moved), 1.0)
         y = np.zeros(20)
         y[3] = 1e-9

@@ -288,7 +288,7 @@ def test_chain_with_fixed_ends_swings_in_its_eigenmode():
     network = chain(count + 2, mass=MASS, stiffness=SPRING)
     shape = np.sin(mode * np.pi * np.arange(count + 2) / (count + 1))
     start = make_net(
-        network.position, network.ends, mass=MASS, stiffness=SPRING,
+        network.position, network.springs.ends, mass=MASS, stiffness=SPRING,
         velocity=0.1 * shape[:, None] * np.array([1.0, 0.0, 0.0]),
     )  # fmt: skip
     plan = make_plan(start, 1.0, [event(0.0, "fix ends", {"ends": [0, count + 1]})])

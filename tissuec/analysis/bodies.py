@@ -357,7 +357,9 @@ class _Examined:
 
     def _breaking(self, elasticity: Elasticity | None) -> BreakingStrength | None:
         chosen = np.isin(self.own, self._bars()) & ~self.drawing.bends[self.own]
-        strain = breaking_strains(self.behaviour, self.state.strength[self.springs])[chosen]
+        strain = breaking_strains(self.behaviour, self.state.springs.strength[self.springs])[
+            chosen
+        ]
         strain = strain[np.isfinite(strain)]
         if not len(strain):
             return None

@@ -118,10 +118,10 @@ def _differences(trajectory: Trajectory, compiled: Compiled) -> Iterator[str]:
 
 
 def _other_arrays(then: Network, now: Network) -> Iterator[str]:
-    if not np.array_equal(then.ends, now.ends):
+    if not np.array_equal(then.springs.ends, now.springs.ends):
         yield "ends"
     for name in _ARRAYS:
-        one, other = getattr(then, name), getattr(now, name)
+        one, other = then.array(name), now.array(name)
         size = float(np.abs(one[np.isfinite(one)]).max(initial=0.0))
         same = one.shape == other.shape and np.allclose(
             one, other, rtol=_ROUNDING, atol=_ROUNDING * size, equal_nan=True

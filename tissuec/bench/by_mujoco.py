@@ -29,7 +29,7 @@ LARGEST = 2000  # nodes; its arrays grow with the square of their number
 def refusal(problem: BenchProblem) -> str:
     """Return why MuJoCo cannot solve a scene; empty if it can."""
     state = state_at_start(problem)
-    if not state.behaviour().is_linear:
+    if not state.springs.behaviour.is_linear:
         return "the scene has nonlinear springs"
     if any(event.time > 0.0 for event in problem.plan.events):
         return "the scene has actions after 0 s"
@@ -91,7 +91,7 @@ class MujocoSolver(Struct, frozen=True, eq=False):
         """Return the step for a tolerance [s]."""
         network = self.problem.network
         joined = np.zeros(network.node_count)
-        np.add.at(joined, network.ends.ravel(), np.repeat(network.stiffness, 2))
+        np.add.at(joined, network.springs.ends.ravel(), np.repeat(network.springs.stiffness, 2))
         period = 2.0 * np.pi / np.sqrt((2.0 * joined / network.mass).max())
         fine = (tolerance / 1e-2) ** (1.0 / ORDERS[self.integrator])
         return float(0.1 * period * fine)
@@ -117,7 +117,7 @@ class MujocoSolver(Struct, frozen=True, eq=False):
 
 
 def _acting(state: State) -> np.ndarray:
-    return np.flatnonzero(state.alive & ~join_nodes_of(state.network.ends, state.held))
+    return np.flatnonzero(state.alive & ~join_nodes_of(state.springs.ends, state.held))
 
 
 def _body(node: int, state: State) -> str:
@@ -136,11 +136,11 @@ def _body(node: int, state: State) -> str:
 
 
 def _tendon(spring: int, state: State) -> str:
-    first, second = state.network.ends[spring]
+    first, second = state.springs.ends[spring]
     return (
-        f'<spatial stiffness="{float(state.stiffness[spring])!r}" '
-        f'damping="{float(state.damping[spring])!r}" '
-        f'springlength="{float(state.rest[spring])!r}">'
+        f'<spatial stiffness="{float(state.springs.stiffness[spring])!r}" '
+        f'damping="{float(state.springs.damping[spring])!r}" '
+        f'springlength="{float(state.springs.rest[spring])!r}">'
         f'<site site="s{first}"/><site site="s{second}"/></spatial>'
     )
 

@@ -122,9 +122,9 @@ class Kernel:
     @property
     def _coupled(self) -> tuple[Integers, Integers]:
         """Return the free ends of springs between free nodes, as numbers of unknown nodes."""
-        slot, springs = self._layout.solver().slot, self._layout.springs
-        both = (slot[springs.low] >= 0) & (slot[springs.high] >= 0)
-        return slot[springs.low[both]], slot[springs.high[both]]
+        slot, (low, high) = self._layout.solver().slot, self._layout.springs.ends.T
+        both = (slot[low] >= 0) & (slot[high] >= 0)
+        return slot[low[both]], slot[high[both]]
 
 
 @cache

@@ -22,7 +22,9 @@ class MotionScales(Struct, frozen=True):
             position: At the times of the problem [m], shape (row, node, 3).
         """
         moved = float(problem.displacement(position)[-1])
-        least = 1e-6 * (problem.network.extent or float(problem.network.rest.max(initial=1.0)))
+        least = 1e-6 * (
+            problem.network.extent or float(problem.network.springs.rest.max(initial=1.0))
+        )
         rise = np.sqrt((np.diff(position, axis=0) ** 2).sum(axis=2)).max(axis=1, initial=0.0)
         speed = float((rise / np.diff(problem.times)).max(initial=0.0))
         size = max(moved, least)

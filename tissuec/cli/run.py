@@ -395,7 +395,7 @@ def _springs(network: "Network", springs: Sequence[int]) -> str:
     """Return which springs something happened to, by the author's ids."""
     if not springs:
         return ""
-    ids = ", ".join(str(network.spring_ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
+    ids = ", ".join(str(network.springs.ids[spring]) for spring in springs[:MOST_SPRINGS_NAMED])
     more = ", …" if len(springs) > MOST_SPRINGS_NAMED else ""
     return f" of spring{'s' if len(springs) > 1 else ''} {ids}{more}"
 

@@ -45,7 +45,7 @@ def thread_areas(network: Network) -> Floats:
     """Return the drawn surface of threads, all around, by node [m²], shape (node,)."""
     area = np.zeros(network.node_count)
     for thread in network.threads.values():
-        ends = network.ends[thread.pieces]
+        ends = network.springs.ends[thread.pieces]
         first, second = network.position[ends].swapaxes(0, 1)
         half = pi * thread.radius * np.linalg.norm(second - first, axis=1)
         np.add.at(area, ends, half[:, None])

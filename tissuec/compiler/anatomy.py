@@ -51,7 +51,7 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
     """Return the matter of a body, or why it has none; "" where that goes without saying."""
     mesh, body, network = drawing.mesh, drawing.body, compiled.network
     springs: Indices = np.arange(int(part.springs.start), int(part.springs.stop) - part.bending)
-    ends = network.ends[springs] - part.nodes.start
+    ends = network.springs.ends[springs] - part.nodes.start
     if part.thread is not None:
         pieces = numbers_in(part.thread.pieces)
         return BodyMatter(_along(network, part, pieces, pi * part.thread.radius**2), 1, pieces)
@@ -131,7 +131,7 @@ def _filled(mesh: Mesh) -> Floats:
 
 def _along(network: Network, part: BodyPart, springs: Indices, section: float) -> Floats:
     """Return the volume of each node of bars: half of each of them [m³], shape (node,)."""
-    ends = network.ends[springs]
+    ends = network.springs.ends[springs]
     length = np.linalg.norm(np.diff(network.position[ends], axis=1)[:, 0], axis=1)
     half = np.repeat(0.5 * section * length, 2)
     volume: Floats = np.bincount(ends.ravel(), half, part.nodes.stop).astype(float)

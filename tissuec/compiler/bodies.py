@@ -14,6 +14,7 @@ from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
 from tissuec.model.hinges import Hinges
 from tissuec.model.network import Floats, Indices, Provenance, ThreadBody
+from tissuec.model.springs import Springs
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body
 from tissuec.scene.values import LARGEST_NUMBER
@@ -34,13 +35,12 @@ class BodyArrays(Struct, frozen=True, eq=False):
 
     body: Body
     mesh: Mesh
-    arrays: dict[str, Floats]  # by name: "mass", "stiffness", …
+    mass: Floats
+    springs: Springs  # numbered within the body
+    memory: dict[str, Floats]  # of springs that relax or yield, by ``forces.branches.NAMES``
     provenance: dict[str, Provenance]
-    law: NDArray[np.int32]  # of each spring, as a number among ``laws``
-    laws: tuple[Law, ...]
     velocity: Floats
     node_ids: Indices
-    spring_ids: Indices
     bending: int  # how many springs, the last ones, resist bending only
     thread: ThreadBody | None  # numbered within the body
     poisson: Poisson | None  # of a solid whose cells keep their volume
@@ -61,13 +61,12 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
     return BodyArrays(
         body,
         drawing.mesh,
-        arrays,
+        arrays["mass"],
+        Springs.of(drawing.mesh.ends, arrays, law, laws, drawing.columns.spring_ids),
+        {name: arrays[name] for name in INELASTIC if name in arrays},
         {name: provenance for name, (_, provenance) in quantities.items()},
-        law,
-        laws,
         velocity,
         drawing.columns.node_ids,
-        drawing.columns.spring_ids,
         len(drawing.length) - drawing.own,
         drawing.thread,
         reader.poisson,

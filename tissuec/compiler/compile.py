@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.compiler.ambient_damping import with_drag
@@ -27,18 +28,18 @@ from tissuec.compiler.outputs import OutputReader
 from tissuec.compiler.script import Script, ScriptReader
 from tissuec.compiler.sets import Groups, PlacedBody
 from tissuec.compiler.threads import idle_knots, renumbered
-from tissuec.core.arrays import uniform
+from tissuec.core.arrays import behind_one_another, uniform
 from tissuec.core.errors import counted
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.forces import Imposed
 from tissuec.lang.syntax import Expect
-from tissuec.laws import LINEAR, is_open
-from tissuec.laws.evaluation import Behaviour
+from tissuec.laws import is_open
 from tissuec.meshes.generators import Celled
 from tissuec.model.hinges import Hinges
 from tissuec.model.network import BodyPart, Indices, JointPart, Network, Provenance, numbers_in
+from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.names import members
 from tissuec.results.recording import NamedGroup
 from tissuec.scene.findings import Findings
@@ -49,8 +50,6 @@ from tissuec.script.verbs import Demanding, Group, may_break
 from tissuec.script.verbs.preserve import Preserve
 from tissuec.script.verbs.settle import Settle
 from tissuec.script.verbs.tie import Tie
-
-ARRAYS = ("mass", "stiffness", "damping", "rest", "strength", "crush")
 
 
 class Compiled(Struct, frozen=True, eq=False):
@@ -171,7 +170,7 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
     """Reject a method that would not step what springs remember."""
     name = scene.simulation.integrator
     timeless = name == RELAXATION
-    if network.inelastic is None or not (timeless or _is_implicit(name)):
+    if network.springs.inelastic is None or not (timeless or _is_implicit(name)):
         return
     reason = "ignores time" if timeless else "does not compute their relaxation"
     findings.add(
@@ -184,18 +183,17 @@ def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
 
 def _refuse_forces(network: Network, findings: Findings) -> None:
     """Reject laws whose force is no number for springs as they are drawn."""
-    if len(network.laws) == 1 or any(map(is_open, network.laws)):
+    springs = network.springs
+    if len(springs.laws) == 1 or any(map(is_open, springs.laws)):
         return
-    between = np.diff(network.position[network.ends], axis=1)[:, 0]
-    elongation = np.linalg.norm(between, axis=1) - network.rest
-    force = Behaviour(
-        network.laws, network.law, network.stiffness, network.damping, network.rest
-    ).pull(elongation)
+    between = np.diff(network.position[springs.ends], axis=1)[:, 0]
+    elongation = np.linalg.norm(between, axis=1) - springs.rest
+    force = springs.behaviour.pull(elongation)
     for spring in np.flatnonzero(~np.isfinite(force))[:1]:
         owner, drawn = network.owner(spring), show(float(elongation[spring]), LENGTH)
         findings.add(
             "TIS504",
-            f"the force of spring {network.spring_ids[spring]} of {owner.name} is not a number "
+            f"the force of spring {springs.ids[spring]} of {owner.name} is not a number "
             f"as drawn, {drawn} longer than its rest length",
             owner.span,
             hint="use a law that grows less steeply, or draw the spring closer to its rest "
@@ -227,56 +225,45 @@ def build_bodies(scene: Scene, findings: Findings) -> Bodies:
 def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Network:
     """Return the network of several bodies, one after the other, and of their joints."""
     parts: Sequence[BodyArrays | JointArrays] = [*bodies, *joints]
-    nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)])
-    springs = np.cumsum([0, *(len(part.law) for part in parts)])
+    nodes = np.cumsum([0, *(len(body.mesh.position) for body in bodies)]).tolist()
+    springs = np.cumsum([0, *(len(part.springs.ids) for part in parts)]).tolist()
+    firsts = [*nodes[: len(bodies)], *(0 for _ in joints)]  # joints know the nodes of the net
+    joined = Springs.joined(
+        [part.springs.behind(first) for part, first in zip(parts, firsts, strict=True)]
+    )
+    inelastic = inelastic_of([part.memory for part in parts], np.diff(springs).tolist())
 
     def every(
-        pick: Callable[[BodyArrays], NDArray[Any]], shape: tuple[int, ...], kind: type
+        pick: Callable[[BodyArrays], NDArray[Any]], kind: type, shape: tuple[int, ...] = ()
     ) -> NDArray[Any]:
-        return _behind_one_another([pick(body) for body in bodies], shape, kind)
+        return behind_one_another([pick(body) for body in bodies], kind, shape)
 
-    def both(
-        pick: Callable[[BodyArrays | JointArrays], NDArray[Any]], kind: type
-    ) -> NDArray[Any]:
-        return uniform(_behind_one_another([pick(part) for part in parts], (), kind))
-
-    shifted = list(zip(bodies, nodes, strict=False))
-    laws = tuple(dict.fromkeys([LINEAR, *(law for part in parts for law in part.laws)]))
-    numbers: dict[str, Any] = {
-        name: both(lambda p, name=name: p.arrays[name], np.float64) for name in ARRAYS
-    }
-    ends = [*(_shifted(b.mesh.ends, n) for b, n in shifted), *(joint.ends for joint in joints)]
-    skin = [_shifted(b.mesh.skin, n) for b, n in shifted]
+    skin = [_shifted(b.mesh.skin, n) for b, n in zip(bodies, nodes, strict=False)]
     return Network(
-        position=every(lambda b: b.mesh.position, (3,), np.float64),
-        velocity=every(lambda b: b.velocity, (3,), np.float64),
-        **numbers,
-        law=both(lambda p: np.array([laws.index(law) for law in p.laws])[p.law], np.int32),
-        laws=laws,
-        ends=_behind_one_another(ends, (2,), np.int32),
-        skin=_behind_one_another(skin, (3,), np.int32),
-        node_ids=every(lambda b: b.node_ids, (), np.int64),
-        spring_ids=both(lambda p: p.spring_ids, np.int64),
-        bodies=tuple(
-            map(_body_part, bodies, pairwise(nodes.tolist()), pairwise(springs.tolist()))
-        ),
+        position=every(lambda b: b.mesh.position, np.float64, (3,)),
+        velocity=every(lambda b: b.velocity, np.float64, (3,)),
+        mass=uniform(every(lambda b: b.mass, np.float64)),
+        springs=replace(joined, inelastic=inelastic),
+        skin=behind_one_another(skin, np.int32, (3,)),
+        node_ids=every(lambda b: b.node_ids, np.int64),
+        bodies=tuple(map(_body_part, bodies, pairwise(nodes), pairwise(springs))),
         provenance={
-            name: _join_provenance([part.provenance[name] for part in parts]) for name in ARRAYS
+            name: _join_provenance([p.provenance[name] for p in parts if name in p.provenance])
+            for name in ("mass", *NUMBERS)
         },
         joints=tuple(
-            JointPart(one.joint.name, slice(int(first), int(last)), one.joint.span)
+            JointPart(one.joint.name, slice(first, last), one.joint.span)
             for one, first, last in zip(
                 joints, springs[len(bodies) :], springs[len(bodies) + 1 :], strict=False
             )
         ),
         hinges=Hinges.joined(
             [
-                body.hinges.behind(int(n), int(p))
+                body.hinges.behind(n, p)
                 for body, n, p in zip(bodies, nodes, springs, strict=False)
                 if body.hinges is not None
             ]
         ),
-        inelastic=inelastic_of([part.arrays for part in parts], np.diff(springs).tolist()),
     )
 
 
@@ -295,16 +282,6 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         None if body.poisson is None else body.mesh.tetrahedra,
         body.mesh.tetrahedra,
     )
-
-
-def _behind_one_another(
-    parts: Sequence[NDArray[Any]], shape: tuple[int, ...], kind: type[np.generic] | type
-) -> NDArray[Any]:
-    """Return parts as one array of rows of a shape; a single one as it is."""
-    if len(parts) == 1:
-        return np.asarray(parts[0], dtype=kind)
-    none = np.asarray(np.zeros((0, *shape)), dtype=kind)
-    return np.concatenate([none, *parts]).astype(kind, copy=False)
 
 
 def _shifted(nodes: NDArray[np.int32], first: int) -> NDArray[np.int32]:
@@ -354,7 +331,7 @@ def _kept_volumes(network: Network, built: Sequence[BodyArrays]) -> list[Schedul
 
 def _can_break(network: Network, script: Script) -> bool:
     """Return whether a spring can rupture or slip, from the start or after an action."""
-    limits = (network.strength, network.crush)
+    limits = (network.springs.strength, network.springs.crush)
     return any(bool(np.isfinite(limit).any()) for limit in limits) or any(
         may_break(event.action, network) for event in _events(script)
     )

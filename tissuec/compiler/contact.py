@@ -141,7 +141,7 @@ def contact_of(
         radius=faces.radius,
         spared=faces.spared,
         bonds=faces.bonds,
-        edges=SupportedEdges.of(network.ends, rings),
+        edges=SupportedEdges.of(network.springs.ends, rings),
         joined=_joined(network, law),
         stride=STRIDE * float(thin.min()) if len(thin) else network.extent / 4.0,
         stiffness=stiffness,
@@ -189,7 +189,7 @@ def _places(network: Network) -> Indices:
 def _of_threads(network: Network) -> Faces:
     """Return the pieces of threads, and of their knots."""
     found = [
-        (network.ends[spring], body.thread.radius, number, bond)
+        (network.springs.ends[spring], body.thread.radius, number, bond)
         for number, body in enumerate(network.bodies)
         if body.thread is not None
         for spring, bond in bonds(body.thread)
@@ -253,9 +253,9 @@ def _joined(network: Network, law: ContactLaw) -> Indices:
 
     Those of a body that touches itself, and stitches of threads, which go into the tissue.
     """
-    stitches = network.ends[network.body_springs :].astype(np.int64)
+    stitches = network.springs.ends[network.body_springs :].astype(np.int64)
     stitches = stitches[(_sizes(network)[stitches] > 0.0).any(axis=1)]
-    own = network.ends[: network.body_springs if law.within_bodies else 0]
+    own = network.springs.ends[: network.body_springs if law.within_bodies else 0]
     low, high = np.sort(np.concatenate([own.astype(np.int64), stitches]), axis=1).T
     return np.unique(low * network.node_count + high)
 
@@ -299,7 +299,7 @@ def _owners(network: Network) -> Indices:
 
 def _mean_length(network: Network) -> float:
     """Return the mean length of the springs of bodies as drawn [m]; NaN without any."""
-    ends = network.position[network.ends[: network.body_springs]]
+    ends = network.position[network.springs.ends[: network.body_springs]]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     return float(lengths.mean()) if len(lengths) else float("nan")
 
@@ -353,8 +353,10 @@ def _stiffness_of_springs(
 ) -> float:
     """Return the mean over the nodes of what their springs resist with [N/m]."""
     own = slice(network.body_springs)  # and not those of joints, which may be few and stiff
-    steep = network.behaviour().steepness(np.zeros(network.spring_count))[own]
-    each = np.bincount(network.ends[own].ravel(), np.repeat(steep, 2), network.body_nodes)
+    steep = network.springs.behaviour.steepness(np.zeros(network.spring_count))[own]
+    each = np.bincount(
+        network.springs.ends[own].ravel(), np.repeat(steep, 2), network.body_nodes
+    )
     if each.any():
         return float(each[each > 0.0].mean())
     _unknown("contact stiffness", show(1e3, STIFFNESS), environment, findings)

@@ -52,7 +52,7 @@ def with_memory(network: Network) -> Network:
     Variables are multiplied by the fastest rate of the net, or their own if that is faster: an
     error of elongations counts then as one of positions does.
     """
-    inelastic = network.inelastic
+    inelastic = network.springs.inelastic
     if inelastic is None:
         return network
     has = np.isfinite(np.vstack([inelastic.time, inelastic.viscosity]))
@@ -64,12 +64,13 @@ def with_memory(network: Network) -> Network:
     own = np.vstack([1.0 / inelastic.time, np.zeros(has.shape[1])])
     rate = np.maximum(own, _fastest(network))
     spring = np.nonzero(has.T)[0][::3]
-    home = network.position[network.ends[spring, 0]]
+    home = network.position[network.springs.ends[spring, 0]]
     assert len(home) == ceil(count / 3)
     part = network.owner(int(spring[0]))
     mass = float(network.mass[: network.body_nodes].min())
     known = network.with_memory(SPRINGS, home, mass, Origin(part.span, "memory"))
-    return replace(known, inelastic=replace(inelastic, slot=slot, rate=rate))
+    stored = replace(inelastic, slot=slot, rate=rate)
+    return replace(known, springs=replace(known.springs, inelastic=stored))
 
 
 def _fastest(network: Network) -> float:
@@ -77,8 +78,8 @@ def _fastest(network: Network) -> float:
 
     Gershgorin's: ω² ≤ 2 Σ c / m over the springs of a node.
     """
-    steep = network.behaviour().steepness(np.zeros(network.spring_count))
-    assert network.inelastic is not None
-    each = np.repeat(steep + network.inelastic.sudden, 2)
-    joined = np.bincount(network.ends.ravel(), each, network.node_count)
+    steep = network.springs.behaviour.steepness(np.zeros(network.spring_count))
+    assert network.springs.inelastic is not None
+    each = np.repeat(steep + network.springs.inelastic.sudden, 2)
+    joined = np.bincount(network.springs.ends.ravel(), each, network.node_count)
     return sqrt(2.0 * float((joined / network.mass).max(initial=0.0))) or 1.0

@@ -17,9 +17,10 @@ from tissuec.compiler.sets import Groups
 from tissuec.compiler.tables import ExplicitBody
 from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, show
-from tissuec.laws import Law
+from tissuec.forces.branches import NAMES as INELASTIC
 from tissuec.meshes.generators import Mesh
 from tissuec.model.network import Floats, Indices, Provenance
+from tissuec.model.springs import Springs
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Body, Joint, Scene
 from tissuec.script.verbs import Group
@@ -33,12 +34,9 @@ class JointArrays(Struct, frozen=True, eq=False):
 
     joint: Joint
     drawing: Drawing
-    ends: NDArray[np.int32]
-    arrays: dict[str, Floats]  # by name: "stiffness", …; masses are those of bodies
+    springs: Springs
+    memory: dict[str, Floats]  # of springs that relax or yield, by ``forces.branches.NAMES``
     provenance: dict[str, Provenance]
-    law: NDArray[np.int32]  # of each spring, as a number among ``laws``
-    laws: tuple[Law, ...]
-    spring_ids: Indices
 
 
 def build_joints(scene: Scene, groups: Groups, findings: Findings) -> list[JointArrays]:
@@ -58,7 +56,7 @@ def build_joints(scene: Scene, groups: Groups, findings: Findings) -> list[Joint
                 built.append(one)
         if one is None:
             findings.doubt(declared.name)
-    groups.add_joints([(one.drawing, one.ends) for one in built])
+    groups.add_joints([(one.drawing, one.springs.ends) for one in built])
     return built
 
 
@@ -74,13 +72,9 @@ def _build(joint: Joint, groups: Groups, findings: Findings) -> JointArrays:
     return JointArrays(
         joint,
         drawing,
-        ends,
-        arrays | {"mass": np.zeros(0)},
-        {name: provenance for name, (_, provenance) in quantities.items()}
-        | {"mass": Provenance(np.zeros(0, dtype=np.int32), ())},
-        law,
-        laws,
-        drawing.columns.spring_ids,
+        Springs.of(ends, arrays, law, laws, drawing.columns.spring_ids),
+        {name: arrays[name] for name in INELASTIC if name in arrays},
+        {name: provenance for name, (_, provenance) in quantities.items()},
     )
 
 

@@ -53,7 +53,7 @@ def pieces(compiled: Compiled) -> Iterator[Diagnostic]:
 
 def dangling(compiled: Compiled) -> Iterator[Diagnostic]:
     """W302: nodes that no spring holds."""
-    joined = compiled.network.ends[compiled.network.body_springs :]
+    joined = compiled.network.springs.ends[compiled.network.body_springs :]
     for body, ends in _bodies(compiled):
         if not len(ends):
             continue
@@ -88,8 +88,12 @@ def floppy(
         nodes, springs = numbers_in(body.nodes), numbers_in(body.springs)
         if body.name not in loose:  # else what it is joined to moves with it
             nodes, springs = _with_joined(network, body)
-        ends = np.searchsorted(nodes, network.ends[springs]).astype(np.int32)
-        position, rest, stiffness = network.position[nodes], network.rest, network.stiffness
+        ends = np.searchsorted(nodes, network.springs.ends[springs]).astype(np.int32)
+        position, rest, stiffness = (
+            network.position[nodes],
+            network.springs.rest,
+            network.springs.stiffness,
+        )
         # What it is joined to stands still, so that what is left is a mode of its own.
         still = held[nodes] | (nodes < body.nodes.start) | (nodes >= body.nodes.stop)
         modes = count(position, ends, stiffness[springs], rest[springs], still)
@@ -158,12 +162,12 @@ def unstable(
 def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
     """W304: springs between nodes at one place, which have no direction."""
     network = compiled.network
-    length = lengths(network.ends, network.position)
+    length = lengths(network.springs.ends, network.position)
     for body in network.parts:
         zero = np.flatnonzero(length[body.springs] == 0.0)
         if len(zero):
             ids = ", ".join(
-                str(i) for i in network.spring_ids[body.springs][zero[:MOST_SPRINGS_NAMED]]
+                str(i) for i in network.springs.ids[body.springs][zero[:MOST_SPRINGS_NAMED]]
             )
             more = ", …" if len(zero) > MOST_SPRINGS_NAMED else ""
             yield Diagnostic(
@@ -178,9 +182,9 @@ def zero_lengths(compiled: Compiled) -> Iterator[Diagnostic]:
 def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
     """W305: rest lengths of zero or less, which make a spring pull for ever."""
     network = compiled.network
-    drawn = lengths(network.ends, network.position)
+    drawn = lengths(network.springs.ends, network.position)
     for body in network.parts:
-        rest = network.rest[body.springs]
+        rest = network.springs.rest[body.springs]
         bad = rest[(rest <= 0.0) & (drawn[body.springs] > 0.0)]
         if len(bad):
             yield Diagnostic(
@@ -195,11 +199,11 @@ def small_prestress(compiled: Compiled) -> Iterator[Diagnostic]:
 def driving_dashpots(compiled: Compiled) -> Iterator[Diagnostic]:
     """W308: dashpots by a law of their own that drive what they should brake."""
     network = compiled.network
-    behaviour = network.behaviour()
+    behaviour = network.springs.behaviour
     if behaviour.is_linear:
         return
     for strain, rate in product(STRAINS, RATES):
-        stretch, speed = strain * network.rest, rate * network.rest
+        stretch, speed = strain * network.springs.rest, rate * network.springs.rest
         brakes = behaviour.brake(stretch, speed)
         worst = np.flatnonzero(brakes * speed < -1e-9 * np.abs(brakes * speed).max(initial=0.0))
         for spring in worst[:1].tolist():
@@ -207,7 +211,7 @@ def driving_dashpots(compiled: Compiled) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "W308",
                 f"dashpots of {owner.name} add energy: spring "
-                f"{network.spring_ids[spring]} with {show(float(brakes[spring]), FORCE)} at a "
+                f"{network.springs.ids[spring]} with {show(float(brakes[spring]), FORCE)} at a "
                 f"strain of {strain:g} and {show(float(speed[spring]), VELOCITY)}",
                 owner.span,
                 "write max(…, 0) around the factor of the speed, which must not be negative",
@@ -237,13 +241,13 @@ def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
 def _stiffest(compiled: Compiled) -> str:
     """Return the spring that asks for the smallest step, in words."""
     network = compiled.network
-    ratio = network.sudden * (1.0 / network.mass[network.ends]).sum(axis=1)
-    spring = int(ratio.argmax())
+    springs = network.springs
+    spring = int((springs.sudden * (1.0 / network.mass[springs.ends]).sum(axis=1)).argmax())
     part = network.owner(spring)
-    mass = float(network.mass[network.ends[spring]].min())
+    mass = float(network.mass[springs.ends[spring]].min())
     return (
-        f"spring {network.spring_ids[spring]} of {part.name} has "
-        f"{show(float(network.sudden[spring]), STIFFNESS)} at a node of {show(mass, MASS)}"
+        f"spring {springs.ids[spring]} of {part.name} has "
+        f"{show(float(springs.sudden[spring]), STIFFNESS)} at a node of {show(mass, MASS)}"
     )
 
 
@@ -254,11 +258,11 @@ def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
     in as tables, which need not be tissue.
     """
     network = compiled.network
-    if not np.isfinite(network.strength).any():
+    if not np.isfinite(network.springs.strength).any():
         return
     from tissuec.matter.breaking import breaking_strains
 
-    strain = breaking_strains(network.behaviour(), network.strength)
+    strain = breaking_strains(network.springs.behaviour, network.springs.strength)
     for body in network.bodies:
         springs = numbers_in(body.springs)
         springs = springs[np.isfinite(strain[springs])]
@@ -274,8 +278,8 @@ def late_breaking(compiled: Compiled) -> Iterator[Diagnostic]:
 def _breaks_late(
     network: Network, tissues: Iterable[Tissue], body: BodyPart, spring: int, strain: float
 ) -> Diagnostic:
-    rest, force = float(network.rest[spring]), float(network.strength[spring])
-    constant = float(network.stiffness[spring])
+    rest, force = float(network.springs.rest[spring]), float(network.springs.strength[spring])
+    constant = float(network.springs.stiffness[spring])
     arrays = {"breaking force": "strength", "spring constant": "stiffness"}
     return Diagnostic(
         "W209",
@@ -298,7 +302,10 @@ def _breaking_early(network: Network, tissues: Iterable[Tissue], spring: int) ->
     tissue, given = next((pair for pair in limits if pair[1].span == place), (None, None))
     strain = f"{PLAUSIBLE:.0%}".replace("%", " %")
     if given is None or given.how != "written" or not given.quantity.is_of_matter:
-        better = show(float(network.behaviour().pull(PLAUSIBLE * network.rest)[spring]), FORCE)
+        better = show(
+            float(network.springs.behaviour.pull(PLAUSIBLE * network.springs.rest)[spring]),
+            FORCE,
+        )
         how = "" if tissue is None else f' (--set "breaking force of {tissue.name} = {better}")'
         return Hint(
             f"{better} would break it at {1.0 + PLAUSIBLE:g} times its length{how}, where most "
@@ -325,9 +332,9 @@ def _bodies(
         with_joints: Whether springs of joints between its nodes count as well.
     """
     network = compiled.network
-    joined = network.ends[network.body_springs :]
+    joined = network.springs.ends[network.body_springs :]
     for body in network.bodies:
-        ends = network.ends[body.springs]
+        ends = network.springs.ends[body.springs]
         if with_joints:
             inside = (joined >= body.nodes.start) & (joined < body.nodes.stop)
             ends = np.concatenate([ends, joined[inside.all(axis=1)]])
@@ -336,7 +343,7 @@ def _bodies(
 
 def _with_joined(network: Network, body: BodyPart) -> tuple[Indices, Indices]:
     """Return a body's nodes and springs, with springs that join it and nodes at their ends."""
-    joined = network.ends[network.body_springs :]
+    joined = network.springs.ends[network.body_springs :]
     beside = ((joined >= body.nodes.start) & (joined < body.nodes.stop)).any(axis=1)
     own = numbers_in(body.nodes)
     nodes = np.union1d(own, joined[beside])

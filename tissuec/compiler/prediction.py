@@ -125,8 +125,8 @@ def _arrays(network: Network) -> dict[str, dict[str, Any]]:
     names += ("strength", "crush")
     return {
         name: {
-            "shape": list(getattr(network, name).shape),
-            "bytes": int(getattr(network, name).nbytes),
+            "shape": list(network.array(name).shape),
+            "bytes": int(network.array(name).nbytes),
         }
         for name in names
     }
@@ -135,9 +135,9 @@ def _arrays(network: Network) -> dict[str, dict[str, Any]]:
 def skipped(compiled: Compiled) -> Iterator[str]:
     """Yield the parts of a run that this scene does not need."""
     network, plan = compiled.network, compiled.plan
-    if not compiled.network.behaviour().is_viscous:
+    if not compiled.network.springs.behaviour.is_viscous:
         yield "viscosity: no spring has any"
-    if network.inelastic is None:
+    if network.springs.inelastic is None:
         yield "relaxation and yielding: no spring relaxes or yields"
     if not np.any(plan.gravity):
         yield "gravity: it is zero"
@@ -145,7 +145,7 @@ def skipped(compiled: Compiled) -> Iterator[str]:
         yield "ambient damping: none"
     if not plan.breakable:
         yield "rupture: not allowed in any body"
-    elif not np.isfinite(network.crush).any():
+    elif not np.isfinite(network.springs.crush).any():
         yield "crushing: compression breaks no spring"
     if not plan.needs_ledger:
         yield "energies: not in the output"
@@ -156,7 +156,7 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     if not plan.output.logs:
         yield "logs: none in the output"
     held = state_at_start(compiled).held
-    inner = int(join_nodes_of(network.ends, held).sum())
+    inner = int(join_nodes_of(network.springs.ends, held).sum())
     if inner:
         yield f"{counted(inner, 'spring')} between held nodes"
     if plan.contact is None:

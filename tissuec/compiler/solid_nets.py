@@ -83,7 +83,7 @@ def acting_springs(part: BodyPart, drawing: Drawing, state: State) -> tuple[Indi
         Their numbers within the body, shape (spring,), and how they act.
     """
     own = np.flatnonzero(state.alive[part.springs] & (drawing.length > 0.0))
-    return own, state.behaviour(part.springs.start + own)
+    return own, state.springs.some(part.springs.start + own).behaviour
 
 
 def steepness_as_drawn(behaviour: Behaviour, length: Floats) -> Floats:

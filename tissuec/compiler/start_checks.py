@@ -52,8 +52,8 @@ def out_of_balance(compiled: Compiled) -> Iterator[Diagnostic]:
     if _waits(compiled.plan.events):
         return
     given = np.array([origin.how not in UNSTRETCHED for origin in origins])
-    drawn = lengths(network.ends, network.position)
-    is_stressed = given[network.provenance["rest"].index] & (network.rest != drawn)
+    drawn = lengths(network.springs.ends, network.position)
+    is_stressed = given[network.provenance["rest"].index] & (network.springs.rest != drawn)
     if not is_stressed.any():
         return
     state = state_at_start(compiled)
@@ -65,7 +65,7 @@ def out_of_balance(compiled: Compiled) -> Iterator[Diagnostic]:
     node = int(each.argmax())
     if each[node] <= AT_REST * np.abs(tension).max(initial=0.0):
         return
-    if not is_stressed[(network.ends == node).any(axis=1)].any():  # typed in to swing
+    if not is_stressed[(network.springs.ends == node).any(axis=1)].any():  # typed in to swing
         return
     body = next(body for body in network.bodies if node < body.nodes.stop)
     yield Diagnostic(
@@ -92,7 +92,7 @@ def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     if simulation.integrator == RELAXATION or not network.spring_count:
         return
     # No frequency is above this bound, and most are not far below it.
-    share = network.sudden / network.mass[network.ends].T
+    share = network.springs.sudden / network.mass[network.springs.ends].T
     stiffest = share.max(axis=0)
     omega = np.sqrt(2.0 * _MOST_AT_A_NODE * float(stiffest.max()))
     is_long = simulation.duration * omega * network.spring_count * SPRING >= LONG
@@ -115,8 +115,8 @@ def _too_many_steps(network: Network, spring: int, seconds: float) -> Diagnostic
     return Diagnostic(
         "W413",
         f"the run takes about {_minutes(seconds)} at the steps that it needs, "
-        f"mainly for spring {network.spring_ids[spring]} of {owner.name} with "
-        f"{show(float(network.sudden[spring]), STIFFNESS)}",
+        f"mainly for spring {network.springs.ids[spring]} of {owner.name} with "
+        f"{show(float(network.springs.sudden[spring]), STIFFNESS)}",
         owner.span,
         "use softer tissue or larger cells there, a wall with a thickness for a thin stiff "
         "layer, a shorter duration, or settle for equilibria",

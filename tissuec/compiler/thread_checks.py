@@ -129,14 +129,14 @@ def _gap(compiled: "Compiled", body: BodyPart, other: BodyPart) -> tuple[str, st
     network, thread = compiled.network, body.thread
     assert thread is not None
     corners = network.skin_of(other)
-    springs = network.ends[other.springs]
+    springs = network.springs.ends[other.springs]
     edge = _middle(_sides(network, corners) if len(corners) else _lengths(network, springs))
     if edge <= 2.0 * thread.radius:
         return None
     if not len(corners):
         gap = f"it has no surface, and springs of {show(edge, LENGTH)}"
         return gap, "use a body with a surface, or a thickness above that"
-    pieces = _lengths(network, network.ends[thread.pieces])
+    pieces = _lengths(network, network.springs.ends[thread.pieces])
     longest = float(pieces.max())
     if longest <= edge:
         return None

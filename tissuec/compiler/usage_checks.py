@@ -150,7 +150,7 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     """W404: the ruptures of something that cannot rupture are measured."""
     plan, groups = compiled.plan, compiled.groups
     network = compiled.network
-    breakable = np.isfinite(network.strength) | np.isfinite(network.crush)
+    breakable = np.isfinite(network.springs.strength) | np.isfinite(network.springs.crush)
     followed = (event for trigger in plan.triggers for event in trigger.events)
     for event in (*plan.events, *followed):
         if follows(event.action, Breaking):
@@ -266,4 +266,4 @@ def _goes_by(cut: Cut, state: State, moved: float) -> bool:
 
 
 def _ends_of(cut: Cut, state: State) -> NDArray[np.integer]:
-    return np.unique(state.network.ends[cut.group.indices])
+    return np.unique(state.springs.ends[cut.group.indices])

@@ -1,5 +1,6 @@
 """Arrays of equal values, of runs of numbers, and of numbers that are evenly spread."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,22 @@ def uniform(values: NDArray[Any]) -> NDArray[Any]:
     if values.size < 2 or (values != values.flat[0]).any():
         return values
     return np.broadcast_to(values.flat[0].copy(), values.shape)
+
+
+def behind_one_another(
+    parts: Sequence[NDArray[Any]], kind: type[np.generic] | type, shape: tuple[int, ...] = ()
+) -> NDArray[Any]:
+    """Return parts in any unit as one array; a single one as it is.
+
+    Args:
+        parts: Each of shape (n, *shape).
+        kind: Type of the numbers.
+        shape: Of each row.
+    """
+    if len(parts) == 1:
+        return np.asarray(parts[0], dtype=kind)
+    none = np.asarray(np.zeros((0, *shape)), dtype=kind)
+    return np.concatenate([none, *parts]).astype(kind, copy=False)
 
 
 def counted_up(counts: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -1,8 +1,9 @@
 """Reasons why a run cannot continue, and the spring or node that causes it."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tissuec.engine.kernel_inputs import ActingSprings, KernelInputs
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Interruption
 from tissuec.forces.branches import flat, tightened
 from tissuec.kernels.records import UNDERFLOW, UNSOLVED, Progress, Work
@@ -14,17 +15,17 @@ MONSTROUS = 1e6  # lengths of a spring over the size of the drawing that no tiss
 
 def overloaded(state: State) -> Indices:
     """Return the intact springs that tension or pressure breaks now, ascending, shape (n,)."""
-    breaks = np.isfinite(state.strength) | np.isfinite(state.crush)
+    breaks = np.isfinite(state.springs.strength) | np.isfinite(state.springs.crush)
     able = np.flatnonzero(state.alive & breaks)
-    low, high = state.network.ends[able].T
+    low, high = state.springs.ends[able].T
     r = state.position[high] - state.position[low]
     w = state.velocity[high] - state.velocity[low]
     length = np.sqrt(np.einsum("sk,sk->s", r, r))
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
-    behaviour = state.behaviour(able)
-    memory, velocity = state.memory(able), flat(state.velocity)
-    tension = tightened(behaviour, memory, length - behaviour.rest, closing, velocity)
-    torn, crushed = tension > state.strength[able], -tension > state.crush[able]
+    springs, velocity = state.springs.some(able), flat(state.velocity)
+    stretch = length - springs.rest
+    tension = tightened(springs.behaviour, springs.inelastic, stretch, closing, velocity)
+    torn, crushed = tension > springs.strength, -tension > springs.crush
     return able[torn | crushed]
 
 
@@ -40,7 +41,7 @@ def is_flight(work: Work, progress: Progress, inputs: KernelInputs) -> bool:
     if not (np.isfinite(x).all() and np.isfinite(v).all()):
         return False
     size = max(inputs.state.network.extent, float(inputs.springs.rest.max(initial=0.0)))
-    return bool((_lengths(x, inputs.springs) <= MONSTROUS * size).all())
+    return bool((_lengths(x, inputs.springs.ends) <= MONSTROUS * size).all())
 
 
 def explain(reason: int, work: Work, progress: Progress, inputs: KernelInputs) -> Interruption:
@@ -67,8 +68,8 @@ def explain(reason: int, work: Work, progress: Progress, inputs: KernelInputs) -
     return Interruption("diverged", progress.time, spring=spring, message=message)
 
 
-def _lengths(x: Floats, springs: ActingSprings) -> Floats:
-    r = x.reshape(-1, 3)[springs.high] - x.reshape(-1, 3)[springs.low]
+def _lengths(x: Floats, ends: NDArray[np.integer]) -> Floats:
+    r = x.reshape(-1, 3)[ends[:, 1]] - x.reshape(-1, 3)[ends[:, 0]]
     return np.sqrt(np.einsum("sk,sk->s", r, r))
 
 
@@ -77,11 +78,12 @@ def _culprit(x: Floats, v: Floats, inputs: KernelInputs) -> int | None:
     springs = inputs.springs
     if not len(springs.ids):
         return None
-    length = _lengths(x, springs)
-    r = x.reshape(-1, 3)[springs.high] - x.reshape(-1, 3)[springs.low]
-    w = v.reshape(-1, 3)[springs.high] - v.reshape(-1, 3)[springs.low]
+    length, (low, high) = _lengths(x, springs.ends), springs.ends.T
+    r = x.reshape(-1, 3)[high] - x.reshape(-1, 3)[low]
+    w = v.reshape(-1, 3)[high] - v.reshape(-1, 3)[low]
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
-    tension = np.abs(springs.tension(length - springs.rest, closing, v))
+    stretch = length - springs.rest
+    tension = np.abs(tightened(springs.behaviour, springs.inelastic, stretch, closing, v))
     undefined = np.flatnonzero(~np.isfinite(tension))
     if len(undefined):
         return int(springs.ids[undefined].min())

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -22,7 +21,6 @@ from tissuec.engine.spring_runs import RunPlaces, are_shared, packed, places_of
 from tissuec.engine.threads import ThreadTeam, useful
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
-from tissuec.forces.branches import Inelastic, tightened
 from tissuec.forces.load import Load
 from tissuec.forces.rest_length import reels
 from tissuec.kernels.calls import kernel_address
@@ -38,15 +36,13 @@ from tissuec.kernels.records import (
     Runs,
     Solver,
 )
-from tissuec.laws import Law
-from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.state import State
-from tissuec.model.network import SPRINGS, Floats, Network
+from tissuec.model.network import SPRINGS, Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
+from tissuec.model.springs import Springs
 from tissuec.model.topology import join_nodes_of, lower_and_upper
 
 Bools = NDArray[np.bool_]
-Laws = NDArray[np.int32]
 Pass = tuple[Callable[..., None], Any]  # a kernel of a field, and the table that it reads
 LEAST = 1e-300  # [m]
 #: Of ``Features``, what stepping code asks a net for.
@@ -55,49 +51,12 @@ FLAGS = (
 )  # fmt: skip
 
 
-class ActingSprings(Struct):
-    """The springs that act, sorted by lower and then by upper node.
-
-    Attributes:
-        ids: Their numbers in the network, shape (spring,).
-        low, high: Their ends as places of nodes, shape (spring,).
-        stiffness, damping, rest: Present values; zero for dead ones.
-        strength, crush: The same, infinite for dead ones, shape (spring,) or, where none may
-            break, (0,).
-        law: Numbers among ``laws``, shape (spring,).
-        laws: All of the net; the first is linear.
-        inelastic: What they remember, by places of nodes; None where none of the net does.
-    """
-
-    ids: Places
-    low: Places
-    high: Places
-    stiffness: Floats
-    damping: Floats
-    rest: Floats
-    strength: Floats
-    crush: Floats
-    law: Laws
-    laws: tuple[Law, ...]
-    inelastic: Inelastic | None = None
-
-    def behaviour(self) -> Behaviour:
-        """Return the laws of these springs with their numbers."""
-        return Behaviour(self.laws, self.law, self.stiffness, self.damping, self.rest)
-
-    def tension(self, stretch: Floats, closing: Floats, velocity: Floats) -> Floats:
-        """Return the tension of each [N], shape (spring,).
-
-        Args:
-            stretch: L - L0 [m], shape (spring,).
-            closing: Rates of lengthening [m/s], shape (spring,).
-            velocity: Of all nodes, flat [m/s].
-        """
-        return tightened(self.behaviour(), self.inelastic, stretch, closing, velocity)
-
-
 class KernelInputs:
     """Translates states into the arrays of the stepping code.
+
+    Its ``springs`` are those that act, by places of nodes, sorted by lower and then by upper
+    node; ids are numbers in the network. Dead ones have no stiffness and viscosity and no
+    limits; limits are of shape (0,) where none may break.
 
     Args:
         network: The network of the run.
@@ -108,7 +67,7 @@ class KernelInputs:
 
     def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
         bodies, shown, all_nodes = network.body_nodes, network.shown_nodes, network.node_count
-        order, runs = number_nodes(network.position[:bodies], network.ends)
+        order, runs = number_nodes(network.position[:bodies], network.springs.ends)
         # Nodes of tools stand last, where measures of motion leave them out.
         self.order = np.concatenate(
             [order, np.arange(shown, all_nodes), np.arange(bodies, shown)]
@@ -118,7 +77,7 @@ class KernelInputs:
         self._keeps_order = np.array_equal(self.place, np.arange(len(self.order)))
         self.watched, self.ledger = watched, ledger
         self.start = self.until = 0.0
-        low, high = self._ends_of(network.ends)
+        low, high = self._ends_of(network.springs.ends)
         self._sorted = None if _are_sorted(low, high) else np.lexsort((high, low))
         self.spring_count = network.spring_count
         self._acting = np.zeros(network.spring_count, dtype=bool)
@@ -183,7 +142,9 @@ class KernelInputs:
             among = self._sorted
             ids = np.flatnonzero(acting) if among is None else among[acting[among]]
             self._ids = ids.astype(np.int32)
-            self._low, self._high = self._ends_of(state.network.ends.take(self._ids, axis=0))
+            ends = self._ends_of(state.springs.ends.take(self._ids, axis=0))
+            # Whose columns are contiguous.
+            self._ends = np.stack(ends).astype(np.int32, copy=False).T
             self._places = self._chunks = None
             if self._all_places is not None and len(acting) - len(ids) <= few:
                 self._places = replace(self._all_places, place=self._all_places.place[ids])
@@ -201,46 +162,46 @@ class KernelInputs:
                 return np.broadcast_to(values[:1], ids.shape)
             return values if in_order else values[ids]
 
-        stiffness = present(state.stiffness, 0.0)
-        law = present(state.network.law, 0)
+        springs = state.springs
+        stiffness, law = present(springs.stiffness, 0.0), present(springs.law, 0)
         jumps = (stiffness > 0.0) | (law > 0)
-        rest = state.rest if in_order else state.rest[ids]
-        inelastic = state.memory(ids)
+        rest = springs.rest if in_order else springs.rest[ids]
+        inelastic = springs.inelastic
         if inelastic is not None:
-            inelastic = inelastic.only(alive).renumbered(self.place)
+            inelastic = inelastic.some(ids).only(alive).renumbered(self.place)
             # What flows or relaxes pulls at no length, too, and jumps as it turns over.
             rest, jumps = np.maximum(rest, LEAST), jumps | (inelastic.remembers & alive)
-        self.springs = ActingSprings(
-            ids=ids,
-            low=self._low,
-            high=self._high,
+        self.springs = Springs(
+            ends=self._ends,
             stiffness=stiffness,
-            damping=present(state.damping, 0.0),
+            damping=present(springs.damping, 0.0),
             # Without a force that could jump, it does not matter when one turns over.
             rest=np.ascontiguousarray(rest) if jumps.all() else np.where(jumps, rest, 0.0),
-            strength=present(state.strength, np.inf) if self.watched else np.zeros(0),
-            crush=present(state.crush, np.inf) if self.watched else np.zeros(0),
+            strength=present(springs.strength, np.inf) if self.watched else np.zeros(0),
+            crush=present(springs.crush, np.inf) if self.watched else np.zeros(0),
             law=law,
-            laws=state.network.laws,
+            laws=springs.laws,
+            ids=cast(Indices, ids),
             inelastic=inelastic,
         )
         # Kept, because features are asked for at every call of the stepping code.
-        self._viscous = self.springs.behaviour().is_viscous
+        behaviour = self.springs.behaviour
+        self._viscous = behaviour.is_viscous
         self._laws = self.springs.laws if law.any() else ()
         yields = inelastic is not None and bool(np.isfinite(inelastic.limit).any())
-        self._cornered = yields or self.springs.behaviour().has_corners
+        self._cornered = yields or behaviour.has_corners
         self._crushed = self.watched and bool(np.isfinite(self.springs.crush).any())
 
     def _select(self, state: State) -> Bools:
         """Return which springs act on a free node, or matter otherwise, shape (spring,)."""
-        ends = state.network.ends
+        ends = state.springs.ends
         acting = state.alive & ~join_nodes_of(ends, self.held)
         if self.moved.any():
             # Driven nodes feel them, whoever asks for that: steps shall not depend on it.
             one, other = self.moved[ends.T]
             acting |= state.alive & (one | other)
-        if state.inelastic is not None:
-            acting |= state.alive & state.inelastic.remembers
+        if state.springs.inelastic is not None:
+            acting |= state.alive & state.springs.inelastic.remembers
         # Whoever draws them in does work on them, also where their ends are held.
         for reeling in state.reelings.values():
             acting[reeling.springs] = state.alive[reeling.springs]
@@ -276,16 +237,16 @@ class KernelInputs:
     def places(self) -> RunPlaces:
         """Return the places of springs in runs."""
         if self._places is None:
-            self._places = places_of(self._low, self._high)
+            self._places = places_of(self._ends[:, 0], self._ends[:, 1])
         return self._places
 
     def solver(self) -> Solver:
         """Return arrays for the matrix of implicit steps, without a matrix in them."""
-        springs = self.springs
+        low, high = self._ends.T
         kept = self._solver
         same = kept is not None and np.array_equal(kept.slot < 0, self.inverse_mass == 0.0)
         if kept is None or not same or self._solver_ids is not self._ids:
-            kept = new_solver(springs.low, springs.high, self.inverse_mass > 0.0)
+            kept = new_solver(low, high, self.inverse_mass > 0.0)
             self._solver, self._solver_ids = kept, self._ids
         kept.made[:] = 0.0
         return kept
@@ -330,14 +291,15 @@ class KernelInputs:
     def net(self, integrator: type[Integrator]) -> Net:
         """Return what acts, without operations on it."""
         springs, nodes, near = self.springs, len(self.order), self.near(integrator)
+        low, high = springs.ends.T
         needed = self.features
         # Springs in runs have numbers of their own there; explicit steps need these, too, only
         # to look for what breaks.
         alone = not needed.in_runs or needed.watched or integrator.implicit
         numbers = slice(None) if alone else slice(0)
         return Net(
-            first=np.searchsorted(springs.low, np.arange(nodes + 1)).astype(np.uint64),
-            other=(3 * springs.high).astype(np.uint32),
+            first=np.searchsorted(low, np.arange(nodes + 1)).astype(np.uint64),
+            other=(3 * high).astype(np.uint32),
             stiffness=np.ascontiguousarray(springs.stiffness[numbers]),
             damping=np.ascontiguousarray(springs.damping[numbers]),
             rest=springs.rest,
@@ -377,7 +339,8 @@ class KernelInputs:
     def chunks(self) -> Chunks:
         """Return chunks of nodes, for springs that are not taken in runs."""
         if self._chunks is None:
-            self._chunks = chunks_of(self._low, self._high, len(self.order))
+            low, high = self._ends.T
+            self._chunks = chunks_of(low, high, len(self.order))
         return self._chunks
 
     def runs(self, near: dict[str, Floats], needed: Features) -> Runs:
@@ -458,7 +421,7 @@ class KernelInputs:
         # Dead springs keep the rest lengths with which they pass for none.
         acting = state.alive[springs.ids] & ((springs.stiffness > 0.0) | (springs.law > 0))
         row[springs.ids[acting]] = np.flatnonzero(acting)
-        ends = self.place[state.network.ends]
+        ends = self.place[state.springs.ends]
         first = len(state.motions) + len(self.timed)
         return reels(list(state.reelings.values()), row, ends, first)
 

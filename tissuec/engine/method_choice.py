@@ -129,7 +129,7 @@ def _of_higher_order(sums: SumsAtNodes, tolerance: float, finest: float) -> Meth
 
 def _may_sweep(state: State, sums: SumsAtNodes, duration: float) -> bool:
     """Return whether the fastest motion may turn by more than ``LONG`` in a time [s]."""
-    only_springs = not state.fields and not state.network.law.any()
+    only_springs = not state.fields and not state.springs.law.any()
     return not only_springs or sums.fastest * duration > LONG
 
 
@@ -140,7 +140,7 @@ def _creeping(
 
     The rates are measured only where sums at the nodes allow it.
     """
-    if state.inelastic is not None:
+    if state.springs.inelastic is not None:
         return None
     if sums.most_damped < CREEPING:
         return None

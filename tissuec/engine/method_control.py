@@ -160,7 +160,7 @@ class MethodControl:
             found = of_other_order(name, first, step, lambda: self._known_facts(state))
             if found is not None:
                 return found, price
-        if state.inelastic is not None:
+        if state.springs.inelastic is not None:
             return None  # implicit methods refuse such springs
         if state.fields and not stepper.integrator.implicit and ahead < PATIENT * pace:
             return None

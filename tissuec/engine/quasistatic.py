@@ -241,7 +241,7 @@ class QuasiStatic:
         reeled = [reeling.springs for reeling in state.reelings.values()]
         drawn = np.concatenate([*reeled, np.zeros(0, dtype=np.int64)])
         pull = observables.tension(state, position, still, drawn)
-        return _Look(position.copy(), force, state.rest[drawn], -pull, energy)
+        return _Look(position.copy(), force, state.springs.rest[drawn], -pull, energy)
 
     def _book(self, before: "_Look", after: "_Look") -> None:
         """Book the work of forces by the trapezoidal rule, and what is missing as lost."""

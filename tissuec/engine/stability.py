@@ -45,7 +45,7 @@ def damping_radius(state: State) -> float:
 
 def _giving(state: State) -> float:
     """Return a bound of the rates at which springs relax and yield [1/s]."""
-    return state.springs(np.flatnonzero(state.alive)).giving(state.position)
+    return state.spring_force(np.flatnonzero(state.alive)).giving(state.position)
 
 
 class SumsAtNodes(Struct, frozen=True, eq=False):
@@ -90,8 +90,8 @@ class SumsAtNodes(Struct, frozen=True, eq=False):
 
 def sums_at_nodes(state: State) -> SumsAtNodes:
     """Return the sums for springs of their present lengths, with dashpots at rest."""
-    ends, alive = state.network.ends, state.alive
-    behaviour, count = state.behaviour(), state.network.node_count
+    ends, alive = state.springs.ends, state.alive
+    behaviour, count = state.springs.behaviour, state.network.node_count
     elongation = lengths(ends, state.position) - behaviour.rest
 
     def at_nodes(each: Floats) -> Floats:
@@ -115,7 +115,9 @@ def may_be_overdamped(state: State, sums: SumsAtNodes, ratio: float) -> bool:
         ratio: λ / 2ω.
     """
     only_springs = all(effect.braking(state.position) is None for effect in state.effects)
-    return not (only_springs and state.inelastic is None and sums.damping_ratio <= ratio)
+    return not (
+        only_springs and state.springs.inelastic is None and sums.damping_ratio <= ratio
+    )
 
 
 def verlet_limit(state: State) -> float:

@@ -190,7 +190,7 @@ def new_task(
     least = min(max(LEDGER_FLOOR, LEDGER_DIGITS / tolerance), FLOOR)
     extent = network.extent
     # Nodes that all coincide in the drawing have no size; the springs may tell one.
-    size = extent or float(network.rest.max(initial=0.0))
+    size = extent or float(network.springs.rest.max(initial=0.0))
     coordinates = float(np.abs(network.position).max(initial=0.0))
     floor = max(FLOOR * size, TINIEST)
     rounding = min(max(FLOOR * tolerance, LEAST_ROUNDING), ROUNDING)
@@ -228,7 +228,7 @@ def _budget(
         return inf
     safety, fading = integrator.safety, getattr(integrator, "fading", 1.0)
     if fading != 1.0:
-        weakest = float(network.damping.min(initial=inf))
+        weakest = float(network.springs.damping.min(initial=inf))
         heaviest = float(network.mass[: network.body_nodes].max(initial=0.0))
         safety *= fading if weakest * duration > heaviest else 1.0
     return safety * tolerance / duration
@@ -249,7 +249,7 @@ def most_stored(network: Network, displacement: float) -> float:
         network: The network.
         displacement: [m].
     """
-    return 0.5 * float(network.sudden.max(initial=0.0)) * displacement * displacement
+    return 0.5 * float(network.springs.sudden.max(initial=0.0)) * displacement * displacement
 
 
 def least_pressure(state: State, floor: float) -> float:
@@ -279,9 +279,8 @@ def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: flo
         stiff = stiff + springs.inelastic.sudden
     rates: list[float] = []
     for constant in (stiff, viscous):
-        total = np.bincount(springs.low, constant, nodes) + np.bincount(
-            springs.high, constant, nodes
-        )
+        low, high = springs.ends.T
+        total = np.bincount(low, constant, nodes) + np.bincount(high, constant, nodes)
         rates.append(2.0 * float((total * inputs.inverse_mass).max(initial=0.0)))
     fastest = max(sqrt(rates[0]), rates[1], giving)
     return min(duration, 0.1 / fastest) if fastest else 1e-3 * duration
@@ -290,8 +289,7 @@ def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: flo
 def _slopes(inputs: KernelInputs) -> tuple[Floats, Floats]:
     """Return how stiff [N/m] and how viscous [N s/m] springs are now, shape (spring,)."""
     springs, state = inputs.springs, inputs.state
-    behaviour = springs.behaviour()
-    ends = inputs.order[springs.low], inputs.order[springs.high]
+    behaviour, ends = springs.behaviour, inputs.order[springs.ends.T]
     r, w = (of[ends[1]] - of[ends[0]] for of in (state.position, state.velocity))
     length = np.sqrt(np.einsum("sk,sk->s", r, r))
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)

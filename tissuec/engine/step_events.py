@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.engine.backends import Inside
-from tissuec.engine.kernel_inputs import ActingSprings, KernelInputs
+from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.operations import OPERATIONS
 from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import Progress
 from tissuec.model.network import Floats, Indices
+from tissuec.model.springs import Springs
 
 FINE = 32  # pieces in which a suspect spring is followed
 TOGETHER = 1e-11  # springs this near to a limit, relative to it, break together
@@ -170,7 +171,7 @@ class Limits(NamedTuple):
     force: Floats
 
     @classmethod
-    def of(cls, springs: ActingSprings) -> "Limits":
+    def of(cls, springs: Springs) -> "Limits":
         """Return all limits that there are."""
         torn = np.flatnonzero(np.isfinite(springs.strength))
         crushed = np.flatnonzero(np.isfinite(springs.crush))

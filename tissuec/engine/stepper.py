@@ -139,7 +139,7 @@ class Stepper:
         state.time = now.time
         state.position[:] = self.inputs.outwards(work.x[now.current])
         state.velocity[:] = self.inputs.outwards(work.v[now.current])
-        state.rest = state.rest_at(state.time)
+        state.keep_rest()
 
     def update(self, **changes: Any) -> None:
         """Change numbers of the progress, in a copy."""

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from tissuec.core.vectors import dot, norm
 from tissuec.forces import Resisting
-from tissuec.forces.branches import Inelastic, elongated, flat, pulled, tightened
+from tissuec.forces.branches import elongated, flat, pulled, tightened
 from tissuec.kernels.spring_geometry import add_pulls, add_resistance, measure
-from tissuec.laws.evaluation import Behaviour
 from tissuec.model.network import Floats
+from tissuec.model.springs import Springs
 
 
 class SpringPull(NamedTuple):
@@ -36,38 +36,32 @@ class SpringPull(NamedTuple):
     tension: Floats
 
 
-class SpringSubset(Struct, frozen=True, eq=False):
-    """A subset of the springs of a net with their present numbers.
-
-    Positions [m] and velocities [m/s] are those of all nodes, shape (…, node, 3), or (node, 3)
-    where that is said.
+class SpringForce(Struct, frozen=True, eq=False):
+    """The force of some springs of a net.
 
     Attributes:
-        ends: Node pair of each spring, shape (spring, 2).
+        springs: With their present numbers.
         alive: Which of them act, shape (spring,).
-        behaviour: Their laws, stiffness, viscosity and rest lengths.
-        memory: What they remember, None where none does.
 
     Shared arguments:
         position: Of all nodes [m], shape (…, node, 3), or (node, 3) where that is said.
         velocity: Of all nodes [m/s], shape as ``position``.
     """
 
-    ends: NDArray[np.int32]
+    springs: Springs
     alive: NDArray[np.bool_]
-    behaviour: Behaviour
-    memory: Inelastic | None
 
     def pull(self, position: Floats, velocity: Floats) -> SpringPull:
         """Return lengths and tensions."""
+        springs, behaviour = self.springs, self.springs.behaviour
         length, closing = measured(
-            self.ends, position, velocity if self.behaviour.is_viscous else None
+            springs.ends, position, velocity if behaviour.is_viscous else None
         )
-        stretch, own = length - self.behaviour.rest, flat(velocity)
+        stretch, own = length - springs.rest, flat(velocity)
         if closing is None:
-            tension = pulled(self.behaviour, self.memory, stretch, own)
+            tension = pulled(behaviour, springs.inelastic, stretch, own)
         else:
-            tension = tightened(self.behaviour, self.memory, stretch, closing, own)
+            tension = tightened(behaviour, springs.inelastic, stretch, closing, own)
         return SpringPull(length, np.where(self.alive & (length > 0.0), tension, 0.0))
 
     def add_forces(self, position: Floats, pull: SpringPull, to: Floats) -> None:
@@ -78,25 +72,27 @@ class SpringSubset(Struct, frozen=True, eq=False):
             pull: What ``pull`` returned.
             to: Forces on all nodes [N], contiguous, shape (…, node, 3).
         """
+        ends = np.ascontiguousarray(self.springs.ends)
         place, force = (_states(each, position.shape[-2:]) for each in (position, to))
-        pulls = (_states(each, (len(self.ends),)) for each in pull)
-        _compiled(add_pulls)(np.ascontiguousarray(self.ends), place, *pulls, force)
+        pulls = (_states(each, (len(ends),)) for each in pull)
+        _compiled(add_pulls)(ends, place, *pulls, force)
 
     def vectors(self, position: Floats, velocity: Floats) -> Floats:
         """Return the force of each on its first end [N], shape (…, spring, 3)."""
         length, tension = self.pull(position, velocity)
         along = tension / np.where(length > 0.0, length, 1.0)
-        return along[..., None] * reach(self.ends, position)
+        return along[..., None] * reach(self.springs.ends, position)
 
     def energy(self, position: Floats, velocity: Floats) -> Floats:
         """Return what each stores with its branches, dead or not [J], shape (…, spring)."""
-        length, _ = measured(self.ends, position)
-        stretch = length - self.behaviour.rest
-        if self.memory is None:
-            return self.behaviour.energy(stretch)
-        variables = self.memory.variables(flat(velocity))
+        springs = self.springs
+        length, _ = measured(springs.ends, position)
+        stretch = length - springs.rest
+        if springs.inelastic is None:
+            return springs.behaviour.energy(stretch)
+        variables = springs.inelastic.variables(flat(velocity))
         e = stretch - variables[..., -1, :]
-        return self.behaviour.energy(e) + self.memory.energy(e, variables)
+        return springs.behaviour.energy(e) + springs.inelastic.energy(e, variables)
 
     # --- bounds, at positions and velocities of shape (node, 3) -----------------------------
 
@@ -107,34 +103,38 @@ class SpringSubset(Struct, frozen=True, eq=False):
         ignored. Branches count with their stiffness against a sudden pull.
         """
         length, direction, closing = self._geometry(position, velocity)
-        stretch, own = length - self.behaviour.rest, flat(velocity)
-        tension = pulled(self.behaviour, self.memory, stretch, own)
-        along = self.behaviour.steepness(elongated(self.memory, stretch, own), closing)
-        if self.memory is not None:
-            along = along + self.memory.sudden
+        behaviour, memory = self.springs.behaviour, self.springs.inelastic
+        stretch, own = length - self.springs.rest, flat(velocity)
+        tension = pulled(behaviour, memory, stretch, own)
+        along = behaviour.steepness(elongated(memory, stretch, own), closing)
+        if memory is not None:
+            along = along + memory.sudden
         across = np.maximum(tension, 0.0) / np.where(length > 0.0, length, inf)
         return self._resisting(direction, along, across if across.any() else None)
 
     def braking(self, position: Floats, velocity: Floats) -> Resisting | None:
         """Return a bound of the damping, an operator on velocities [N s/m], or None."""
         length, direction, closing = self._geometry(position, velocity)
-        stretch = elongated(self.memory, length - self.behaviour.rest, flat(velocity))
-        damping = self.behaviour.sluggishness(stretch, closing)
+        stretch, memory = length - self.springs.rest, self.springs.inelastic
+        stretch = elongated(memory, stretch, flat(velocity))
+        damping = self.springs.behaviour.sluggishness(stretch, closing)
         return self._resisting(direction, damping) if damping.any() else None
 
     def giving(self, position: Floats) -> float:
         """Return a bound of the rates at which springs relax and yield [1/s]."""
-        if self.memory is None:
+        springs = self.springs
+        if springs.inelastic is None:
             return 0.0
-        stretch = norm(reach(self.ends, position)) - self.behaviour.rest
-        return float(self.memory.fastest(self.behaviour.steepness(stretch)).max(initial=0.0))
+        stretch = norm(reach(springs.ends, position)) - springs.rest
+        rates = springs.inelastic.fastest(springs.behaviour.steepness(stretch))
+        return float(rates.max(initial=0.0))
 
     def _geometry(self, position: Floats, velocity: Floats) -> tuple[Floats, Floats, Floats]:
         """Return lengths [m], directions, and how fast springs lengthen [m/s]."""
-        gap = reach(self.ends, position)
+        gap = reach(self.springs.ends, position)
         length = norm(gap)
         direction = gap / np.where(length > 0.0, length, 1.0)[:, None]
-        return length, direction, dot(direction, reach(self.ends, velocity))
+        return length, direction, dot(direction, reach(self.springs.ends, velocity))
 
     def _resisting(
         self, direction: Floats, along: Floats, across: Floats | None = None
@@ -145,7 +145,7 @@ class SpringSubset(Struct, frozen=True, eq=False):
             direction: Shape (spring, 3).
             along, across: [N/m] or [N s/m], shape (spring,); None if there is nothing.
         """
-        ends = np.ascontiguousarray(self.ends)
+        ends = np.ascontiguousarray(self.springs.ends)
         beside = np.zeros(0) if across is None else across
         add = _compiled(add_resistance)
 

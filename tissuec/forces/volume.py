@@ -344,7 +344,7 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
     if drawn == 0.0 or not np.isfinite(drawn):
         raise ValueError(f"the surface of {part.name} encloses nothing")
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    walls = np.unique(springs_between(network.ends, edges)[0])
+    walls = np.unique(springs_between(network.springs.ends, edges)[0])
     return triangles[:, [0, 1, 2, 2]], first, walls, np.zeros_like(walls)
 
 
@@ -367,7 +367,7 @@ def _cells(
     once = np.sort(np.unique(corners[0], return_index=True)[1])
     members = np.concatenate([corners[:, once], inner], axis=1)
     pairs = np.array(list(combinations(range(members.shape[1]), 2)), dtype=np.int64)
-    walls, which = springs_between(network.ends, members[:, pairs].reshape(-1, 2))
+    walls, which = springs_between(network.springs.ends, members[:, pairs].reshape(-1, 2))
     return faces.reshape(-1, 4), sides * np.arange(count + 1), walls, which // len(pairs)
 
 
@@ -410,7 +410,9 @@ def _patches(
     keys = np.sort(pairs, axis=2) @ np.array([size, 1])
     all_owners = np.repeat(nodes, 6, axis=1), np.tile(keys, (1, 4))
     walled, keys = np.unique(np.stack([each.ravel() for each in all_owners]), axis=1)
-    walls, which = springs_between(network.ends, np.stack(np.divmod(keys, size), axis=1))
+    walls, which = springs_between(
+        network.springs.ends, np.stack(np.divmod(keys, size), axis=1)
+    )
     cell = cast(Indices, np.searchsorted(owner[order][first], walled[which]))
     return faces[order], np.append(first, len(faces)), walls, cell
 

@@ -83,15 +83,15 @@ class Balance:
     def __init__(self, state: State, chosen: NDArray[np.bool_]):
         is_free = chosen & ~state.held
         self.free: Indices = np.flatnonzero(is_free)
-        ends = state.network.ends
-        resists = (state.stiffness > 0.0) | (state.network.law > 0)
+        ends = state.springs.ends
+        resists = (state.springs.stiffness > 0.0) | (state.springs.law > 0)
         acts = state.alive & resists & is_free[ends].any(axis=1)
         self.outer_ends = ends[acts]
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
         self.ends = number[self.outer_ends]
         self._springs = np.flatnonzero(acts)
-        self._behaviour_of = state.behaviour
-        self.behaviour = state.behaviour(self._springs)
+        self._every = state.springs
+        self.behaviour = state.springs.some(self._springs).behaviour
         self.rest = rest_lengths(state, state.velocity, np.flatnonzero(acts))
         self.mass = state.mass[self.free]
         self.load = applied_forces(state)[self.free]
@@ -154,7 +154,8 @@ class Balance:
         row[nodes] = np.arange(len(nodes))
         rows = row[self.ends]
         springs = np.flatnonzero((rows >= 0).any(axis=1))
-        chosen = self._behaviour_of(self._springs[springs]).with_rest(self.rest[springs])
+        own = self._every.some(self._springs[springs])
+        chosen = own.behaviour.with_rest(self.rest[springs])
         return NodeSprings(nodes, springs, rows[springs], chosen)
 
     def force_on(self, star: NodeSprings, x: Floats) -> Floats:

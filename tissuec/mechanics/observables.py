@@ -56,7 +56,7 @@ def tension(
 ) -> Floats:
     """Return the tension of some springs [N], shape (…, spring)."""
     parts = _in_parts(state.network if springs is None else springs)
-    found = [state.springs(part).pull(position, velocity).tension for part in parts]
+    found = [state.spring_force(part).pull(position, velocity).tension for part in parts]
     return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
 
@@ -65,8 +65,8 @@ def rest_lengths(state: State, velocity: Floats, springs: Indices | None = None)
 
     The shape is (spring,), or (…, spring) where any rest length flows.
     """
-    chosen = ALL if springs is None else springs
-    rest, memory = state.rest[..., chosen], state.memory(chosen)
+    every = state.springs if springs is None else state.springs.some(springs)
+    rest, memory = every.rest, every.inelastic
     return rest if memory is None else rest + memory.flowed(flat(velocity))
 
 
@@ -98,7 +98,7 @@ def _spring_forces(state: State, position: Floats, velocity: Floats) -> NodeForc
     total = np.zeros(position.shape)
     tension = np.empty((*position.shape[:-2], network.spring_count))
     for part in _in_parts(network):
-        acting = state.springs(part)
+        acting = state.spring_force(part)
         pull = acting.pull(position, velocity)
         tension[..., part] = pull.tension
         acting.add_forces(position, pull, total)
@@ -156,9 +156,9 @@ def torque_on(
         about: A point [m], shape (…, 3).
     """
     springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
-    ends = state.network.ends[springs]
+    ends = state.springs.ends[springs]
     inside = np.where(sign > 0.0, ends[:, 0], ends[:, 1])
-    force = sign[:, None] * state.springs(springs).vectors(position, velocity)
+    force = sign[:, None] * state.spring_force(springs).vectors(position, velocity)
     total = _torque(position[..., inside, :], force, about)
     for field in state.fields:
         pressed = np.zeros(position.shape)
@@ -178,7 +178,9 @@ def pull_on(state: State, position: Floats, velocity: Floats, nodes: Indices) ->
     costs only the springs that join them to the rest.
     """
     springs, sign = _boundary(state.network, np.asarray(nodes, dtype=np.int64).tobytes())
-    return np.einsum("s,...sk->...k", sign, state.springs(springs).vectors(position, velocity))
+    return np.einsum(
+        "s,...sk->...k", sign, state.spring_force(springs).vectors(position, velocity)
+    )
 
 
 @kept_on_owner(64)
@@ -189,7 +191,7 @@ def _boundary(network: Network, nodes: bytes) -> tuple[Indices, Floats]:
     """
     inside = np.zeros(network.node_count, dtype=bool)
     inside[np.frombuffer(nodes, dtype=np.int64)] = True
-    first, second = inside[network.ends].T
+    first, second = inside[network.springs.ends].T
     springs = np.flatnonzero(first != second)
     return springs, np.where(first[springs], 1.0, -1.0)
 
@@ -212,7 +214,7 @@ def elastic_energy(
         chosen = np.flatnonzero(state.alive)
     total = np.zeros(position.shape[:-2])
     for part in _in_parts(chosen):
-        energy = state.springs(part).energy(position, velocity)
+        energy = state.spring_force(part).energy(position, velocity)
         total = total + _sum_each(energy)
     return total
 

@@ -30,7 +30,7 @@ def rests_pressed(state: State) -> bool:
     free, memory = ~state.held, state.network.memory
     still = np.zeros_like(state.velocity)
     still[memory] = state.velocity[memory]  # what springs and friction remember
-    length = observables.lengths(state.network.ends, state.position)
+    length = observables.lengths(state.springs.ends, state.position)
     tension = _still_tension(state, length, still)
     largest = float(np.abs(tension).max(initial=0.0))
     if tension.min(initial=0.0) >= -AT_REST * largest:
@@ -55,7 +55,7 @@ def pulls(state: State) -> tuple[Floats, Floats]:
         Tensions [N], shape (spring,), and forces on all nodes [N], shape (node, 3).
     """
     still = np.zeros_like(state.velocity)
-    length = observables.lengths(state.network.ends, state.position)
+    length = observables.lengths(state.springs.ends, state.position)
     tension, force = _still_tension(state, length, still), np.zeros_like(still)
     _add_pulls(state, length, tension, force)
     return tension, force
@@ -72,8 +72,9 @@ def _still_tension(state: State, length: Floats, still: Floats) -> Floats:
         still: Velocities of all nodes, zero but for what springs remember [m/s], shape
             (node, 3).
     """
-    behaviour = state.behaviour()
-    tension = pulled(behaviour, state.memory(), length - behaviour.rest, flat(still))
+    springs = state.springs
+    stretch = length - springs.rest
+    tension = pulled(springs.behaviour, springs.inelastic, stretch, flat(still))
     return np.where(state.alive & (length > 0.0), tension, 0.0)
 
 
@@ -85,7 +86,7 @@ def _add_pulls(state: State, length: Floats, tension: Floats, to: Floats) -> Non
         tension: Of springs [N], 0 for those of no length, shape (spring,).
         to: Forces on all nodes [N], shape (node, 3), changed in place.
     """
-    low, high = state.network.ends.T
+    low, high = state.springs.ends.T
     share = tension / np.where(length > 0.0, length, 1.0)
     for place, force in zip(state.position.T, to.T, strict=True):
         pull = share * (place[high] - place[low])

@@ -81,15 +81,15 @@ def settle(
 
 def _let_relax(state: State, balance: Balance) -> None:
     """Make the branches of springs at the free nodes give way, so that they no longer pull."""
-    if state.inelastic is None:
+    if state.springs.inelastic is None:
         return
     moved = np.zeros(state.network.node_count, dtype=bool)
     moved[balance.free] = True
-    ends = state.network.ends
+    ends = state.springs.ends
     rest = observables.rest_lengths(state, state.velocity)
     e = observables.elongation(ends, state.position, rest)
     springs = np.flatnonzero(state.alive & moved[ends].any(axis=1))
-    state.inelastic.let_relax(state.velocity, e, springs)
+    state.springs.inelastic.let_relax(state.velocity, e, springs)
 
 
 def _minimum(balance: Balance, x: Floats) -> tuple[Floats, tuple[Remark, ...]]:

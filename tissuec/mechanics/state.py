@@ -14,17 +14,16 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.forces import Effect, Field, Imposed, Nodal
 from tissuec.forces.bending import HingeForce
-from tissuec.forces.branches import Inelastic
 from tissuec.forces.drag import Drag
 from tissuec.forces.load import Load, LoadTerm, total
 from tissuec.forces.rest_length import ChangingRestLengths
-from tissuec.forces.springs import SpringSubset
+from tissuec.forces.springs import SpringForce
 from tissuec.forces.volume import Enclosure
 from tissuec.forces.weight import Weight
-from tissuec.laws.evaluation import Behaviour
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
+from tissuec.model.springs import Springs
 from tissuec.model.topology import join_nodes_of
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
@@ -96,6 +95,9 @@ class State(Struct, eq=False):
     Attributes:
         position, velocity: State [m], [m/s], shape (node, 3).
         alive: False for springs that were cut or ruptured, shape (spring,).
+        mass: Masses [kg], shape (node,).
+        springs: All springs with their present numbers. Rest lengths of threads under way are
+            those at ``time``.
         holders: Who holds which nodes ("fix" for fixed ones, otherwise a tool or set name);
             a node held by anybody is no unknown.
         motions: Prescribed motions under way, by the name of the tool or set that moves.
@@ -106,13 +108,9 @@ class State(Struct, eq=False):
         forces: What ``force`` blocks describe.
         reelings: Threads that are drawn in or paid out, by the name of the body.
         knots: Knots that were tied, by the name of the body.
-        inelastic: What springs remember, None where none does; the network's own until a
-            ``change``.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
         gravity: Acceleration [m/s²], shape (3,).
         drag: Ambient damping [N s/m] of all nodes alike.
-        mass, stiffness, damping, rest, strength, crush: Present values; the network's own
-            arrays until a ``change``. Rest lengths of threads under way are those at ``time``.
     """
 
     network: Network
@@ -121,11 +119,7 @@ class State(Struct, eq=False):
     velocity: Floats
     alive: NDArray[np.bool_]
     mass: Floats
-    stiffness: Floats
-    damping: Floats
-    rest: Floats
-    strength: Floats
-    crush: Floats
+    springs: Springs
     gravity: Floats
     drag: float
     holders: dict[str, Indices] = field(default_factory=dict[str, Indices])
@@ -139,7 +133,6 @@ class State(Struct, eq=False):
         default_factory=dict[str, ChangingRestLengths]
     )
     knots: dict[str, Knot] = field(default_factory=dict[str, Knot])
-    inelastic: Inelastic | None = None
     hold_ends: dict[str, float] = field(default_factory=dict[str, float])
 
     @classmethod
@@ -171,17 +164,12 @@ class State(Struct, eq=False):
             velocity=network.velocity.copy(),
             alive=network.present,
             mass=network.mass,
-            stiffness=network.stiffness,
-            damping=network.damping,
-            rest=network.rest,
-            strength=network.strength,
-            crush=network.crush,
+            springs=network.springs,
             gravity=np.asarray(gravity, dtype=float),
             drag=drag,
             holders=tools,
             contact=contact,
             forces=forces,
-            inelastic=network.inelastic,
         )
 
     @property
@@ -201,56 +189,29 @@ class State(Struct, eq=False):
             braking[: len(own)] += own
         return braking
 
-    def behaviour(self, chosen: Indices | slice = ALL) -> Behaviour:
-        """Return the laws of some springs with their present numbers.
+    def spring_force(self, chosen: Indices | slice = ALL) -> SpringForce:
+        """Return the force of some springs with their present numbers.
 
         Args:
             chosen: Indices of shape (n,), or a slice, whose numbers are not copied.
         """
-        network = self.network
-        return Behaviour(
-            network.laws,
-            network.law[chosen],
-            self.stiffness[chosen],
-            self.damping[chosen],
-            self.rest[..., chosen],
-        )
-
-    def springs(self, chosen: Indices | slice = ALL) -> SpringSubset:
-        """Return some springs with their present numbers.
-
-        Args:
-            chosen: Indices of shape (n,), or a slice, whose numbers are not copied.
-        """
-        ends = self.network.ends
-        # Rows are taken ten times as fast as they are indexed.
-        ends = ends[chosen] if isinstance(chosen, slice) else ends.take(chosen, axis=0)
-        return SpringSubset(
-            ends, self.alive[chosen], self.behaviour(chosen), self.memory(chosen)
-        )
+        return SpringForce(self.springs.some(chosen), self.alive[chosen])
 
     @property
-    def acting(self) -> SpringSubset:
-        """Return the springs that act on a free node."""
-        idle = join_nodes_of(self.network.ends, self.held)
-        return self.springs(np.flatnonzero(self.alive & ~idle))
-
-    def memory(self, chosen: NDArray[np.integer] | slice = ALL) -> Inelastic | None:
-        """Return the branches and flow of some springs, None if no spring has any.
-
-        Args:
-            chosen: Indices of shape (n,), or a slice.
-        """
-        whole = self.inelastic
-        return whole if whole is None or chosen is ALL else whole.some(chosen)
+    def acting(self) -> SpringForce:
+        """Return the force of the springs that act on a free node."""
+        idle = join_nodes_of(self.springs.ends, self.held)
+        return self.spring_force(np.flatnonzero(self.alive & ~idle))
 
     def rest_at(self, time: Floats | float) -> Floats:
         """Return the rest lengths at times until the next event [m], shape (…, spring)."""
         if not self.reelings:
-            return self.rest
+            return self.springs.rest
         times = np.asarray(time, dtype=float)
-        springs = self.rest.shape[-1]
-        own = self.rest.reshape(-1, springs)[0]  # what does not change is alike at all times
+        springs = self.springs.rest.shape[-1]
+        own = self.springs.rest.reshape(-1, springs)[
+            0
+        ]  # what does not change is alike at all times
         rest = np.broadcast_to(own, (*times.shape, springs)).copy()
         for reeling in self.reelings.values():
             found = [reeling.rest(float(t)) for t in times.ravel()]
@@ -263,7 +224,14 @@ class State(Struct, eq=False):
         Args:
             time: Times [s], shape (…); rest lengths that change get the shape (…, spring).
         """
-        return replace(self, rest=self.rest_at(time)) if self.reelings else self
+        if not self.reelings:
+            return self
+        return replace(self, springs=replace(self.springs, rest=self.rest_at(time)))
+
+    def keep_rest(self) -> None:
+        """Set the rest lengths of threads under way to those at ``time``."""
+        if self.reelings:
+            self.springs = replace(self.springs, rest=self.rest_at(self.time))
 
     def stop_reeling(self, springs: Indices) -> None:
         """Stop the change of rest lengths in threads that contain some of the given springs.
@@ -271,7 +239,7 @@ class State(Struct, eq=False):
         Args:
             springs: Indices, shape (n,).
         """
-        self.rest = self.rest_at(self.time)
+        self.keep_rest()
         self.reelings = {
             name: reeling
             for name, reeling in self.reelings.items()
@@ -287,7 +255,7 @@ class State(Struct, eq=False):
         found = [name for name, knot in self.knots.items() if self._slips(knot, springs)]
         for name in found:
             knot = self.knots[name]
-            stretch = SURE * (self._distance(knot) - float(self.rest[knot.hold]))
+            stretch = SURE * (self._distance(knot) - float(self.springs.rest[knot.hold]))
             self._switch(name, replace(knot, stretch=stretch))
         return found
 
@@ -322,9 +290,8 @@ class State(Struct, eq=False):
             knot = self.knots[name]
             assert knot.stretch is not None
             rest = self._distance(knot) - knot.stretch
-            longer = rest - float(self.rest[knot.hold])
-            self.rest = self.rest.copy()
-            self.rest[knot.hold] = rest
+            longer = rest - float(self.springs.rest[knot.hold])
+            self.springs = self.springs.changed("rest", knot.hold, rest)
             self.reelings = {
                 name: reeling.lengthened(knot.hold, longer)
                 for name, reeling in self.reelings.items()
@@ -341,7 +308,7 @@ class State(Struct, eq=False):
 
     def _distance(self, knot: Knot) -> float:
         """Return how far the ends of a thread are apart [m]."""
-        first, second = self.position[self.network.ends[knot.hold]]
+        first, second = self.position[self.springs.ends[knot.hold]]
         return float(np.linalg.norm(second - first))
 
     def enclosure(self, body: str) -> Enclosure | None:
@@ -399,10 +366,10 @@ class State(Struct, eq=False):
     @property
     def loss(self) -> str:
         """Return why energy is not kept, as the beginning of a sentence; empty if it is."""
-        springs = self.acting
+        springs = self.acting.springs
         if springs.behaviour.is_viscous:
             return "there is viscosity"
-        if springs.memory is not None:
+        if springs.inelastic is not None:
             return "there are springs that relax or flow"
         for effect in self.effects:
             if effect.loss:
@@ -434,7 +401,7 @@ class State(Struct, eq=False):
 
         Threads that are drawn in or paid out are as long as they are then.
         """
-        self.rest = self.rest_at(self.time)
+        self.keep_rest()
         for nodes in self.holders.values():
             self.velocity[nodes] = 0.0
         for motion in self.motions.values():
@@ -443,7 +410,7 @@ class State(Struct, eq=False):
 
 def _parting(network: Network, knot: Knot, position: Floats, velocity: Floats) -> float:
     """Return how fast the ends of a thread part [m/s]."""
-    first, second = network.ends[knot.slip]
+    first, second = network.springs.ends[knot.slip]
     reach = position[second] - position[first]
     distance = float(np.linalg.norm(reach))
     return float(np.vdot(reach, velocity[second] - velocity[first])) / (distance or 1.0)

@@ -2,11 +2,11 @@
 
 Nodes and springs are in the order of the scene and keep their numbers for good; the engine
 may renumber inside, never visibly. The signed incidence matrix of the paper is the pair of
-columns ``ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
+columns ``springs.ends``: row ``s`` has -1 at ``ends[s, 0]`` and +1 at ``ends[s, 1]``.
 """
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from msgspec import Struct
@@ -14,12 +14,8 @@ from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.laws import Law
-from tissuec.laws.evaluation import Behaviour
 from tissuec.model.hinges import Hinges
-
-if TYPE_CHECKING:  # annotations only
-    from tissuec.forces.branches import Inelastic
+from tissuec.model.springs import COLUMNS, Springs
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -171,25 +167,15 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         position: Drawn positions [m], shape (node, 3).
         velocity: Initial velocities [m/s], shape (node, 3).
         mass: Masses [kg], shape (node,); positive.
-        ends: Node pair of each spring, shape (spring, 2).
-        stiffness: Spring constants c [N/m], shape (spring,).
-        damping: Viscosities d [N s/m], shape (spring,).
-        rest: Rest lengths L0 [m], shape (spring,).
-        strength: Breaking forces [N], shape (spring,); infinite where nothing may rupture.
-        crush: Crushing forces [N], shape (spring,): the pressures that springs bear; infinite
-            where nothing is crushed.
-        law: Law of each spring as a number among ``laws``, shape (spring,).
-        laws: The laws of springs and dashpots; the first is the linear one.
+        springs: All springs, those of bodies first, with their numbers at the start of a run.
         skin: Triangles of the bodies' surfaces, for viewers, shape (triangle, 3).
         node_ids: Ids of the author (table ids, or the number within the body), shape (node,).
-        spring_ids: The same for springs, shape (spring,).
         bodies: The parts of the arrays that belong to each body.
         joints: Springs behind those of the bodies that join them.
         tools: Nodes behind those of the bodies that carry the shapes of tools.
         memories: Hidden nodes behind all others whose velocities are variables of first order:
             what friction or springs did before. They stay where they are and are no unknowns
             of the motion.
-        inelastic: What springs remember; None where none does.
         hinges: Of walls that resist bending; None where none does.
         drag: Ambient damping of each node besides that of all alike [N s/m], shape (node,);
             None without any.
@@ -199,29 +185,19 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     position: Floats
     velocity: Floats
     mass: Floats
-    ends: NDArray[np.int32]
-    stiffness: Floats
-    damping: Floats
-    rest: Floats
-    strength: Floats
-    crush: Floats
-    law: NDArray[np.int32]
-    laws: tuple[Law, ...]
+    springs: Springs
     skin: NDArray[np.int32]
     node_ids: Indices
-    spring_ids: Indices
     bodies: tuple[BodyPart, ...]
     provenance: Mapping[str, Provenance]
     joints: tuple[JointPart, ...] = ()
     tools: tuple[ToolPart, ...] = ()
     memories: tuple[MemoryPart, ...] = ()
-    inelastic: "Inelastic | None" = None
     hinges: Hinges | None = None
     drag: Floats | None = None
 
     def __post_init__(self) -> None:
-        for name in self.__struct_fields__:
-            value = getattr(self, name)
+        for value in (*astuple(self), *astuple(self.springs)):
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
 
@@ -235,7 +211,24 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def spring_count(self) -> int:
-        return len(self.ends)
+        return len(self.springs.ends)
+
+    def array(self, name: str) -> NDArray[Any]:
+        """Return a column of nodes or springs in SI units, such as "mass" or "rest".
+
+        The shape is (node, …) or (spring, …).
+        """
+        return getattr(self.springs if name in COLUMNS else self, name)
+
+    def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> "Network":
+        """Return this with other columns of nodes and springs.
+
+        Args:
+            arrays: By name, in SI units, shape (node, …) or (spring, …).
+        """
+        of_springs = {name: each for name, each in arrays.items() if name in COLUMNS}
+        of_nodes = {name: each for name, each in arrays.items() if name not in COLUMNS}
+        return replace(self, **of_nodes, springs=replace(self.springs, **of_springs))
 
     @property
     def shown_nodes(self) -> int:
@@ -309,7 +302,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
 
     def are_joined(self, one: BodyPart, other: BodyPart) -> bool:
         """Return whether springs of joints lead from one body to another."""
-        ends = self.ends[self.body_springs :]
+        ends = self.springs.ends[self.body_springs :]
         first, second = (
             ((ends >= body.nodes.start) & (ends < body.nodes.stop)).any(axis=1)
             for body in (one, other)
@@ -329,14 +322,6 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return bends
 
     @property
-    def sudden(self) -> Floats:
-        """Return the stiffness of springs before their branches relax [N/m].
-
-        The shape is (spring,).
-        """
-        return self.stiffness + (0.0 if self.inelastic is None else self.inelastic.sudden)
-
-    @property
     def threads(self) -> dict[str, ThreadBody]:
         """Return the bodies that are threads, by name."""
         return {body.name: body.thread for body in self.bodies if body.thread is not None}
@@ -354,10 +339,6 @@ class Network(Struct, frozen=True, eq=False, dict=True):
             present[thread.slip] = False
             present[thread.hold] = thread.closed
         return present
-
-    def behaviour(self) -> Behaviour:
-        """Return the laws of the springs with their numbers at the start of a run."""
-        return Behaviour(self.laws, self.law, self.stiffness, self.damping, self.rest)
 
     @property
     def extent(self) -> float:

@@ -5,6 +5,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core.source import Source, Span
 from tissuec.forces.branches import Inelastic
@@ -20,6 +21,7 @@ from tissuec.model.network import (
     ToolPart,
     ToolShape,
 )
+from tissuec.model.springs import COLUMNS, Springs
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
 from tissuec.results.recording import LogChannel, Recording
@@ -57,10 +59,15 @@ INELASTIC = {
 }
 
 
+def array_of(network: Network, name: str) -> NDArray[Any]:
+    """Return one of ``ARRAYS`` of a network in its unit, shape (node, …) or (spring, …)."""
+    return network.springs.ids if name == "spring_ids" else network.array(name)
+
+
 def write_network(store: Store, network: Network) -> None:
     """Write the arrays of ``network`` and the parts of its bodies."""
     for name, (unit, description) in ARRAYS.items():
-        value = getattr(network, name)
+        value = array_of(network, name)
         compress = len(value) >= LARGE
         store.array(f"{NETWORK}/{name}", value, description, unit=unit, compress=compress)
     bodies = network.bodies
@@ -87,14 +94,15 @@ def write_network(store: Store, network: Network) -> None:
     shown = np.array([network.shown_nodes, network.node_count])
     text = "first internal node, which only stores state, and the one after the last"
     store.array(f"{NETWORK}/hidden", shown, text)
-    if network.inelastic is not None:
+    springs = network.springs
+    if springs.inelastic is not None:
         for name, (unit, description) in INELASTIC.items():
-            value = getattr(network.inelastic, name)
+            value = getattr(springs.inelastic, name)
             store.array(f"{NETWORK}/inelastic/{name}", value, description, unit=unit)
     for name, (description, texts) in {
-        "name": ("name of each law", [law.name for law in network.laws]),
-        "elastic": ("force by e, c and rest", [law.elastic.code() for law in network.laws]),
-        "viscous": ("force by e, w, d and rest", [law.viscous.code() for law in network.laws]),
+        "name": ("name of each law", [law.name for law in springs.laws]),
+        "elastic": ("force by e, c and rest", [law.elastic.code() for law in springs.laws]),
+        "viscous": ("force by e, w, d and rest", [law.viscous.code() for law in springs.laws]),
     }.items():
         store.texts(f"{NETWORK}/laws/{name}", texts, description)
     _write_names(store, f"{NETWORK}/bodies", "body", bodies)
@@ -168,15 +176,20 @@ def read_network(file: ResultGroup, source: Source) -> Network:
             name: access.array(file, f"{NETWORK}/inelastic/{name}") for name in INELASTIC
         }
         inelastic = Inelastic(**numbers)
+    springs = Springs(
+        **{name: arrays.pop(name) for name in COLUMNS},
+        laws=tuple(Law(n, parse(e), parse(v)) for n, e, v in zip(*texts, strict=True)),
+        ids=arrays.pop("spring_ids"),
+        inelastic=inelastic,
+    )
     return Network(
         **arrays,
-        laws=tuple(Law(n, parse(e), parse(v)) for n, e, v in zip(*texts, strict=True)),
+        springs=springs,
         bodies=bodies,
         joints=_read_joints(file, span),
         tools=_read_tools(file, span),
         provenance={},
         memories=memories,
-        inelastic=inelastic,
     )
 
 

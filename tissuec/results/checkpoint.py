@@ -17,12 +17,12 @@ from tissuec.core.version import __version__
 from tissuec.model.network import Network
 from tissuec.results import access
 from tissuec.results.access import Dataset, ResultGroup
-from tissuec.results.arrays import ARRAYS
+from tissuec.results.arrays import ARRAYS, array_of
 from tissuec.results.errors import ResultError
 from tissuec.results.store import Store, member_name
 
 CHECKPOINT = "/tissuec/checkpoint"
-FORMAT = 2  # another number for any other entries
+FORMAT = 3  # another number for any other entries
 Value = NDArray[Any] | int | float | bool | str
 
 
@@ -48,7 +48,7 @@ def scene_digest(text: str, network: Network) -> str:
     """Return the SHA-256 of a scene and of the arrays that it was compiled to."""
     total = sha256(text.encode())
     for name in ARRAYS:
-        value = getattr(network, name)
+        value = array_of(network, name)
         total.update(f"{name} {value.dtype.str} {value.shape}".encode())
         total.update(np.ascontiguousarray(value).data)
     return total.hexdigest()

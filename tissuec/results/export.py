@@ -199,7 +199,7 @@ def event_facts(trajectory: Trajectory, event: Event) -> tuple[str, str, str, st
 def spring_name(trajectory: Trajectory, number: int) -> str:
     """Return the id of a spring, with its body where there are several that count their own."""
     network = trajectory.network
-    identity = str(network.spring_ids[number])
+    identity = str(network.springs.ids[number])
     if len(network.parts) < 2:
         return identity
     return f"{network.owner(number).name}:{identity}"

@@ -67,7 +67,7 @@ def check_finite(
     finite = are_numbers(data)
     place = tuple(np.argwhere(~finite)[0])
     number = int(numbers[place[1]])
-    ids = network.node_ids if what == "node" else network.spring_ids
+    ids = network.node_ids if what == "node" else network.springs.ids
     name = body_of(network, number) if what == "node" else network.owner(number).name
     owner = f' of "{name}"' if name else ""
     fits = " in single precision" if data.dtype == np.float32 else ""

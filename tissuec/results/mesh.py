@@ -80,14 +80,16 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         row[nodes] = np.arange(len(nodes), dtype=np.int32)
         # Of a network that is recorded as a whole, its own array serves.
         whole = len(nodes) == network.node_count and len(springs) == network.spring_count
-        lines = network.ends if whole else row[network.ends[springs]].reshape(-1, 2)
+        lines = (
+            network.springs.ends if whole else row[network.springs.ends[springs]].reshape(-1, 2)
+        )
         if (lines < 0).any():
             spring = springs[(lines < 0).any(axis=1)][0]
             raise ValueError(f"spring {spring} is recorded, but not both of its ends are")
         shown = (row[network.skin] >= 0).all(axis=1)
         skin = network.skin[shown].reshape(-1, 3)
         sides = np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1)
-        edges = SupportedEdges.of(network.ends, sides)
+        edges = SupportedEdges.of(network.springs.ends, sides)
         return cls(nodes, springs, lines, row[skin], edges)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:

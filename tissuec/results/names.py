@@ -47,4 +47,4 @@ def full_name(group: NamedGroup) -> str:
 
 
 def _within(network: Network, nodes: Indices) -> Indices:
-    return np.flatnonzero(np.isin(network.ends, nodes).all(axis=1))
+    return np.flatnonzero(np.isin(network.springs.ends, nodes).all(axis=1))

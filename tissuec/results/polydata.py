@@ -44,7 +44,7 @@ class PolyDataFrames:
         fresh = "VTKHDF" not in store.file
         if fresh:
             write_head(store.group(ROOT))
-        self.parts = Parts(store, count, network.spring_ids, mesh.springs)
+        self.parts = Parts(store, count, network.springs.ids, mesh.springs)
         self._frame_columns(max(1, count), max(1, len(mesh.springs) + len(mesh.triangles)))
         self._steps = self._step_columns()
         if fresh:

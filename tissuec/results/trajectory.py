@@ -230,12 +230,14 @@ class Trajectory:
     @property
     def spring_ids(self) -> Indices:
         """Ids of the recorded springs, shape (spring,)."""
-        return self.network.spring_ids[self.springs]
+        return self.network.springs.ids[self.springs]
 
     @cached_property
     def ends(self) -> Indices:
         """Node pairs of the recorded springs, numbered as in the frames, shape (spring, 2)."""
-        return np.searchsorted(self.nodes, self.network.ends[self.springs]).reshape(-1, 2)
+        return np.searchsorted(self.nodes, self.network.springs.ends[self.springs]).reshape(
+            -1, 2
+        )
 
     @cached_property
     def bodies(self) -> dict[str, BodyPart]:
@@ -274,7 +276,7 @@ class Trajectory:
         """
         springs = members(self.network, self.groups, name, "springs")
         # Of springs between shown nodes, those that resist bending are left out of frames.
-        within = np.isin(self.network.ends[springs], self.nodes).all(axis=1)
+        within = np.isin(self.network.springs.ends[springs], self.nodes).all(axis=1)
         shown = springs[~within | np.isin(springs, self.springs)]
         return self._rows(name, shown, self.springs, "springs")
 

@@ -16,7 +16,7 @@ def present_shape(title: str, snapshot: Snapshot) -> ExportedShape:
     """
     network = snapshot.state.network
     nodes = np.arange(network.body_nodes)
-    springs = np.flatnonzero((network.ends < len(nodes)).all(axis=1))
+    springs = np.flatnonzero((network.springs.ends < len(nodes)).all(axis=1))
     cells = RecordedMesh.of(network, nodes, springs).cells(snapshot.state.alive)
     points = {
         "position": snapshot.position[nodes],
@@ -24,5 +24,5 @@ def present_shape(title: str, snapshot: Snapshot) -> ExportedShape:
         "force": snapshot.node_force[nodes],
         "node_id": network.node_ids[nodes],
     }
-    tension, ids = snapshot.tension[cells.springs], network.spring_ids[cells.springs]
+    tension, ids = snapshot.tension[cells.springs], network.springs.ids[cells.springs]
     return net_shape(title, float(snapshot.time), cells, points, tension, ids)

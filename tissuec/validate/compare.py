@@ -171,7 +171,7 @@ def energy_balance(run: Observed, network: Network, bound: float | None) -> Quan
 
     Energies below that of the smallest displacement with a limit do not count.
     """
-    stored = 0.5 * float(network.sudden.max(initial=0.0)) * floor_of(network) ** 2
+    stored = 0.5 * float(network.springs.sudden.max(initial=0.0)) * floor_of(network) ** 2
     floor = max(FLOOR * float(run.scale[-1]), stored)
     errors = relative(np.abs(run.imbalance), run.scale, floor)
     row = int(np.argmax(errors))
@@ -222,8 +222,8 @@ def _stiffness(state: State, nodes: Indices) -> float:
     """Return Σ c over the springs with one end among some nodes [N/m]."""
     inside = np.zeros(state.network.node_count, dtype=bool)
     inside[nodes] = True
-    first, second = inside[state.network.ends].T
-    stiffness = state.stiffness
-    if state.inelastic is not None:
-        stiffness = stiffness + state.inelastic.sudden
+    first, second = inside[state.springs.ends].T
+    stiffness = state.springs.stiffness
+    if state.springs.inelastic is not None:
+        stiffness = stiffness + state.springs.inelastic.sudden
     return float(stiffness[first != second].sum())

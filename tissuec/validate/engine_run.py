@@ -115,7 +115,7 @@ class _SampleRecorder(Recorder):
         snapshot = Snapshot(state, samples.time, samples.position, samples.velocity, none)
         ledger = replace(ledger, work=samples.work, dissipated=samples.dissipated)
         tension = snapshot.tension
-        strain = np.maximum(tension / state.strength, -tension / state.crush)
+        strain = np.maximum(tension / state.springs.strength, -tension / state.springs.crush)
         self._strain = np.maximum(self._strain, strain.max(axis=0, initial=0.0))
         self._rows.append(
             (

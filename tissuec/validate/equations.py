@@ -140,9 +140,11 @@ class Equations:
         self.mass = state.mass[self.free]
         self._still = state.position - network.position
         self.springs = np.flatnonzero(state.alive)
-        numbers = (state.stiffness, state.damping, state.rest)
+        numbers = (state.springs.stiffness, state.springs.damping, state.springs.rest)
         chosen = (np.asarray(each)[..., self.springs] for each in numbers)
-        self.behaviour = ReferenceLaws(network.laws, network.law[self.springs], *chosen)
+        self.behaviour = ReferenceLaws(
+            network.springs.laws, network.springs.law[self.springs], *chosen
+        )
         self.rest = self.behaviour.rest
         # Of the springs that are drawn in or paid out, the places among the living ones.
         self.reelings = [
@@ -154,9 +156,9 @@ class Equations:
             for reeling in state.reelings.values()
         ]
         # A spring without stiffness may have none; it breaks under any tension, and under none.
-        self.strength = np.maximum(state.strength[self.springs], WEAKEST)
-        self.crush = state.crush[self.springs]
-        ends = network.ends[self.springs]
+        self.strength = np.maximum(state.springs.strength[self.springs], WEAKEST)
+        self.crush = state.springs.crush[self.springs]
+        ends = network.springs.ends[self.springs]
         places = ends.T.astype(np.intp)
         self._first: NDArray[np.intp] = places[0]
         self._second: NDArray[np.intp] = places[1]
@@ -166,7 +168,7 @@ class Equations:
         backwards = self.incidence.T
         self._backwards: Any = backwards.toarray() if is_small else backwards.tocsr()
         self._reach = self.along(network.position)
-        self.yielding = Yielding(state.inelastic, self.springs)
+        self.yielding = Yielding(state.springs.inelastic, self.springs)
         #: Number of unknowns that bristles and springs remember.
         self.inner = 3 * len(self.memory) + self.yielding.count
 

@@ -114,8 +114,8 @@ def near_ties(
     for miss in misses:
         spring = miss.number
         strain = float((reference if miss.in_run else run)[spring])
-        limit = min(network.strength[spring], network.crush[spring])
-        allowed = 2.0 * network.sudden[spring] * shift / limit
+        limit = min(network.springs.strength[spring], network.springs.crush[spring])
+        allowed = 2.0 * network.springs.sudden[spring] * shift / limit
         tie = abs(1.0 - strain) <= allowed
         found.append(Miss(spring, miss.time, miss.in_run, strain, bool(tie)))
     return found

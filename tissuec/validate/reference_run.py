@@ -162,9 +162,9 @@ class ReferenceRun:
     def _floor(self) -> ErrorScales:
         """Return scales below which errors do not matter."""
         network = self.network
-        size = FLOOR * (network.extent or float(network.rest.max(initial=0.0)) or 1.0)
+        size = FLOOR * (network.extent or float(network.springs.rest.max(initial=0.0)) or 1.0)
         speed = size / self.duration
-        stiffest = float(network.sudden.max(initial=0.0))
+        stiffest = float(network.springs.sudden.max(initial=0.0))
         heaviest = float(network.mass[: network.body_nodes].max(initial=0.0))
         return ErrorScales(size, speed, stiffest * size**2 + heaviest * speed**2)
 

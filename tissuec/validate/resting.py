@@ -68,7 +68,7 @@ def _give_way(state: State, free: Indices) -> None:
     equations = Equations(state, state.time)
     moved = state.position - state.network.position
     stretch = equations.pull(state.time, moved, state.velocity).stretch
-    touched = np.isin(state.network.ends[equations.springs], free).any(axis=1)
+    touched = np.isin(state.springs.ends[equations.springs], free).any(axis=1)
     given = equations.yielding.given_way(stretch, touched, state.velocity)
     equations.yielding.write(given, state.velocity)
 
@@ -217,12 +217,14 @@ class EnergyField:
 
     def __init__(self, state: State, chosen: NDArray[np.bool_]):
         stays = np.flatnonzero(~chosen & ~state.held)
-        relaxed = state.inelastic and state.inelastic.without_branches()
+        springs, memory = state.springs, state.springs.inelastic
+        if memory is not None:
+            springs = replace(springs, inelastic=memory.without_branches())
         holders = {**state.holders, "what is not settled": stays}
         still = replace(
             state,
             holders=holders,
-            inelastic=relaxed,
+            springs=springs,
             position=state.position.copy(),
             velocity=state.velocity.copy(),
         )

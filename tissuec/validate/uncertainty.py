@@ -133,7 +133,9 @@ def shaken(network: Network) -> Network:
         signs = random.choice([-1.0, 1.0], len(values))
         return values * (1.0 + 2.0 * np.finfo(float).eps * signs)
 
-    return replace(network, mass=shake(network.mass), rest=shake(network.rest))
+    return network.with_arrays(
+        {"mass": shake(network.mass), "rest": shake(network.springs.rest)}
+    )
 
 
 def every_other(times: Floats) -> Floats:

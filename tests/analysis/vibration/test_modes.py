@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
 
@@ -84,9 +85,11 @@ def test_a_free_body_has_three_translations_and_three_rotations(solver):
     momentum = [np.linalg.norm(state.mass @ mode.shape) for mode in found]
     whole = np.sqrt(state.mass.sum())  # of a translation with φᵀ M φ = 1
     assert momentum == pytest.approx([whole] * 3 + [0.0] * 5, abs=1e-6)
-    lengths = observables.lengths(state.network.ends, state.position)
+    lengths = observables.lengths(state.network.springs.ends, state.position)
     for mode in found[:6]:
-        moved = observables.lengths(state.network.ends, state.position + 1e-6 * mode.shape)
+        moved = observables.lengths(
+            state.network.springs.ends, state.position + 1e-6 * mode.shape
+        )
         assert moved == pytest.approx(lengths, abs=1e-10)  # the square of the motion
 
 
@@ -115,7 +118,9 @@ def test_motions_of_a_sheet_without_diagonals_are_counted_as_floppy(solver):
     found = modes(start(net), count=50)
     counts = {kind: sum(m.kind == kind for m in found) for kind in ("rigid", "mechanism")}
     fixed = np.zeros(net.node_count, dtype=bool)
-    other = topology.floppy_modes(net.position, net.ends, net.stiffness, net.rest, fixed)
+    other = topology.floppy_modes(
+        net.position, net.springs.ends, net.springs.stiffness, net.springs.rest, fixed
+    )
     assert counts == {"rigid": other.rigid, "mechanism": other.count + other.across}
     few = modes(start(net), count=8)
     total = other.rigid + other.count + other.across
@@ -169,7 +174,8 @@ def octahedron(seed=1):
     faces = [f if out else f[::-1] for f, out in zip(skin, outward, strict=True)]
     corners = np.array(faces)[:, [0, 1, 2, 2]]
     state = start(net)
-    state.rest = net.rest * draw.uniform(0.9, 1.3, 15)
+    rest = net.springs.rest * draw.uniform(0.9, 1.3, 15)
+    state.springs = replace(state.springs, rest=rest)
     none = np.zeros(0, dtype=np.int64)
     volume = Enclosure(
         "net", corners, np.array([0, 8]), np.array([1.1]), 30.0, (), none, none, span()
@@ -280,15 +286,15 @@ def test_forces_that_do_not_balance_are_told_with_their_size():
 def test_the_order_of_elimination_takes_every_node_once_and_fills_little():
     side = 12
     net = grid(side, side)
-    low, high = net.ends.T
+    low, high = net.springs.ends.T
     joined = csr_matrix(
         (np.ones(2 * len(low)), (np.r_[low, high], np.r_[high, low])), shape=(side**2,) * 2
     )
     order = dissected(net.position, joined)
     assert sorted(order) == list(range(side**2))
     # The last to be eliminated part the net: without them it falls apart.
-    whole = np.isin(net.ends, order[-side:]).any(axis=1)
-    inner = topology.pieces(side**2, net.ends[~whole])[order[:-side]]
+    whole = np.isin(net.springs.ends, order[-side:]).any(axis=1)
+    inner = topology.pieces(side**2, net.springs.ends[~whole])[order[:-side]]
     assert len(np.unique(inner)) == 2
 
 

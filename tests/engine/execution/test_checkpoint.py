@@ -57,12 +57,13 @@ def test_a_situation_comes_back_with_its_motions_and_shares_what_the_network_has
     order("fix b", groups).apply(state, Agenda())
     sources = [m.span.source for m in state.motions.values()]
     sources += [load.span.source for load in state.loads.values()]
-    known = [network, network.mass, network.stiffness, *sources, words.source]
+    known = [network, network.mass, network.springs.stiffness, *sources, words.source]
     back, end = read_state(write_state((state, EndMotion("a", 1.0, words)), known), known)
     assert back.network is network
     assert back.mass is network.mass
-    assert back.rest is not network.rest
-    assert np.array_equal(back.rest, network.rest)
+    assert back.springs.stiffness is network.springs.stiffness
+    assert back.springs.rest is not network.springs.rest
+    assert np.array_equal(back.springs.rest, state.springs.rest)
     assert end == EndMotion("a", 1.0, words)
     for time in (0.0, 0.3, 0.77, 2.0):
         for one, other in zip(

@@ -183,7 +183,7 @@ def test_cells_that_have_lost_a_spring_are_not_counted():
     watch = WATCHES["inside out"].of(scene.network, scene.plan)
     state = scene.plan.start(scene.network)
     # Node 0 is a corner of one cell only: what it loses is a spring of that cell.
-    lost = np.flatnonzero((scene.network.ends == 0).any(axis=1))[:1]
+    lost = np.flatnonzero((scene.network.springs.ends == 0).any(axis=1))[:1]
     state.alive = state.alive.copy()
     state.alive[lost] = False
     (found,) = watch.look(state, x)

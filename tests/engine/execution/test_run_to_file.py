@@ -133,11 +133,11 @@ def test_a_file_holds_the_net_on_both_sides_of_each_event(scene, tmp_path):
         assert np.flatnonzero(sides.alive(cut) & ~sides.alive(cut + 1)).tolist() == [2, 9]
         assert sides.tension(cut)[[2, 9]].all() and not sides.tension(cut + 1)[[2, 9]].any()
         for side in (cut, cut + 1):  # what pulls at the nodes is what the springs bear
-            way = np.diff(sides.position[side][network.ends], axis=1)[:, 0]
+            way = np.diff(sides.position[side][network.springs.ends], axis=1)[:, 0]
             pull = way * (sides.tension(side) / np.linalg.norm(way, axis=1))[:, None]
             total = np.zeros_like(sides.force[side])
-            np.add.at(total, network.ends[:, 0], pull)
-            np.add.at(total, network.ends[:, 1], -pull)
+            np.add.at(total, network.springs.ends[:, 0], pull)
+            np.add.at(total, network.springs.ends[:, 1], -pull)
             assert sides.force[side] == pytest.approx(total, abs=1e-12 * np.abs(pull).max())
 
 

@@ -7,6 +7,7 @@ from tissuec.geometry.surfaces.skin import BodySkin
 from tissuec.laws import LINEAR
 from tissuec.meshes.generators import MESHES
 from tissuec.model.network import BodyPart, Network
+from tissuec.model.springs import Springs
 
 SHEET = {
     "corner": np.zeros(3),
@@ -33,13 +34,15 @@ def network_of(mesh):
         position=mesh.position,
         velocity=np.zeros((nodes, 3)),
         mass=np.ones(nodes),
-        ends=mesh.ends,
-        **dict.fromkeys(numbers, np.ones(springs)),
-        law=np.zeros(springs, dtype=np.int32),
-        laws=(LINEAR,),
+        springs=Springs(
+            ends=mesh.ends,
+            **dict.fromkeys(numbers, np.ones(springs)),
+            law=np.zeros(springs, dtype=np.int32),
+            laws=(LINEAR,),
+            ids=np.arange(springs),
+        ),
         skin=mesh.skin,
         node_ids=np.arange(nodes),
-        spring_ids=np.arange(springs),
         bodies=(BodyPart("b", slice(0, nodes), slice(0, springs), span, mesh.grid),),
         provenance={},
     )

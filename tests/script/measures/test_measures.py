@@ -16,7 +16,9 @@ NOTHING = np.zeros(0, dtype=np.int64)
 def nodes(*numbers, network=None):
     found = np.array(numbers, dtype=np.int64)
     springs = (
-        NOTHING if network is None else np.flatnonzero(np.isin(network.ends, found).all(axis=1))
+        NOTHING
+        if network is None
+        else np.flatnonzero(np.isin(network.springs.ends, found).all(axis=1))
     )
     return Subject("some nodes", found, springs)
 

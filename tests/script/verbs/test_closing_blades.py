@@ -38,7 +38,7 @@ def cuts(script):
     network = scene.network
     outcome = run(network, scene.plan, Recorder(network, scene.plan, memory))
     assert outcome.kind == "done"
-    middle = network.position[network.ends].mean(axis=1)[:, 0]
+    middle = network.position[network.springs.ends].mean(axis=1)[:, 0]
     found = [event for event in memory.events if event.kind == "cut"]
     return [(event.time, event.springs, middle[list(event.springs)]) for event in found]
 

@@ -25,6 +25,7 @@ def grid(rows: int, columns: int, *, size: float = 0.1) -> Network:
     from tests.hand_net import span
     from tissuec.laws import LINEAR
     from tissuec.model.network import BodyPart
+    from tissuec.model.springs import Springs
 
     node = np.arange(rows * columns).reshape(rows, columns)
     pairs = [(node[:, :-1], node[:, 1:]), (node[:-1], node[1:]), (node[:-1, :-1], node[1:, 1:])]
@@ -40,17 +41,19 @@ def grid(rows: int, columns: int, *, size: float = 0.1) -> Network:
         position=position,
         velocity=np.zeros((nodes, 3)),
         mass=np.full(nodes, 1e-3),
-        ends=ends.astype(np.int32),
-        stiffness=np.full(springs, 10.0),
-        damping=np.zeros(springs),
-        rest=np.linalg.norm(position[ends[:, 1]] - position[ends[:, 0]], axis=1),
-        strength=np.full(springs, np.inf),
-        crush=np.full(springs, np.inf),
-        law=np.zeros(springs, dtype=np.int32),
-        laws=(LINEAR,),
+        springs=Springs(
+            ends=ends.astype(np.int32),
+            stiffness=np.full(springs, 10.0),
+            damping=np.zeros(springs),
+            rest=np.linalg.norm(position[ends[:, 1]] - position[ends[:, 0]], axis=1),
+            strength=np.full(springs, np.inf),
+            crush=np.full(springs, np.inf),
+            law=np.zeros(springs, dtype=np.int32),
+            laws=(LINEAR,),
+            ids=np.arange(springs),
+        ),
         skin=skin.astype(np.int32),
         node_ids=np.arange(nodes),
-        spring_ids=np.arange(springs),
         bodies=(BodyPart("sheet", slice(0, nodes), slice(0, springs), span()),),
         provenance={},
     )
@@ -58,17 +61,12 @@ def grid(rows: int, columns: int, *, size: float = 0.1) -> Network:
 
 def without_springs(network: Network) -> Network:
     """The nodes of a network alone."""
-    none = np.zeros(0)
     body = replace(network.bodies[0], springs=slice(0, 0))
-    arrays = dict.fromkeys(("stiffness", "damping", "rest", "strength", "crush"), none)
     return replace(
         network,
-        ends=np.zeros((0, 2), dtype=np.int32),
-        law=np.zeros(0, dtype=np.int32),
+        springs=network.springs.some(np.zeros(0, dtype=np.int64)),
         skin=np.zeros((0, 3), dtype=np.int32),
-        spring_ids=np.zeros(0, dtype=np.int64),
         bodies=(body,),
-        **arrays,
     )
 
 
@@ -95,7 +93,7 @@ class Show(Struct):
 
     def crossing(self) -> np.ndarray:
         """Return which springs cross the middle, shape (spring,)."""
-        x = self.network.position[self.network.ends][:, :, 0]
+        x = self.network.position[self.network.springs.ends][:, :, 0]
         middle = self.network.position[:, 0].mean() + 1e-9
         return (x.min(axis=1) < middle) & (x.max(axis=1) >= middle)
 
@@ -125,13 +123,13 @@ class Show(Struct):
                     gone = np.flatnonzero(~alive).tolist()
                     writer.event((frame - 0.5) * self.step, "cut", gone, "cut", "made.tis:1")
                 place = self.place(frame)
-                way = place[net.ends[:, 1]] - place[net.ends[:, 0]]
+                way = place[net.springs.ends[:, 1]] - place[net.springs.ends[:, 0]]
                 length = np.linalg.norm(way, axis=1)
-                tension = net.stiffness * (length - net.rest)
+                tension = net.springs.stiffness * (length - net.springs.rest)
                 force = np.zeros_like(place)
                 pull = way * (alive * tension / np.maximum(length, 1e-12))[:, None]
-                np.add.at(force, net.ends[:, 0], pull)
-                np.add.at(force, net.ends[:, 1], -pull)
+                np.add.at(force, net.springs.ends[:, 0], pull)
+                np.add.at(force, net.springs.ends[:, 1], -pull)
                 writer.frames(
                     [frame * self.step],
                     place[None],

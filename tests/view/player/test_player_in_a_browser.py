@@ -305,7 +305,7 @@ def test_odd_results_are_shown(opened, shown, kind):
         case "one point":
             show = Show(without_springs(grid(1, 1)), frames=1)
         case "two laws":
-            laws = net.laws * 2
+            laws = net.springs.laws * 2
             show.network = replace(
                 net, laws=laws, law=np.arange(net.spring_count, dtype=np.int32) % 2
             )

@@ -81,7 +81,7 @@ def test_every_event_is_there(result, page):
     rows = [[cell.text for cell in row.children] for row in section.all("tr")[1:]]
     with Trajectory.open(result) as trajectory:
         events, clock = trajectory.events, trajectory.clock
-        ids = trajectory.network.spring_ids
+        ids = trajectory.network.springs.ids
     assert {"fix", "move", "rupture", "trigger", "stop"} <= {event.kind for event in events}
     assert [row[:3] for row in rows] == [
         [clock.text(event.time, digits=6), event.kind, event.cause] for event in events

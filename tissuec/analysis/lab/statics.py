@@ -254,8 +254,8 @@ def _strongest(bench: TestBench, coupon: Coupon) -> float:
     watched = [f"position of {FIRST}"]
     network = bench.rest(coupon, [[]], (), watched, rupture=True).network
     middle = 0.5 * coupon.length + 0.25 * coupon.cell
-    x = network.position[network.ends]
+    x = network.position[network.springs.ends]
     along = x[:, 1] - x[:, 0]
     through = (x[:, :, 0].min(axis=1) < middle) & (x[:, :, 0].max(axis=1) > middle)
     part = np.abs(along[through, 0]) / np.linalg.norm(along[through], axis=1)
-    return float(network.strength[through] @ part) / coupon.section
+    return float(network.springs.strength[through] @ part) / coupon.section

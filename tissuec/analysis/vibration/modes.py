@@ -257,7 +257,7 @@ def _notes(
         touched = int(contact.touched(state.position)[net.balance.free].sum())
         if touched:
             yield f"contact is ignored: it acts on {counted(touched, 'node')}"
-    if state.inelastic is not None:
+    if state.springs.inelastic is not None:
         yield "springs that relax or yield have the stiffness after complete relaxation"
     elongation = net.bars.length - net.balance.rest
     viscosity = net.balance.behaviour.brake_slope(elongation, np.zeros_like(elongation))

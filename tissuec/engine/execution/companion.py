@@ -488,7 +488,7 @@ def _is_limp(network: Network, body: BodyPart) -> bool:
     hinges = network.hinges
     if hinges is not None and np.isin(hinges.nodes, skin).any():
         return False
-    return bool(wall_springs(skin, network.ends[body.springs]).all())
+    return bool(wall_springs(skin, network.springs.ends[body.springs]).all())
 
 
 def threads_beside(mode: Mode) -> int:

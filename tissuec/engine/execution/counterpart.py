@@ -67,15 +67,15 @@ def _candidates(method: str, network: Network, simulation: Simulation) -> tuple[
         return ("rkc2", *others) if is_coarse and _is_overdamped(network) else others
     if method == "rkc2":
         # Of springs with internal variables, implicit methods know nothing.
-        return others if network.inelastic is not None else ("esdirk43", *others)
+        return others if network.springs.inelastic is not None else ("esdirk43", *others)
     return ("rkn4", *others) if method == "dop853" else others
 
 
 def _is_overdamped(network: Network) -> bool:
     """Return whether dashpots and not springs set the fastest rate, at the worst node."""
     stiff, viscous = (
-        np.bincount(network.ends.ravel(), np.repeat(of, 2), network.node_count)
-        for of in (network.stiffness, network.damping)
+        np.bincount(network.springs.ends.ravel(), np.repeat(of, 2), network.node_count)
+        for of in (network.springs.stiffness, network.springs.damping)
     )
     return bool((viscous**2 > 4.0 * stiff * network.mass).any())
 

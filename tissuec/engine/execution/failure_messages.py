@@ -44,10 +44,12 @@ def explain_action(failure: ActionFailed, state: State) -> str:
 def describe_spring(state: State, spring: int) -> str:
     """Return a spring by the author's numbers, with its constant and where that is from."""
     network = state.network
-    first, second = (_named(network, int(node), spring) for node in network.ends[spring])
-    constant = show(float(state.stiffness[spring]), STIFFNESS)
+    first, second = (
+        _named(network, int(node), spring) for node in network.springs.ends[spring]
+    )
+    constant = show(float(state.springs.stiffness[spring]), STIFFNESS)
     return (
-        f"spring {network.spring_ids[spring]} of {network.owner(spring).name} between "
+        f"spring {network.springs.ids[spring]} of {network.owner(spring).name} between "
         f"the nodes {first} and {second}, with a spring constant of {constant}"
         f"{_origin(network, 'stiffness', spring)}"
     )

@@ -389,7 +389,9 @@ def wishes(network: Network, plan: Plan) -> Recording:
     )
     return Recording(
         nodes=output.frames,
-        springs=np.flatnonzero(shown[network.ends].all(axis=1) & ~network.bends).astype("i4"),
+        springs=np.flatnonzero(shown[network.springs.ends].all(axis=1) & ~network.bends).astype(
+            "i4"
+        ),
         single=output.single,
         compress=output.compress,
         logs=channels,

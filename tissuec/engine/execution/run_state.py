@@ -5,6 +5,7 @@ from typing import Any, Self
 
 import numpy as np
 from msgspec import Struct, field
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from tissuec.engine.execution.checkpoint import read_state, write_state
@@ -84,16 +85,17 @@ def read_run_state(saved: Mapping[str, Any], network: Network, plan: Plan) -> Ru
 
 def _known(network: Network, plan: Plan) -> list[object]:
     """Return what a checkpoint need not hold, always in the same order."""
-    arrays: list[object] = [getattr(network, name) for name in network.__struct_fields__]
+    arrays: list[object] = [*astuple(network), *astuple(network.springs)]
     events = [*plan.events, *(event for trigger in plan.triggers for event in trigger.events)]
     actions = [event.action for event in events]
     spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]
     contact = [] if plan.contact is None else [plan.contact]
     imposed = [*plan.forces, *(force.field for force in plan.forces)]
-    inelastic = [] if network.inelastic is None else [network.inelastic]
+    memory = network.springs.inelastic
+    springs = [network.springs, *([] if memory is None else [memory])]
     spans += [part.span for part in (*contact, *plan.forces)]
     spans += [plan.simulation.span, *(part.span for part in network.parts)]
     spans += [origin.span for part in network.provenance.values() for origin in part.origins]
     sources = {id(span.source): span.source for span in spans}.values()
     arrays = [array for array in arrays if isinstance(array, np.ndarray)]
-    return [network, *arrays, *actions, *contact, *imposed, *inelastic, *sources]
+    return [network, *arrays, *actions, *contact, *imposed, *springs, *sources]

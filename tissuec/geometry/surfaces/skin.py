@@ -63,7 +63,7 @@ class BodySkin(Struct, frozen=True, eq=False):
         numbers = _numbers(body) + first
         edges, along, down = (
             SupportedEdges.of(
-                network.ends, np.stack([here, np.roll(here, -1, axis=axis)], axis=-1)
+                network.springs.ends, np.stack([here, np.roll(here, -1, axis=axis)], axis=-1)
             )
             for here, axis in ((triangles, 1), (numbers, 1), (numbers, 0))
         )

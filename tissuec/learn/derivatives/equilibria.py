@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.units import TIME, show
@@ -79,8 +80,9 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         leg = self.leg
         state = State.start(network, gravity=leg.gravity, drag=0.0)
         state.time, state.alive = leg.start, leg.alive_springs
-        state.mass, state.stiffness = values.mass, values.stiffness
-        state.damping, state.rest = values.damping, values.rest
+        state.mass = values.mass
+        numbers = {name: getattr(values, name) for name in ("stiffness", "damping", "rest")}
+        state.springs = replace(state.springs, **numbers)
         state.holders = dict(leg.holders)
         state.loads = {str(number): load for number, load in enumerate(leg.loads)}
         state.position[:] = before + self.way
@@ -149,7 +151,7 @@ def _stand(
         state.alive[broken] = False
         remarks = _settle(state, chosen)
     reached = np.zeros_like(held)
-    reached[state.network.ends[state.alive]] = True
+    reached[state.springs.ends[state.alive]] = True
     leg = leg_of(state, state.time, changes)
     free = np.flatnonzero(chosen & ~held & reached)
     return EquilibriumStage(leg, free, chosen, way, state.position.copy(), remarks)

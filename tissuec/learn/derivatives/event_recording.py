@@ -139,7 +139,7 @@ def note(action: Action, changes: dict[str, ArrayChange], state: State) -> None:
     """
     if not isinstance(action, ChangeParameter):
         return
-    size = len(getattr(state, action.array))
+    size = len(state.network.array(action.array))
     old = changes.get(action.array, ArrayChange(np.ones(size), np.zeros(size)))
     factor, more = old.factor.copy(), old.more.copy()
     chosen = action.group.indices
@@ -170,7 +170,7 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
         return "ambient damping depends on mass or surface"
     if network.hinges is not None:
         return "walls resist bending"
-    if network.inelastic is not None:
+    if network.springs.inelastic is not None:
         return "springs relax or yield"
     if plan.simulation.integrator == RELAXATION:
         return "the net is in equilibrium all the time"

@@ -115,14 +115,14 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     def links(self, values: Values) -> Links:
         """Return what acts, with the masses of this leg."""
         network, free = self.network, ~self.held
-        low, high = network.ends[self.alive].astype(np.int64).T
+        low, high = network.springs.ends[self.alive].astype(np.int64).T
         steady = free[:, None] * self.gravity
         inverse = np.where(free, 1.0 / values.mass, 0.0)
         return Links(
             np.ascontiguousarray(low),
             np.ascontiguousarray(high),
             self.alive.astype(np.int64),
-            network.law[self.alive].astype(np.int64),
+            network.springs.law[self.alive].astype(np.int64),
             inverse,
             steady.ravel(),
             self.drag,

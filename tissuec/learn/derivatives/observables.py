@@ -107,7 +107,7 @@ class LengthObservable:
 
     def _reach(self, view: StateView) -> tuple[Indices, Floats]:
         springs = self.subject.springs[view.leg.alive_springs[self.subject.springs]]
-        ends = view.leg.network.ends[springs].astype(np.int64)
+        ends = view.leg.network.springs.ends[springs].astype(np.int64)
         places = view.x.reshape(-1, 3)
         return ends, places[ends[:, 1]] - places[ends[:, 0]]
 

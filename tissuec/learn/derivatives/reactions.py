@@ -51,10 +51,10 @@ class Support:
         if id(leg) not in self._links:
             inside = np.zeros(len(leg.held), dtype=bool)
             inside[nodes_of(self.subject, leg)] = True
-            ends = leg.network.ends
+            ends = leg.network.springs.ends
             alive = np.flatnonzero(leg.alive_springs & (inside[ends].sum(axis=1) == 1))
             low, high = (np.ascontiguousarray(e) for e in ends[alive].astype(np.int64).T)
-            law = leg.network.law[alive].astype(np.int64)
+            law = leg.network.springs.law[alive].astype(np.int64)
             steady, drag = np.zeros(3 * len(inside)), np.zeros(len(inside))
             links = Links(
                 low, high, alive, law, inside.astype(float), steady, drag, _NONE, _NONE

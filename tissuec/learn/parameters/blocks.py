@@ -94,7 +94,7 @@ def block_of(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
 def _entry_block(adjust: Adjust, network: Network) -> ParameterBlock:
     """Return factors of entries of an array, or one that a set of them shares."""
     array = ARRAYS.get(adjust.what) or QUANTITIES[adjust.what].array
-    values = getattr(network, array)
+    values = network.array(array)
     group = np.full(len(values), -1, dtype=np.int64)
     if adjust.per == "set":
         group[adjust.members] = 0
@@ -104,7 +104,7 @@ def _entry_block(adjust: Adjust, network: Network) -> ParameterBlock:
             adjust, (name,), np.array([mean]), None, group, parts=(adjust.of,)
         )
     group[adjust.members] = np.arange(len(adjust.members))
-    ids = network.spring_ids if adjust.per == "spring" else network.node_ids
+    ids = network.springs.ids if adjust.per == "spring" else network.node_ids
     names = tuple(
         f"{_called(adjust.what)} of {adjust.per} {ids[m]} of {adjust.of}"
         for m in adjust.members.tolist()
@@ -160,7 +160,7 @@ def _constant_of(tissue: Tissue, name: str, scene: Scene) -> float:
 def _start_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     """Return changes of places or velocities at 0 s, along one direction or all three axes."""
     network = compiled.network
-    values = getattr(network, ARRAYS[adjust.what])
+    values = network.array(ARRAYS[adjust.what])
     size = max(network.extent, 1e-3)
     scale = 0.01 * size
     if adjust.what == START_VELOCITY:

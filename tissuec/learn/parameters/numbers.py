@@ -9,7 +9,6 @@ from functools import cached_property
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.kernels.sensitivity import Seeds, Sparse, Values
@@ -67,7 +66,7 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
 
         Constants of laws are 0.
         """
-        parts = [getattr(network, name) for name in VALUES[:-1]]
+        parts = [network.array(name) for name in VALUES[:-1]]
         state = [network.position.ravel(), network.velocity.ravel()]
         return np.concatenate([*parts, np.zeros(self.sizes["constants"]), *state])
 
@@ -75,7 +74,7 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
         """Return a network with other numbers; constants of its laws are unchanged."""
         arrays = {name: self.array(vector, name).copy() for name in VALUES[:-1]}
         state = {name: self.array(vector, name).reshape(-1, 3).copy() for name in STATE}
-        return replace(network, **arrays, **state)
+        return network.with_arrays(arrays | state)
 
     def add(self, total: Floats, values: Values) -> None:
         """Add numbers that act all the time, or derivatives by them, to a vector.

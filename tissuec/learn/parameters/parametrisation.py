@@ -97,7 +97,7 @@ class Parametrisation:
         }
         self.order = NumberOrder.of(compiled.network, len(self._constants))
         shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
-        self.laws, self._law = shaped.laws, shaped.law
+        self.laws, self._law = shaped.springs.laws, shaped.springs.law
         self._entries = Entries(self.blocks, self._parts)
         first, _ = self._tissues(np.zeros(self.size))
         self._compilations = Compilations(compiled, self.order, variables, first)
@@ -249,7 +249,9 @@ class Parametrisation:
             )
             for law in self.laws
         )
-        return replace(network, laws=laws, law=self._law) if numbers else network
+        if not numbers:
+            return network
+        return replace(network, springs=replace(network.springs, laws=laws, law=self._law))
 
     def _of_constants(self, theta: Floats) -> sparse.csr_matrix:
         """Return the derivative by constants of laws."""

@@ -57,10 +57,10 @@ def _text(estimates: Estimates, network: Network, mark: str) -> str:
 
 def _spring_rows(estimates: Estimates, network: Network) -> Iterator[str]:
     members = estimates.adjust.members
-    ends = network.node_ids[network.ends[members]]
+    ends = network.node_ids[network.springs.ends[members]]
     yield "id,a,b,value,low,high,identified"
     for spring, (a, b), rest in zip(
-        network.spring_ids[members].tolist(), ends.tolist(), _values(estimates), strict=True
+        network.springs.ids[members].tolist(), ends.tolist(), _values(estimates), strict=True
     ):
         yield f"{spring},{a},{b},{rest}"
 

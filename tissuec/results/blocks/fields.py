@@ -91,7 +91,7 @@ def _body(moment: Moment) -> Values:
 
 def _elongation(moment: Moment) -> Values:
     """Return how much longer springs are than drawn, as a part of that; 0 if drawn so short."""
-    ends = moment.network.ends[moment.springs]
+    ends = moment.network.springs.ends[moment.springs]
     drawn = norm(moment.network.position[ends[:, 1]] - moment.network.position[ends[:, 0]])
     here = norm(moment.position[moment.ends[:, 1]] - moment.position[moment.ends[:, 0]])
     return np.divide(here - drawn, drawn, where=drawn > 0.0, out=np.zeros_like(drawn))
@@ -166,9 +166,9 @@ FIELDS: tuple[BlockField, ...] = (
     ),
     BlockField(
         "law", "", 1, "lines", SPRINGS, "number of the law, from 0",
-        lambda m: m.network.law[m.springs],
+        lambda m: m.network.springs.law[m.springs],
         changes=False, whole=True,
-        names=lambda facts: [law.name for law in facts.network.laws],
+        names=lambda facts: [law.name for law in facts.network.springs.laws],
     ),
     BlockField(
         "spring", "", 1, "lines", SPRINGS, "number of the spring in the network, unique",
@@ -176,6 +176,6 @@ FIELDS: tuple[BlockField, ...] = (
     ),
     BlockField(
         "spring_id", "", 1, "lines", SPRINGS, "id of the spring in the scene",
-        lambda m: m.network.spring_ids[m.springs], changes=False, whole=True,
+        lambda m: m.network.springs.ids[m.springs], changes=False, whole=True,
     ),
 )  # fmt: skip

@@ -222,7 +222,7 @@ def _clouds(trajectory: Trajectory, anatomy: Anatomy | None) -> Iterator[Cloud]:
     for joint in network.joints:
         springs = np.intersect1d(numbers_in(joint.springs), trajectory.springs)
         if len(springs):
-            nodes = (np.unique(network.ends[springs]).astype(np.int64),)
+            nodes = (np.unique(network.springs.ends[springs]).astype(np.int64),)
             yield Cloud(joint.name, "joint", -1, nodes, always, joint.springs)
     meshes = tool_meshes(trajectory, anatomy.tools if anatomy else {})
     for number, mesh in enumerate(meshes, start=len(network.bodies)):

@@ -47,7 +47,7 @@ class Facts:
         known = self._around.get(cloud.number)
         if known is None or not np.array_equal(known[0], springs):
             nodes = cloud.nodes[0]
-            ends = self.network.ends[springs].astype(np.int64) - nodes[0]
+            ends = self.network.springs.ends[springs].astype(np.int64) - nodes[0]
             drawn = self.network.position[nodes]
             known = springs, Surroundings.of(drawn, ends, cloud.matter.dimension)
             self._around[cloud.number] = known
@@ -85,7 +85,9 @@ class Moment:
     @cached_property
     def ends(self) -> Indices:
         """Points of these springs, shape (spring, 2)."""
-        return np.searchsorted(self.nodes, self.network.ends[self.springs]).reshape(-1, 2)
+        return np.searchsorted(self.nodes, self.network.springs.ends[self.springs]).reshape(
+            -1, 2
+        )
 
     @cached_property
     def _bearing(self) -> NDArray[np.bool_]:

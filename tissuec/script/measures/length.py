@@ -22,6 +22,6 @@ class Length(ScalarMeasure):
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         springs = snapshot.intact(subjects[0])
-        ends = snapshot.state.network.ends[springs]
+        ends = snapshot.state.springs.ends[springs]
         total = observables.lengths(ends, snapshot.position).sum(axis=-1)
         return one_column(total, snapshot)

@@ -28,7 +28,7 @@ class PlasticElongation:
     @staticmethod
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         springs = subjects[0].springs
-        memory = snapshot.state.memory(springs)
+        memory = snapshot.state.springs.some(springs).inelastic
         if memory is None:
             return np.zeros((*snapshot.velocity.shape[:-2], len(springs)))
         return memory.flowed(flat(snapshot.velocity))

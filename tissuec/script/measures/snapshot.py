@@ -111,7 +111,7 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
         """Return which connected piece of its body each node belongs to, shape (node,)."""
         network = self.state.network
         own = slice(network.body_springs)  # joints hold pieces together, and leave them pieces
-        ends, alive = network.ends[own], self.state.alive[own]
+        ends, alive = network.springs.ends[own], self.state.alive[own]
         return topology.pieces(network.node_count, ends, alive)
 
     @cached_property
@@ -134,7 +134,7 @@ class Snapshot(Struct, frozen=True, eq=False, dict=True):
             return subject.springs
         inside = np.zeros(self.state.network.node_count, dtype=bool)
         inside[self.nodes(subject)] = True
-        return np.flatnonzero(inside[self.state.network.ends].all(axis=1))
+        return np.flatnonzero(inside[self.state.springs.ends].all(axis=1))
 
     def intact(self, subject: "Subject") -> Indices:
         """Return those of its springs that are alive, shape (spring,)."""

@@ -10,7 +10,7 @@ from tissuec.script.measures.snapshot import Snapshot
 
 
 @MEASURES.member("springs")
-class Springs(ScalarMeasure):
+class IntactSprings(ScalarMeasure):
     """The number of springs of A that are neither cut nor ruptured."""
 
     form = "count(springs of A)"

@@ -29,7 +29,7 @@ class Strain(ScalarMeasure):
     def sample(subjects: Sequence[Subject], snapshot: Snapshot) -> Floats:
         springs = snapshot.intact(subjects[0])
         rest = observables.rest_lengths(snapshot.state, snapshot.velocity, springs)
-        ends = snapshot.state.network.ends[springs]
+        ends = snapshot.state.springs.ends[springs]
         stretched = np.abs(observables.elongation(ends, snapshot.position, rest))
         has_length = rest > 0.0
         strain = np.where(has_length, stretched / np.where(has_length, rest, 1.0), 0.0)

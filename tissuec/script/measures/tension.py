@@ -28,7 +28,7 @@ class Tension:
     def columns(subjects: Sequence[Subject], snapshot: Snapshot) -> tuple[str, ...]:
         network, springs = snapshot.state.network, subjects[0].springs
         knots = [thread.hold for thread in network.threads.values() if not thread.closed]
-        names = zip(springs, network.spring_ids[springs], strict=True)
+        names = zip(springs, network.springs.ids[springs], strict=True)
         return tuple("knot" if one in knots else f"spring {number}" for one, number in names)
 
     @staticmethod

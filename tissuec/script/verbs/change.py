@@ -5,6 +5,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tissuec.core import units
 from tissuec.core.errors import counted
@@ -65,11 +66,17 @@ class ChangeParameter(Struct, frozen=True):
         chosen = self.group.indices
         if self.array == "rest":
             state.stop_reeling(chosen)
-        # A copy, because the array may be the network's own.
-        values = getattr(state, self.array).copy()
-        values[chosen] = values[chosen] * self.number if self.is_factor else self.number
-        setattr(state, self.array, values)
+        if self.array == "mass":
+            state.mass = state.mass.copy()  # it may be the network's own
+            state.mass[chosen] = self._changed(state.mass[chosen])
+        else:
+            values = self._changed(getattr(state.springs, self.array)[chosen])
+            state.springs = state.springs.changed(self.array, chosen, values)
         return (_changed(self.span),)
+
+    def _changed(self, values: Floats) -> Floats | float:
+        """Return what numbers become, shape (n,)."""
+        return values * self.number if self.is_factor else self.number
 
 
 class ChangeMemory(Struct, frozen=True):
@@ -82,7 +89,7 @@ class ChangeMemory(Struct, frozen=True):
     span: Span
 
     def flaw(self, network: Network) -> str:
-        inelastic, springs = network.inelastic, self.group.indices
+        inelastic, springs = network.springs.inelastic, self.group.indices
         having = 0 if inelastic is None else int(inelastic.has(self.name)[springs].sum())
         if having == len(springs):
             return ""
@@ -95,13 +102,14 @@ class ChangeMemory(Struct, frozen=True):
         )
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        assert state.inelastic is not None  # see ``flaw``
+        memory = state.springs.inelastic
+        assert memory is not None  # see ``flaw``
 
         def changed(values: Floats) -> Floats | float:
             return values * self.number if self.is_factor else self.number
 
-        memory = state.inelastic
-        state.inelastic = memory.changed(self.name, self.group.indices, changed)
+        inelastic = memory.changed(self.name, self.group.indices, changed)
+        state.springs = replace(state.springs, inelastic=inelastic)
         return (_changed(self.span),)
 
 

@@ -97,7 +97,7 @@ class Cut(Struct, frozen=True):
         springs = self.group.indices[state.alive[self.group.indices]]
         if self.blade is None:
             return springs, np.zeros(len(springs))
-        first, second = state.position[state.network.ends[springs]].swapaxes(0, 1)
+        first, second = state.position[state.springs.ends[springs]].swapaxes(0, 1)
         across, share = self.blade.crosses(first, second, state.network.extent)
         return springs[across], share[across]
 

@@ -76,7 +76,7 @@ class Tie(Struct, frozen=True):
             return text
         thread = network.threads.get(self.group.name)
         knots = self.group.indices if thread is None else [thread.hold]
-        if self.force is None and not np.isfinite(network.strength[knots]).all():
+        if self.force is None and not np.isfinite(network.springs.strength[knots]).all():
             return (
                 f"{self.group.name} has no breaking force, on which the force of its "
                 f"{self.kind} depends: "
@@ -96,35 +96,35 @@ class Tie(Struct, frozen=True):
         hold, slip = thread.hold, thread.slip
         # Without the piece of the knot, which may have been tied before.
         along = np.setdiff1d(np.r_[thread.pieces], thread.hold)
-        whole = float(state.strength[along].min())
+        whole = float(state.springs.strength[along].min())
         limit = KNOTS[self.kind] * whole if self.force is None else self.force
-        alive, rest = state.alive.copy(), state.rest.copy()
-        first, second = state.position[state.network.ends[hold]]
+        alive, springs = state.alive.copy(), state.springs
+        first, second = state.position[state.springs.ends[hold]]
         apart = float(np.linalg.norm(second - first))
         logged_events = [LoggedEvent("tie", (), sentence(self.span), self.span)]
         if not alive[hold]:
-            rest[hold] = apart
-            if apart > rest[thread.pieces].max():
+            springs = springs.changed("rest", hold, apart)
+            if apart > springs.rest[thread.pieces].max():
                 note = (
                     f"the ends of {self.group.name} are {show(apart, LENGTH)} apart when tied"
                 )
                 logged_events.append(LoggedEvent("note", (), note, self.span))
         alive[hold], alive[slip] = True, False
-        strength, damping = state.strength.copy(), state.damping.copy()
-        strength[hold], damping[slip] = min(limit, whole), limit
-        damping[hold] = 0.0  # so that it slips by being drawn out, never by being let in
-        state.alive, state.rest = alive, rest
-        state.strength, state.damping = strength, damping
+        springs = springs.changed("strength", hold, min(limit, whole))
+        springs = springs.changed("damping", slip, limit)
+        # So that it slips by being drawn out, never by being let in.
+        state.springs = springs.changed("damping", hold, 0.0)
+        state.alive = alive
         knot = Knot(self.kind, hold, slip, limit, whole, None, self.span)
         state.knots = {**state.knots, self.group.name: knot}
         return tuple(logged_events)
 
     def _sew(self, state: State) -> tuple[LoggedEvent, ...]:
         """Let each stitch bear what its knot holds."""
-        whole = state.network.strength[self.group.indices]
+        whole = state.network.springs.strength[self.group.indices]
         limit = KNOTS[self.kind] * whole if self.force is None else self.force
-        state.strength = state.strength.copy()
-        state.strength[self.group.indices] = np.minimum(limit, whole)
+        limits = np.minimum(limit, whole)
+        state.springs = state.springs.changed("strength", self.group.indices, limits)
         return (LoggedEvent("tie", (), sentence(self.span), self.span),)
 
 

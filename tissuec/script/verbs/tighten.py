@@ -51,10 +51,10 @@ class ChangeRestLength(Struct, frozen=True):
         name = self.group.name
         springs = intact(state, self.group)
         state.stop_reeling(self.group.indices)
-        rest = state.rest[springs]
+        rest = state.springs.rest[springs]
         if rest.sum() <= 0.0:
             message = f"all springs of {name} are broken, so its length cannot change"
-            first = state.network.ends[self.group.indices[0], 0]
+            first = state.springs.ends[self.group.indices[0], 0]
             raise ActionFailed(message, int(first), self.span)
         text = sentence(self.span)
         if name in state.network.threads:
@@ -69,8 +69,8 @@ class ChangeRestLength(Struct, frozen=True):
         if not change.any():
             return (LoggedEvent("note", (), f"{text}: {idle}", self.span),)
         if self.profile.kind == "constant":
-            state.rest = state.rest.copy()
-            state.rest[springs] += change
+            own = state.springs.rest[springs] + change
+            state.springs = state.springs.changed("rest", springs, own)
             return (LoggedEvent("tighten", (), text, self.span),)
         (profile,), stop = schedule(queue, (self.profile,), state.time, self.duration)
         reeling = ChangingRestLengths(springs, rest, change, profile, self.span)
@@ -91,12 +91,11 @@ class EndRestLengthChange(Struct, frozen=True):
         reeling = state.reelings.get(self.thread)
         if reeling is None or reeling.profile.stop > self.stop:
             return ()
-        rest = state.rest.copy()
-        rest[reeling.springs] = reeling.rest(self.stop)
         state.reelings = {
             name: other for name, other in state.reelings.items() if other is not reeling
         }
-        state.rest = rest
+        rest = reeling.rest(self.stop)
+        state.springs = state.springs.changed("rest", reeling.springs, rest)
         return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 

@@ -152,7 +152,7 @@ def _leftovers(
         body, part = places.body_of_nodes, places.part_of_springs
         found += _by_part(which, "node", alone, body, places.bodies, network.node_ids)
         names = [part.name for part in network.parts]
-        found += _by_part(which, "spring", springs_alone, part, names, network.spring_ids)
+        found += _by_part(which, "spring", springs_alone, part, names, network.springs.ids)
     return tuple(found)
 
 

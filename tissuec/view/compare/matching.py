@@ -97,7 +97,7 @@ def _spring_codes(
 ) -> Indices:
     """Return a number for body or joint and nodes of each spring, -1 where one is unknown."""
     number, count = nodes.number(network.node_count, which), len(nodes)
-    ends = np.sort(number[network.ends], axis=1).reshape(-1, 2)
+    ends = np.sort(number[network.springs.ends], axis=1).reshape(-1, 2)
     codes = np.full(network.spring_count, -1)
     for part in network.parts:
         if (key := key_of(part.name)) in keys:

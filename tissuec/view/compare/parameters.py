@@ -137,14 +137,14 @@ def _of_springs(a: Network, b: Network, pairs: MatchedIndices) -> Iterator[_Colu
         here, there = getattr(a, array)[pairs.a], getattr(b, array)[pairs.b]
         yield _Column(name, array, dimension, here, there)
     here, there = _inelastic(a, pairs.a), _inelastic(b, pairs.b)
-    for name in here if a.inelastic or b.inelastic else ():
+    for name in here if a.springs.inelastic or b.springs.inelastic else ():
         (values, dimension), (others, _) = here[name], there[name]
         yield _Column(name, name, dimension, values, others)
 
 
 def _inelastic(network: Network, springs: Indices) -> dict[str, tuple[Floats, Dimension]]:
     """Return what relaxes and flows by name; as much as nothing where nothing does."""
-    memory, count = network.inelastic, len(springs)
+    memory, count = network.springs.inelastic, len(springs)
     nothing, never = np.zeros(count), np.full(count, np.inf)
     found: dict[str, tuple[Floats, Dimension]] = {}
     for row, (constant, time) in enumerate(zip(CONSTANTS, TIMES, strict=True)):
@@ -206,18 +206,21 @@ def _laws(
 ) -> Iterator[QuantityDifference]:
     """Yield parts whose springs or dashpots follow other laws."""
     codes = [
-        [f"{law.elastic.code()}; {law.viscous.code()}" for law in network.laws]
+        [f"{law.elastic.code()}; {law.viscous.code()}" for law in network.springs.laws]
         for network in (a, b)
     ]
     number = {code: place for place, code in enumerate(dict.fromkeys([*codes[0], *codes[1]]))}
-    here = np.array([number[code] for code in codes[0]])[a.law[pairs.a]]
-    there = np.array([number[code] for code in codes[1]])[b.law[pairs.b]]
+    here = np.array([number[code] for code in codes[0]])[a.springs.law[pairs.a]]
+    there = np.array([number[code] for code in codes[1]])[b.springs.law[pairs.b]]
     groups, names = _grouped(places, pairs, "spring")
     for group in np.unique(groups[here != there]).tolist():
         inside = groups == group
         rows = np.flatnonzero(inside & (here != there))
         first = rows[0]
-        laws = a.laws[a.law[pairs.a[first]]], b.laws[b.law[pairs.b[first]]]
+        laws = (
+            a.springs.laws[a.springs.law[pairs.a[first]]],
+            b.springs.laws[b.springs.law[pairs.b[first]]],
+        )
         yield QuantityDifference(
             "law", names[int(group)], "spring", len(rows), int(inside.sum()), 1.0,
             places[0].spring(int(pairs.a[first])), laws[0].name, laws[1].name, (), (), None,

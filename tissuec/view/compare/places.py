@@ -42,7 +42,7 @@ class SideParts:
 
         Joints are numbered behind ``names``.
         """
-        part = np.sort(self.of_nodes[self.network.ends], axis=1).reshape(-1, 2)
+        part = np.sort(self.of_nodes[self.network.springs.ends], axis=1).reshape(-1, 2)
         for number, joint in enumerate(self.network.joints, start=len(self.names)):
             part[joint.springs] = number
         return part
@@ -85,4 +85,4 @@ class SideParts:
 
     def spring(self, number: int) -> str:
         """Return the name of a spring: "14 of oviduct"."""
-        return f"{self.network.spring_ids[number]} of {self.network.owner(number).name}"
+        return f"{self.network.springs.ids[number]} of {self.network.owner(number).name}"

@@ -203,7 +203,7 @@ def _springs_of(network: Network, body: BodyPart) -> BodyMatter:
     if body.thread is not None:
         dimension = 1
     elif len(skin):
-        within = wall_springs(skin, network.ends[springs])
+        within = wall_springs(skin, network.springs.ends[springs])
         if within.all() or borders(skin):
             springs, dimension = springs[within], 2
     volume = np.ones(body.nodes.stop - body.nodes.start)

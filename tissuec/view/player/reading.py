@@ -109,7 +109,7 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
             for name, series in trajectory.surfaces.items()
             if len(series)
         },
-        laws=tuple(law.name for law in trajectory.network.laws),
+        laws=tuple(law.name for law in trajectory.network.springs.laws),
         recorded=(count, len(trajectory.springs)),
         numbers=trajectory.nodes[thin.kept],
     )
@@ -232,7 +232,7 @@ def _lines(
         life=found.life,
         tension=tension[:, found.of] if len(found.of) != len(strand.ends) else tension,
         rest=rest[found.of],
-        law=network.law[first][found.of].astype(np.int64),
+        law=network.springs.law[first][found.of].astype(np.int64),
         radius=radius[first][found.of],
         stitch=stitch[first][found.of],
         spring=first[found.of],
@@ -242,7 +242,7 @@ def _lines(
 def _rest(trajectory: Trajectory, thin: Thinning, strand: SpringLines) -> Floats:
     """Return rest lengths [m] that give lines the mean stretch of their springs as drawn."""
     network = trajectory.network
-    rest = network.rest[trajectory.springs]
+    rest = network.springs.rest[trajectory.springs]
     if thin.is_whole:
         return rest
     drawn = network.position[trajectory.nodes]

@@ -198,7 +198,7 @@ def thread_springs(network: Network) -> NDArray[np.bool_]:
     """Return which springs belong to chains: threads and slings, shape (spring,)."""
     chains = np.zeros(network.spring_count, dtype=bool)
     for body in network.bodies:
-        ends = network.ends[body.springs] - body.nodes.start
+        ends = network.springs.ends[body.springs] - body.nodes.start
         count = body.nodes.stop - body.nodes.start
         pairs = np.unique(np.sort(ends, axis=1), axis=0)
         degree = np.bincount(pairs.ravel(), minlength=count)

@@ -76,7 +76,7 @@ class _Oriented:
         if not alive.all():
             pairs = np.array(list(combinations(range(self.members.shape[1]), 2)))
             joined = self.members[:, pairs].reshape(-1, 2)
-            springs, which = springs_between(self.network.ends, joined)
+            springs, which = springs_between(self.network.springs.ends, joined)
             whole[which[~alive[springs]] // len(pairs)] = False
         return whole
 
@@ -149,7 +149,7 @@ class _Faces(_Oriented):
         self._fit = np.where(is_fit, 1.0, np.nan)
         height = float((area / longest)[is_fit].min(initial=np.inf))
         super().__init__(network, body, corners, height)
-        self._skin = SupportedTriangles(network.ends, corners)
+        self._skin = SupportedTriangles(network.springs.ends, corners)
 
     def _are_whole(self, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
         return self._skin.whole(alive)

@@ -40,7 +40,7 @@ class Passing:
         self._network = network
         skins = {body.name: network.skin_of(body) for _, body in lines}
         self._skins = {
-            name: SupportedTriangles(network.ends, skin) for name, skin in skins.items()
+            name: SupportedTriangles(network.springs.ends, skin) for name, skin in skins.items()
         }
         self._closed = {name: Edges.among(skin).is_closed for name, skin in skins.items()}
         self._lines = lines
@@ -203,4 +203,4 @@ def _pieces(network: Network, line: BodyPart | ToolPart, alive: NDArray[np.bool_
         return _axes(line)
     assert line.thread is not None
     pieces = line.thread.pieces
-    return network.ends[pieces][alive[pieces]].astype(np.int64)
+    return network.springs.ends[pieces][alive[pieces]].astype(np.int64)
