@@ -31,6 +31,7 @@ FAMILIES = {
     "spring": ("tests/laws", "saturating"),
     "integrators": ("tests/engine/test_conservation.py", BOGACKI),
     "surfaces": ("tests/geometry/surfaces", ""),
+    "fields": ("tests/results/test_fields_of_frames.py", "every_member and momentum"),
     "plots": ("tests/view/plots/test_kinds.py", "phases and not every_format"),
 }
 

@@ -16,6 +16,7 @@ GROUPS = {
     "tissuec/script/tools": "tissuec.tool",
     "tissuec/script/verbs": "tissuec.verb",
     "tissuec/script/measures": "tissuec.measure",
+    "tissuec/results/fields": "tissuec.frame_field",
     "tissuec/forces": "tissuec.force",
     "tissuec/validate/forces": "tissuec.force_formula",
     "tissuec/laws/spring": "tissuec.spring_law",

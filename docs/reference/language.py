@@ -8,7 +8,7 @@ from tissuec.compiler.study_expectations import OVER_RUNS
 from tissuec.compiler.tables import LAW, NODE_COLUMNS, SPRING_COLUMNS
 from tissuec.core import units
 from tissuec.core.markdown import code, described, fenced, paragraphs, summary, table
-from tissuec.core.units import Dimension, describe
+from tissuec.core.units import Dimension, describe, si_unit
 from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.engine.integrators.procedures import PROCEDURES
 from tissuec.forces import FORCES
@@ -17,6 +17,7 @@ from tissuec.geometry.surfaces import SURFACES
 from tissuec.lang import words
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.meshes.generators import MESHES
+from tissuec.results.fields import FIELDS
 from tissuec.scene import learn_entries, meanings, settings, study_entries
 from tissuec.scene.block_sentences import Sentences
 from tissuec.scene.bodies import BODY_ENTRIES, EXPLICIT
@@ -64,6 +65,7 @@ def parts() -> dict[str, str]:
         "profiles": _listed(PROFILES),
         "surfaces": joined(member_sections("kind", SURFACES, "###")),
         "measures": measure_table(),
+        "frame fields": frame_field_table(),
         "integrators": integrator_table(),
         "learn sentences": sentence_sections("learning", learn_entries.SENTENCES),
         "learn settings": entry_table(learn_schema()),
@@ -316,6 +318,20 @@ def measure_table() -> str:
         for measure in MEASURES.values()
     ]
     return table(("measure", "is", "taken of", "meaning"), rows)
+
+
+def frame_field_table() -> str:
+    """Return what frames contain besides positions and velocities."""
+    rows = [
+        (
+            code(name),
+            f"`[{si_unit(field.dimension)}]`",
+            f"{field.text}. {field.remark}".removesuffix(" "),
+            "always" if field.always else f"`trajectory with {name}`",
+        )
+        for name, field in FIELDS.items()
+    ]
+    return table(("field", "unit", "is", "recorded by"), rows)
 
 
 def _limit(method: type[Integrator]) -> str:

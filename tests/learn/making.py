@@ -16,7 +16,7 @@ class Frames:
     def __init__(self):
         self.times, self.positions = [], []
 
-    def frames(self, time, position, velocity, force, tension):
+    def frames(self, time, position, velocity, fields):
         self.times.append(np.atleast_1d(time))
         self.positions.append(position)
 

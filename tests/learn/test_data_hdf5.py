@@ -50,7 +50,8 @@ def result(tmp_path):
     frames = places(4, 4)
     with ResultWriter(path, NET, recording, {}, "language 1\n") as writer:
         writer.topology(np.ones(3, dtype=bool))
-        writer.frames(TIME, frames, frames, frames, np.zeros((4, 3)))
+        fields = {"force": frames, "tension": np.zeros((4, 3))}
+        writer.frames(TIME, frames, frames, fields)
         for log in LOGS:
             writer.log(log.name, TIME, frames[:, 0, : len(log.columns)])
         return writer.close("the run reached its end", finished=True)

@@ -80,6 +80,10 @@ class Example(Struct, frozen=True):
     tension: np.ndarray
     along: tuple[int, ...]  # springs that the cut removes: those between the rings 1 and 2
 
+    def fields(self, rows):
+        """What frames contain besides positions and velocities."""
+        return {"force": self.force[rows], "tension": self.tension[rows]}
+
     def alive(self, frame):
         alive = np.ones(self.network.spring_count, dtype=bool)
         if frame >= CUT:
@@ -107,8 +111,7 @@ class Example(Struct, frozen=True):
                 self.time[rows],
                 self.position[rows],
                 self.velocity[rows],
-                self.force[rows],
-                self.tension[rows],
+                self.fields(rows),
             )
             for surface in self.recording.surfaces:
                 writer.surface(surface.body, self.time[rows], self.position[rows])

@@ -125,8 +125,9 @@ def test_nodes_of_tools_are_finite(compiled, tmp_path):
         place = network.position.copy()
         place[network.tools[0].nodes.start, 1] = np.nan
         still, slack = np.zeros_like(place), np.zeros(network.spring_count)
+        fields = {"force": still[None], "tension": slack[None]}
         with pytest.raises(ValueError, match="position of node 0 is nan at 0 s"):
-            writer.frames([0.0], place[None], still[None], still[None], slack[None])
+            writer.frames([0.0], place[None], still[None], fields)
         writer.close("done", True)
     with Trajectory(tmp_path / "bad.vtkhdf") as file:
         assert not len(file.times)

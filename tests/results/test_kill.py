@@ -46,7 +46,8 @@ CHILD = """if True:
                 writer.topology(alive)
                 for _ in range(7):
                     rows = np.full((1, count, 3), float(frame))
-                    writer.frames([frame], rows, rows, rows, np.full((1, count - 1), frame))
+                    fields = {"force": rows, "tension": np.full((1, count - 1), frame)}
+                    writer.frames([frame], rows, rows, fields)
                     writer.log("log", [frame], [[frame]])
                     writer.event(frame, "cut", range(frame % 3), "because", "here")
                     frame += 1

@@ -131,8 +131,8 @@ def test_a_cut_that_no_frame_has_shown_is_not_forgotten(tmp_path, example):
         checkpoint = read.checkpoint()
     rows = slice(17, 18)
     with ResultWriter.resume(path, checkpoint) as writer:
-        state = [data[rows] for data in (example.position, example.velocity, example.force)]
-        writer.frames(example.time[rows], *state, example.tension[rows])
+        state = example.position[rows], example.velocity[rows], example.fields(rows)
+        writer.frames(example.time[rows], *state)
         path = writer.close("done", finished=True)
     with Trajectory.open(path) as read:
         assert not set(example.along) & set(read.spring_force(17)[1].tolist())

@@ -196,10 +196,10 @@ def test_frames_are_flushed_in_batches_by_themselves(tmp_path, example, monkeypa
     monkeypatch.setattr("tissuec.results.writer._LONGEST_WAIT", 1e9)
     with example.open(tmp_path / "a.vtkhdf") as writer:
         writer.topology(example.alive(0))
-        state = [data[:1] for data in (example.position, example.velocity, example.force)]
+        state = example.position[:1], example.velocity[:1], example.fields(slice(1))
         shown = []
         for frame in range(130):
-            writer.frames([frame], *state, example.tension[:1])
+            writer.frames([frame], *state)
             if frame % 9 == 0 or frame in (62, 64, 127):  # just before and after, and between
                 with Trajectory.open(tmp_path / "a.partial.vtkhdf") as read:
                     shown.append(len(read.times))

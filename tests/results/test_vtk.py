@@ -115,8 +115,8 @@ def test_single_nodes_are_seen_as_vertices(tmp_path, example):
     alive[-2:] = False
     with example.open(tmp_path / "a.vtkhdf") as writer:
         writer.topology(alive)
-        state = example.position[:1], example.velocity[:1], example.force[:1]
-        writer.frames(example.time[:1], *state, example.tension[:1])
+        state = example.position[:1], example.velocity[:1], example.fields(slice(1))
+        writer.frames(example.time[:1], *state)
         path = writer.close("done", finished=True)
     data = shown(opened(path), 0)
     assert cells(data.GetVerts(), 1).ravel().tolist() == [20, 21, 22]
@@ -131,8 +131,8 @@ def test_files_without_springs_or_frames_open(tmp_path, example, nodes, frames):
     recording = Recording(np.arange(nodes), np.arange(0), False, (), False)
     with ResultWriter(tmp_path / "a.vtkhdf", example.network, recording, {}, "") as writer:
         writer.topology(example.alive(0))
-        state = [data[:frames] for data in (example.position, example.velocity, example.force)]
-        writer.frames(example.time[:frames], *state, example.tension[:frames])
+        state = [data[:frames] for data in (example.position, example.velocity)]
+        writer.frames(example.time[:frames], *state, example.fields(slice(frames)))
         path = writer.close("done", finished=True)
     reader = opened(path)
     reader.Update()
@@ -167,7 +167,8 @@ def test_a_large_network_fills_chunks_that_do_not_end_with_frames(tmp_path, exam
         writer.topology(np.ones(count - 1, dtype=bool))
         for frame in range(frames):
             rows = states[frame : frame + 1]
-            writer.frames([frame * 0.1], rows, rows, rows, np.zeros((1, count - 1)))
+            fields = {"force": rows, "tension": np.zeros((1, count - 1))}
+            writer.frames([frame * 0.1], rows, rows, fields)
         path = writer.close("done", finished=True)
     reader = opened(path)
     for frame in (2, 0, 1):

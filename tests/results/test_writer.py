@@ -247,15 +247,14 @@ def test_frames_do_not_go_back_in_time(tmp_path, example):
 def test_wrong_shapes_are_refused(tmp_path, example):
     with example.open(tmp_path / "a.vtkhdf") as writer:
         with pytest.raises(ValueError, match="before the first frame"):
-            writer.frames([0.0], *(example.position[:1],) * 3, example.tension[:1])
+            writer.frames([0.0], *(example.position[:1],) * 2, example.fields(slice(1)))
         writer.topology(example.alive(0))
         with pytest.raises(ValueError, match=r"velocity has shape \(1, 23\)"):
             writer.frames(
                 [0.0],
                 example.position[:1],
                 example.velocity[:1, :, 0],
-                example.force[:1],
-                example.tension[:1],
+                example.fields(slice(1)),
             )
         with pytest.raises(ValueError, match=r"rows of shape \(2, 3\), not \(2, 2\)"):
             writer.log("force of forceps A", [0, 1], np.zeros((2, 2)))
@@ -436,7 +435,8 @@ def test_free_nodes_without_any_spring_are_written(tmp_path, example, nodes, fra
     with ResultWriter(tmp_path / "a.vtkhdf", network, recording, {}, "") as writer:
         writer.topology(np.ones(0, dtype=bool))
         state = [data[:frames, :nodes] for data in (example.position, example.velocity)]
-        writer.frames(example.time[:frames], *state, state[1], np.zeros((frames, 0)))
+        fields = {"force": state[1], "tension": np.zeros((frames, 0))}
+        writer.frames(example.time[:frames], *state, fields)
         path = writer.close("done", finished=True)
     with Trajectory.open(path) as read:
         assert read.position.shape == (frames, nodes, 3)

@@ -17,6 +17,7 @@ from tissuec.meshes.generators.lattice import CRYSTALS, Lattice
 from tissuec.meshes.stiffness_sharing import filled_volumes, node_areas
 from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter, CellPressure
+from tissuec.results.volume_cells import cells_around
 from tissuec.script.verbs.preserve import Inflate, Preserve
 
 
@@ -86,7 +87,7 @@ def _pressure(compiled: Compiled, part: BodyPart) -> CellPressure | str | None:
         return None
     first = acting[0]
     always = any(event.action is first and event.time == 0.0 for event in plan.events)
-    cells = _cells(part)
+    cells = cells_around(part)
     if len(acting) > 1 or not always or isinstance(first, Inflate) or cells is None:
         return f"the volume that it keeps is set by the script ({acting[-1].span.place})"
     return CellPressure(Enclosure.of(network, part.name, first.modulus, first.span), cells)
@@ -105,19 +106,6 @@ def _width(drawing: Drawing) -> float | None:
     if isinstance(mesh, Imported) and mesh.cell is not None:
         return 2.0 * mesh.cell
     return 2.0 * float(drawing.length[: drawing.own].mean())
-
-
-def _cells(part: BodyPart) -> Indices | None:
-    """Return nodes of the network and the cells around them, shape (pair, 2)."""
-    if part.cells is not None:
-        faces, inner = part.cells()
-        members = np.concatenate([faces.reshape(len(faces), -1), inner], axis=1)
-        cells = np.repeat(np.arange(len(members)), members.shape[1])
-        return np.unique(np.stack([members.ravel() + part.nodes.start, cells], axis=1), axis=0)
-    if part.tetrahedra is not None:  # a cell for each of their nodes, in ascending order
-        nodes = np.unique(part.tetrahedra) + part.nodes.start
-        return np.stack([nodes, np.arange(len(nodes))], axis=1)
-    return None
 
 
 def _filled(mesh: Mesh) -> Floats:

@@ -409,7 +409,7 @@ def _plan(
     for item in expects:
         with findings.item():
             expectations.append(conditions.expectation(item))
-    return Plan(
+    plan = Plan(
         simulation=scene.simulation,
         gravity=scene.environment.gravity,
         drag=scene.environment.drag,
@@ -422,3 +422,8 @@ def _plan(
         breakable=_can_break(network, script),
         forces=forces,
     )
+    if outputs.asked and is_whole and not findings.errors:
+        from tissuec.compiler.frame_fields import check_fields  # where any are asked for
+
+        check_fields(outputs.asked, network, plan, findings)
+    return plan

@@ -61,6 +61,7 @@ class OutputReader:
         self.single = False
         self.blocks = False
         self.compress = False
+        self.asked: dict[str, Span] = {}
         self.logs: list[LogRequest] = []
         self.surfaces: list[SurfaceOutput] = []
 
@@ -74,7 +75,7 @@ class OutputReader:
         logs, surfaces = tuple(self.logs), tuple(self.surfaces)
         return Output(
             self.frames, self.every, self.single, logs, self.energy, surfaces, self.blocks,
-            self.compress,
+            self.compress, tuple(self.asked),
         )  # fmt: skip
 
     def _require_frames(self, written: Collection[str]) -> None:
@@ -257,6 +258,10 @@ class OutputReader:
             self.frames = np.unique(np.concatenate([group.indices for group in groups]))
         else:
             self.frames = np.arange(self.node_count)
+        if "with" in clauses:
+            from tissuec.compiler.frame_fields import asked_fields  # where any are asked for
+
+            self.asked = asked_fields(self._names(clauses["with"]), self.findings)
 
     def _log(self, item: s.Sentence, clauses: dict[str, s.Clause]) -> None:
         measure = MEASURES[item.name.key]
@@ -339,7 +344,9 @@ def _clause_words(key: str) -> tuple[str, ...]:
     """Return the words of the clauses that an output has; all of them if it is unknown."""
     if key == "precision":
         return ()
-    if key == "trajectory" or key == SURFACE:
+    if key == "trajectory":
+        return "of", "with", "every"
+    if key == SURFACE:
         return "of", "every"
     if key in MEASURES:
         return (*("of", "to")[: MEASURES[key].subjects], "every")

@@ -75,6 +75,8 @@ def _meaning(prefix: Prefix, content: Sequence[str]) -> Expected:
         names = kinds_for(prefix.head, prefix.object, first)
         of_number = number()._replace(dimension=_dimension(prefix, first))
         return Expected(names=names) if names else of_number
+    if first == "FIELD":
+        return Expected((v.frame_fields(),))
     if first == "MEASURED":
         return Expected(names=kinds_measured(prefix.subject))
     if first == "DRAWN":

@@ -68,6 +68,7 @@ _FORMS: dict[tuple[str, str], tuple[str, ...]] = {
     ("force", "acts"): ("acts on SET",),
     ("output", ""): ("MEASURE of MEASURED to MEASURED every TIME",),
     ("output", "surface"): ("surface of BODY every TIME",),
+    ("output", "trajectory"): ("trajectory of SET with FIELD every TIME",),
     ("output", "precision"): ("precision is CHOICE",),
     ("output", "compress"): ("compress",),
     ("output", "blocks"): ("blocks",),

@@ -179,6 +179,18 @@ def profiles() -> Terms:
 
 
 @cache
+def frame_fields() -> Terms:
+    """Return the fields that a trajectory can be asked for."""
+    from tissuec.results.fields import FIELDS
+
+    return by_label(
+        Term(name, CHOICE, f"The {field.text}.")
+        for name, field in FIELDS.items()
+        if not field.always
+    )
+
+
+@cache
 def kinds_of_clause(verb: str, word: str) -> Terms:
     """Return the words of which one clause of one verb takes one."""
     match verb, word:

@@ -24,6 +24,12 @@ from tissuec.model.network import (
 from tissuec.model.springs import COLUMNS, Springs
 from tissuec.results import access
 from tissuec.results.access import ResultGroup
+from tissuec.results.field_table import (
+    read_channels_of_frames,
+    read_volume_cells,
+    write_channels_of_frames,
+    write_volume_cells,
+)
 from tissuec.results.recording import LogChannel, Recording
 from tissuec.results.store import LARGE, Store
 from tissuec.results.surface_table import read_surfaces
@@ -251,6 +257,9 @@ def write_recording(store: Store, recording: Recording) -> None:
         store.array(f"{RECORDING}/{name}", data, text, compress=len(data) >= LARGE)
     for name in ("single", "compress"):
         store.group(RECORDING).attrs[name] = getattr(recording, name)
+    write_channels_of_frames(store, recording.fields)
+    if recording.cells is not None:
+        write_volume_cells(store, recording.cells)
 
 
 def read_recording(file: ResultGroup) -> Recording:
@@ -262,6 +271,8 @@ def read_recording(file: ResultGroup) -> Recording:
         springs=access.array(group, "springs"),
         single=access.attribute(group, "single", bool),
         compress=access.attribute_or(group, "compress", False),
+        fields=read_channels_of_frames(file),
+        cells=read_volume_cells(file),
         logs=tuple(logs),
         energies=ENERGY_PATH in file,
         surfaces=tuple(read_surfaces(file).values()),

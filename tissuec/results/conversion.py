@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.hints import alternatives
 from tissuec.results.export import find_log, moments_of, spring_name
+from tissuec.results.frame_arrays import OverFrames
 from tissuec.results.logs import Log
 from tissuec.results.shapes import ExportedShape
 from tissuec.results.trajectory import Trajectory
@@ -24,8 +25,6 @@ TIME = "time [s]"
 ARRAYS = {
     "position": (("node", "axis"), "positions of nodes"),
     "velocity": (("node", "axis"), "velocities of nodes"),
-    "force": (("node", "axis"), "sums of the spring forces on nodes"),
-    "tension": (("spring",), "tensions of springs; NaN after a spring is gone"),
 }
 
 
@@ -91,19 +90,32 @@ def to_xarray(trajectory: Trajectory, names: Sequence[str], frames: slice) -> "x
         ValueError: Frames have no array of this name.
     """
     xarray = package("xarray", "to_xarray")
+    arrays = _arrays(trajectory)
     for name in names:
-        if name not in ARRAYS:
-            hint = alternatives(name, ARRAYS, what="there are")
+        if name not in arrays:
+            hint = alternatives(name, arrays, what="there are")
             raise ValueError(f'frames have no "{name}"; {hint}')
     data = {}
-    for name in names or ARRAYS:
-        axes, text = ARRAYS[name]
-        array = getattr(trajectory, name)
+    for name in names or arrays:
+        array, axes, text = arrays[name]
         about = {"units": array.unit, "long_name": text}
         data[name] = (("time", *axes), array[frames], about)
     manifest = trajectory.manifest
     about = {name: manifest[name] for name in ("scene", "outcome", "digest")}
     return xarray.Dataset(data, _coordinates(trajectory, frames), about)
+
+
+def _arrays(trajectory: Trajectory) -> dict[str, tuple[OverFrames, tuple[str, ...], str]]:
+    """Return arrays over frames by name, with axes behind that of time and texts."""
+    found: dict[str, tuple[OverFrames, tuple[str, ...], str]] = {
+        name: (getattr(trajectory, name), axes, text) for name, (axes, text) in ARRAYS.items()
+    }
+    for channel in trajectory.channels:
+        axes = (channel.at, "axis") if channel.width > 1 else (channel.at,)
+        gone = channel.at in ("spring", "triangle")
+        text = f"{channel.text}; NaN after a {channel.at} is gone" if gone else channel.text
+        found[channel.key] = trajectory.fields[channel.name], axes, text
+    return found
 
 
 def _coordinates(trajectory: Trajectory, frames: slice) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.core.files import replacing
 from tissuec.core.hints import alternatives
@@ -87,17 +88,21 @@ def _plain_table(trajectory: Trajectory, name: str) -> Any:
 
 def frame_shape(trajectory: Trajectory, frame: int) -> ExportedShape:
     """Return the net in one frame; IndexError if there is no such frame."""
-    tension, rows = trajectory.spring_force(frame)
-    return net_shape(
-        trajectory.path.name, trajectory.times[frame], trajectory.cells(frame),
-        {
-            "position": trajectory.position[frame],
-            "velocity": trajectory.velocity[frame],
-            "force": trajectory.force[frame],
-            "node_id": trajectory.node_ids,
-        },
-        tension, trajectory.spring_ids[rows],
-    )  # fmt: skip
+    cells = trajectory.cells(frame)
+    points: dict[str, NDArray[Any]] = {
+        "position": trajectory.position[frame],
+        "velocity": trajectory.velocity[frame],
+    }
+    own: dict[str, tuple[slice, NDArray[Any]]] = {}
+    for channel in trajectory.channels:
+        if channel.at in ("spring", "triangle"):
+            rows = cells.line_rows if channel.at == "spring" else cells.triangle_rows
+            own[channel.stored] = rows, trajectory.shown(channel.name, frame)[0]
+        else:
+            points[channel.stored] = trajectory.at_points(channel, frame)
+    points["node_id"] = trajectory.node_ids
+    ids = trajectory.network.springs.ids[cells.springs]
+    return net_shape(trajectory.path.name, trajectory.times[frame], cells, points, own, ids)
 
 
 def surface_shape(series: SurfaceSeries, frame: int) -> ExportedShape:

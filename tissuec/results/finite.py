@@ -57,7 +57,7 @@ def check_finite(
         time: Times of the frames [s], shape (frame,).
         network: Whose ids the message uses.
         numbers: Network numbers of the second axis.
-        what: "node" or "spring".
+        what: "node", "spring", "triangle" or "cell".
 
     Raises:
         ValueError: An entry is not finite.
@@ -67,14 +67,23 @@ def check_finite(
     finite = are_numbers(data)
     place = tuple(np.argwhere(~finite)[0])
     number = int(numbers[place[1]])
-    ids = network.node_ids if what == "node" else network.springs.ids
-    name = body_of(network, number) if what == "node" else network.owner(number).name
+    identity, name = _named(network, number, what)
     owner = f' of "{name}"' if name else ""
     fits = " in single precision" if data.dtype == np.float32 else ""
     raise ValueError(
-        f"the {quantity} of {what} {ids[number]}{owner} is {data[place]}{fits} "
+        f"the {quantity} of {what} {identity}{owner} is {data[place]}{fits} "
         f"at {time[place[0]]:.9g} s"
     )
+
+
+def _named(network: Network, number: int, what: str) -> tuple[int, str]:
+    """Return the id of something, and the name of what it belongs to."""
+    if what == "node":
+        return int(network.node_ids[number]), body_of(network, number)
+    if what == "spring":
+        return int(network.springs.ids[number]), network.owner(number).name
+    owner = body_of(network, int(network.skin[number, 0])) if what == "triangle" else ""
+    return number, owner
 
 
 def check_shape(data: NDArray[Any], shape: tuple[int, ...], name: str) -> None:

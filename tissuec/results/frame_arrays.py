@@ -67,30 +67,38 @@ class OverFrames:
 
 
 class Frames(OverFrames):
-    """Vectors at the recorded nodes over time, shape (frame, node, 3), read when indexed."""
+    """Numbers of what is in all frames, such as nodes, over time, read when indexed.
 
-    def __init__(self, dataset: Dataset, frames: int, nodes: int):
+    Args:
+        dataset: The numbers, one frame after the other.
+        frames: How many frames there are.
+        nodes: How many rows each of them has.
+        row: Shape of a row.
+    """
+
+    def __init__(self, dataset: Dataset, frames: int, nodes: int, row: tuple[int, ...] = (3,)):
         unit = attribute(dataset, "unit", str)
-        super().__init__((frames, nodes, 3), dataset.dtype, unit)
+        super().__init__((frames, nodes, *row), dataset.dtype, unit)
         self._dataset = dataset
 
     def _read(self, low: int, high: int) -> Numbers:
         nodes = self.shape[1]
         rows = self._dataset.finite(low * nodes, high * nodes)
-        return rows.reshape(high - low, nodes, 3)
+        return rows.reshape(high - low, *self.shape[1:])
 
 
-class Tensions(OverFrames):
-    """Tensions of the recorded springs [N], shape (frame, spring), read when indexed.
+class CellFrames(OverFrames):
+    """Numbers of springs or triangles, shape (frame, item), read when indexed.
 
-    They are not a number (NaN) from the frame on in which a spring is gone.
+    They are not a number (NaN) from the frame on in which a spring or triangle is gone.
 
     Args:
         dataset: The numbers of all cells of each frame, one frame after the other.
         first: Where those of each frame begin, shape (frame,).
         parts: The topology of each frame, ascending, shape (frame,).
-        springs: Network numbers of the recorded springs, ascending.
+        items: How many springs or triangles are recorded.
         cells: Gives what a frame draws.
+        drawn: From that to the rows of the cells, and which of the items these are.
     """
 
     def __init__(
@@ -98,27 +106,39 @@ class Tensions(OverFrames):
         dataset: Dataset,
         first: Indices,
         parts: Indices,
-        springs: Indices,
+        items: int,
         cells: Callable[[int], Cells],
+        drawn: Callable[[Cells], tuple[slice, Indices]],
     ):
-        super().__init__((len(first), len(springs)), dataset.dtype, "N")
-        self._dataset, self._springs, self._cells = dataset, springs, cells
+        unit = attribute(dataset, "unit", str)
+        super().__init__((len(first), items), dataset.dtype, unit)
+        self._dataset, self._cells, self._drawn = dataset, cells, drawn
         self._first, self._parts = first, parts
 
+    def shown(self, frame: int) -> tuple[Numbers, Indices]:
+        """Return the numbers of what a frame shows, and whose they are, shape (shown,) each.
+
+        Args:
+            frame: Its number, which may count from the end.
+        """
+        rows, items = self._drawn(self._cells(frame))
+        first = int(self._first[frame])
+        return self._dataset.finite(first + rows.start, first + rows.stop), items
+
     def _read(self, low: int, high: int) -> Numbers:
-        tension = np.full((high - low, self.shape[1]), np.nan, dtype=self.dtype)
+        found = np.full((high - low, self.shape[1]), np.nan, dtype=self.dtype)
         while low < high:
-            # As many frames as have the same springs; their numbers stand in one piece.
+            # As many frames as have the same cells; their numbers stand in one piece.
             stop = min(
                 high, int(np.searchsorted(self._parts, int(self._parts[low]), side="right"))
             )
             cells, start = self._cells(low), int(self._first[low])
             rows = self._dataset[start : start + (stop - low) * cells.total]
-            alive = np.searchsorted(self._springs, cells.springs)
-            place = slice(len(tension) - (high - low), len(tension) - (high - stop))
-            lines = rows.reshape(stop - low, cells.total)[:, cells.line_rows]
-            if not all_numbers(lines):
+            own, there = self._drawn(cells)
+            place = slice(len(found) - (high - low), len(found) - (high - stop))
+            numbers = rows.reshape(stop - low, cells.total)[:, own]
+            if not all_numbers(numbers):
                 damaged(self._dataset.file, f'"{self._dataset.path}" is incomplete')
-            tension[place, alive] = lines
+            found[place, there] = numbers
             low = stop
-        return tension
+        return found

@@ -1,14 +1,17 @@
 """From the arrays of the whole network to checked frames of the recorded part."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tissuec.model.network import Network
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.results.fields import FieldChannel, Place
 from tissuec.results.finite import check_finite, check_shape, check_times
-from tissuec.results.mesh import RecordedMesh
+from tissuec.results.mesh import Cells
 from tissuec.results.polydata import PolyDataFrames
+from tissuec.results.recording import Recording
 from tissuec.results.tools import ToolTable
 
 
@@ -21,16 +24,24 @@ class FrameRecorder:
     """
 
     def __init__(
-        self, network: Network, mesh: RecordedMesh, file: PolyDataFrames, tools: ToolTable
+        self, network: Network, recording: Recording, file: PolyDataFrames, tools: ToolTable
     ):
-        self._network = network
+        mesh = file.mesh
+        self._network, self._channels = network, recording.fields
         self._tools = tools
+        self._sizes: dict[Place, int] = {
+            "node": network.node_count,
+            "spring": network.spring_count,
+            "triangle": len(network.skin),
+            "cell": 0 if recording.cells is None else recording.cells.total,
+        }
         self._mesh = mesh
         self._file = file
         self._cells = file.parts.drawn
         # All of them need no look-up.
         whole = len(mesh.nodes) == network.node_count
         self._nodes = slice(None) if whole else mesh.nodes
+        self._drawn: tuple[Cells, Indices] | None = None  # numbers of the triangles
         self._last_time = file.last_time()
         self.alive: NDArray[np.bool_] | None = None
         self.waiting = 0
@@ -62,8 +73,7 @@ class FrameRecorder:
         time: ArrayLike,
         position: ArrayLike,
         velocity: ArrayLike,
-        force: ArrayLike,
-        tension: ArrayLike,
+        fields: Mapping[str, ArrayLike],
     ) -> None:
         """Add frames, all or none of them; see `ResultWriter.frames`.
 
@@ -71,44 +81,70 @@ class FrameRecorder:
             time: Times [s], shape (frame,).
             position: Of all nodes [m], shape (frame, node, 3).
             velocity: Of all nodes [m/s], shape (frame, node, 3).
-            force: On all nodes [N], shape (frame, node, 3).
-            tension: Of all springs [N], shape (frame, spring).
+            fields: Numbers of all fields by name, in their units, shape (frame, node, …) or
+                alike.
 
         Raises:
-            ValueError: The topology is not set, a shape is wrong, or an entry is not finite.
+            ValueError: The topology is not set, a field is missing, a shape is wrong, or an
+                entry is not finite.
         """
         if not len(self._mesh.nodes):
             return
         if self.alive is None or self._cells is None:
             raise ValueError("state the topology before the first frame")
         times = check_times(time, after=self._last_time)
-        given = {"position": position, "velocity": velocity, "force": force}
-        vectors = {name: self._at_nodes(data, len(times), name) for name, data in given.items()}
-        tensions = self._at_lines(tension, len(times))
-        for name, data in vectors.items():
-            check_finite(data, name, times, self._network, self._mesh.nodes, "node")
-        check_finite(tensions, "tension", times, self._network, self._cells.springs, "spring")
+        place = self._shown(position, times, "position", "node", (3,))
+        speed = self._shown(velocity, times, "velocity", "node", (3,))
+        numbers = {one: self._of_channel(one, fields, times) for one in self._channels}
         shapes = self._tools.checked(np.asarray(position), times)
         if len(times):
-            self._file.append(self._cells, times, vectors, tensions)
+            self._file.append(self._cells, times, place, speed, numbers)
             self._tools.append(shapes)
             self._last_time = float(times[-1])
             self.waiting += len(times)
 
-    def _at_nodes(self, data: ArrayLike, frames: int, name: str) -> NDArray[Any]:
-        """Return the numbers at the recorded nodes, shape (frame, node, 3)."""
+    def _of_channel(
+        self, channel: FieldChannel, fields: Mapping[str, ArrayLike], times: Floats
+    ) -> NDArray[Any]:
+        """Return what frames show of a field, shape (frame, shown, …)."""
+        if channel.name not in fields:
+            raise ValueError(f"frames need the {channel.name} of each {channel.at}")
+        return self._shown(fields[channel.name], times, channel.name, channel.at, channel.row)
+
+    def _shown(
+        self, data: ArrayLike, times: Floats, name: str, at: Place, row: tuple[int, ...]
+    ) -> NDArray[Any]:
+        """Return the checked numbers of what frames show, shape (frame, shown, …).
+
+        Args:
+            data: Of the whole network.
+            times: Of the frames [s].
+            name: Of the quantity.
+            at: What has numbers.
+            row: Shape of the numbers of one of them.
+        """
         data = np.asarray(data)
-        check_shape(data, (frames, self._network.node_count, 3), name)
+        check_shape(data, (len(times), self._sizes[at], *row), name)
+        if at == "node":
+            chosen, numbers = self._nodes, self._mesh.nodes
+        else:
+            numbers = self._numbers(at)
+            chosen = slice(None) if len(numbers) == data.shape[1] else numbers
         # Frames that do not wait for others are written before anybody changes them.
         waits = self._file.batch > 1
         with np.errstate(over="ignore"):  # such a number is reported as not finite
-            return data[:, self._nodes].astype(self._file.kind, copy=waits)
+            found = data[:, chosen].astype(self._file.kind, copy=waits)
+        check_finite(found, name, times, self._network, numbers, at)
+        return found
 
-    def _at_lines(self, tension: ArrayLike, frames: int) -> NDArray[Any]:
-        """Return the tensions of the lines, shape (frame, line)."""
+    def _numbers(self, at: Place) -> NDArray[np.integer]:
+        """Return the network numbers of the springs, triangles or cells that frames show."""
         assert self._cells is not None
-        data, springs = np.asarray(tension), self._cells.springs
-        check_shape(data, (frames, self._network.spring_count), "tension")
-        everything = slice(None) if len(springs) == data.shape[1] else springs
-        with np.errstate(over="ignore"):
-            return np.asarray(data[:, everything], dtype=self._file.kind)
+        if at == "spring":
+            return self._cells.springs
+        if at == "cell":
+            return np.arange(self._sizes["cell"])
+        if self._drawn is None or self._drawn[0] is not self._cells:
+            places = self._mesh.drawn_triangles(self._cells)
+            self._drawn = self._cells, self._mesh.faces[places]
+        return self._drawn[1]

@@ -7,12 +7,14 @@ size is fixed: they are made when a file is closed, and removed when its run res
 is metres or newtons, whatever it is asked to convert.
 """
 
+from collections.abc import Iterable
 from typing import Any
 
 import h5py
 import numpy as np
 
 from tissuec.core.version import __version__
+from tissuec.results.fields import FieldChannel
 from tissuec.results.hdf5 import add_virtual, set_attribute
 from tissuec.results.store import describe
 
@@ -20,15 +22,22 @@ GROUPS = ("h5md", "particles")
 _VIEWS = {
     "position": ("/VTKHDF/Points", "m"),
     "velocity": ("/VTKHDF/PointData/velocity", "m/s"),
-    "force": ("/VTKHDF/PointData/force", "N"),
 }
 
 
-def add_views(file: h5py.File, *, author: str, mass: np.ndarray, ids: np.ndarray) -> None:
+def add_views(
+    file: h5py.File,
+    fields: Iterable[FieldChannel],
+    *,
+    author: str,
+    mass: np.ndarray,
+    ids: np.ndarray,
+) -> None:
     """Add the H5MD view of all frames of ``file``.
 
     Args:
         file: A result file, all of whose frames are shown.
+        fields: What its frames contain; those of nodes are shown.
         author: Who made it, for readers; need not be known.
         mass: Masses of the nodes shown [kg], shape (node,).
         ids: Their ids, shape (node,).
@@ -42,15 +51,21 @@ def add_views(file: h5py.File, *, author: str, mass: np.ndarray, ids: np.ndarray
     describe(particles.create_dataset("mass", data=mass), "kg", "mass of each node")
     describe(particles.create_dataset("id", data=ids), "", "id of each node")
     steps: Any = file["VTKHDF/Steps"]
-    shape = (int(steps.attrs["NSteps"]), len(mass), 3)
-    if not all(shape):
+    frames, nodes = int(steps.attrs["NSteps"]), len(mass)
+    if not frames or not nodes:
         return  # HDF5 has no virtual datasets without content
-    step = np.arange(shape[0])
-    for name, (path, unit) in _VIEWS.items():
+    step = np.arange(frames)
+    shown = [(name, path, unit, (3,)) for name, (path, unit) in _VIEWS.items()]
+    shown += [
+        (one.key, f"/VTKHDF/PointData/{one.stored}", one.unit, one.row)
+        for one in fields
+        if one.at == "node"
+    ]
+    for name, path, unit, row in shown:
         view = particles.create_group(name)
         view.attrs["unit"] = unit
         source: Any = file[path]
-        value = add_virtual(view, "value", source, shape)
+        value = add_virtual(view, "value", source, (frames, nodes, *row))
         value.attrs["description"] = f"{name} of each node [{unit}]"
         view["time"] = steps["Values"]  # the same dataset under a second name
         describe(view.create_dataset("step", data=step), "", "number of each frame")

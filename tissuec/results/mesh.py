@@ -31,6 +31,11 @@ class Cells(NamedTuple):
         return len(self.vertices) + len(self.lines) + len(self.triangles)
 
     @property
+    def triangle_rows(self) -> slice:
+        """Return where the triangles stand among the cells: last."""
+        return slice(self.line_rows.stop, self.total)
+
+    @property
     def line_rows(self) -> slice:
         """Return where the lines stand among the cells: behind the vertices."""
         return slice(len(self.vertices), len(self.vertices) + len(self.lines))
@@ -51,6 +56,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         springs: Network numbers of the springs shown, shape (spring,).
         lines: Ends of those springs as rows of ``nodes``, shape (spring, 2).
         triangles: Triangles among those nodes, as rows of ``nodes``, shape (triangle, 3).
+        faces: Numbers of these triangles in the skin of the network, shape (triangle,).
         edges: What holds the edges of each triangle, shape (triangle, 3).
     """
 
@@ -58,6 +64,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
     springs: NDArray[np.integer]
     lines: NDArray[np.integer]
     triangles: NDArray[np.integer]
+    faces: Indices
     edges: SupportedEdges
 
     @classmethod
@@ -90,7 +97,7 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         skin = network.skin[shown].reshape(-1, 3)
         sides = np.stack([skin, np.roll(skin, -1, axis=1)], axis=-1)
         edges = SupportedEdges.of(network.springs.ends, sides)
-        return cls(nodes, springs, lines, row[skin], edges)
+        return cls(nodes, springs, lines, row[skin], np.flatnonzero(shown), edges)
 
     def cells(self, alive: NDArray[np.bool_]) -> Cells:
         """Return the cells drawn while the springs ``alive``, shape (spring,), exist."""
@@ -102,6 +109,15 @@ class RecordedMesh(Struct, frozen=True, eq=False):
         lonely[lines] = False
         lonely[triangles] = False
         return Cells(np.flatnonzero(lonely)[:, None], lines, triangles, springs)
+
+    def drawn_triangles(self, cells: Cells) -> Indices:
+        """Return the places among ``triangles`` of those that cells draw, shape (drawn,)."""
+        powers = len(self.nodes) ** np.arange(3)
+        known, drawn = (
+            one.astype(np.int64) @ powers for one in (self.triangles, cells.triangles)
+        )
+        order = np.argsort(known)
+        return order[np.searchsorted(known, drawn, sorter=order)]
 
 
 def _ascending(numbers: NDArray[np.integer], count: int, what: str) -> NDArray[np.integer]:

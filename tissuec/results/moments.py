@@ -16,7 +16,10 @@ from numpy.typing import NDArray
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.geometry.surfaces.skin import BodySkin
 from tissuec.model.network import Floats, Indices
-from tissuec.results.mesh import Cells, RecordedMesh
+from tissuec.results.fields import FieldChannel
+from tissuec.results.frame_arrays import Numbers
+from tissuec.results.means import mean_at
+from tissuec.results.mesh import Cells
 
 if TYPE_CHECKING:
     from tissuec.results.surface_series import SurfaceSeries
@@ -78,15 +81,72 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         """Return vectors at some nodes, shape (row, node, 3).
 
         Args:
-            name: "position" [m], "velocity" [m/s] or "force" [N].
+            name: "position" [m], "velocity" [m/s], or a field of vectors at nodes.
             kept: Rows of nodes in frames, shape (node,).
             kind: Type of the numbers.
         """
         found = np.empty((len(self), len(kept), 3), dtype=kind)
-        frames, sides = getattr(self.trajectory, name), getattr(self.trajectory.sides, name)
+        frames, sides = self._arrays(name)
         for row, frame, side in self.rows():
             found[row] = (sides[side] if frame < 0 else frames[frame])[kept]
         return found
+
+    def _arrays(self, name: str) -> tuple[Any, Any]:
+        """Return the numbers at nodes in frames, and at sides of events."""
+        trajectory = self.trajectory
+        if name in ("position", "velocity"):
+            return getattr(trajectory, name), getattr(trajectory.sides, name)
+        return trajectory.fields[name], trajectory.sides.fields[name]
+
+    def at_nodes(self, channel: FieldChannel, row: int) -> Floats:
+        """Return one number at each recorded node, NaN where it has none, shape (node,).
+
+        That is the magnitude of vectors, and the mean of the springs, triangles or cells around
+        a node.
+
+        Args:
+            channel: Of a field.
+            row: Number of the row.
+        """
+        trajectory = self.trajectory
+        nodes = len(trajectory.nodes)
+        if channel.at == "node":
+            frames, sides = self._arrays(channel.name)
+            frame, side = int(self.frames[row]), int(self.sides[row])
+            found = np.asarray(sides[side] if frame < 0 else frames[frame], dtype=float)[:nodes]
+            return np.linalg.norm(found, axis=1) if channel.width > 1 else found
+        numbers, items = self.shown(channel, row)
+        if channel.at == "cell":
+            assert trajectory.volume_cells is not None
+            return trajectory.volume_cells.at_nodes(numbers, trajectory.nodes)
+        corners = trajectory.ends if channel.at == "spring" else trajectory.triangles
+        return mean_at(corners[items], numbers, nodes)
+
+    def shown(self, channel: FieldChannel, row: int) -> tuple[Numbers, Indices]:
+        """Return the numbers of springs, triangles or cells in a row, and whose they are.
+
+        Args:
+            channel: Of a field that is not about nodes.
+            row: Number of the row.
+
+        Returns:
+            Numbers in the unit of the field, and rows of the recorded springs, triangles or
+            cells, shape (shown,) each.
+        """
+        trajectory, frame, side = self.trajectory, int(self.frames[row]), int(self.sides[row])
+        if frame >= 0 and channel.at != "cell":
+            return trajectory.shown(channel.name, frame)
+        if frame >= 0:
+            every = np.asarray(trajectory.fields[channel.name][frame])
+            return every, np.arange(len(every))
+        every = np.asarray(trajectory.sides.fields[channel.name][side])
+        there = np.arange(len(every))
+        if channel.at == "spring":
+            there = np.flatnonzero(trajectory.sides.alive(side)[trajectory.springs])
+        elif channel.at == "triangle":
+            mesh = trajectory.mesh
+            there = mesh.drawn_triangles(mesh.cells(trajectory.sides.alive(side)))
+        return every[there], there
 
     @cached_property
     def held(self) -> Indices:
@@ -102,7 +162,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         """Return vectors at some nodes that are ever held; files are read once for all.
 
         Args:
-            name: "position" [m] or "force" [N].
+            name: As in ``vectors``.
             nodes: Rows in frames, among ``held``, shape (node,).
 
         Returns:
@@ -121,7 +181,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         """
         every = np.arange(len(self.trajectory.nodes))
         frame, side = int(self.frames[row]), int(self.sides[row])
-        sides, frames = getattr(self.trajectory.sides, name), getattr(self.trajectory, name)
+        frames, sides = self._arrays(name)
         return np.asarray((sides[side] if frame < 0 else frames[frame])[every], dtype=float)
 
     def tools(self) -> Floats:
@@ -136,19 +196,15 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
             )
         return found
 
-    def tension(self, row: int) -> tuple[Floats, Indices]:
+    def tension(self, row: int) -> tuple[Numbers, Indices]:
         """Return the tensions of springs [N], and which they are, shape (alive,) each."""
-        trajectory, side = self.trajectory, int(self.sides[row])
-        if side < 0:
-            return trajectory.spring_force(int(self.frames[row]))
-        alive = np.flatnonzero(trajectory.sides.alive(side)[trajectory.springs])
-        return trajectory.sides.tension(side)[alive], alive
+        return self.shown(next(c for c in self.trajectory.channels if c.name == "tension"), row)
 
     def topologies(self) -> Iterator[tuple[int, Cells]]:
         """Yield the rows at which other cells are drawn than before, and these."""
         trajectory = self.trajectory
         last: Cells | None = None
-        part, alive, mesh = -1, None, None
+        part, alive = -1, None
         for row, frame, side in self.rows():
             if frame >= 0:
                 if trajectory.parts[frame] == part:
@@ -159,10 +215,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
                 now = trajectory.sides.alive(side)
                 if alive is not None and np.array_equal(now, alive):
                     continue
-                if mesh is None:
-                    network = trajectory.network
-                    mesh = RecordedMesh.of(network, trajectory.nodes, trajectory.springs)
-                cells, alive = mesh.cells(now), now
+                cells, alive = trajectory.mesh.cells(now), now
             if not cells.same_as(last):
                 yield row, cells
                 last = cells

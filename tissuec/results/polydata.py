@@ -14,17 +14,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tissuec.model.network import Floats, Network
+from tissuec.results.field_table import CELLS
+from tissuec.results.fields import FieldChannel
 from tissuec.results.hdf5 import set_attribute
 from tissuec.results.mesh import Cells, RecordedMesh
 from tissuec.results.parts import ROOT, Parts
+from tissuec.results.recording import Recording
 from tissuec.results.store import GrowingDataset, Store
 
-POINT_FRAMES = {
-    "velocity": ("m/s", "velocity of each node"),
-    "force": ("N", "sum of the spring forces on each node"),
-}
+POINTS = ("node", "cell")  # of what points have numbers: of cells, the means around them
 FRAME_ROWS = 8192  # 200 kB of vectors: the fastest of those tried for 100 000 nodes
 _CHUNK_FRAMES = 64
+_EACH = "each node, frame after frame"
 
 
 def frames_of_a_chunk(nodes: int) -> int:
@@ -35,9 +36,11 @@ def frames_of_a_chunk(nodes: int) -> int:
 class PolyDataFrames:
     """The group ``/VTKHDF`` of a result file, written from the start or gone on with."""
 
-    def __init__(self, store: Store, network: Network, mesh: RecordedMesh, *, single: bool):
-        self.mesh = mesh
-        self.kind = np.dtype("f4" if single else "f8")
+    def __init__(
+        self, store: Store, network: Network, recording: Recording, mesh: RecordedMesh
+    ):
+        self.mesh, self._channels, self._volumes = mesh, recording.fields, recording.cells
+        self.kind = np.dtype("f4" if recording.single else "f8")
         count = len(mesh.nodes)
         self.batch = frames_of_a_chunk(count)  # frames
         self._store = store
@@ -61,37 +64,56 @@ class PolyDataFrames:
         return float(values[-1]) if len(values) else -np.inf
 
     def _frame_columns(self, nodes: int, cells: int) -> None:
-        def points(name: str, unit: str, text: str) -> GrowingDataset:
+        def points(name: str, unit: str, text: str, row: tuple[int, ...]) -> GrowingDataset:
             chunk = min(nodes * self.batch, FRAME_ROWS)
             return self._store.column(
                 f"/VTKHDF/{name}",
                 self.kind,
-                f"{text}, frame after frame",
+                text,
                 unit=unit,
-                row=(3,),
+                row=row,
                 chunk=chunk,
                 in_parts=True,
             )
 
-        self._vectors = {"position": points("Points", "m", "position of each node")}
-        for name, (unit, text) in POINT_FRAMES.items():
-            self._vectors[name] = points(f"PointData/{name}", unit, text)
+        self._position = points("Points", "m", f"position of {_EACH}", (3,))
+        self._velocity = points("PointData/velocity", "m/s", f"velocity of {_EACH}", (3,))
+        self._numbers = {
+            one: points(f"PointData/{one.stored}", one.unit, _text_of(one), one.row)
+            if one.at in POINTS
+            else self._store.column(
+                f"/VTKHDF/CellData/{one.stored}",
+                self.kind,
+                _text_of(one),
+                unit=one.unit,
+                chunk=min(cells * self.batch, 3 * FRAME_ROWS),
+                in_parts=True,
+            )
+            for one in self._channels
+        }
+        self._whole = {
+            one: self._cell_column(one) for one in self._channels if one.at == "cell"
+        }
         self._node_id = self._store.column(
             "/VTKHDF/PointData/node_id", "i8", "id of each node, the same in all frames"
         )
-        self._tension = self._store.column(
-            "/VTKHDF/CellData/spring_force",
-            self.kind,
-            "tension of each line's spring, frame after frame; 0 at other cells",
-            unit="N",
-            chunk=min(cells * self.batch, 3 * FRAME_ROWS),
+
+    def _cell_column(self, channel: FieldChannel) -> GrowingDataset:
+        """Return the column of the numbers of cells, of which points have the means."""
+        assert self._volumes is not None
+        chunk = min(self._volumes.total * self.batch, 3 * FRAME_ROWS)
+        text = f"{channel.text}, frame after frame"
+        return self._store.column(
+            f"{CELLS}/{channel.key}", self.kind, text, unit=channel.unit, chunk=chunk,
             in_parts=True,
-        )
+        )  # fmt: skip
 
     def _step_columns(self) -> dict[str, GrowingDataset]:
         steps = step_columns(self._store, ROOT)
-        data = [("Point", name) for name in (*POINT_FRAMES, "node_id")]
-        data += [("Cell", name) for name in ("spring_force", "spring_id")]
+        data = [("Point", "velocity"), ("Point", "node_id"), ("Cell", "spring_id")]
+        data += [
+            ("Point" if one.at in POINTS else "Cell", one.stored) for one in self._channels
+        ]
         for group, name in data:
             path = f"{ROOT}/Steps/{group}DataOffsets/{name}"
             text = f"where each frame begins in {group}Data/{name}"
@@ -102,29 +124,47 @@ class PolyDataFrames:
         self,
         cells: Cells,
         time: Floats,
-        vectors: Mapping[str, NDArray[Any]],
-        tension: NDArray[Any],
+        position: NDArray[Any],
+        velocity: NDArray[Any],
+        numbers: Mapping[FieldChannel, NDArray[Any]],
     ) -> None:
         """Add frames that all show ``cells``.
 
         Args:
             cells: What is drawn.
             time: [s], shape (frame,).
-            vectors: "position" [m], "velocity" [m/s] and "force" [N] of the mesh's nodes, each
-                of shape (frame, node, 3).
-            tension: Of the springs of the lines [N], shape (frame, line).
+            position: Of the mesh's nodes [m], shape (frame, node, 3).
+            velocity: Of these [m/s], shape (frame, node, 3).
+            numbers: Of nodes, lines, triangles or cells by field, in its unit, shape (frame,
+                node, …) or alike.
         """
         if not cells.same_as(self.parts.drawn):
             self.parts.draw(cells)
-        numbers = np.zeros((len(time), cells.total), dtype=self.kind)
-        numbers[:, cells.line_rows] = tension
         steps = {"Values": time, **self._offsets(cells.total, len(time))}
         rows: dict[GrowingDataset, ArrayLike] = {
             self._steps[name]: data for name, data in steps.items()
         }
-        rows |= {self._vectors[name]: data.reshape(-1, 3) for name, data in vectors.items()}
-        rows[self._tension] = numbers.reshape(-1)
+        rows[self._position] = position.reshape(-1, 3)
+        rows[self._velocity] = velocity.reshape(-1, 3)
+        for channel, data in numbers.items():
+            shown = self._at_points_or_cells(channel, data, cells)
+            rows[self._numbers[channel]] = shown.reshape(-1, *channel.row)
+            if channel.at == "cell":
+                rows[self._whole[channel]] = data.reshape(-1)
         self._store.append(rows)
+
+    def _at_points_or_cells(
+        self, channel: FieldChannel, data: NDArray[Any], cells: Cells
+    ) -> NDArray[Any]:
+        """Return what points, or all cells of VTK, have of a field."""
+        if channel.at == "node":
+            return data
+        if channel.at == "cell":
+            assert self._volumes is not None
+            return np.nan_to_num(self._volumes.at_nodes(data, self.mesh.nodes))
+        every = np.zeros((len(data), cells.total), dtype=self.kind)
+        every[:, cells.line_rows if channel.at == "spring" else cells.triangle_rows] = data
+        return every
 
     def _offsets(self, cells: int, frames: int) -> dict[str, NDArray[Any]]:
         """Return the rows of ``Steps`` for frames that are about to be added."""
@@ -137,15 +177,29 @@ class PolyDataFrames:
             "PointOffsets": points,
             "CellOffsets": np.tile(self.parts.first_cells, (frames, 1)),
             "ConnectivityIdOffsets": np.tile(self.parts.first_ids, (frames, 1)),
-            **dict.fromkeys(POINT_FRAMES, points),
+            "velocity": points,
             "node_id": same,
-            "spring_force": self._tension.rows + cells * np.arange(frames),
+            **{
+                one.stored: points
+                if one.at in POINTS
+                else self._numbers[one].rows + cells * np.arange(frames)
+                for one in self._channels
+            },
             "spring_id": same + self.parts.first_identity,
         }
 
     def show(self) -> None:
         """Let readers see the frames, after their rows were handed to HDF5."""
         self._store.label(f"{ROOT}/Steps", NSteps=self.count)
+
+
+def _text_of(channel: FieldChannel) -> str:
+    """Return what the numbers of a field are in VTK."""
+    if channel.at == "node":
+        return f"{channel.text}, frame after frame"
+    elsewhere = "nodes without cells" if channel.at == "cell" else "other cells"
+    text = channel.at_nodes if channel.at == "cell" else channel.text
+    return f"{text}, frame after frame; 0 at {elsewhere}"
 
 
 def step_columns(store: Store, root: str) -> dict[str, GrowingDataset]:

@@ -4,10 +4,12 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.results.fields import FieldChannel, always_recorded
+from tissuec.results.volume_cells import VolumeCells
 
 AXES = ("x", "y", "z")  # columns of vectors
 ENERGIES = ("kinetic", "elastic", "gravity", "work", "dissipated", "switched")
@@ -61,6 +63,8 @@ class Recording(Struct, frozen=True, eq=False):
         energies: Whether the table of energies is written.
         surfaces: Smooth surfaces of bodies.
         compress: Whether frames and surfaces are compressed.
+        fields: What frames contain besides positions and velocities.
+        cells: The cells of preserved volumes; None where no field is about them.
     """
 
     nodes: Indices
@@ -70,6 +74,8 @@ class Recording(Struct, frozen=True, eq=False):
     energies: bool
     surfaces: tuple[SurfaceChannel, ...] = ()
     compress: bool = False
+    fields: tuple[FieldChannel, ...] = field(default_factory=always_recorded)
+    cells: VolumeCells | None = None
 
 
 class NamedGroup(Struct, frozen=True, eq=False):
@@ -113,16 +119,14 @@ class EventSide(NamedTuple):
         time: Of the event [s].
         position: [m], shape (node, 3).
         velocity: [m/s], shape (node, 3).
-        force: Sum of the spring forces on each node [N], shape (node, 3).
-        tension: Of each spring [N], shape (spring,); those of dead ones are ignored.
+        fields: Numbers of the fields by name, as their members sample them.
         alive: Which springs exist, shape (spring,).
     """
 
     time: float
     position: Floats
     velocity: Floats
-    force: Floats
-    tension: Floats
+    fields: Mapping[str, Floats]
     alive: NDArray[np.bool_]
 
 

@@ -44,7 +44,7 @@ def net_shape(
     time: float,
     cells: Cells,
     points: Mapping[str, NDArray[Any]],
-    tension: NDArray[Any],
+    own: Mapping[str, tuple[slice, NDArray[Any]]],
     spring_ids: Indices,
 ) -> ExportedShape:
     """Return a net as a shape.
@@ -54,17 +54,19 @@ def net_shape(
         time: [s].
         cells: What is drawn.
         points: "position" [m], shape (node, 3), and what else there is at the nodes.
-        tension: Of the springs of the lines [N], shape (line,).
+        own: Which rows of the cells have numbers, and these; 0 elsewhere.
         spring_ids: Of these springs, shape (line,).
     """
-    numbers = np.zeros(cells.total, dtype=tension.dtype)
-    numbers[cells.line_rows] = tension
+    numbers: dict[str, NDArray[Any]] = {}
+    for name, (rows, values) in own.items():
+        numbers[name] = np.zeros(cells.total, dtype=values.dtype)
+        numbers[name][rows] = values
     identities = np.full(cells.total, -1, dtype=np.int64)
     identities[cells.line_rows] = spring_ids
     others = {name: values for name, values in points.items() if name != "position"}
     return ExportedShape(
         title, time, points["position"], cells.vertices, cells.lines, cells.triangles,
-        others, {"spring_force": numbers, "spring_id": identities},
+        others, {**numbers, "spring_id": identities},
     )  # fmt: skip
 
 

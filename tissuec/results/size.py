@@ -12,8 +12,9 @@ from math import ceil, floor
 from typing import NamedTuple
 
 from tissuec.model.network import Network
+from tissuec.results.fields import Place
 from tissuec.results.mesh import RecordedMesh
-from tissuec.results.polydata import FRAME_ROWS, frames_of_a_chunk
+from tissuec.results.polydata import FRAME_ROWS, POINTS, frames_of_a_chunk
 from tissuec.results.recording import ENERGIES, MOST_JUMPING, Recording
 from tissuec.results.sides import MOST_EVENTS, side_rows_of_a_chunk
 from tissuec.results.store import CHUNK, LARGE
@@ -67,8 +68,9 @@ def file_size(
         total += count * (size if count < LARGE else packed)
     mesh = RecordedMesh.of(network, recording.nodes, recording.springs)
     word = 4 if recording.single else 8
-    total += sum(_frames(network, mesh, word, moments(duration, output.every), 1 + events.cuts))
-    total += sum(_sides(network, mesh, word, min(events.times, MOST_EVENTS)))
+    fields = _Fields(recording, mesh, word)
+    total += sum(_frames(network, fields, moments(duration, output.every), 1 + events.cuts))
+    total += sum(_sides(network, fields, min(events.times, MOST_EVENTS)))
     for log, channel in zip(output.logs, recording.logs, strict=True):
         total += _log(moments(duration, log.every), len(channel.columns))
     if recording.energies:
@@ -95,29 +97,45 @@ def column(rows: int, row: int, chunk: int) -> int:
     return chunks * chunk * row + ceil(chunks / TREE_CHUNKS) * TREE
 
 
-def _frames(
-    network: Network, mesh: RecordedMesh, word: int, frames: int, parts: int
-) -> Iterator[int]:
+class _Fields(NamedTuple):
+    """What is recorded of the net; ``word`` is the size of a number [bytes]."""
+
+    recording: Recording
+    mesh: RecordedMesh
+    word: int
+
+    def places(self, at: Place) -> int:
+        """Return how many nodes, springs, triangles or cells have numbers."""
+        if at == "cell":
+            return 0 if self.recording.cells is None else self.recording.cells.total
+        shown = {"node": "nodes", "spring": "springs", "triangle": "triangles"}
+        return len(getattr(self.mesh, shown[at]))
+
+
+def _frames(network: Network, fields: _Fields, frames: int, parts: int) -> Iterator[int]:
     """Yield the bytes of the columns that hold frames.
 
     Args:
         network: The network.
-        mesh: What frames show.
-        word: Size of a number [bytes].
+        fields: What is recorded.
         frames: How many.
         parts: How many topologies they have.
     """
+    mesh, word, places = fields.mesh, fields.word, fields.places
     nodes, lines, triangles = len(mesh.nodes), len(mesh.springs), len(mesh.triangles)
     if not frames or not nodes:
         return
     cells = lines + triangles
     batch = frames_of_a_chunk(nodes)
-    for _ in ("position", "velocity", "force"):
-        yield column(nodes * frames, 3 * word, min(nodes * batch, FRAME_ROWS))
-    yield column(cells * frames, word, min(cells * batch, 3 * FRAME_ROWS) or 1)
+    channels = fields.recording.fields
+    for width in (3, 3, *(one.width for one in channels if one.at in POINTS)):
+        yield column(nodes * frames, width * word, min(nodes * batch, FRAME_ROWS))
+    of_cells = [places("cell") for one in channels if one.at == "cell"]
+    for rows in (*of_cells, *(cells for one in channels if one.at not in POINTS)):
+        yield column(rows * frames, word, min(rows * batch, 3 * FRAME_ROWS) or 1)
     tools = network.node_count - network.body_nodes
     yield column(tools * frames, 3 * word, TOOL_CHUNK)
-    for _ in range(9 + 4):  # of the steps; of two estimates of the error
+    for _ in range(7 + len(channels) + 4):  # of the steps; of two estimates of the error
         yield column(frames, 8, CHUNK)
     for _ in range(2):
         yield column(frames, 4 * 8, CHUNK)
@@ -127,20 +145,23 @@ def _frames(
             yield column(parts * rows, 8, CHUNK)
 
 
-def _sides(network: Network, mesh: RecordedMesh, word: int, events: int) -> Iterator[int]:
+def _sides(network: Network, fields: _Fields, events: int) -> Iterator[int]:
     """Yield the bytes of the columns that hold both sides of events.
 
     Args:
         network: The network.
-        mesh: What frames show.
-        word: Size of a number [bytes].
+        fields: What is recorded.
         events: How many.
     """
-    nodes = len(mesh.nodes) + network.node_count - network.body_nodes
-    if events and len(mesh.nodes):
+    word, tools = fields.word, network.node_count - network.body_nodes
+    if events and fields.places("node"):
+        nodes = fields.places("node") + tools
         for rows, row in (
-            *((nodes, 3 * word) for _ in ("position", "velocity", "force")),
-            (len(mesh.springs), word),
+            *((nodes, 3 * word) for _ in ("position", "velocity")),
+            *(
+                (fields.places(one.at) + tools * (one.at == "node"), one.width * word)
+                for one in fields.recording.fields
+            ),
             (network.spring_count // 8 + 1, 1),
         ):
             yield column(2 * events * rows, row, side_rows_of_a_chunk(rows))

@@ -18,12 +18,14 @@ from tissuec.results.arrays import RECORDING, read_network
 from tissuec.results.checkpoint import Checkpoint, read_checkpoint
 from tissuec.results.doubts import Doubt, doubts_of
 from tissuec.results.errors import ResultError
-from tissuec.results.frame_arrays import Frames, Tensions
+from tissuec.results.field_table import CELLS, read_channels_of_frames, read_volume_cells
+from tissuec.results.fields import FieldChannel, Place
+from tissuec.results.frame_arrays import CellFrames, Frames, Numbers, OverFrames
 from tissuec.results.groups import read_groups
 from tissuec.results.layout import open_result
 from tissuec.results.logs import Log, Logs
 from tissuec.results.manifest import SCENE, read_manifest
-from tissuec.results.mesh import Cells
+from tissuec.results.mesh import Cells, RecordedMesh
 from tissuec.results.names import members
 from tissuec.results.origins import read_origins
 from tissuec.results.parts import read_cells
@@ -34,6 +36,7 @@ from tissuec.results.sides import Sides
 from tissuec.results.surface_series import Surfaces
 from tissuec.results.tables import COMPANION_PATH, ENERGY_PATH, ERROR_PATH, read_events
 from tissuec.results.tools import TOOL_FRAMES, HoldInterval, read_holds
+from tissuec.results.volume_cells import VolumeCells
 
 
 class Trajectory:
@@ -143,7 +146,8 @@ class Trajectory:
     @cached_property
     def sides(self) -> Sides:
         """The net just before and just after events, at most 64 of them."""
-        return Sides(self._file, self.network, len(self.nodes), len(self.springs))
+        counts = {one: self._places(one.at) for one in self.channels}
+        return Sides(self._file, self.network, len(self.nodes), counts)
 
     @cached_property
     def holds(self) -> tuple[HoldInterval, ...]:
@@ -156,9 +160,9 @@ class Trajectory:
         return self._frames("PointData/velocity")
 
     @property
-    def force(self) -> Frames:
+    def force(self) -> OverFrames:
         """Sums of the spring forces on the nodes [N], shape (frame, node, 3)."""
-        return self._frames("PointData/force")
+        return self.fields["force"]
 
     def _frames(self, name: str) -> Frames:
         return Frames(
@@ -166,19 +170,103 @@ class Trajectory:
         )
 
     @property
-    def tension(self) -> Tensions:
+    def tension(self) -> OverFrames:
         """Tensions of the recorded springs [N], shape (frame, spring); NaN once one is gone.
 
         A spring that is pressed has a negative one.
         """
-        count, steps = self._frame_count, access.group(self._file, "VTKHDF/Steps")
-        return Tensions(
-            access.dataset(self._file, "VTKHDF/CellData/spring_force"),
-            access.array(steps, "CellDataOffsets/spring_force")[:count],
+        return self.fields["tension"]
+
+    @cached_property
+    def channels(self) -> tuple[FieldChannel, ...]:
+        """The fields that frames contain, besides positions and velocities."""
+        return read_channels_of_frames(self._file)
+
+    @cached_property
+    def volume_cells(self) -> VolumeCells | None:
+        """The cells of preserved volumes; None where no field is about them."""
+        return read_volume_cells(self._file)
+
+    @property
+    def fields(self) -> dict[str, OverFrames]:
+        """Numbers of all fields by name, in their units.
+
+        The shape is (frame, node) or (frame, node, 3), (frame, spring), (frame, triangle) or
+        (frame, cell), as rows of `nodes`, `springs`, `triangles` or the cells of
+        `volume_cells`. They are NaN of springs and triangles from the frame on in which these
+        are gone.
+        """
+        return {one.name: self._field(one) for one in self.channels}
+
+    def _field(self, channel: FieldChannel) -> OverFrames:
+        count = self._frame_count
+        if channel.at == "node":
+            data = access.dataset(self._file, f"VTKHDF/PointData/{channel.stored}")
+            return Frames(data, count, len(self.nodes), channel.row)
+        if channel.at == "cell":
+            data = access.dataset(self._file, f"{CELLS}/{channel.key}")
+            return Frames(data, count, self._places(channel.at), ())
+        return self._shown(channel)
+
+    def at_points(self, channel: FieldChannel, frame: int) -> Numbers:
+        """Return the numbers that VTK finds at nodes in a frame, shape (node, …).
+
+        Args:
+            channel: Of a field of nodes, or of cells, of which nodes have the mean, or 0.
+            frame: Number of the frame.
+        """
+        data = access.dataset(self._file, f"VTKHDF/PointData/{channel.stored}")
+        return Frames(data, self._frame_count, len(self.nodes), channel.row)[frame]
+
+    def _shown(self, channel: FieldChannel) -> CellFrames:
+        steps = access.group(self._file, "VTKHDF/Steps")
+        return CellFrames(
+            access.dataset(self._file, f"VTKHDF/CellData/{channel.stored}"),
+            access.array(steps, f"CellDataOffsets/{channel.stored}")[: self._frame_count],
             self.parts,
-            self.springs,
+            self._places(channel.at),
             self.cells,
+            self._lines_in if channel.at == "spring" else self._triangles_in,
         )
+
+    def _lines_in(self, cells: Cells) -> tuple[slice, Indices]:
+        return cells.line_rows, np.searchsorted(self.springs, cells.springs)
+
+    def _triangles_in(self, cells: Cells) -> tuple[slice, Indices]:
+        return cells.triangle_rows, self.mesh.drawn_triangles(cells)
+
+    def _places(self, at: Place) -> int:
+        """Return how many nodes, springs, triangles or cells of volumes are recorded."""
+        if at == "cell":
+            return 0 if self.volume_cells is None else self.volume_cells.total
+        return {
+            "node": lambda: len(self.nodes),
+            "spring": lambda: len(self.springs),
+            "triangle": lambda: len(self.mesh.triangles),
+        }[at]()
+
+    @cached_property
+    def mesh(self) -> RecordedMesh:
+        """All that frames may show of the network."""
+        return RecordedMesh.of(self.network, self.nodes, self.springs)
+
+    @property
+    def triangles(self) -> Indices:
+        """Recorded triangles of the skin, numbered as in the frames, shape (triangle, 3)."""
+        return self.mesh.triangles.astype(np.int64)
+
+    def shown(self, name: str, frame: int) -> tuple[Numbers, Indices]:
+        """Return the numbers of a field that a frame shows, in its unit, and whose they are.
+
+        Args:
+            name: Of a field of springs or triangles.
+            frame: Number of the frame; it may count from the end, as in NumPy.
+
+        Returns:
+            Numbers and rows of `ends` or `triangles`, shape (shown,) each.
+        """
+        self._step("PartOffsets", frame)
+        return self._shown(next(one for one in self.channels if one.name == name)).shown(frame)
 
     @cached_property
     def parts(self) -> Indices:
@@ -192,17 +280,13 @@ class Trajectory:
             self._drawn = part, read_cells(self._file, part, self.springs)
         return self._drawn[1]
 
-    def spring_force(self, frame: int) -> tuple[Floats, Indices]:
+    def spring_force(self, frame: int) -> tuple[Numbers, Indices]:
         """Return the tensions [N] in a frame, and whose they are as rows of `ends`.
 
         `tension` has those of all springs, also of the ones that are gone. Both have shape
         (alive,). A frame number may count from the end, as in NumPy.
         """
-        cells = self.cells(frame)
-        first = self._step("CellDataOffsets/spring_force", frame)
-        rows = access.dataset(self._file, "VTKHDF/CellData/spring_force")
-        lines = first + cells.line_rows.start, first + cells.line_rows.stop
-        return rows.finite(*lines), np.searchsorted(self.springs, cells.springs)
+        return self.shown("tension", frame)
 
     def _step(self, name: str, frame: int) -> int:
         count = self._frame_count

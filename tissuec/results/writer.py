@@ -178,10 +178,10 @@ class ResultWriter:
         """
         self._store, self._scene = store, scene
         store.compresses = recording.compress
-        self._polydata = PolyDataFrames(store, network, mesh, single=recording.single)
+        self._polydata = PolyDataFrames(store, network, recording, mesh)
         tools = ToolTable(store, network, self._polydata.kind)
-        self._frames = FrameRecorder(network, mesh, self._polydata, tools)
-        self._sides = SideTable(store, network, mesh, self._polydata.kind)
+        self._frames = FrameRecorder(network, recording, self._polydata, tools)
+        self._sides = SideTable(store, network, recording, mesh, self._polydata.kind)
         self._holds = HoldTable(store, network)
         self._logs: dict[str, LogTable] = log_tables(store, recording.logs)
         self._jumps: dict[str, JumpTable] = jump_tables(store, recording.logs)
@@ -194,6 +194,7 @@ class ResultWriter:
             )
             for number, channel in enumerate(recording.surfaces)
         }
+        self._fields = recording.fields
         self._identity = {
             "mass": network.mass[mesh.nodes],
             "ids": network.node_ids[mesh.nodes],
@@ -228,8 +229,7 @@ class ResultWriter:
         time: ArrayLike,
         position: ArrayLike,
         velocity: ArrayLike,
-        force: ArrayLike,
-        tension: ArrayLike,
+        fields: Mapping[str, ArrayLike],
     ) -> None:
         """Add frames; all nodes and springs in the order of the network.
 
@@ -239,16 +239,17 @@ class ResultWriter:
             time: [s], shape (frame,).
             position: [m], shape (frame, node, 3).
             velocity: [m/s], shape (frame, node, 3).
-            force: Sum of the spring forces on each node [N], shape (frame, node, 3).
-            tension: Of each spring [N], shape (frame, spring); those of dead ones are ignored.
+            fields: Numbers of the fields of the recording by name, as their members sample
+                them; those of dead springs are ignored.
 
         Raises:
-            ValueError: A number is not finite, or does not fit single precision; the message
-                names node and time, and none of these frames is written.
+            ValueError: A field is missing, or a number is not finite or does not fit single
+                precision; the message names node and time, and none of these frames is
+                written.
             ResultError: There is no space on the disk.
         """
         self._check_open()
-        self._frames.append(time, position, velocity, force, tension)
+        self._frames.append(time, position, velocity, fields)
         self._flush_if_due()
 
     def awaits_sides(self, time: float, apart: float) -> bool:
@@ -439,7 +440,7 @@ class ResultWriter:
     def _end(self, name: Path | None) -> None:
         """Write what comes last, and close the file; under another name, if there is one."""
         author = str(self._manifest.get("author", "not stated"))
-        add_views(self._store.file, author=author, **self._identity)
+        add_views(self._store.file, self._fields, author=author, **self._identity)
         write_manifest(self._store, self._manifest)
         try:
             self._store.close(name)

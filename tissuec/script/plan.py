@@ -127,6 +127,7 @@ class Output(Struct, frozen=True, eq=False):
         surfaces: Smooth surfaces of bodies, at their own rates.
         blocks: Whether a blocks file is written beside the result.
         compress: Whether frames and surfaces are compressed.
+        fields: Names of fields that frames contain besides those that all do.
     """
 
     frames: Indices
@@ -137,6 +138,7 @@ class Output(Struct, frozen=True, eq=False):
     surfaces: tuple[SurfaceOutput, ...] = ()
     blocks: bool = False
     compress: bool = False
+    fields: tuple[str, ...] = ()
 
 
 class Plan(Struct, frozen=True, eq=False):

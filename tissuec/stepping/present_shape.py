@@ -1,7 +1,11 @@
 """The net of a run at one time, to be drawn."""
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from tissuec.results.fields import FIELDS, always_recorded
 from tissuec.results.mesh import RecordedMesh
 from tissuec.results.shapes import ExportedShape, net_shape
 from tissuec.script.measures.snapshot import Snapshot
@@ -18,11 +22,17 @@ def present_shape(title: str, snapshot: Snapshot) -> ExportedShape:
     nodes = np.arange(network.body_nodes)
     springs = np.flatnonzero((network.springs.ends < len(nodes)).all(axis=1))
     cells = RecordedMesh.of(network, nodes, springs).cells(snapshot.state.alive)
-    points = {
+    points: dict[str, NDArray[Any]] = {
         "position": snapshot.position[nodes],
         "velocity": snapshot.velocity[nodes],
-        "force": snapshot.node_force[nodes],
-        "node_id": network.node_ids[nodes],
     }
-    tension, ids = snapshot.tension[cells.springs], network.springs.ids[cells.springs]
-    return net_shape(title, float(snapshot.time), cells, points, tension, ids)
+    own: dict[str, tuple[slice, NDArray[Any]]] = {}
+    for channel in always_recorded():
+        numbers = FIELDS[channel.name].sample(snapshot)
+        if channel.at == "node":
+            points[channel.stored] = numbers[nodes]
+        elif channel.at == "spring":
+            own[channel.stored] = cells.line_rows, numbers[cells.springs]
+    points["node_id"] = network.node_ids[nodes]
+    ids = network.springs.ids[cells.springs]
+    return net_shape(title, float(snapshot.time), cells, points, own, ids)

@@ -58,9 +58,9 @@ class Observer(MemoryRecording):
         self._rest.holds(time, holders)
 
     def frames(
-        self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
+        self, time: Floats, position: Floats, velocity: Floats, fields: Mapping[str, Floats]
     ) -> None:
-        self._rest.frames(time, position, velocity, force, tension)
+        self._rest.frames(time, position, velocity, fields)
 
     def awaits_sides(self, time: float, apart: float) -> bool:
         return self._rest.awaits_sides(time, apart)

@@ -55,8 +55,9 @@ def rows_of(path):
             part for frame in range(len(file.times)) for part in file.spring_force(frame)
         ]
         beside, count = file.sides, len(file.sides)
-        sides = [beside.times, beside.position[:], beside.velocity[:], beside.force[:]]
-        sides += [of(n) for n in range(count) for of in (beside.tension, beside.alive)]
+        sides = [beside.times, beside.position[:], beside.velocity[:]]
+        sides += [one[:] for one in beside.fields.values()]
+        sides += [beside.alive(n) for n in range(count)]
         return [file.times, *vectors, *logs, *springs, *sides], file.events
 
 
@@ -131,14 +132,15 @@ def test_a_file_holds_the_net_on_both_sides_of_each_event(scene, tmp_path):
         assert sides.position[::2] == pytest.approx(sides.position[1::2], abs=1e-12)
         cut = 2 * happened.index(0.5)
         assert np.flatnonzero(sides.alive(cut) & ~sides.alive(cut + 1)).tolist() == [2, 9]
-        assert sides.tension(cut)[[2, 9]].all() and not sides.tension(cut + 1)[[2, 9]].any()
+        tension, force = sides.fields["tension"], sides.fields["force"]
+        assert tension[cut][[2, 9]].all() and not tension[cut + 1][[2, 9]].any()
         for side in (cut, cut + 1):  # what pulls at the nodes is what the springs bear
             way = np.diff(sides.position[side][network.springs.ends], axis=1)[:, 0]
-            pull = way * (sides.tension(side) / np.linalg.norm(way, axis=1))[:, None]
-            total = np.zeros_like(sides.force[side])
+            pull = way * (tension[side] / np.linalg.norm(way, axis=1))[:, None]
+            total = np.zeros_like(force[side])
             np.add.at(total, network.springs.ends[:, 0], pull)
             np.add.at(total, network.springs.ends[:, 1], -pull)
-            assert sides.force[side] == pytest.approx(total, abs=1e-12 * np.abs(pull).max())
+            assert force[side] == pytest.approx(total, abs=1e-12 * np.abs(pull).max())
 
 
 def test_a_file_holds_no_more_than_the_first_sides(scene, tmp_path):

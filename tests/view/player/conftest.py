@@ -134,8 +134,7 @@ class Show(Struct):
                     [frame * self.step],
                     place[None],
                     0.0 * place[None],
-                    force[None],
-                    tension[None],
+                    {"force": force[None], "tension": tension[None]},
                 )
             for name, rows in self.logs.items():
                 rows = np.asarray(rows, dtype=float)

@@ -16,12 +16,13 @@ from msgspec.structs import replace
 from tissuec.analysis.vibration.modes import Mode, Modes
 from tissuec.compiler.compile import Compiled
 from tissuec.core.units import TIME, show
-from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
 from tissuec.model import topology
 from tissuec.model.network import Floats, Network
+from tissuec.results.fields import FIELDS, always_recorded
 from tissuec.results.recording import Recording
 from tissuec.results.writer import ResultWriter
+from tissuec.script.measures.snapshot import Snapshot
 
 AMPLITUDE = 0.05  # of the diagonal of the body
 STEPS = 24  # frames of a mode
@@ -54,8 +55,8 @@ def write_modes(
         for mode in modes:
             start = mode.number - 1.0
             writer.event(start, "note", (), f"mode {mode.number}: {in_words(mode)}", place)
-            for times, *arrays in _batches(modes, mode):
-                writer.frames(times, *arrays)
+            for frame in _frames(modes, mode):
+                writer.frames(*frame)
         return writer.close("all modes are written", finished=True, facts={"kind": "done"})
 
 
@@ -75,15 +76,17 @@ def _recording(network: Network, *, single: bool) -> Recording:
     return Recording(nodes=nodes, springs=springs, single=single, logs=(), energies=False)
 
 
-def _batches(modes: Modes, mode: Mode) -> Iterator[tuple[Floats, ...]]:
-    """Yield times, positions, velocities, forces and tensions of frames."""
+def _frames(
+    modes: Modes, mode: Mode
+) -> Iterator[tuple[Floats, Floats, Floats, dict[str, Floats]]]:
+    """Yield times, positions, velocities and fields of frames."""
     # The last mode comes to its end, others to where the next one begins.
     count = STEPS + (mode.number == len(modes))
     state = replace(modes.state, contact=None)
     way = _amplitude(state.network, mode) * mode.shape
-    before, after = (_pulled(state, sign * SLIGHT * way) for sign in (-1.0, 1.0))
-    here = _pulled(state, 0.0 * way)
-    changes = [(b - a) / (2.0 * SLIGHT) for a, b in zip(before, after, strict=True)]
+    before, after = (_fields(state, sign * SLIGHT * way) for sign in (-1.0, 1.0))
+    here = _fields(state, 0.0 * way)
+    changes = {name: (after[name] - before[name]) / (2.0 * SLIGHT) for name in here}
     for step in range(count):
         phase = 2.0 * np.pi * step / STEPS
         sine = np.sin(phase)
@@ -91,8 +94,7 @@ def _batches(modes: Modes, mode: Mode) -> Iterator[tuple[Floats, ...]]:
             np.array([mode.number - 1.0 + step / STEPS]),
             (state.position + sine * way)[None],
             (2.0 * np.pi * np.cos(phase) * way)[None],
-            (here[0] + sine * changes[0])[None],
-            (here[1] + sine * changes[1])[None],
+            {name: (here[name] + sine * changes[name])[None] for name in here},
         )
 
 
@@ -105,10 +107,11 @@ def _amplitude(network: Network, mode: Mode) -> float:
     return AMPLITUDE * size / float(np.sqrt((mode.shape**2).sum(axis=1).max()))
 
 
-def _pulled(state: State, shift: Floats) -> observables.NodeForces:
-    """Return what springs and fields do beside the place of a state."""
+def _fields(state: State, shift: Floats) -> dict[str, Floats]:
+    """Return the fields of frames beside the place of a state."""
     still = np.zeros_like(state.velocity)
     memory = state.network.memory
     still[memory] = state.velocity[memory]
-    place = state.position + shift
-    return observables.inner_forces(state, state.time, place, still)
+    none = np.zeros(state.network.spring_count, dtype=bool)
+    there = Snapshot(state, state.time, state.position + shift, still, none)
+    return {one.name: FIELDS[one.name].sample(there) for one in always_recorded()}

@@ -41,10 +41,10 @@ class MemoryRecording:
         """Ignore which nodes are held, ``holders`` of shape (n,): only files record it."""
 
     def frames(
-        self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
+        self, time: Floats, position: Floats, velocity: Floats, fields: Mapping[str, Floats]
     ) -> None:
         alive = np.broadcast_to(self._alive, (len(time), len(self._alive)))
-        self._add("frames", time, position, velocity, force, tension, alive)
+        self._add("frames", time, position, velocity, *fields.values(), alive)
 
     def awaits_sides(self, time: float, apart: float) -> bool:
         """Return that both sides of an event at ``time`` [s] are not wanted."""
@@ -99,7 +99,8 @@ class MemoryRecording:
     def frame_arrays(self) -> tuple[NDArray[Any], ...]:
         """Return time [s], position [m], velocity [m/s], force [N], tension [N] and alive.
 
-        The shapes are (frame,), (frame, node, 3) three times, and (frame, spring) twice.
+        The shapes are (frame,), (frame, node, 3) three times, and (frame, spring) twice. The
+        fields that a scene asks for stand behind the tension.
         """
         return self._joined("frames")
 

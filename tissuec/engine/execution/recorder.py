@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 from tissuec.core.units import si_unit
 from tissuec.engine.execution.doubts import Watcher
 from tissuec.engine.execution.expectations import ExpectationMemory, ExpectationMonitor
+from tissuec.engine.execution.field_samples import FieldSampler, preserved_bodies
 from tissuec.engine.execution.sampling import SAME, join_times, rows_at
 from tissuec.engine.method import Samples
 from tissuec.engine.state import FLOOR, most_stored
 from tissuec.geometry.surfaces import entries_of
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
+from tissuec.results.fields import channels
 from tissuec.results.recording import (
     MOST_JUMPING,
     EventSide,
@@ -32,6 +34,7 @@ from tissuec.results.recording import (
     Recording,
     SurfaceChannel,
 )
+from tissuec.results.volume_cells import VolumeCells
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
 from tissuec.script.plan import Plan, times_every
 from tissuec.script.verbs import LoggedEvent
@@ -53,8 +56,8 @@ class Writer(Protocol):
         time: Times of the rows [s], shape (row,), or one time [s].
         position: Of all nodes [m], shape (row, node, 3).
         velocity: Of all nodes [m/s], shape (row, node, 3).
-        force: On all nodes [N], shape (row, node, 3).
-        tension: Of all springs [N], shape (row, spring).
+        fields: Numbers of fields by name in SI units, of all nodes, springs, triangles or
+            cells, shape (row, node, …) or alike.
         body: Name of the body.
         channel: Name of the log.
         rows: Rows of a table in the units of its columns, shape (row, column).
@@ -72,7 +75,7 @@ class Writer(Protocol):
         ...
 
     def frames(
-        self, time: Floats, position: Floats, velocity: Floats, force: Floats, tension: Floats
+        self, time: Floats, position: Floats, velocity: Floats, fields: Mapping[str, Floats]
     ) -> None:
         """Add frames."""
         ...
@@ -182,6 +185,7 @@ class Recorder:
         self._due = {rate: rows_at(self.times, times, near) for rate, times in streams.items()}
         self._judge = ExpectationMonitor(plan.expectations, self.times, near)
         self._watcher = Watcher(network, plan)
+        self._sampler = FieldSampler(network, plan)
 
     def enter(self, state: State, ruptured: NDArray[np.bool_], ledger: EnergyBalance) -> None:
         """Set what is valid for the samples to come, after the events of a time.
@@ -251,8 +255,7 @@ class Recorder:
             float(snapshot.time),
             snapshot.position.copy(),
             snapshot.velocity.copy(),
-            snapshot.node_force,
-            snapshot.tension,
+            self._sampler.of(snapshot),
             snapshot.state.alive.copy(),
         )
 
@@ -345,10 +348,9 @@ class Recorder:
         """Write what is due of the trajectory, ``part`` being the samples of a rate."""
         output = self.plan.output
         if len(output.frames) and (snapshot := part(output.every)) is not None:
-            time, force = np.asarray(snapshot.time), snapshot.node_force
-            self.writer.frames(
-                time, snapshot.position, snapshot.velocity, force, snapshot.tension
-            )
+            fields = self._sampler.of(snapshot)
+            time = np.asarray(snapshot.time)
+            self.writer.frames(time, snapshot.position, snapshot.velocity, fields)
 
     def write_surfaces(self, part: Part) -> None:
         """Write what is due of smooth surfaces, ``part`` being the samples of a rate."""
@@ -378,7 +380,7 @@ def wishes(network: Network, plan: Plan) -> Recording:
     shown = np.zeros(network.node_count, dtype=bool)
     shown[output.frames] = True
     start = Snapshot.of(plan.start(network))
-    channels = tuple(
+    logs = tuple(
         LogChannel(
             log.name,
             log.measure.columns(log.subjects, start),
@@ -387,6 +389,8 @@ def wishes(network: Network, plan: Plan) -> Recording:
         )
         for log in output.logs
     )
+    fields = channels(output.fields)
+    is_of_cells = any(one.at == "cell" for one in fields)
     return Recording(
         nodes=output.frames,
         springs=np.flatnonzero(shown[network.springs.ends].all(axis=1) & ~network.bends).astype(
@@ -394,12 +398,14 @@ def wishes(network: Network, plan: Plan) -> Recording:
         ),
         single=output.single,
         compress=output.compress,
-        logs=channels,
+        logs=logs,
         energies=bool(np.isfinite(output.energy)),
         surfaces=tuple(
             SurfaceChannel(surface.body, surface.kind, entries_of(surface.smoothing))
             for surface in output.surfaces
         ),
+        fields=fields,
+        cells=VolumeCells.of(network, preserved_bodies(network, plan)) if is_of_cells else None,
     )
 
 

@@ -2,8 +2,8 @@
 
     Trajectory, Anatomy ── blocks_of ──> ResultBlock, Cloud   parts, and what they draw
        │
-       └── CloudMoments ── FIELDS ─────> arrays               at points and lines of a frame
+       └── CloudMoments ── fields ─────> arrays               at points and cells of a frame
 
 ``write_blocks`` writes one VTKHDF file with all frames, ``write_pieces`` numbered files of VTK
-XML. A field is added in ``fields.py`` alone.
+XML. Fields of frames are shown by themselves; a derived one is added in ``fields.py`` alone.
 """

@@ -1,10 +1,11 @@
-"""The numbers at points and lines of blocks; each field is one function in this file.
+"""The numbers at points, lines and triangles of blocks.
 
-A field that stands in the result as it is has a ``source`` there, which blocks files link to or
-copy instead of computing it anew.
+Those of the fields that frames contain follow from their declarations; each of those that are
+derived is one function in this file. A field that stands in the result as it is has a
+``source`` there, which blocks files link to or copy instead of computing it anew.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -13,26 +14,31 @@ from numpy.typing import NDArray
 
 from tissuec.core.vectors import norm
 from tissuec.mechanics.deformation import mean_of_springs, von_mises
+from tissuec.model.network import Floats
 from tissuec.results.blocks.layout import Cloud, Kind
 from tissuec.results.blocks.moment import Facts, Moment
+from tissuec.results.fields import FieldChannel
+from tissuec.results.means import mean_at
+from tissuec.results.trajectory import Trajectory
 
 Values: TypeAlias = "NDArray[np.floating] | NDArray[np.integer]"
 NODES: tuple[Kind, ...] = ("body", "joint", "grip")
 ALL: tuple[Kind, ...] = (*NODES, "tool")
 SPRINGS: tuple[Kind, ...] = ("body", "joint")
+BODY: tuple[Kind, ...] = ("body",)
 
 
 class BlockField(Struct, frozen=True):
-    """Numbers at the points, or at the lines, of some blocks.
+    """Numbers at the points, lines or triangles of some blocks.
 
     Attributes:
         name: As VTK shows it.
         unit: Of each number; "" without one.
-        width: How many numbers each point or line has.
-        at: "points" or "lines".
+        width: How many numbers each of them has.
+        at: "points", "lines" or "triangles".
         of: Kinds of clouds that have it.
         text: What it is.
-        value: From a moment to numbers, shape (point or line, width), or (…,) for one of them.
+        value: From a moment to numbers, shape (point, width) or alike, or (…,) for one of them.
         changes: Whether it has other values in each frame, while the same is drawn.
         whole: Whether its numbers are integers.
         needs: "matter" or "anatomy" where these have to be known.
@@ -67,10 +73,6 @@ def _displacement(moment: Moment) -> Values:
     return moment.position - moment.network.position[moment.nodes]
 
 
-def _mean_tension(moment: Moment) -> Values:
-    return mean_of_springs(moment.ends, moment.tension, len(moment.nodes))
-
-
 def _tissue(moment: Moment) -> Values:
     assert moment.facts.anatomy is not None
     return moment.facts.anatomy.tissue[moment.nodes]
@@ -97,7 +99,7 @@ def _elongation(moment: Moment) -> Values:
     return np.divide(here - drawn, drawn, where=drawn > 0.0, out=np.zeros_like(drawn))
 
 
-FIELDS: tuple[BlockField, ...] = (
+DERIVED: tuple[BlockField, ...] = (
     BlockField(
         "displacement", "m", 3, "points", NODES, "from the positions before the run",
         _displacement,
@@ -105,15 +107,6 @@ FIELDS: tuple[BlockField, ...] = (
     BlockField(
         "velocity", "m/s", 3, "points", NODES, "velocity of each node", lambda m: m.velocity,
         source="PointData/velocity",
-    ),
-    BlockField(
-        "force", "N", 3, "points", NODES, "sum of the spring forces on each node",
-        lambda m: m.force, source="PointData/force",
-    ),
-    BlockField(
-        "tension", "N", 1, "points", SPRINGS,
-        "mean tension of the intact springs of the block at each node; 0 without any",
-        _mean_tension,
     ),
     BlockField(
         "strain", "", 6, "points", ("body",),
@@ -156,10 +149,6 @@ FIELDS: tuple[BlockField, ...] = (
         lambda m: m.network.node_ids[m.nodes], changes=False, whole=True,
     ),
     BlockField(
-        "spring_force", "N", 1, "lines", SPRINGS, "tension of each spring",
-        lambda m: m.tension, source="CellData/spring_force",
-    ),
-    BlockField(
         "strain", "", 1, "lines", SPRINGS,
         "elongation of each spring beyond its drawn length, as a part of it",
         _elongation,
@@ -179,3 +168,39 @@ FIELDS: tuple[BlockField, ...] = (
         lambda m: m.network.springs.ids[m.springs], changes=False, whole=True,
     ),
 )  # fmt: skip
+
+
+def fields_of(trajectory: Trajectory) -> tuple[BlockField, ...]:
+    """Return all fields of the blocks of a result."""
+    own = (field for channel in trajectory.channels for field in _recorded(channel))
+    return (*DERIVED, *own)
+
+
+def _recorded(channel: FieldChannel) -> Iterator[BlockField]:
+    """Yield the fields of blocks that show a field of frames."""
+    name, unit, text = channel.stored, channel.unit, channel.text
+
+    def numbers(moment: Moment) -> Floats:
+        return moment.recorded[channel.name]
+
+    def mean_of_lines(moment: Moment) -> Values:
+        return mean_of_springs(moment.ends, numbers(moment), len(moment.nodes))
+
+    def mean_of_triangles(moment: Moment) -> Values:
+        return np.nan_to_num(mean_at(moment.triangles, numbers(moment), len(moment.nodes)))
+
+    if channel.at in ("node", "cell"):
+        text = text if channel.at == "node" else f"{channel.at_nodes}; 0 without any"
+        source = f"PointData/{name}"
+        yield BlockField(
+            name, unit, channel.width, "points", NODES, text, numbers, source=source
+        )
+        return
+    mean = f"{text}, as the mean of those of the block at each node; 0 without any"
+    if channel.at == "spring":
+        source = f"CellData/{name}"
+        yield BlockField(channel.key, unit, 1, "points", SPRINGS, mean, mean_of_lines)
+        yield BlockField(name, unit, 1, "lines", SPRINGS, text, numbers, source=source)
+    else:
+        yield BlockField(channel.key, unit, 1, "points", BODY, mean, mean_of_triangles)
+        yield BlockField(name, unit, 1, "triangles", BODY, text, numbers)

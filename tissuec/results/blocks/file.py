@@ -24,7 +24,7 @@ from tissuec.core.files import replacing
 from tissuec.model.network import Indices
 from tissuec.results import access
 from tissuec.results.blocks.anatomy import Anatomy
-from tissuec.results.blocks.fields import FIELDS, BlockField
+from tissuec.results.blocks.fields import BlockField, fields_of
 from tissuec.results.blocks.layout import Cloud, Names, Piece, ResultBlock, blocks_of
 from tissuec.results.blocks.moment import CloudMoments, Facts, Moment
 from tissuec.results.blocks.poses import write_poses
@@ -152,6 +152,7 @@ class _BlocksWriter:
         self.blocks = blocks_of(trajectory, anatomy)
         self.clouds = list({id(block.cloud): block.cloud for block in self.blocks}.values())
         self.facts = Facts(trajectory, anatomy, self.clouds)
+        self.fields = fields_of(trajectory)
         self.frames = len(trajectory.times)
         self._starts: dict[tuple[int, str], Indices] = {}  # of each frame, by owner and field
         self._planned: list[_Planned] = []
@@ -225,23 +226,18 @@ class _BlocksWriter:
         _whole(group, "NumberOfPoints", counts, "points of each part")
         self._cells(group, steps, block)
         _whole(steps, "PartOffsets", block.of_frame, "part of each frame")
-        data = {
-            "points": group.create_group("PointData"),
-            "lines": group.create_group("CellData"),
-        }
-        offsets = {
-            "points": steps.create_group("PointDataOffsets"),
-            "lines": steps.create_group("CellDataOffsets"),
-        }
+        points = group.create_group("PointData"), steps.create_group("PointDataOffsets")
+        cells = group.create_group("CellData"), steps.create_group("CellDataOffsets")
         starts = self._field(group, cloud, _POSITION)
         _whole(steps, "PointOffsets", starts, "first point of each frame")
         names: dict[str, Sequence[str]] = {"name": [block.title]}
-        for field in FIELDS:
-            at_lines = field.at == "lines"
-            if not field.fits(cloud, self.facts) or (at_lines and not block.has_lines):
+        for field in self.fields:
+            if not field.fits(cloud, self.facts) or not block.has(field.at):
                 continue
-            starts = self._field(data[field.at], block if at_lines else cloud, field)
-            _whole(offsets[field.at], field.name, starts, f"first row of {field.name}")
+            at_points = field.at == "points"
+            data, offsets = points if at_points else cells
+            starts = self._field(data, cloud if at_points else block, field)
+            _whole(offsets, field.name, starts, f"first row of {field.name}")
             if field.names is not None:
                 names[f"{field.name}_names"] = field.names(self.facts)
         self._names(group, steps, names)
@@ -311,11 +307,16 @@ class _BlocksWriter:
         """
         owners: list[tuple[Cloud | ResultBlock, Cloud, str]] = [
             *((cloud, cloud, "points") for cloud in self.clouds),
-            *((block, block.cloud, "lines") for block in self.blocks if block.has_lines),
+            *(
+                (block, block.cloud, at)
+                for at in ("lines", "triangles")
+                for block in self.blocks
+                if block.has(at)
+            ),
         ]
         wanted: dict[str, list[tuple[BlockField, Cloud | ResultBlock, Cloud]]] = {}
         for owner, cloud, at in owners:
-            for field in (_POSITION, *FIELDS):
+            for field in (_POSITION, *self.fields):
                 fits = field is _POSITION or field.fits(cloud, self.facts)
                 if field.at == at and fits and self._shown(owner, field) is None:
                     wanted.setdefault(f"{at}/{field.name}", []).append((field, owner, cloud))

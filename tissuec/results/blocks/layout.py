@@ -92,10 +92,11 @@ class ResultBlock(Struct, frozen=True, eq=False):
     pieces: tuple[Piece, ...]
     of_frame: Indices
 
-    @property
-    def has_lines(self) -> bool:
-        """Return whether there are numbers at its cells."""
-        return self.draws == "Lines"
+    def has(self, at: str) -> bool:
+        """Return whether it shows numbers at "points", "lines" or "triangles"."""
+        return at == "points" or at == {"Lines": "lines", "Polygons": "triangles"}.get(
+            self.draws
+        )
 
 
 class Names:
@@ -203,9 +204,31 @@ class _Drawing:
             ends = np.searchsorted(nodes, shown[cells.lines[low:high]])
             first = cells.line_rows.start + int(low)
             return Piece(len(nodes), ends, cells.springs[low:high], first)
-        corners = shown[cells.triangles if self.draws == "Polygons" else cells.vertices]
+        if self.draws == "Polygons":
+            return Piece(len(nodes), triangles_of(shown, cells, nodes)[0], none, 0)
+        corners = shown[cells.vertices]
         inside = (corners >= nodes[0]) & (corners <= nodes[-1])
         return Piece(len(nodes), np.searchsorted(nodes, corners[inside.all(axis=1)]), none, 0)
+
+
+def triangles_of(
+    shown: Indices, cells: Cells, nodes: Indices
+) -> tuple[Indices, NDArray[np.bool_]]:
+    """Return the triangles between the points of a cloud, and which of all they are.
+
+    Args:
+        shown: Network numbers of the nodes that frames contain, shape (node,).
+        cells: What a frame draws.
+        nodes: Network numbers of the points of the cloud, ascending, shape (point,).
+
+    Returns:
+        Points of the cloud, shape (triangle, 3), and a mask of all triangles that are drawn.
+    """
+    corners = shown[cells.triangles]
+    if not len(nodes):
+        return corners[:0], np.zeros(len(corners), dtype=bool)
+    inside = ((corners >= nodes[0]) & (corners <= nodes[-1])).all(axis=1)
+    return np.searchsorted(nodes, corners[inside]), inside
 
 
 def _clouds(trajectory: Trajectory, anatomy: Anatomy | None) -> Iterator[Cloud]:

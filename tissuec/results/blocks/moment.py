@@ -1,6 +1,6 @@
 """What the fields of a frame are computed from."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 from tissuec.mechanics.deformation import Surroundings
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.results.blocks.anatomy import Anatomy
-from tissuec.results.blocks.layout import Cloud
+from tissuec.results.blocks.layout import Cloud, triangles_of
+from tissuec.results.fields import FieldChannel
 from tissuec.results.trajectory import Trajectory
+
+_NO_TRIANGLES: Indices = np.zeros((0, 3), dtype=np.int64)
 
 
 class Facts:
@@ -63,19 +66,23 @@ class Moment:
         nodes: Network numbers of its points, shape (point,).
         springs: Network numbers of its springs that exist, ascending, shape (spring,).
         position: [m], shape (point, 3).
-        velocity, force: [m/s], [N], shape (point, 3); without rows of tools.
-        tension: Of these springs [N], shape (spring,).
+        velocity: [m/s], shape (point, 3); without rows of tools.
+        recorded: Numbers of the fields of the result by name, in their units: of its points,
+            these springs or these triangles, shape (point, …) or alike; of fields of cells, at
+            its points.
+        triangles: Its points that are corners of the skin, shape (triangle, 3).
         whole: Positions of all nodes that frames contain, by network number [m], shape (node,
             3).
     """
 
     def __init__(
         self, facts: Facts, cloud: Cloud, nodes: Indices, springs: Indices, position: Floats,
-        velocity: Floats, force: Floats, tension: Floats, whole: Floats,
+        velocity: Floats, recorded: Mapping[str, Floats], whole: Floats,
+        triangles: Indices = _NO_TRIANGLES,
     ):  # fmt: skip
         self.facts, self.cloud, self.nodes, self.springs = facts, cloud, nodes, springs
-        self.position, self.velocity, self.force = position, velocity, force
-        self.tension, self.whole = tension, whole
+        self.position, self.velocity, self.recorded = position, velocity, recorded
+        self.triangles, self.whole = triangles, whole
 
     @property
     def network(self) -> Network:
@@ -112,7 +119,7 @@ class Moment:
         assert matter is not None
         # Where a cell is turned inside out, the drawn volume is all that there is to divide by.
         ratio = np.where(self.strain[1] > 0.0, self.strain[1], 1.0)
-        virial = self.around.virial(self.position, self.tension[self._bearing])
+        virial = self.around.virial(self.position, self.recorded["tension"][self._bearing])
         volume = matter.volume * ratio
         if matter.pressure is not None:
             alive = np.zeros(self.network.spring_count, dtype=bool)
@@ -143,12 +150,12 @@ class CloudMoments:
     def at(self, frame: int) -> Iterator[Moment]:
         """Yield the moments of all clouds in a frame, in their order."""
         trajectory, network = self._trajectory, self._facts.network
-        position, velocity, force = (
+        position, velocity = (
             np.asarray(one[frame], dtype=float)
-            for one in (trajectory.position, trajectory.velocity, trajectory.force)
+            for one in (trajectory.position, trajectory.velocity)
         )
-        tension, rows = trajectory.spring_force(frame)
-        springs = trajectory.springs[rows]
+        drawn = trajectory.cells(frame)
+        numbers = {one: self._numbers(one, frame) for one in trajectory.channels}
         whole = position
         if len(position) < network.body_nodes:
             whole = np.zeros((network.body_nodes, 3))
@@ -156,16 +163,26 @@ class CloudMoments:
         for cloud in self._clouds:
             nodes = cloud.nodes[int(cloud.of_frame[frame])]
             if cloud.mesh is not None:
-                still, none = np.zeros((0, 3)), np.zeros(0)
+                still, none = np.zeros((0, 3)), np.zeros(0, dtype=int)
                 places = cloud.mesh.at(frame)
-                yield Moment(
-                    self._facts, cloud, nodes, none.astype(int), places, still, still, none,
-                    whole,
-                )  # fmt: skip
+                yield Moment(self._facts, cloud, nodes, none, places, still, {}, whole)
                 continue
             at = self._rows[nodes]
-            own = slice(*np.searchsorted(springs, (cloud.springs.start, cloud.springs.stop)))
+            ends = cloud.springs.start, cloud.springs.stop
+            own = slice(*np.searchsorted(drawn.springs, ends))
+            corners, seen = triangles_of(trajectory.nodes, drawn, nodes)
+            place = {"node": at, "spring": own, "triangle": seen, "cell": at}
+            recorded = {one.name: every[place[one.at]] for one, every in numbers.items()}
+            springs = drawn.springs[own].astype(np.int64)
             yield Moment(
-                self._facts, cloud, nodes, springs[own], position[at], velocity[at], force[at],
-                np.asarray(tension[own], dtype=float), whole,
+                self._facts, cloud, nodes, springs, position[at], velocity[at], recorded, whole,
+                corners,
             )  # fmt: skip
+
+    def _numbers(self, channel: FieldChannel, frame: int) -> Floats:
+        """Return the numbers of a field at all nodes, springs or triangles of a frame."""
+        if channel.at in ("spring", "triangle"):
+            found = self._trajectory.shown(channel.name, frame)[0]
+        else:
+            found = self._trajectory.at_points(channel, frame)
+        return np.asarray(found, dtype=float)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.results.blocks.anatomy import Anatomy
-from tissuec.results.blocks.fields import FIELDS
+from tissuec.results.blocks.fields import fields_of
 from tissuec.results.blocks.layout import Names, ResultBlock, blocks_of
 from tissuec.results.blocks.moment import CloudMoments, Facts, Moment
 from tissuec.results.shapes import ExportedShape, cannot_write, write_vtp, write_xml
@@ -37,6 +37,7 @@ class BlockFrames:
         self._clouds = list({id(block.cloud): block.cloud for block in self._blocks}.values())
         self._facts = Facts(trajectory, anatomy, self._clouds)
         self._moments = CloudMoments(trajectory, self._facts, self._clouds)
+        self._fields = fields_of(trajectory)
         self._names = Names([block.name for block in self._blocks])
         self._surfaces = {
             self._names.plain(f"{name} surface"): series
@@ -87,14 +88,14 @@ class BlockFrames:
         self, block: ResultBlock, moment: Moment, frame: int
     ) -> tuple[ExportedShape, dict[str, Sequence[str]]]:
         """Return a block in a frame, and the texts that belong to it."""
-        data: dict[str, dict[str, NDArray[Any]]] = {"points": {}, "lines": {}}
+        data: dict[str, dict[str, NDArray[Any]]] = {"points": {}, "cells": {}}
         texts: dict[str, Sequence[str]] = {"name": [block.title]}
-        for field in FIELDS:
-            has = field.at == "points" or block.has_lines
-            if has and field.fits(block.cloud, self._facts):
+        for field in self._fields:
+            if block.has(field.at) and field.fits(block.cloud, self._facts):
                 values = np.asarray(field.value(moment))
                 kind = np.int64 if field.whole else self._trajectory.position.dtype
-                data[field.at][field.name] = values.astype(kind)
+                at = "points" if field.at == "points" else "cells"
+                data[at][field.name] = values.astype(kind)
                 if field.names is not None:
                     texts[f"{field.name}_names"] = field.names(self._facts)
         cells = block.pieces[int(block.of_frame[frame])].cells
@@ -107,7 +108,7 @@ class BlockFrames:
         points = moment.position.astype(self._trajectory.position.dtype)
         time = float(self._trajectory.times[frame])
         shape = ExportedShape(
-            block.title, time, points, vertices, lines, triangles, data["points"], data["lines"]
+            block.title, time, points, vertices, lines, triangles, data["points"], data["cells"]
         )
         return shape, texts
 

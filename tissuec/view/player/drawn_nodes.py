@@ -177,10 +177,10 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
             own = slice(*np.searchsorted(springs, (part.start, part.stop)))
             whole = np.zeros((network.body_nodes, 3))
             whole[film.numbers] = film.position[row, : film.node_count]
+            recorded = {"tension": tension[own].astype(float)}
             moment = Moment(
-                facts, cloud, nodes, springs[own], whole[nodes], none, none,
-                tension[own].astype(float), whole,
-            )  # fmt: skip
+                facts, cloud, nodes, springs[own], whole[nodes], none, recorded, whole
+            )
             yield row, moment
 
     def _clouds(self) -> Iterator[Cloud]:

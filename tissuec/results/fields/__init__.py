@@ -1,0 +1,133 @@
+"""Fields of frames: numbers per node, spring, triangle or cell over time; one small file each.
+
+A member is a class that is never instantiated. It says what a field is and computes it during a
+run. Everything else goes over the family: the columns of files and their size, arrays in
+Python, tables, blocks, colours of pages and plots, and the reference.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import ClassVar, Literal, TypeAlias
+
+import numpy as np
+from msgspec import Struct
+
+from tissuec.core.registry import Family
+from tissuec.core.units import Dimension, si_unit
+from tissuec.forces.volume import Enclosure
+from tissuec.model.network import Floats
+from tissuec.script.measures.snapshot import Snapshot
+
+#: What has a number: a node, a spring, a triangle of the skin, or a cell of a preserved volume.
+Place: TypeAlias = Literal["node", "spring", "triangle", "cell"]
+
+
+class FrameField:
+    """Base of the members of ``FIELDS``.
+
+    Attributes:
+        at: What has a number, or a vector.
+        dimension: Of the numbers.
+        text: What they are, such as "tension of each spring".
+        width: 1, or 3 of vectors at nodes.
+        signed: Whether numbers below 0 have a meaning of their own; colours then part at 0.
+        always: Whether each trajectory contains it; a scene asks for the others.
+        stored: Name of its array in files; its own name if empty.
+        remark: Further sentences for the reference.
+    """
+
+    at: ClassVar[Place]
+    dimension: ClassVar[Dimension]
+    text: ClassVar[str]
+    width: ClassVar[Literal[1, 3]] = 1
+    signed: ClassVar[bool] = False
+    always: ClassVar[bool] = False
+    stored: ClassVar[str] = ""
+    remark: ClassVar[str] = ""
+
+    @staticmethod
+    def sample(snapshot: Snapshot) -> Floats:
+        """Return the numbers at some times in the SI unit.
+
+        Returns:
+            Shape (…, node), (…, node, 3), (…, spring), (…, triangle of the skin of the
+            network), or (…, cell) of the volumes that are preserved then, see ``over_cells``.
+        """
+        raise NotImplementedError
+
+
+FIELDS: Family[type[FrameField]] = Family("tissuec.results.fields", "frame field")
+
+
+class FieldChannel(Struct, frozen=True):
+    """A field as a file contains it, whether or not its member is installed.
+
+    Attributes:
+        name: Of the member.
+        at: What has a number, or a vector.
+        unit: SI unit; "" without one.
+        width: 1, or 3 of vectors at nodes.
+        text: What the numbers are.
+        stored: Name of the arrays at nodes and cells of files.
+        signed: Whether numbers below 0 have a meaning of their own.
+    """
+
+    name: str
+    at: Place
+    unit: str
+    width: int
+    text: str
+    stored: str
+    signed: bool
+
+    @classmethod
+    def of(cls, name: str) -> "FieldChannel":
+        """Return the channel of a member; KeyError if there is none of that name."""
+        field = FIELDS[name]
+        stored = field.stored or key(name)
+        unit = si_unit(field.dimension)
+        return cls(name, field.at, unit, field.width, field.text, stored, field.signed)
+
+    @property
+    def key(self) -> str:
+        """Return the name with underscores, as arrays of Python have it."""
+        return key(self.name)
+
+    @property
+    def row(self) -> tuple[int, ...]:
+        """Return the shape of the numbers at one place."""
+        return (self.width,) if self.width > 1 else ()
+
+    @property
+    def at_nodes(self) -> str:
+        """Return what the one number at each node is that pages and plots show."""
+        if self.at != "node":
+            return f"{self.text}, as the mean around each node"
+        return f"magnitude of the {self.text}" if self.width > 1 else self.text
+
+
+def key(name: str) -> str:
+    """Return a name with underscores in place of blanks."""
+    return name.replace(" ", "_")
+
+
+def always_recorded() -> tuple[FieldChannel, ...]:
+    """Return the channels that each trajectory contains."""
+    return channels(())
+
+
+def channels(asked: Iterable[str]) -> tuple[FieldChannel, ...]:
+    """Return the channels of a trajectory for which a scene asks for some fields by name."""
+    always = (name for name, field in FIELDS.items() if field.always)
+    return tuple(FieldChannel.of(name) for name in (*always, *asked))
+
+
+def over_cells(snapshot: Snapshot, of: Callable[[Enclosure], Floats]) -> Floats:
+    """Return numbers of all cells whose volume is preserved at a snapshot, shape (…, cell).
+
+    Args:
+        snapshot: At one time or several.
+        of: From the preserved volume of one body to the numbers of its cells, shape (…, cell).
+    """
+    none = np.zeros((*np.shape(snapshot.time), 0))
+    each = map(of, snapshot.state.enclosures.values())
+    return np.concatenate([none, *each], axis=-1)
