@@ -127,7 +127,7 @@ def draw_net(axes: plt.Axes, trajectory: Trajectory, frame: int, norm: Normalize
     position = 1e3 * trajectory.position[frame]
     tension, springs = trajectory.spring_force(frame)
     ends = position[trajectory.ends[springs]]
-    draw_springs(axes, ends, BESIDE, tension=1e3 * tension, norm=norm)
+    draw_springs(axes, ends, BESIDE, colours=tension_colours()(norm(1e3 * tension)))
     axes.set(xlim=(-2, 64), ylim=(-14.0, 12.0), aspect="equal")
     axes.axis("off")
 

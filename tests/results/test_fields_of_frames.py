@@ -16,6 +16,14 @@ from tissuec.results.moments import Moments
 from tissuec.results.trajectory import Trajectory
 from tissuec.script.measures.snapshot import Snapshot
 from tissuec.script.verbs.preserve import Preserve
+from tissuec.view.player.drawn_nodes import DrawnNodes
+from tissuec.view.player.node_values import read_fields
+from tissuec.view.player.options import Options
+from tissuec.view.player.packed_fields import pack_fields
+from tissuec.view.player.packing import Pack, Quantization
+from tissuec.view.player.reading import read_film
+from tissuec.view.plots.frame_numbers import FrameNumbers
+from tissuec.view.plots.frames import FramesPlot, Shown
 
 SCENE = """language 1
 tissue soft { spring constant = 5 N/m; viscosity = 20 mN*s/m; mass = 0.1 g }
@@ -44,6 +52,7 @@ script {
 output { trajectory with [FIELDS] every 5 ms; pressure of cube every 5 ms }
 """
 MODULUS = 1e4
+SCALE = Quantization((0.0, 0.0, 0.0), 1e-6)
 #: Of the two cells, the left one keeps its shape; the right one shrinks, and is torn at 11 ms.
 PRESSED = MODULUS * 0.4 * np.array([0.0, 0.25, 0.5, 0.0, 0.0])
 
@@ -284,6 +293,41 @@ def arrays(data):
             if not prefix:
                 found[name] = values
     return found
+
+
+def test_pages_and_pictures_have_all_fields(result):
+    nodes = DrawnNodes(read_film(result, Options()), result)
+    moments = Moments.of(result, np.arange(len(result.times)))
+    found = {one.field.name: one for one in read_fields(nodes, None)}
+    for channel in result.channels[2:]:
+        values, row = found[channel.name], len(moments) - 3
+        expected = moments.at_nodes(channel, row)
+        assert values.value[row] == pytest.approx(expected, rel=1e-6, nan_ok=True)
+        assert values.field.unit == channel.unit
+    assert found["stretch"].is_signed
+    assert not found["area"].is_signed
+    pack = Pack()
+    told = {one["name"]: one for one in pack_fields(nodes, None, pack, SCALE)["fields"]}
+    for channel in result.channels[2:]:
+        assert told[channel.name]["about"] == channel.at_nodes
+        assert pack.specs[f"field {channel.name}"]["shape"] == list(nodes.displacement.shape)
+
+
+@pytest.mark.parametrize(("show", "name"), [("springs", "stretch"), ("skin", "area")])
+def test_frames_are_plotted_by_the_numbers_of_a_field(result, show, name):
+    pytest.importorskip("matplotlib")
+    shown = Shown.of(FramesPlot(times=(0.005,), show=show, field=name), result)
+    numbers, _ = result.shown(name, 1)
+    assert shown.numbers is not None
+    own = shown.numbers.of_springs(1) if show == "springs" else shown.numbers.of_triangles(1)
+    assert np.array_equal(own, numbers)
+    mixed = FrameNumbers.of(result, "kinetic energy", [1])
+    energy = result.fields["kinetic energy"][1]
+    ends = result.ends[result.shown("stretch", 1)[1]]
+    assert mixed.of_springs(1) == pytest.approx(energy[ends].mean(axis=1), rel=1e-6)
+    assert mixed.unit == "J"
+    with pytest.raises(TissueError, match="a scene records it by: trajectory with charge"):
+        FrameNumbers.of(result, "charge", [1])
 
 
 @pytest.mark.parametrize("name", sorted(FIELDS))

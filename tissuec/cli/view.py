@@ -24,7 +24,7 @@ from tissuec.core.errors import TissueError, counted
 from tissuec.core.files import replacing, write_file
 from tissuec.core.units import TIME, show
 from tissuec.results.wording import size
-from tissuec.view.player.fields import FIELDS, NAMES
+from tissuec.view.player.fields import TISSUE, known_fields
 from tissuec.view.player.options import COLOURS, Options
 from tissuec.view.section import read_plane
 
@@ -120,7 +120,7 @@ def _named_behind(name: str, result: Path, others: Iterable[str]) -> str:
 )
 @click.option(
     "--field",
-    type=click.Choice(NAMES),
+    type=click.Choice((TISSUE, *known_fields())),
     help="Colour the skin by this field; by its tissues if not given.",
 )
 @click.option(
@@ -208,7 +208,7 @@ def _range(text: str | None, name: str | None) -> tuple[float, float] | None:
     """Return the range of a field, in its SI unit."""
     if text is None:
         return None
-    field = next((one for one in FIELDS if one.name == name), None)
+    field = known_fields().get(name or "")
     if field is None:
         raise click.UsageError(
             f'--range needs the field whose colours it limits: --field strain --range "{text}"'

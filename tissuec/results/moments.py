@@ -102,7 +102,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         """Return one number at each recorded node, NaN where it has none, shape (node,).
 
         That is the magnitude of vectors, and the mean of the springs, triangles or cells around
-        a node.
+        a node, in the unit of the field.
 
         Args:
             channel: Of a field.
@@ -162,7 +162,7 @@ class Moments(Struct, frozen=True, eq=False, dict=True):
         """Return vectors at some nodes that are ever held; files are read once for all.
 
         Args:
-            name: As in ``vectors``.
+            name: As in ``vectors``, with the same units.
             nodes: Rows in frames, among ``held``, shape (node,).
 
         Returns:

@@ -16,7 +16,7 @@ from tests.view.player.test_player_in_a_browser import (
 from tests.view.player.test_player_in_a_browser import pixels, seek, state
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.player.drawn_nodes import DrawnNodes
-from tissuec.view.player.fields import FIELDS
+from tissuec.view.player.fields import fields_of
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import render
 from tissuec.view.player.reading import read_film
@@ -86,7 +86,7 @@ def test_values_are_those_of_the_file(opened, pages):
                     exact = np.linalg.norm(place - home[node]) / divisor
                     bound = half + 2.0 * film["step"] / divisor
                     assert number == pytest.approx(exact, abs=bound)
-                    (own,) = [one for one in FIELDS if one.name == spec["name"]]
+                    (own,) = [one for one in fields_of(trajectory) if one.name == spec["name"]]
                     exact = own.value(nodes)[rows[frame], node]
                     (number,), half = written(page, spec["name"])
                     step = spec["step"] or film["step"]

@@ -116,7 +116,7 @@ def test_further_springs_are_drawn_first_and_paler(strip):
     view = Projection(-90.0, 0.0)  # along y: nearer is less
     ends = np.array([[[0, y, 0], [1, y, 0]] for y in (0.0, 3.0, 1.0)], dtype=float)
     figure, axes = plt.subplots()
-    lines = net.draw_springs(axes, ends, view)
+    lines = net.draw_springs(axes, ends, view, colours=np.tile([0.0, 0, 0, 1], (len(ends), 1)))
     assert lines.get_colors()[:, 3] == pytest.approx([0.3, 0.3 + 0.7 * 2 / 3, 1.0])
     plt.close(figure)
 

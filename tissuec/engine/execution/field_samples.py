@@ -39,9 +39,9 @@ class FieldSampler:
             snapshot: At one time or several.
 
         Returns:
-            Shape (…, node), (…, node, 3), (…, spring), (…, triangle of the skin of the
-            network), or (…, cell) of all cells that there can be: a cell that does not preserve
-            its volume has 0.
+            Numbers of shape (…, node), (…, node, 3), (…, spring), (…, triangle of the skin of
+            the network), or (…, cell) of all cells that there can be: a cell that does not
+            preserve its volume has 0.
         """
         found: dict[str, Floats] = {}
         for name, is_of_cells in self._channels:

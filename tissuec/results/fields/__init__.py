@@ -49,8 +49,9 @@ class FrameField:
         """Return the numbers at some times in the SI unit.
 
         Returns:
-            Shape (…, node), (…, node, 3), (…, spring), (…, triangle of the skin of the
-            network), or (…, cell) of the volumes that are preserved then, see ``over_cells``.
+            Numbers of shape (…, node), (…, node, 3), (…, spring), (…, triangle of the skin of
+            the network), or (…, cell) of the volumes that are preserved then, see
+            ``over_cells``.
         """
         raise NotImplementedError
 
@@ -122,7 +123,9 @@ def channels(asked: Iterable[str]) -> tuple[FieldChannel, ...]:
 
 
 def over_cells(snapshot: Snapshot, of: Callable[[Enclosure], Floats]) -> Floats:
-    """Return numbers of all cells whose volume is preserved at a snapshot, shape (…, cell).
+    """Return numbers of all cells whose volume is preserved then, shape (…, cell).
+
+    They are in the unit of the numbers of ``of``.
 
     Args:
         snapshot: At one time or several.

@@ -15,7 +15,7 @@ from tissuec.results.blocks.anatomy import Anatomy, BodyMatter
 from tissuec.results.blocks.layout import Cloud
 from tissuec.results.blocks.moment import Facts, Moment
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.film import PlayerData
+from tissuec.view.player.film import DRAWN, PlayerData
 from tissuec.view.player.lifetimes import is_there
 from tissuec.view.player.tints import borders
 
@@ -52,6 +52,19 @@ class DrawnNodes(Struct, frozen=True, eq=False, dict=True):
         """Return magnitudes of velocities [m/s], shape (row, node)."""
         own = self.film.velocity[:, : self.film.node_count].astype(float)
         return np.linalg.norm(own, axis=2)
+
+    def recorded(self, name: str) -> Floats | None:
+        """Return a field of frames in its unit, NaN where it is unknown, shape (row, node).
+
+        Forces and tensions are those that are drawn.
+
+        Args:
+            name: Of the field.
+        """
+        if name in DRAWN:
+            return getattr(self, name)
+        found = self.film.fields[name].astype(float)
+        return None if np.isnan(found).all() else found
 
     @cached_property
     def force(self) -> Floats | None:

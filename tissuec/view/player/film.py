@@ -6,7 +6,7 @@ and until which, it is there. A spring that comes back, as a knot does after it 
 several of them.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,8 @@ from tissuec.model.network import Floats, Indices
 from tissuec.view.player.cells import SolidCells
 from tissuec.view.player.lifetimes import Lifetimes, Timeline, is_there
 
+#: Fields of frames that films contain as what is drawn: arrows and colours of springs.
+DRAWN = ("force", "tension")
 _SURE = 0.98  # of all numbers: scales of colours and arrows end there
 
 
@@ -167,6 +169,8 @@ class PlayerData(Struct, frozen=True, eq=False):
         curved: Between which frames a cubic describes the motion, shape (frame - 1,).
         is_side: Which frames stand beside an event, shape (frame,).
         force: Sum of the spring forces on each node [N], shape (frame, node, 3).
+        fields: One number at each node by further fields of frames, in their units, NaN where
+            they are unknown, shape (frame, node).
         lines: Springs.
         skin: Triangles of the net, with the caps of filled bodies that are cut or torn.
         cells: What filled bodies consist of.
@@ -191,6 +195,7 @@ class PlayerData(Struct, frozen=True, eq=False):
     curved: NDArray[np.bool_]
     is_side: NDArray[np.bool_]
     force: NDArray[Any]
+    fields: Mapping[str, NDArray[np.float32]]
     lines: Lines
     skin: SkinPiece
     cells: SolidCells

@@ -8,7 +8,7 @@ from tissuec.core.errors import TissueError
 from tissuec.core.scale import PERCENT, AxisUnit, scale_of
 from tissuec.model.network import Floats
 from tissuec.view.player.drawn_nodes import DrawnNodes
-from tissuec.view.player.fields import FIELDS, TISSUE, NodeField
+from tissuec.view.player.fields import TISSUE, NodeField, fields_of
 from tissuec.view.player.film import usual_end
 from tissuec.view.player.options import Options
 
@@ -52,7 +52,7 @@ class FieldValues(Struct, frozen=True, eq=False):
         least = min((float(row.min()) for row in known if len(row)), default=0.0)
         most = max((float(row.max()) for row in known if len(row)), default=0.0)
         high = max(top, bottom) or 1.0
-        low = -high if bottom > _SIGNED * top else 0.0
+        low = -high if field.signed and bottom > _SIGNED * top else 0.0
         return cls(field, value, low, high, least, most, (low, high))
 
     def ranged(self, given: tuple[float, float] | None) -> "FieldValues":
@@ -104,14 +104,17 @@ def read_field(nodes: DrawnNodes, name: str) -> FieldValues:
     Raises:
         TissueError: The result has no such field; says which it has.
     """
-    field = next(one for one in FIELDS if one.name == name)
-    value = field.value(nodes)
-    if value is not None:
-        return FieldValues.of(field, value)
-    others = [one.name for one in FIELDS if one is not field and one.value(nodes) is not None]
+    fields = {one.name: one for one in fields_of(nodes.trajectory)}
+    if name in fields and (value := fields[name].value(nodes)) is not None:
+        return FieldValues.of(fields[name], value)
+    others = [
+        one.name for one in fields.values() if one.name != name and one.value(nodes) is not None
+    ]
     why = f" ({nodes.unknown_stress})" if name == "stress" and nodes.unknown_stress else ""
-    if nodes.film.node_count < nodes.film.recorded[0]:
+    if name in fields and nodes.film.node_count < nodes.film.recorded[0]:
         why = " where it is simplified; omit --nodes"
+    if name not in fields:
+        why = f"; a scene records it by: trajectory with {name}"
     raise TissueError(
         f'"{nodes.trajectory.path}" has no {name}{why}; fields of this result: '
         f"{', '.join(others)}"
@@ -127,8 +130,8 @@ def read_fields(nodes: DrawnNodes, chosen: FieldValues | None) -> list[FieldValu
     """
     fits = nodes.film.node_count * len(nodes.film.times) <= MOST_VALUES
     found: list[FieldValues] = []
-    for field in FIELDS:
-        if chosen is not None and field is chosen.field:
+    for field in fields_of(nodes.trajectory):
+        if chosen is not None and field.name == chosen.field.name:
             found.append(chosen)
         elif (fits or field.derived) and (value := field.value(nodes)) is not None:
             found.append(FieldValues.of(field, value))

@@ -18,7 +18,7 @@ class Options(Struct, frozen=True):
         every: At least so long between frames [s].
         nodes: Draw about so many nodes of larger nets; all if None.
         colour: What colours the springs; None where a skin hides them.
-        field: Name of what colours the skin, one of ``fields.NAMES``; its tissues if None.
+        field: Name of what colours the skin, one of ``fields.fields_of``; its tissues if None.
         range: From which to which number the colours of the field lead, in its SI unit; within
             which 98 % of the nodes are if None.
         time: Where it stands at first [s]; the start if None.

@@ -23,6 +23,7 @@ from tissuec.view.player.cells import (
     read_cells,
 )
 from tissuec.view.player.film import (
+    DRAWN,
     Instrument,
     Lines,
     PlayerData,
@@ -57,15 +58,23 @@ from tissuec.view.plots.frame_reader import no_frames
 _STITCH = 0.06  # radius of a spring of a joint, of the mean rest length of all springs
 
 
-def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
+def read_film(
+    trajectory: Trajectory, options: Options, chosen: Indices | None = None
+) -> PlayerData:
     """Return the drawable contents of a result.
+
+    Args:
+        trajectory: The result.
+        options: What is shown.
+        chosen: Numbers of frames, ascending; those of the options if None.
 
     Raises:
         TissueError: It has no frame.
     """
     if not len(trajectory.times):
         raise no_frames(trajectory)
-    moments = Moments.of(trajectory, choose_frames(trajectory.times, options))
+    frames = choose_frames(trajectory.times, options) if chosen is None else chosen
+    moments = Moments.of(trajectory, frames)
     timeline = Timeline(moments.times)
     count, few = len(trajectory.nodes), options.nodes
     thin = whole(count) if few is None or few >= count else thinned(trajectory, few)
@@ -90,6 +99,7 @@ def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
         ),
         is_side=moments.sides >= 0,
         force=moments.vectors("force", thin.kept, np.float32),
+        fields=_fields(moments, thin),
         lines=_lines(trajectory, thin, strand, lives.springs, _tensions(moments, strand)),
         skin=skin,
         cells=cells if thin.is_whole else cells.on_nodes(thin.place),
@@ -194,6 +204,17 @@ def _motion(
     position = np.concatenate([moments.vectors("position", thin.kept, np.float64), tools], 1)
     own = moments.vectors("velocity", thin.kept, np.float32)
     return position, np.concatenate([own, slopes(moments.times, tools).astype("f4")], axis=1)
+
+
+def _fields(moments: Moments, thin: Thinning) -> dict[str, NDArray[np.float32]]:
+    """Return one number at each node by fields of frames, shape (row, node) each."""
+    return {
+        one.name: np.stack(
+            [moments.at_nodes(one, row)[thin.kept] for row in range(len(moments))]
+        ).astype(np.float32)
+        for one in moments.trajectory.channels
+        if one.name not in DRAWN
+    }
 
 
 def _tensions(moments: Moments, strand: SpringLines) -> NDArray[np.float32]:

@@ -14,6 +14,7 @@ from tissuec.core.scale import AxisUnit, scale_of
 from tissuec.model.network import Floats, Indices
 from tissuec.results.recording import Event
 from tissuec.view.plots import PLOTS, net
+from tissuec.view.plots.frame_numbers import FrameNumbers
 from tissuec.view.plots.frame_reader import batches, drawn, no_frames
 from tissuec.view.plots.instruments import FrameInstruments
 from tissuec.view.plots.marks import SILENT, told
@@ -27,8 +28,6 @@ from tissuec.view.section import read_plane
 from tissuec.view.section.plane import SectionPlane
 
 if TYPE_CHECKING:
-    from matplotlib.colors import Normalize
-
     from tissuec.results.trajectory import Trajectory
     from tissuec.view.plots.drawing import Axes
 
@@ -63,6 +62,7 @@ class FramesPlot(Struct, frozen=True):
         view: Azimuth and elevation of who looks [deg]; chosen by the shape if None.
         section: A plane by which bodies are cut open, or its text; their outside if None.
         show: "springs", "skin", or "surface" for the smooth one that a scene asked for.
+        field: What colours springs or skins; the tension of springs if None.
     """
 
     takes: ClassVar[str] = "result"
@@ -79,6 +79,14 @@ class FramesPlot(Struct, frozen=True):
     show: Annotated[str, Option(f"Parts to show: {', '.join(SHOWN)}.", "|".join(SHOWN))] = (
         "springs"
     )
+    field: Annotated[
+        str | None,
+        Option(
+            "Colour springs or skins by this field, such as strain; springs by their tension "
+            "if not given.",
+            "FIELD",
+        ),
+    ] = None
     section: Annotated[
         SectionPlane | str | None,
         Option(
@@ -121,8 +129,9 @@ class FramesPlot(Struct, frozen=True):
         """Return the picture of a section."""
         from tissuec.view.section.section_frames import section_picture
 
-        if self.view is not None or self.show != "springs":
-            what = "--from" if self.view is not None else "--show"
+        if self.view is not None or self.field is not None or self.show != "springs":
+            what = "--field" if self.field is not None else "--show"
+            what = "--from" if self.view is not None else what
             raise TissueError(f"a section always shows its regions from the front: omit {what}")
         plane = read_plane(section) if isinstance(section, str) else section
         trajectory: Trajectory = subjects[0].content
@@ -200,7 +209,7 @@ class Shown(Struct, frozen=True, eq=False):
     Attributes:
         points: Of each moment, what is drawn [m], shape (point, 3).
         box: From where to where it reaches on paper [m]: left, low, right, high.
-        norm: Of the tensions; None where none is shown.
+        numbers: By which springs or skins are coloured; None where they are not.
         solid: Which nodes belong to bodies of which only the outside is drawn, shape (node,).
     """
 
@@ -211,7 +220,7 @@ class Shown(Struct, frozen=True, eq=False):
     points: list[Floats]
     scale: AxisUnit
     box: tuple[float, float, float, float]
-    norm: "Normalize | None"
+    numbers: FrameNumbers | None
     solid: Mask
     instruments: FrameInstruments
     notes: tuple[str, ...]
@@ -227,16 +236,21 @@ class Shown(Struct, frozen=True, eq=False):
         points = [np.asarray(trajectory.position[m.frame], dtype=float) for m in chosen]
         home = drawn(trajectory)
         view = Projection(*(plot.view or viewpoint(home, [place - home for place in points])))
-        norm = None
+        frames = [m.frame for m in chosen]
+        numbers = (
+            None if plot.field is None else FrameNumbers.of(trajectory, plot.field, frames)
+        )
         instruments = FrameInstruments.of(trajectory)
         if plot.show == "surface":
+            if numbers is not None:
+                raise TissueError("smooth surfaces have no fields; show springs or skin")
             points = [_surface(trajectory, m.frame)[0] for m in chosen]
         elif plot.show == "skin":
             if not any(len(trajectory.cells(m.frame).triangles) for m in chosen):
                 what = f'the bodies of "{trajectory.path}" have no skin'
                 raise TissueError(f"{what}; show springs")
-        else:
-            norm = net.tension_norm([trajectory.spring_force(m.frame)[0] for m in chosen])
+        elif numbers is None:
+            numbers = FrameNumbers.of_tension(trajectory, frames)
         reached = [one.reach for m in chosen for one in instruments.at(m.frame)]
         flat = view.flat(np.concatenate([*points, *reached]))
         low, high = flat.min(axis=0), flat.max(axis=0)
@@ -248,15 +262,15 @@ class Shown(Struct, frozen=True, eq=False):
         if plot.show == "springs" and solid.any():
             notes = ("springs inside and behind solid bodies are not drawn",)
         return cls(
-            trajectory, plot.show, chosen, view, points, scale, box, norm, solid, instruments,
-            notes,
+            trajectory, plot.show, chosen, view, points, scale, box, numbers, solid,
+            instruments, notes,
         )  # fmt: skip
 
     def layout(self) -> tuple[int, float]:
         """Return columns and the height of a page [mm] on which panels are large."""
         left, low, right, high = self.box
         shape, count = (high - low) / (right - left), len(self.moments)
-        below = (AROUND if self.norm else 4.0) + (LABELS if self.view.axes else 0.0)
+        below = (AROUND if self.numbers else 4.0) + (LABELS if self.view.axes else 0.0)
         best = (0.0, 1, 0.0)
         for columns in range(1, count + 1):
             rows = -(-count // columns)
@@ -288,22 +302,30 @@ class Shown(Struct, frozen=True, eq=False):
         for axes in panels[len(self.moments) :]:
             axes.remove()
         self._say_lengths(list(panels[: len(self.moments)]), columns)
-        if self.norm is not None:
-            _say_tensions(sheet, self.norm, self._tensions(), list(panels[: len(self.moments)]))
+        if self.numbers is not None:
+            drawn = list(panels[: len(self.moments)])
+            _say_numbers(sheet, self.numbers, self._drawn_numbers(self.numbers), drawn)
 
-    def _tensions(self) -> list[Floats]:
+    def _drawn_numbers(self, numbers: FrameNumbers) -> list[Floats]:
         return [
-            self._springs(moment, points)[0]
+            numbers.of_triangles(moment.frame)
+            if self.kind == "skin"
+            else self._springs(numbers, moment, points)[0]
             for moment, points in zip(self.moments, self.points, strict=True)
         ]
 
-    def _springs(self, moment: ChosenFrame, points: Floats) -> tuple[Floats, Indices]:
-        """Return the tensions [N] of the springs that are drawn, and their rows."""
-        tension, rows = self.trajectory.spring_force(moment.frame)
+    def _springs(
+        self, numbers: FrameNumbers, moment: ChosenFrame, points: Floats
+    ) -> tuple[Floats, Indices]:
+        """Return the numbers of the springs that are drawn, and their rows."""
+        every, rows = (
+            numbers.of_springs(moment.frame),
+            self.trajectory.spring_force(moment.frame)[1],
+        )
         triangles = self.trajectory.cells(moment.frame).triangles
         ends = self.trajectory.ends[rows]
         seen = seen_springs(ends, self.solid, points, triangles, self.view)
-        return tension[seen], rows[seen]
+        return every[seen], rows[seen]
 
     def _draw_moment(self, axes: "Axes", moment: ChosenFrame, points: Floats) -> None:
         place, view, run = self.scale.of(points), self.view, self.trajectory
@@ -313,13 +335,17 @@ class Shown(Struct, frozen=True, eq=False):
             _, triangles = _surface(run, moment.frame)
             net.draw_skin(axes, place, triangles, view, rims=False)
         elif self.kind == "skin":
-            net.draw_skin(axes, place, cells.triangles, view, rims=True)
+            own = None
+            if self.numbers is not None:
+                own = self.numbers.colours(self.numbers.of_triangles(moment.frame))[:, :3]
+            net.draw_skin(axes, place, cells.triangles, view, rims=own is None, own=own)
             drawn = np.unique(cells.triangles)
         else:
-            tension, rows = self._springs(moment, points)
+            assert self.numbers is not None
+            numbers, rows = self._springs(self.numbers, moment, points)
             wide = net.thread_springs(run.network)[run.springs[rows]]
             net.draw_springs(
-                axes, place[run.ends[rows]], view, tension=tension, norm=self.norm,
+                axes, place[run.ends[rows]], view, colours=self.numbers.colours(numbers),
                 width=np.where(wide, 2.4, _line_width(len(rows))),
             )  # fmt: skip
             drawn = np.unique(run.ends[rows])
@@ -372,26 +398,21 @@ def _draw_bar(axes: "Axes", scale: AxisUnit, box: tuple[float, float, float, flo
     )  # fmt: skip
 
 
-def _say_tensions(
-    sheet: Canvas, norm: "Normalize", tensions: list[Floats], panels: list["Axes"]
+def _say_numbers(
+    sheet: Canvas, numbers: FrameNumbers, drawn: list[Floats], panels: list["Axes"]
 ) -> None:
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
 
-    every = np.concatenate([np.zeros(0), *tensions])
+    every = np.concatenate([np.zeros(0), *drawn])
     if not len(every):
         return
-    assert norm.vmax is not None
-    scale = scale_of("N", [norm.vmax])
-    top = float(scale.of(norm.vmax))
-    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max"}.get(
-        (bool(every.min() < -norm.vmax), bool(every.max() > norm.vmax)), "both"
-    )
-    colours: Any = ScalarMappable(Normalize(-top, top), net.tension_colours())
+    said = numbers.said(every)
+    colours: Any = ScalarMappable(said["norm"], net.colours_between(numbers.shades))
     bar = sheet.figure.colorbar(
-        colours, ax=panels, location="bottom", shrink=0.5, aspect=40, pad=0.03, extend=beyond
-    )
-    bar.set_label(f"{scale.label('tension of the springs')}; negative: compression")
+        colours, ax=panels, location="bottom", shrink=0.5, aspect=40, pad=0.03,
+        extend=said["extend"],
+    )  # fmt: skip
+    bar.set_label(said["label"])
     bar.outline.set_visible(False)
 
 

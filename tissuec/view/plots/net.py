@@ -1,5 +1,6 @@
 """Nets on paper: springs coloured by their tension, skins in the light of a lamp."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,12 +25,17 @@ MOST = 99.0  # per cent of the tensions that the scale of colours spans
 
 def tension_colours() -> "Colormap":
     """Return the colours from pressure over nothing to tension."""
+    return colours_between(TENSION)
+
+
+def colours_between(shades: Sequence[str]) -> "Colormap":
+    """Return the colours between some shades, the lowest first."""
     from matplotlib.colors import LinearSegmentedColormap
 
-    return LinearSegmentedColormap.from_list("tension", TENSION)
+    return LinearSegmentedColormap.from_list("shades", list(shades))
 
 
-def tension_norm(tensions: list[Floats]) -> "Normalize":
+def tension_norm(tensions: Sequence[NDArray[np.floating]]) -> "Normalize":
     """Return a symmetric scale that includes most tensions of all frames.
 
     Args:
@@ -48,9 +54,7 @@ def draw_springs(
     ends: Floats,
     view: Projection,
     *,
-    tension: Floats | None = None,
-    norm: "Normalize | None" = None,
-    colour: str = INK,
+    colours: NDArray[Any],
     width: float | Floats = 0.9,
 ) -> Any:
     """Draw springs, more distant ones first and paler.
@@ -59,26 +63,20 @@ def draw_springs(
         axes: Axes of matplotlib.
         ends: Of each spring, in the unit of the axes, shape (spring, 2, 3).
         view: Direction of the eye.
-        tension: Of each spring [N]; without it all have one colour.
-        norm: Of the tensions.
-        colour: Colour without tensions.
+        colours: Red, green, blue and opacity of each spring, shape (spring, 4).
         width: Of the lines [pt], one or shape (spring,).
     """
     from matplotlib.collections import LineCollection
-    from matplotlib.colors import to_rgba
 
     near = view.nearness(ends.mean(axis=1))
     order = np.argsort(near, kind="stable")
     depth = float(np.ptp(near)) if len(near) else 0.0
-    if tension is None or norm is None:
-        colours = np.tile(np.array(to_rgba(colour)), (len(ends), 1))
-    else:
-        colours = tension_colours()(norm(tension))
     if depth > 0.0:
         # A sheet that is hardly bent looks flat: what is far counts by the size of the net.
         size = float(np.ptp(ends, axis=(0, 1)).max())
         most = (1.0 - PALEST) * min(1.0, depth / (DEEP * size))
-        colours[:, 3] *= 1.0 - most * (near.max() - near) / depth
+        paler = 1.0 - most * (near.max() - near) / depth
+        colours = np.column_stack([colours[:, :3], colours[:, 3] * paler])
     widths = np.broadcast_to(width, (len(ends),))[order]
     flat = view.flat(ends)[order]
     lines = LineCollection(list(flat), colors=colours[order], linewidths=widths)
@@ -94,11 +92,18 @@ def draw_skin(
     view: Projection,
     *,
     rims: bool,
+    own: Floats | None = None,
 ) -> Any:
     """Draw triangles in the light of a lamp, more distant ones first.
 
     Args:
+        axes: Axes of matplotlib.
+        position: Of their corners, in the unit of the axes, shape (node, 3).
+        triangles: Shape (triangle, 3).
+        view: Direction of the eye.
         rims: Whether the edges are drawn.
+        own: Colours of the triangles, hardly shaded, shape (triangle, 3); those of tissue if
+            None.
     """
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
@@ -110,6 +115,8 @@ def draw_skin(
     outside = (normal @ view.towards > 0.0)[order]
     light = (0.3 + 0.7 * np.abs(normal @ LAMP) ** 1.5)[order, None]
     tones = np.where(outside[:, None], to_rgb(SKIN), to_rgb(LUMEN))
+    if own is not None:  # as bright as on the page, so that it can be compared with the scale
+        tones, light = own[order], 0.84 + 0.16 * np.minimum(light, 1.0)
     colours = np.clip(light * tones, 0.0, 1.0)
     flat = view.flat(corners)[order]
     edges = RIM if rims else colours
