@@ -58,23 +58,20 @@ from tissuec.view.plots.frame_reader import no_frames
 _STITCH = 0.06  # radius of a spring of a joint, of the mean rest length of all springs
 
 
-def read_film(
-    trajectory: Trajectory, options: Options, chosen: Indices | None = None
-) -> PlayerData:
+def read_film(trajectory: Trajectory, options: Options) -> PlayerData:
     """Return the drawable contents of a result.
-
-    Args:
-        trajectory: The result.
-        options: What is shown.
-        chosen: Numbers of frames, ascending; those of the options if None.
 
     Raises:
         TissueError: It has no frame.
     """
     if not len(trajectory.times):
         raise no_frames(trajectory)
-    frames = choose_frames(trajectory.times, options) if chosen is None else chosen
-    moments = Moments.of(trajectory, frames)
+    return film_of(Moments.of(trajectory, choose_frames(trajectory.times, options)), options)
+
+
+def film_of(moments: Moments, options: Options) -> PlayerData:
+    """Return the drawable contents of some moments of a result."""
+    trajectory = moments.trajectory
     timeline = Timeline(moments.times)
     count, few = len(trajectory.nodes), options.nodes
     thin = whole(count) if few is None or few >= count else thinned(trajectory, few)

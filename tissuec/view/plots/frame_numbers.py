@@ -9,6 +9,7 @@ from msgspec import Struct
 from tissuec.core.palette import AMOUNT, TENSION
 from tissuec.core.scale import PERCENT, AxisUnit, scale_of
 from tissuec.model.network import Floats
+from tissuec.results.moments import Moments
 from tissuec.view.plots import net
 
 if TYPE_CHECKING:
@@ -65,9 +66,9 @@ class FrameNumbers(Struct, frozen=True, eq=False):
         from tissuec.view.player.drawn_nodes import DrawnNodes
         from tissuec.view.player.node_values import read_field
         from tissuec.view.player.options import Options
-        from tissuec.view.player.reading import read_film
+        from tissuec.view.player.reading import film_of
 
-        film = read_film(trajectory, Options(cells=False), np.array(frames))
+        film = film_of(Moments.of(trajectory, np.array(frames)), Options(cells=False))
         values = read_field(DrawnNodes(film, trajectory), name)
         rows = np.flatnonzero(~film.is_side)
         shades = TENSION if values.is_signed else AMOUNT
