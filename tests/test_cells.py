@@ -233,16 +233,16 @@ def test_a_single_torn_edge_opens_the_cells_around_it():
         alive = np.ones(net.spring_count, dtype=bool)
         (edge,) = np.flatnonzero(np.abs(middle - place).max(axis=1) < 1e-6)
         alive[edge] = False
-        torn = enclosure.torn(alive)
+        torn = enclosure.lost_items(alive)
         assert len(torn) == cells
         left = enclosure.without(torn)
         assert left.cell_count == 12 - cells
         stays = np.delete(np.arange(12), torn)
         position = shaken(net)
         assert left.volumes(position) == pytest.approx(enclosure.volumes(position)[stays])
-        assert len(left.torn(alive)) == 0
+        assert len(left.lost_items(alive)) == 0
         alive[:] = False
-        assert len(left.torn(alive)) == left.cell_count
+        assert len(left.lost_items(alive)) == left.cell_count
 
 
 @pytest.mark.slow

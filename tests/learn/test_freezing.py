@@ -185,12 +185,18 @@ REFUSED = {
         {},
     ),
     "spin": ("  at 9 ms: change spin of right to (0, 0, 5) Hz", {}),
-    "relaxing": ("", {"tissue": "; relaxing constant = 30 N/m; relaxation time = 20 ms"}),
-    "yielding": ("", {"tissue": "; yield force = 0.1 N; yield viscosity = 1 N*s/m"}),
+    "changed relaxing": (
+        "  at 9 ms: change relaxing constant of sheet by 150 %",
+        {"tissue": "; relaxing constant = 30 N/m; relaxation time = 20 ms"},
+    ),
     "relaxation": ("", {"simulate": "integrator is relaxation; step = 10 ms"}),
     "contact": ("", {"sets": PROBE, "contact": "tools only"}),
     "contact of bodies": ("", {"sets": BALL, "contact": "bodies too"}),
-    "volume": ("  at 0 s: preserve volume of ball with 10 kPa", {"sets": BALL}),
+    "volumes": (
+        "  at 0 s: preserve volume of ball with 10 kPa\n"
+        "  at 9 ms: preserve volume of ball with 20 kPa",
+        {"sets": BALL},
+    ),
     "jet": ("  at 0 s: irrigate sheet with 5 ml/s through nozzle", {"sets": NOZZLE}),
     "knot": ("  at 0 s: tie sling with square knot of 1 N", {"sets": SILK}),
     "tighten": ("  at 0 s: tighten sling to 20 mm", {"sets": SILK}),

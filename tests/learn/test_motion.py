@@ -17,7 +17,8 @@ from tissuec.learn.derivatives.event_recording import EventRecorder
 from tissuec.learn.derivatives.kernels import compiled_laws
 from tissuec.learn.derivatives.method_choice import choose
 from tissuec.learn.derivatives.motion import Motion
-from tissuec.learn.parameters.numbers import VALUES, NumberOrder
+from tissuec.learn.parameters.fields import every_field
+from tissuec.learn.parameters.numbers import NETWORK, STATE, NumberOrder
 
 METHODS = {
     "velocity verlet": 1e-3, "rkn4": 2e-3, "trbdf2": 2e-3, "esdirk43": 2e-3, "dop853": 5e-3,
@@ -64,15 +65,16 @@ def scene():
 
 
 def motion_of(
-    scene: Compiled, name: str, step: float, times: NDArray[np.float64]
+    scene: Compiled, name: str, step: float, times: NDArray[np.float64], stop: float = 0.05
 ) -> tuple[Motion, NDArray[np.float64]]:
     network = scene.network
-    order = NumberOrder.of(network, 0)
-    vector = order.vector(network)
+    fields = every_field(scene.plan, network)
+    order = NumberOrder.of(network, 0, fields)
+    vector = order.vector(network, fields)
     laws = compiled_laws(network.springs.laws, 0)
-    chosen = choose(name, step, network, plan=scene.plan, duration=0.05, laws=laws)
+    chosen = choose(name, step, network, plan=scene.plan, duration=stop, laws=laws)
     schedule = EventRecorder(scene.plan, chosen.stepping, order, step).schedule(
-        network, vector, 0.05
+        network, vector, stop
     )
     return Motion(schedule, chosen.stepping, order, step, times), vector
 
@@ -156,7 +158,7 @@ def check_derivatives(scene, name):
     weight = random.standard_normal((len(times), scene.network.position.size))
     motion.forward(vector)
     gradient = motion.backward(weight, np.zeros_like(weight))
-    for array in (*VALUES[:-1], "position", "velocity"):
+    for array in (*NETWORK, *STATE):
         part = motion.order.places[array]
         way = np.zeros_like(vector)
         size = {"rest": 0.02, "position": 0.005, "velocity": 0.05}.get(array, 1.0)

@@ -222,8 +222,8 @@ def test_a_torn_spring_opens_the_nodes_of_its_tetrahedra():
     alive = np.ones(network.spring_count, dtype=bool)
     alive[spring] = False
     has = np.isin(cells, network.springs.ends[spring]).sum(axis=1) == 2
-    assert enclosure.torn(alive).tolist() == np.unique(cells[has]).tolist()
-    left = enclosure.without(enclosure.torn(alive))
+    assert enclosure.lost_items(alive).tolist() == np.unique(cells[has]).tolist()
+    left = enclosure.without(enclosure.lost_items(alive))
     stays = np.setdiff1d(np.arange(network.node_count), cells[has])
     x = shaken(network.position)
     assert left.volumes(x) == pytest.approx(enclosure.volumes(x)[stays])

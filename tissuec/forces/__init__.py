@@ -18,6 +18,8 @@ Shared arguments:
         them.
     part, parts: Index of this thread's share of the loop, and the number of shares.
     net: Record of the network; its fields give the shapes and units.
+    weight, by_x, by_v, dx, dv, df, room: Of derivatives, see ``forces.derivatives``; shapes
+        (3 node,), (3 node change,) and (change,), in any unit.
 """
 
 from abc import ABCMeta, abstractmethod
@@ -39,6 +41,7 @@ from tissuec.model.profiles import TimeProfile, tabulated
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
+    from tissuec.forces.derivatives import ForceDerivatives
     from tissuec.forces.load import Load
 
 #: Time that a kernel takes for each number of its field, by measuring the shipped ones [s].
@@ -285,6 +288,33 @@ class Field(Effect, frozen=True):
         """
         parts = astuple(self)
         return SECONDS * sum(part.size for part in parts if isinstance(part, np.ndarray))
+
+    @property
+    def derivatives(self) -> "ForceDerivatives | str":
+        """Return the exact derivatives, or why there are none, as the end of a sentence."""
+        return "has no exact derivatives"
+
+    def damping_matrices(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return minus the derivatives of damping forces, None without any.
+
+        They are by positions [N/m] and by velocities [N s/m], shape (3 size, 3 size) each.
+
+        Args:
+            position, velocity: Of all nodes [m], [m/s], shape (node, 3).
+            number: Of each node among those that may move, -1 for others, shape (node,).
+            size: Number of nodes that may move.
+        """
+        return None
+
+    def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
+        """Return the items that no longer act because they have lost a spring, ascending.
+
+        Args:
+            alive: False for springs that were cut or broke, shape (spring,).
+        """
+        return np.zeros(0, dtype=np.int64)
 
     # --- what the kernel says of any state ------------------------------------------------
 

@@ -29,6 +29,7 @@ from msgspec.structs import astuple
 from tissuec.core.vectors import cross, dot
 from tissuec.forces import Field, Items, Resisting
 from tissuec.forces.bending_kernel import COLLAPSE, TINY, WHOLE, HingeTable, fold
+from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.hinges import Hinges
 from tissuec.model.network import Floats, Indices
@@ -84,8 +85,6 @@ class HingeForce(Hinges, Field, frozen=True):
 
         Without ``exact``, only Σ w k cos(θ - θ0) ∂θ/∂x ∂θ/∂xᵀ where that is positive.
         """
-        from scipy.sparse import coo_matrix
-
         parts = _normals(position[self.nodes])
         more, (weight, by_a, by_b) = _angle(*parts) - self.drawn, self._weight(*parts[3:])
         slopes = _slopes(*parts)
@@ -104,6 +103,30 @@ class HingeForce(Hinges, Field, frozen=True):
                 *parts, by_a, by_b
             )
             values += np.einsum("pi,hpxqy,qj->hixjy", _SPANS, second, _SPANS)
+        return self._placed(values, number, size)
+
+    def damping_matrices(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return minus the derivatives of -d w (g·v) g with g = ∂θ/∂x; see ``Field``."""
+        if not self.damping.any():
+            return None
+        parts, moved = _normals(position[self.nodes]), velocity[self.nodes]
+        slopes, (weight, by_a, by_b) = _slopes(*parts), self._weight(*parts[3:])
+        second = np.einsum("pi,hpxqy,qj->hixjy", _SPANS, _second(*parts), _SPANS)
+        speed = np.einsum("hix,hix->h", slopes, moved)
+        swelling = _swelling(*parts[:3], by_a, by_b)
+        faster = np.einsum("hixjy,hjy->hix", second, moved)
+        faster = weight[:, None, None] * faster + speed[:, None, None] * swelling
+        by_x = np.einsum("h,hix,hjy->hixjy", self.damping, slopes, faster)
+        by_x += (self.damping * weight * speed)[:, None, None, None, None] * second
+        by_v = np.einsum("h,hix,hjy->hixjy", self.damping * weight, slopes, slopes)
+        return self._placed(by_x, number, size), self._placed(by_v, number, size)
+
+    def _placed(self, values: Floats, number: Indices, size: int) -> "coo_matrix":
+        """Return blocks of hinges, shape (hinge, 4, 3, 4, 3), as one matrix; see ``matrix``."""
+        from scipy.sparse import coo_matrix
+
         place = 3 * number[self.nodes][..., None] + np.arange(3)  # (hinge, node, component)
         rows = np.broadcast_to(place[:, :, :, None, None], values.shape)
         columns = np.broadcast_to(place[:, None, None, :, :], values.shape)
@@ -187,6 +210,13 @@ class HingeForce(Hinges, Field, frozen=True):
             np.sin(self.drawn),
             self.squares,
         )
+
+    @property
+    def derivatives(self) -> ForceDerivatives:
+        """Return the derivatives, also by stiffness, damping and drawn folds."""
+        from tissuec.forces.bending_derivatives_kernel import pull_folds, push_folds
+
+        return ForceDerivatives(("stiffness", "damping", "drawn"), pull_folds, push_folds)
 
 
 def hinges_at(

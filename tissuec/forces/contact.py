@@ -433,6 +433,11 @@ class Contact(Field, frozen=True, dict=True):
         return touch
 
     @property
+    def derivatives(self) -> str:
+        """Return why there are none."""
+        return "is not smooth"
+
+    @property
     def loss(self) -> str:
         """Return why energy is not conserved; empty if it is."""
         return "contact brakes" if self.damping or self.friction else ""

@@ -9,7 +9,7 @@ own, by the area A of skin that it stands for:
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from msgspec import Struct
@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from tissuec.core import units
 from tissuec.core.fields import Real
 from tissuec.forces import FORCES, Acted, Field, Resisting, diagonal
-from tissuec.kernels.records import BoundaryConditions, Floats, Rows
+from tissuec.forces.derivatives import ForceDerivatives
+from tissuec.forces.foundation_kernel import BedTable, hold
+from tissuec.kernels.records import BoundaryConditions, Floats
 from tissuec.model.network import Indices
 
 if TYPE_CHECKING:
@@ -72,9 +74,16 @@ class Bed(Field, frozen=True):
         """Return the scalar loops."""
         return hold
 
-    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> "BedTable":
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> BedTable:
         """Return what holds anywhere."""
         return BedTable(place[self.nodes], self.home, self.stiffness, self.damping)
+
+    @property
+    def derivatives(self) -> ForceDerivatives:
+        """Return the derivatives, also by stiffness, damping and home."""
+        from tissuec.forces.foundation_derivatives_kernel import pull_bed, push_bed
+
+        return ForceDerivatives(("stiffness", "damping", "home"), pull_bed, push_bed)
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…)."""
@@ -86,6 +95,14 @@ class Bed(Field, frozen=True):
         """Return a diagonal [N/m]."""
         blocks = self.stiffness[:, None, None] * np.eye(3)
         return diagonal(blocks, number[self.nodes], size)
+
+    def damping_matrices(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return nothing [N/m] and a diagonal [N s/m]; see ``Field``."""
+        blocks = self.damping[:, None, None] * np.eye(3)
+        slow = diagonal(blocks, number[self.nodes], size)
+        return 0.0 * slow, slow
 
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return the nodes that are held, shape (node,)."""
@@ -106,26 +123,3 @@ class Bed(Field, frozen=True):
     def _moved(self, position: Floats) -> Floats:
         """Return how far nodes are from home [m], shape (…, n, 3)."""
         return position[..., self.nodes, :] - self.home
-
-
-class BedTable(NamedTuple):
-    """A bed as the kernel reads it; see ``Bed``."""
-
-    nodes: Indices
-    home: Rows
-    stiffness: Floats
-    damping: Floats
-
-
-def hold(time: float, x: Floats, v: Floats, f: Floats, power: Floats, bed: BedTable) -> None:
-    """Add the forces of a bed to those on nodes, and the power that its dashpots dissipate.
-
-    Args:
-        bed: The bed.
-    """
-    for k in range(bed.nodes.size):
-        stiffness, damping = bed.stiffness[k], bed.damping[k]
-        for axis in range(3):
-            i = 3 * bed.nodes[k] + axis
-            f[i] -= stiffness * (x[i] - bed.home[k, axis]) + damping * v[i]
-            power[1] += damping * v[i] * v[i]

@@ -36,6 +36,7 @@ from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
 from tissuec.forces import Field, Items, Resisting
+from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.volume_kernel import CellTable, press
 from tissuec.geometry.parallelograms import parallelograms
 from tissuec.kernels.records import BoundaryConditions
@@ -116,7 +117,7 @@ class Enclosure(Field, frozen=True):
         """Return the cell of each face, shape (face,)."""
         return np.repeat(np.arange(self.cell_count), np.diff(self.first))
 
-    def torn(self, alive: NDArray[np.bool_]) -> Indices:
+    def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
         """Return the cells that have lost a spring, ascending.
 
         Args:
@@ -303,7 +304,15 @@ class Enclosure(Field, frozen=True):
             first=self.first.astype(np.int64),
             drawn=self.drawn / self.share,
             modulus=np.full(self.cell_count, self.share * self.modulus),
+            share=self.share,
         )
+
+    @property
+    def derivatives(self) -> ForceDerivatives:
+        """Return the derivatives, also by the bulk modulus and drawn volumes."""
+        from tissuec.forces.volume_derivatives_kernel import pull_volumes, push_volumes
+
+        return ForceDerivatives(("modulus", "drawn"), pull_volumes, push_volumes)
 
 
 def open_edges(corners: Indices) -> Indices:

@@ -14,6 +14,7 @@ class CellTable(NamedTuple):
     first: Integers  # faces of a cell are first[cell]:first[cell + 1], shape (cell + 1,)
     drawn: Floats  # volumes [m³], shape (cell,)
     modulus: Floats  # [Pa], shape (cell,)
+    share: float  # see ``tissuec.forces.volume.Enclosure``
 
 
 def press(

@@ -8,7 +8,8 @@ where they are, the shape, and the strides.
 
 import ctypes
 from collections.abc import Callable, Iterable, Sequence
-from functools import cached_property
+from functools import cache, cached_property
+from inspect import signature as parameters
 from typing import Any
 
 import numpy as np
@@ -128,13 +129,18 @@ VECTORS = {
 # --- kernels of fields -----------------------------------------------------------------------
 
 _VECTOR = RecordField(0, np.ndarray, np.dtype(float), 1)
-_OF_FIELDS = ctypes.CFUNCTYPE(
-    None, ctypes.c_double, *(4 * _kinds(_VECTOR)), ctypes.c_void_p
-)  # fmt: skip
+
+
+@cache
+def _of_fields(vectors: int) -> Any:
+    """Return the type of a loop of a field, which takes time, some vectors and a table."""
+    return ctypes.CFUNCTYPE(
+        None, ctypes.c_double, *(vectors * _kinds(_VECTOR)), ctypes.c_void_p
+    )
 
 
 class InPython:
-    """The kernel of a field that is not shipped, for compiled code to call it as Python.
+    """A loop of a field that is not shipped, for compiled code to call it as Python.
 
     It is slow, but needs no compiler. An error in it cannot pass through compiled code: forces
     become no numbers, and ``failure`` is what it was.
@@ -150,23 +156,24 @@ class InPython:
     def __init__(self, made_from: Callable[..., None], record: Any):
         self._made_from, self._record = made_from, record
         self.failure: Exception | None = None
-        self._called = _OF_FIELDS(self._call)
+        self._called = _of_fields(len(parameters(made_from).parameters) - 2)(self._call)
         self.address = ctypes.cast(self._called, ctypes.c_void_p).value or 0
 
     def _call(self, time: float, *words: Any) -> None:
-        x, v, f, power = (
+        vectors = [
             np.frombuffer((ctypes.c_double * count).from_address(place))
             for place, count in zip(words[4::7], words[2::7], strict=False)
-        )
+        ]
         try:
-            self._made_from(time, x, v, f, power, self._record)
+            self._made_from(time, *vectors, self._record)
         except Exception as error:
             self.failure = self.failure or error
-            f[:] = np.nan
+            for vector in vectors[2:]:
+                vector[:] = np.nan
 
 
 def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
-    """Return where the kernel of a field is: compiled, or as Python if it is not shipped.
+    """Return where a loop of a field is: compiled, or as Python if it is not shipped.
 
     Args:
         table: What it will be given; it keeps what has to be kept.
@@ -174,14 +181,15 @@ def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
     bundle = of_field(kernel)
     if kernel.__module__.startswith("tissuec.forces.") and is_shipped(bundle):
         return address(bundle, kernel.__name__)
-    table.called = InPython(kernel, table.record)
-    return table.called.address
+    called = InPython(kernel, table.record)
+    table.called = (*table.called, called)
+    return called.address
 
 
 def kernel_on(kernel: Callable[..., None], record: Any) -> Callable[..., None]:
     """Return the kernel of a field of all arguments but the last one, a record."""
     table = RecordTable(record)
-    function = _OF_FIELDS(kernel_address(kernel, table))
+    function = _of_fields(4)(kernel_address(kernel, table))
     kind = _VECTOR._replace(what=f"a vector of {kernel.__name__}")
 
     def call(time: float, *vectors: Any) -> None:
@@ -196,6 +204,7 @@ def kernel_on(kernel: Callable[..., None], record: Any) -> Callable[..., None]:
 
 
 def raise_failure(table: RecordTable) -> None:
-    """Raise the error of a kernel that was called back as Python, if there was one."""
-    if table.called is not None and table.called.failure is not None:
-        raise table.called.failure
+    """Raise the error of a loop that was called back as Python, if there was one."""
+    for called in table.called:
+        if called.failure is not None:
+            raise called.failure

@@ -129,7 +129,7 @@ class RecordTable:
 
     def __init__(self, record: object):
         self.record = record
-        self.called: Any = None  # what is kept for it, too
+        self.called: tuple[Any, ...] = ()  # what is kept for it, too
         self.words = plain_array("q", _words(type(record), record))
         self.address = self.words.buffer_info()[0]
 

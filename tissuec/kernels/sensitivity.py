@@ -15,163 +15,45 @@ argument, and of the constant as well for ``by_constant``.
 Shared arguments:
     s: Index of the spring in ``forces.links``.
     forces: Everything that accelerations follow from, beside the state.
+    time: [s], on which fields may depend.
+    due: Derivatives by the state.
+    by: Derivatives by the numbers of springs and nodes.
     at: A state with the shapes and units of ``NodeState``.
     r: Response of the spring at this state, see ``response``.
 """
 
 from math import sqrt
-from typing import NamedTuple
 
-from tissuec.kernels.records import Floats, Integers, Rows, Stack
-
-
-def of_law(*values: object) -> float:
-    """Refuse the call: compiled code calls laws by their addresses.
-
-    Raises:
-        TypeError: Always.
-    """
-    raise TypeError("laws are called by compiled code only")
-
-
-pull = pull_by_c = pull_by_rest = slope = of_law
-brake = brake_by_d = brake_by_e = brake_by_rest = brake_slope = by_constant = of_law
-
-
-class Laws(NamedTuple):
-    """Laws of springs and their partial derivatives, as addresses of compiled functions.
-
-    They are 0 where all springs are linear.
-    """
-
-    curved: bool  # some springs have laws that are not linear
-    brake: int = 0
-    brake_by_d: int = 0
-    brake_by_e: int = 0
-    brake_by_rest: int = 0
-    brake_slope: int = 0
-    by_constant: int = 0
-    pull: int = 0
-    pull_by_c: int = 0
-    pull_by_rest: int = 0
-    slope: int = 0
+from tissuec.kernels.derivative_records import (
+    Forces,
+    NodeState,
+    Response,
+    Seeds,
+    Values,
+    brake,
+    brake_by_d,
+    brake_by_e,
+    brake_by_rest,
+    brake_slope,
+    by_constant,
+    call_force,
+    call_pull_back,
+    call_push_forward,
+    pull,
+    pull_by_c,
+    pull_by_rest,
+    slope,
+)
+from tissuec.kernels.memory_sensitivity import (
+    accelerate_memory,
+    pull_back_memory,
+    push_forward_memory,
+    sow,
+)
+from tissuec.kernels.records import Floats, Stack
 
 
-class Links(NamedTuple):
-    """Everything that acts between two events.
-
-    Attributes:
-        low, high: Nodes of the springs that act, shape (spring,).
-        spring: Their numbers in the network, shape (spring,).
-        law: Their laws, shape (spring,).
-        inverse: 1/m of free nodes, 0 of held ones [1/kg], shape (node,).
-        steady: Acceleration by gravity, 0 of held nodes [m/s²], shape (3 node,).
-        drag: Ambient damping [N s/m], shape (node,).
-        loaded: Nodes with loads that change in time, shape (loaded,).
-        driven: Nodes that are moved, shape (driven,).
-    """
-
-    low: Integers
-    high: Integers
-    spring: Integers
-    law: Integers
-    inverse: Floats
-    steady: Floats
-    drag: Floats
-    loaded: Integers
-    driven: Integers
-
-
-class Values(NamedTuple):
-    """Numbers that can be learnt, or their derivatives, in the order of the network.
-
-    Attributes:
-        mass: [kg], shape (node,).
-        stiffness, damping, rest: c [N/m], d [N s/m], L0 [m], shape (spring,).
-        constants: Of laws, shape (constant,).
-    """
-
-    mass: Floats
-    stiffness: Floats
-    damping: Floats
-    rest: Floats
-    constants: Floats
-
-
-class Forces(NamedTuple):
-    """Everything that accelerations depend on, except state and changing loads."""
-
-    laws: Laws
-    links: Links
-    values: Values
-
-
-class NodeState(NamedTuple):
-    """Places, velocities and accelerations, or derivatives by them, shape (3 node,).
-
-    Many changes of them are flat, shape (3 node change,), all of one component together.
-    """
-
-    x: Floats
-    v: Floats
-    a: Floats
-
-
-class NodeStates(NamedTuple):
-    """Many of these, shape (state, 3 node)."""
-
-    x: Rows
-    v: Rows
-    a: Rows
-
-
-class Sparse(NamedTuple):
-    """A matrix: row i has ``entries`` from ``rows[i]`` to ``rows[i + 1]`` in ``columns``."""
-
-    rows: Integers
-    columns: Integers
-    entries: Floats
-
-
-class Seeds(NamedTuple):
-    """Derivatives of numbers by parameters: for each array a row for each of its numbers."""
-
-    mass: Sparse
-    stiffness: Sparse
-    damping: Sparse
-    rest: Sparse
-    constants: Sparse
-    total: Floats  # scratch, shape (change,)
-
-
-class Response(NamedTuple):
-    """A spring's tension, and the derivatives of its force.
-
-    Attributes:
-        e, w: Elongation [m] and its rate [m/s].
-        n0, n1, n2: Direction from the lower node to the upper one.
-        l0, l1, l2: Of the tension by the upper node's place [N/m].
-        across: T / L, of the force by a place across the spring [N/m].
-        brisk: ∂g/∂w, of the tension by the upper node's velocity along the spring [N s/m].
-        by_c, by_d, by_rest: Of the tension by c, d and L0.
-    """
-
-    e: float
-    w: float
-    n0: float
-    n1: float
-    n2: float
-    l0: float
-    l1: float
-    l2: float
-    across: float
-    brisk: float
-    by_c: float
-    by_d: float
-    by_rest: float
-
-
-def acceleration(forces: Forces, load: Floats, at: NodeState) -> None:
+def acceleration(forces: Forces, time: float, load: Floats, at: NodeState) -> None:
     """Set the accelerations of all nodes, ``at.a`` [m/s²].
 
     Args:
@@ -200,6 +82,10 @@ def acceleration(forces: Forces, load: Floats, at: NodeState) -> None:
         a[j] -= tension * r0
         a[j + 1] -= tension * r1
         a[j + 2] -= tension * r2
+    accelerate_memory(forces, at)
+    fields = forces.fields
+    for k in range(fields.table.size):
+        call_force(fields.force[k], fields.table[k], time, x, v, a, fields.power)
     for k in range(links.loaded.size):
         i = 3 * links.loaded[k]
         for axis in range(3):
@@ -256,7 +142,7 @@ def by_constant_of(number: int, s: int, r: Response, forces: Forces) -> float:
     return by_constant(links.law[s], number, r.e, r.w, c, d, rest, laws, values)
 
 
-def pull_back(forces: Forces, at: NodeState, due: NodeState, by: Values) -> None:
+def pull_back(forces: Forces, time: float, at: NodeState, due: NodeState, by: Values) -> None:
     """Add the derivatives of Σ due.a · a to ``due.x``, ``due.v`` and ``by``.
 
     Args:
@@ -266,13 +152,17 @@ def pull_back(forces: Forces, at: NodeState, due: NodeState, by: Values) -> None
     """
     links, weight = forces.links, due.a
     for node in range(links.inverse.size):
-        inverse, total = links.inverse[node], 0.0
+        inverse, total, braked = links.inverse[node], 0.0, 0.0
         if inverse == 0.0:
             continue
         for i in range(3 * node, 3 * node + 3):
             total += weight[i] * (at.a[i] - links.steady[i])
+            braked += weight[i] * at.v[i]
             due.v[i] -= links.drag[node] * inverse * weight[i]
         by.mass[node] -= inverse * total
+        by.drag[node] -= inverse * braked
+    pull_back_memory(forces, at, due, by)
+    pull_back_fields(forces, time, at, due, by)
     for s in range(links.low.size):
         p, q = links.low[s], links.high[s]
         mi, mj = links.inverse[p], links.inverse[q]
@@ -307,7 +197,26 @@ def pull_back(forces: Forces, at: NodeState, due: NodeState, by: Values) -> None
         due.v[j + 2] += along * r.n2
 
 
-def push_forward(forces: Forces, at: NodeState, seeds: Seeds, change: NodeState) -> None:
+def pull_back_fields(
+    forces: Forces, time: float, at: NodeState, due: NodeState, by: Values
+) -> None:
+    """Add to ``due.x``, ``due.v`` and ``by`` what comes from fields."""
+    fields, inverse = forces.fields, forces.links.inverse
+    if fields.table.size == 0:
+        return
+    for node in range(inverse.size):
+        for i in range(3 * node, 3 * node + 3):
+            fields.weight[i] = inverse[node] * due.a[i]
+    for k in range(fields.table.size):
+        table, own = fields.table[k], by.fields[fields.first[k] : fields.first[k + 1]]
+        call_pull_back(
+            fields.pull_back[k], table, time, at.x, at.v, fields.weight, due.x, due.v, own
+        )
+
+
+def push_forward(
+    forces: Forces, time: float, at: NodeState, seeds: Seeds, change: NodeState
+) -> None:
     """Set ``change.a`` for many changes of positions, velocities and numbers.
 
     Args:
@@ -355,6 +264,19 @@ def push_forward(forces: Forces, at: NodeState, seeds: Seeds, change: NodeState)
             a1[m] -= f0
             a1[y] -= f1
             a1[z] -= f2
+    push_forward_memory(forces, at, seeds, change)
+    push_forward_fields(forces, time, at, seeds, change)
+    push_forward_nodes(forces, at, seeds, change)
+
+
+def push_forward_nodes(forces: Forces, at: NodeState, seeds: Seeds, change: NodeState) -> None:
+    """Turn changes of forces into those of accelerations, ``change.a``.
+
+    Args:
+        seeds: Changes of the numbers.
+        change: Of the state, shape (3 node change,).
+    """
+    links, count = forces.links, seeds.total.size
     for node in range(links.inverse.size):
         inverse, drag = links.inverse[node], links.drag[node]
         for i in range(3 * node, 3 * node + 3):
@@ -364,19 +286,26 @@ def push_forward(forces: Forces, at: NodeState, seeds: Seeds, change: NodeState)
                 a[m] = inverse * (a[m] - drag * v[m])
             if inverse > 0.0:
                 sow(inverse * (links.steady[i] - at.a[i]), node, seeds.mass, a)
+                sow(-inverse * at.v[i], node, seeds.drag, a)
 
 
-def sow(factor: float, row: int, matrix: Sparse, out: Floats) -> None:
-    """Add a multiple of a row of a matrix to a vector.
+def push_forward_fields(
+    forces: Forces, time: float, at: NodeState, seeds: Seeds, change: NodeState
+) -> None:
+    """Add the changes of the forces of fields to ``change.a``.
 
     Args:
-        factor: Any factor.
-        row: Index of the row.
-        matrix: The matrix.
-        out: Vector of the row's unit times that of ``factor``, shape (column,).
+        seeds: Changes of the numbers.
+        change: Of the state, shape (3 node change,).
     """
-    for z in range(matrix.rows[row], matrix.rows[row + 1]):
-        out[matrix.columns[z]] += factor * matrix.entries[z]
+    count, total = seeds.total.size, seeds.total
+    fields = forces.fields
+    for k in range(fields.table.size):
+        numbers = seeds.fields[count * fields.first[k] : count * fields.first[k + 1]]
+        call_push_forward(
+            fields.push_forward[k], fields.table[k], time, at.x, at.v, change.x, change.v,
+            numbers, change.a, total,
+        )  # fmt: skip
 
 
 def by_place(

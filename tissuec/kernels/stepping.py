@@ -23,17 +23,9 @@ Shared arguments:
 
 from typing import NamedTuple
 
+from tissuec.kernels.derivative_records import Forces, NodeState, NodeStates, Seeds, Values
 from tissuec.kernels.records import Floats, Integers, Rows, Tableau
-from tissuec.kernels.sensitivity import (
-    Forces,
-    NodeState,
-    NodeStates,
-    Seeds,
-    Values,
-    acceleration,
-    pull_back,
-    push_forward,
-)
+from tissuec.kernels.sensitivity import acceleration, pull_back, push_forward
 from tissuec.kernels.thread_loops import PIECE
 from tissuec.kernels.vectors import accumulate, scale
 
@@ -61,6 +53,11 @@ class Steps(NamedTuple):
 def length_of(row: int, steps: Steps) -> float:
     """Return the size of a step [s]."""
     return steps.times[row + 1] - steps.times[row]
+
+
+def time_of(i: int, row: int, steps: Steps) -> float:
+    """Return the time of a stage [s]."""
+    return steps.times[row] + length_of(row, steps) * steps.tableau.for_x[i, 0]
 
 
 def state(row: int, states: NodeStates) -> NodeState:
@@ -141,7 +138,8 @@ def find_stages(
         if table.carries and again and i == table.result - 1:
             scale(1.0, trail.a[row + 1], at.a)
         else:
-            acceleration(forces, steps.load[moment_of(i, row, steps)], at)
+            load = steps.load[moment_of(i, row, steps)]
+            acceleration(forces, time_of(i, row, steps), load, at)
 
 
 def step_forward(forces: Forces, steps: Steps, trail: NodeStates, stages: NodeStates) -> None:
@@ -191,7 +189,8 @@ def step_back(
             if table.carries and i == 0:
                 scale(1.0, dues.a[0], due.a)
             else:
-                pull_back(forces, state(i, stages), state(i, dues), by)
+                time = time_of(i, row, steps)
+                pull_back(forces, time, state(i, stages), state(i, dues), by)
         leave_step(row, forces, steps, dues, due)
 
 
@@ -277,7 +276,7 @@ def step_change(
         for i in range(1 if table.carries else 0, table.result):
             combine_stage(i, row, forces, steps, here, known, there)
             then = NodeState(there.x, there.v, known[i])
-            push_forward(forces, state(i, stages), seeds, then)
+            push_forward(forces, time_of(i, row, steps), state(i, stages), seeds, then)
         combine_stage(table.result, row, forces, steps, here, known, there)
         if table.carries:
             scale(1.0, known[table.result - 1], known[0])

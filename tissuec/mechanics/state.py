@@ -325,7 +325,7 @@ class State(Struct, eq=False):
         found: list[tuple[Enclosure, int]] = []
         kept: dict[str, Enclosure] = {}
         for name, enclosure in self.enclosures.items():
-            torn = enclosure.torn(self.alive)
+            torn = enclosure.lost_items(self.alive)
             if len(torn):
                 found.append((enclosure, len(torn)))
                 enclosure = enclosure.without(torn)
@@ -381,10 +381,20 @@ class State(Struct, eq=False):
     @property
     def fields(self) -> tuple[Field, ...]:
         """Return what acts on nodes by their places, beside springs."""
-        contact = () if (touching := self.touching) is None else (touching,)
-        hinges = () if (folding := self.folding) is None else (folding,)
-        imposed = (force.field for force in self.forces)
-        return (*self.enclosures.values(), *hinges, *contact, *self.jets.values(), *imposed)
+        return tuple(self.named_fields.values())
+
+    @property
+    def named_fields(self) -> dict[str, Field]:
+        """Return ``fields`` by what messages call them."""
+        found: dict[str, Field] = {
+            f"the volume of {name}": each for name, each in self.enclosures.items()
+        }
+        if (folding := self.folding) is not None:
+            found["bending"] = folding
+        if (touching := self.touching) is not None:
+            found["contact"] = touching
+        found |= {f"the jet of {name}": jet for name, jet in self.jets.items()}
+        return found | {force.name: force.field for force in self.forces}
 
     def forget_friction(self, nodes: Indices) -> None:
         """Reset the bristles of friction on some nodes to zero, as at first contact.

@@ -34,13 +34,21 @@ class Hinges(Struct, frozen=True, eq=False):
     walls: Indices
     walled: Indices
 
+    def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
+        """Return the hinges that have lost a spring, ascending.
+
+        Args:
+            alive: False for springs that were cut or broke, shape (spring,).
+        """
+        return np.unique(self.walled[~alive[self.walls]])
+
     def whole(self, alive: NDArray[np.bool_]) -> "Hinges":
         """Return the hinges that have all their springs.
 
         Args:
             alive: False for springs that were cut or broke, shape (spring,).
         """
-        torn = np.unique(self.walled[~alive[self.walls]])
+        torn = self.lost_items(alive)
         if not len(torn):
             return self
         stays = np.ones(len(self.nodes), dtype=bool)

@@ -46,7 +46,12 @@ from tissuec.kernels.records import Operations
 
 #: Arguments that share no memory with others, by function.
 UNSHARED = runs_kernel.UNSHARED | pairs_kernel.UNSHARED
-OF_KERNELS = ("time", "x", "v", "f", "power")  # first arguments of those of fields
+#: First arguments of the loops of fields: forces, and derivatives backwards and forwards.
+OF_LOOPS = (
+    ("time", "x", "v", "f", "power"),
+    ("time", "x", "v", "weight", "by_x", "by_v", "by"),
+    ("time", "x", "v", "dx", "dv", "dn", "df", "room"),
+)
 # Attributes and marks of lifetimes change from one version of LLVM to the next; they are found
 # out again.
 _LEFT_OUT = re.compile(
@@ -100,26 +105,32 @@ def bundles() -> dict[str, list[Exported]]:
             Exported(function.__name__, function, as_compiled(function), names)
             for function in (step_loop.drive, step_inside.look, integrator.prepare)
         ]
-    for kernel in _kernels_of_fields():
-        name, own = kernel.__name__, as_compiled(kernel)
-        found[of_field(kernel)] = [Exported(name, kernel, own, {})]
+    for kernel in _loops_of_fields():
+        exported = Exported(kernel.__name__, kernel, as_compiled(kernel), {})
+        found.setdefault(of_field(kernel), []).append(exported)
     return found
 
 
-def _kernels_of_fields() -> Iterator[Callable[..., Any]]:
-    """Yield the kernels of ``tissuec.forces``, which their arguments tell from others."""
+def _loops_of_fields() -> Iterator[Callable[..., Any]]:
+    """Yield the loops of ``tissuec.forces``, which their arguments tell from others."""
     for module in iter_modules(forces.__path__):
         members = vars(import_module(f"{forces.__name__}.{module.name}")).values()
         for member in filter(isfunction, members):
-            arguments = tuple(signature(member).parameters)[: len(OF_KERNELS)]
-            if arguments == OF_KERNELS and member.__module__.endswith(f".{module.name}"):
+            arguments = tuple(signature(member).parameters)
+            if any(
+                arguments[: len(own)] == own for own in OF_LOOPS
+            ) and member.__module__.endswith(f".{module.name}"):
                 yield member
 
 
 def _derivative(name: str) -> Exported:
     """Return a function for learning."""
     function = vars(sensitivity).get(name) or vars(stepping)[name]
-    called = {each: partial_caller(each) for each in PARTIALS}
+    called = {each: partial_caller(each) for each in PARTIALS} | {
+        "call_force": field_caller(),
+        "call_pull_back": field_caller(6),
+        "call_push_forward": field_caller(7),
+    }
     return Exported(name, function, as_compiled(function), called)
 
 

@@ -13,9 +13,9 @@ from numba.core.typing.templates import AttributeTemplate, Signature, infer_geta
 from numba.extending import NativeValue, intrinsic, models, register_model, typeof_impl, unbox
 
 from tissuec.engine.operations import FUNCTIONS
+from tissuec.kernels.derivative_records import Laws, Values
 from tissuec.kernels.record_tables import Record, RecordField, RecordTable, layout, signature
 from tissuec.kernels.records import Net, Operations, Progress
-from tissuec.kernels.sensitivity import Laws, Values
 from tissuec.laws.partial import ARGUMENTS
 
 WORD = ir.IntType(64)
@@ -171,10 +171,14 @@ def partial_caller(name: str) -> Callable[..., Any]:
 
 
 @cache
-def field_caller() -> Callable[..., Any]:
-    """Return what calls the kernel of a field by its address, with the address of its table."""
+def field_caller(vectors: int = 4) -> Callable[..., Any]:
+    """Return what calls a loop of a field by its address, with the address of its table.
+
+    Args:
+        vectors: How many it takes; a kernel takes positions, velocities, forces and powers.
+    """
     array = types.Array(NUMBER, 1, "C")
-    own = NOTHING(types.int64, types.int64, NUMBER, array, array, array, array)
+    own = NOTHING(types.int64, types.int64, NUMBER, *[array] * vectors)
 
     def generate(context: Any, builder: Any, _: Signature, arguments: Any) -> Any:
         address, table, *others = arguments

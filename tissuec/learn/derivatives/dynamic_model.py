@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from scipy import sparse
 
-from tissuec.kernels.sensitivity import Values
+from tissuec.kernels.derivative_records import Values
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.event_recording import EventRecorder
 from tissuec.learn.derivatives.event_schedule import EventSchedule
@@ -181,4 +181,5 @@ class DynamicModel:
         leg = motion.schedule.legs[number]
         if number not in self._values:
             self._values[number] = leg.present(self.shaping.order.values(vector))
-        return StateView(leg, self._values[number], samples.x[sample], samples.v[sample])
+        time = float(motion.times[sample])
+        return StateView(leg, self._values[number], samples.x[sample], samples.v[sample], time)

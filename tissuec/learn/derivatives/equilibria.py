@@ -11,19 +11,25 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.core.source import Source, Span
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.event_queue import ActionQueue
 from tissuec.engine.failures import overloaded
-from tissuec.kernels.sensitivity import Values
+from tissuec.forces import Imposed
+from tissuec.kernels.derivative_records import Values
+from tissuec.learn.derivatives.acting import present_fields
 from tissuec.learn.derivatives.event_recording import note
 from tissuec.learn.derivatives.event_schedule import ArrayChange, Leg, leg_of
 from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.mechanics.settling import Remark, Unsettled, settle
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.motion import EndMotion
 from tissuec.script.verbs.settle import Settle
+
+_NOWHERE = Span(Source("", ""), 0, 0)
 
 
 class Unbalanced(Diverged):
@@ -78,13 +84,16 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
             Unbalanced: There are none.
         """
         leg = self.leg
-        state = State.start(network, gravity=leg.gravity, drag=0.0)
+        plain = replace(network, hinges=None)  # they are among the fields
+        state = State.start(plain, gravity=leg.gravity, drag=0.0)
         state.time, state.alive = leg.start, leg.alive_springs
         state.mass = values.mass
         numbers = {name: getattr(values, name) for name in ("stiffness", "damping", "rest")}
         state.springs = replace(state.springs, **numbers)
         state.holders = dict(leg.holders)
         state.loads = {str(number): load for number, load in enumerate(leg.loads)}
+        fields = present_fields(leg, values).items()
+        state.forces = tuple(Imposed(name, "", field, _NOWHERE) for name, field in fields)
         state.position[:] = before + self.way
         state.velocity[:] = 0.0
         _settle(state, self.chosen, self.places)
@@ -92,7 +101,7 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
 
 
 def stands(
-    network: Network, plan: Plan, times: Floats
+    network: Network, plan: Plan, times: Floats, order: NumberOrder
 ) -> Iterator[tuple[EquilibriumStage, bool]]:
     """Yield the equilibria up to the last of some times, and whether each is at one of them.
 
@@ -102,6 +111,7 @@ def stands(
         network: With all its numbers.
         plan: The plan of the experiment.
         times: In the script [s], ascending, each once, shape (time,).
+        order: Of the numbers.
 
     Raises:
         Unbalanced: There is no equilibrium.
@@ -115,7 +125,8 @@ def stands(
 
     def stand(chosen: NDArray[np.bool_]) -> EquilibriumStage:
         nonlocal before
-        found = _stand(state, chosen, changes, before)
+        state.let_leak()
+        found = _stand(state, chosen, changes, before, order)
         before = state.position.copy()
         return found
 
@@ -140,7 +151,11 @@ def stands(
 
 
 def _stand(
-    state: State, chosen: NDArray[np.bool_], changes: dict[str, ArrayChange], before: Floats
+    state: State,
+    chosen: NDArray[np.bool_],
+    changes: dict[str, ArrayChange],
+    before: Floats,
+    order: NumberOrder,
 ) -> EquilibriumStage:
     """Bring a state to rest; return its equilibrium."""
     held = state.held
@@ -149,10 +164,13 @@ def _stand(
     while len(broken := overloaded(state)):
         state.alive = state.alive.copy()
         state.alive[broken] = False
+        state.let_leak()
         remarks = _settle(state, chosen)
     reached = np.zeros_like(held)
     reached[state.springs.ends[state.alive]] = True
-    leg = leg_of(state, state.time, changes)
+    for field in state.fields:
+        reached |= field.touched(state.position)
+    leg = leg_of(state, state.time, changes, order, remembers=False)
     free = np.flatnonzero(chosen & ~held & reached)
     return EquilibriumStage(leg, free, chosen, way, state.position.copy(), remarks)
 

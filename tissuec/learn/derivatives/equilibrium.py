@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 from msgspec import Struct
 
-from tissuec.kernels.sensitivity import Laws, NodeState, Seeds, Values
+from tissuec.kernels.derivative_records import Laws, NodeState, Seeds, Values
 from tissuec.learn.derivatives.equilibria import EquilibriumStage
 from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
 from tissuec.learn.derivatives.matrices import derivatives
@@ -31,14 +31,16 @@ class Equilibrium(Struct, eq=False, dict=True):
         """Return the state, with what rounding left of accelerations."""
         leg, view = self.stand.leg, self.view
         found = NodeState(view.x, view.v, np.empty_like(view.x))
-        acceleration(self.act.forces, leg.paths(np.array([leg.start])).load[0], found)
+        acceleration(
+            self.act.forces, leg.start, leg.paths(np.array([leg.start])).load[0], found
+        )
         return found
 
     @cached_property
     def resistance(self) -> StaticResponse:
-        by_x, _ = derivatives(self.act.forces, self.state)
+        by_x, _, wide = derivatives(self.act, self.stand.time, self.state)
         mass, extent = self.view.values.mass, self.stand.leg.network.extent
-        return StaticResponse(by_x, mass, self.stand.free, extent)
+        return StaticResponse(by_x, wide, mass, self.stand.free, extent)
 
     def move(self, tx: Floats, seeds: Seeds) -> None:
         """Replace the changes of free positions by those in equilibrium.
@@ -51,7 +53,7 @@ class Equilibrium(Struct, eq=False, dict=True):
             return
         ta = np.empty_like(tx)
         change = NodeState(tx.ravel(), np.zeros(tx.size), ta.ravel())
-        push_forward(self.act.forces, self.state, seeds, change)
+        push_forward(self.act.forces, self.stand.time, self.state, seeds, change)
         entries, weights = self.resistance.entries, self.resistance.weights
         tx[entries] += self.resistance.moved(weights[:, None] * ta[entries])
 
@@ -67,7 +69,7 @@ class Equilibrium(Struct, eq=False, dict=True):
         entries, found = self.resistance.entries, NodeState(*np.zeros((3, len(due))))
         moved = self.resistance.moved(due[entries])
         found.a[entries] = self.resistance.weights * moved
-        pull_back(self.act.forces, self.state, found, by)
+        pull_back(self.act.forces, self.stand.time, self.state, found, by)
         due += found.x
         due[entries] = 0.0  # from wherever free nodes come, they come here
         return by

@@ -16,15 +16,17 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.execution.sampling import SAME
+from tissuec.forces.branches import VISCOSITY
 from tissuec.learn.derivatives.event_schedule import ArrayChange, EventSchedule, Leg, leg_of
 from tissuec.learn.derivatives.motion import Diverged, Motion
 from tissuec.learn.derivatives.stepping import Stepping
+from tissuec.learn.parameters.fields import every_field, preserves
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
 from tissuec.script.verbs import VERBS, Action
-from tissuec.script.verbs.change import ChangeMotion, ChangeParameter
+from tissuec.script.verbs.change import ChangeMemory, ChangeMotion, ChangeParameter
 
 _NONE: Floats = np.zeros(0)
 
@@ -71,10 +73,12 @@ class EventRecorder:
                 if isinstance(action, ChangeMotion):
                     thrown[action.group.indices] = True
                 action.apply(state, queue)
+            state.let_leak()
             state.place_held()
             until = min(queue.next, breaks[0].time if breaks else inf, stop)
+            until = _before_knots(state, until)
             set_anew = (state.velocity != before).any(axis=1) | thrown
-            legs.append(leg_of(state, until, changes, set_anew))
+            legs.append(leg_of(state, until, changes, self.order, set_anew))
             if until < stop:  # nobody asks for the state at the end
                 self._go(legs[-1], state, vector)
             state.time = until
@@ -149,11 +153,27 @@ def note(action: Action, changes: dict[str, ArrayChange], state: State) -> None:
         changes[action.array] = ArrayChange(factor, more)
 
 
-def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
+def _before_knots(state: State, until: float) -> float:
+    """Return a time [s], or that of an earlier knot of what fields follow."""
+    profiles = (profile for field in state.fields for _, profile in field.changes)
+    knots = (knot for profile in profiles for knot in profile.knots.tolist())
+    return min([until, *(knot for knot in knots if state.time < knot)])
+
+
+def refusal(
+    plan: Plan,
+    network: Network,
+    *,
+    at_rest: bool = False,
+    moves: bool = False,
+    constants: bool = False,
+) -> str:
     """Return why the motion, or the net at rest, has no exact derivatives; empty if it has.
 
     Args:
         at_rest: Whether equilibria are meant.
+        moves: Whether start positions are learnt.
+        constants: Whether constants of laws are learnt.
     """
     actions = [event.action for event in _every(plan)]
     if at_rest and plan.triggers:
@@ -162,16 +182,22 @@ def refusal(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
         verb = kind.removeprefix("tissuec.script.verbs.")
         if verb not in _DERIVED and not (at_rest and verb == "settle"):
             return _UNKNOWN.get(verb, f"the verb {_word(kind)} has no exact derivatives")
-    if plan.contact is not None:
-        return "contact is not smooth"
-    if plan.forces:
-        return f"{plan.forces[0].name} acts"
-    if network.drag is not None:
-        return "ambient damping depends on mass or surface"
-    if network.hinges is not None:
-        return "walls resist bending"
-    if network.springs.inelastic is not None:
-        return "springs relax or yield"
+    for name, field in every_field(plan, network).items():
+        if isinstance(field.derivatives, str):
+            return f"{name} {field.derivatives}"
+    names = [action.group.name for action in preserves(plan)]
+    if len(set(names)) < len(names):
+        return "a volume is preserved by one pressure after another"
+    if moves and names:
+        return "start positions change the volumes that are preserved"
+    if any(isinstance(action, ChangeMemory) for action in actions):
+        return "the script changes how springs relax or yield"
+    if (
+        network.springs.inelastic is not None
+        and network.springs.inelastic.has(VISCOSITY).any()
+        and constants
+    ):
+        return "constants of laws are learned beside yielding"
     if plan.simulation.integrator == RELAXATION:
         return "the net is in equilibrium all the time"
     if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):
@@ -192,11 +218,10 @@ def _every(plan: Plan) -> Sequence[ScheduledAction]:
 #: Verbs whose effect is derived, by their modules.
 _DERIVED = (
     *("change", "close", "cut", "fix", "free", "grasp", "hold", "motion"),
-    *("move", "open", "pull", "push", "release", "stop"),
+    *("move", "open", "preserve", "pull", "push", "release", "stop"),
 )
 #: Why the effect of others is not.
 _UNKNOWN = {
-    "preserve": "a volume is preserved",
     "irrigate": "a jet acts",
     "tie": "knots can slip",
     "tighten": "a thread is tightened",

@@ -15,9 +15,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.forces.load import Load
-from tissuec.kernels.sensitivity import Links, Values
+from tissuec.kernels.derivative_records import Links, SpringMemory, Values
+from tissuec.learn.parameters.fields import ActingNumbers, Fields, acting_numbers
+from tissuec.learn.parameters.memory import NO_MEMORY, memory_of, remembering
+from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.mechanics.state import PrescribedMotion, State
-from tissuec.model.network import Floats, Indices, Network
+from tissuec.model.network import SPRINGS, Floats, Indices, Network
 
 
 class ArrayChange(NamedTuple):
@@ -51,9 +54,12 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
         stopped: Nodes whose velocity is set when the leg begins, shape (node,).
         given: Their velocities [m/s], shape (node, 3).
         gravity: [m/s²], shape (3,).
-        drag: Of each node [N s/m], shape (node,).
+        drag: Of all nodes alike [N s/m].
         holders: Who holds which nodes.
         changes: What the script made of arrays, by name.
+        fields: What acts beside springs, by name; its own numbers do not count.
+        numbers: Of these fields.
+        remembers: Whether what springs remember changes; at rest, it does not.
     """
 
     start: float
@@ -64,11 +70,14 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
     stopped: NDArray[np.bool_]
     given: Floats
     gravity: Floats
-    drag: Floats
+    drag: float
     holders: Mapping[str, Indices]
     motions: tuple[PrescribedMotion, ...]
     loads: tuple[Load, ...]
     changes: Mapping[str, ArrayChange]
+    fields: Fields
+    numbers: ActingNumbers
+    remembers: bool
     _paths: dict[bytes, PrescribedPaths] = field(default_factory=dict[bytes, PrescribedPaths])
 
     @cached_property
@@ -103,32 +112,41 @@ class Leg(Struct, frozen=True, eq=False, dict=True):
             name: change.factor * getattr(values, name) + change.more
             for name, change in self.changes.items()
         }
-        return values._replace(**changed)
+        own = values.fields[self.numbers.places]
+        return values._replace(**changed, fields=own)
 
     def past(self, by: Values) -> Values:
         """Return derivatives by the numbers of this leg as those by the first numbers."""
         changed = {
             name: change.factor * getattr(by, name) for name, change in self.changes.items()
         }
-        return by._replace(**changed)
+        return by._replace(**changed, fields=self.numbers.of_all(by.fields))
 
     def links(self, values: Values) -> Links:
         """Return what acts, with the masses of this leg."""
-        network, free = self.network, ~self.held
-        low, high = network.springs.ends[self.alive].astype(np.int64).T
-        steady = free[:, None] * self.gravity
+        network, free, springs = self.network, ~self.held, self.alive
+        moves = free.copy()
+        if self.remembers:
+            springs = springs[~remembering(network)[springs]]
+            moves[network.remembering(SPRINGS)] = False
+        low, high = network.springs.ends[springs].astype(np.int64).T
         inverse = np.where(free, 1.0 / values.mass, 0.0)
         return Links(
             np.ascontiguousarray(low),
             np.ascontiguousarray(high),
-            self.alive.astype(np.int64),
-            network.springs.law[self.alive].astype(np.int64),
+            springs.astype(np.int64),
+            network.springs.law[springs].astype(np.int64),
             inverse,
-            steady.ravel(),
-            self.drag,
+            (moves[:, None] * self.gravity).ravel(),
+            np.where(moves, self.drag + values.drag, 0.0),
             self.loaded,
             self.driven,
         )
+
+    @property
+    def memory(self) -> SpringMemory:
+        """Return the springs that remember."""
+        return memory_of(self.network, self.alive) if self.remembers else NO_MEMORY
 
     def paths(self, times: Floats) -> PrescribedPaths:
         """Return prescribed positions and velocities at some times [s], shape (time,)."""
@@ -188,7 +206,10 @@ def leg_of(
     state: State,
     stop: float,
     changes: Mapping[str, ArrayChange],
+    order: NumberOrder,
     set_anew: NDArray[np.bool_] | bool = False,
+    *,
+    remembers: bool = True,
 ) -> Leg:
     """Return the leg that begins with a state whose events are over.
 
@@ -196,9 +217,20 @@ def leg_of(
         state: The state.
         stop: End of the leg [s].
         changes: What the script changed in arrays, by name.
+        order: Of the numbers.
+        remembers: Whether what springs remember changes.
         set_anew: Which free nodes were given their velocities by events, shape (node,).
     """
-    held = state.held
+    held, network = state.held, state.network
+    remembers = remembers and network.springs.inelastic is not None
+    if remembers:
+        # What springs remember moves as nodes of 1 kg do, whatever the scene weighs.
+        hidden = network.remembering(SPRINGS)
+        held[hidden] = False
+        factor, more = changes.get("mass", ArrayChange(np.ones(len(held)), np.zeros(len(held))))
+        factor, more = factor.copy(), more.copy()
+        factor[hidden], more[hidden] = 0.0, 1.0
+        changes = {**changes, "mass": ArrayChange(factor, more)}
     return Leg(
         state.time,
         stop,
@@ -208,11 +240,14 @@ def leg_of(
         held | set_anew,
         state.velocity.copy(),
         state.gravity.copy(),
-        state.braking,
+        state.drag,
         dict(state.holders),
         tuple(state.motions.values()),
         tuple(state.loads.values()),
         dict(changes),
+        state.named_fields,
+        acting_numbers(state, order.fields),
+        remembers,
     )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tissuec.kernels.sensitivity import NodeState, NodeStates, Seeds, Values
+from tissuec.kernels.derivative_records import NodeState, NodeStates, Seeds, Values
 from tissuec.learn.derivatives.kernels import step_back, step_change, step_forward
 from tissuec.learn.derivatives.stepping import LegForces, StepStates
 from tissuec.learn.derivatives.tableaus import ByTableau

@@ -68,7 +68,13 @@ class FiniteDifferenceModel:
     def notes(self) -> tuple[str, ...]:
         """Return why derivatives are differences, in sentences."""
         compiled = self.shaping.compiled
-        reason = refusal(compiled.plan, compiled.network)
+        shaping = self.shaping
+        reason = refusal(
+            compiled.plan,
+            compiled.network,
+            moves=shaping.moves,
+            constants=shaping.order.sizes["constants"] > 0,
+        )
         return (f"derivatives are {self.name}" + (f": {reason}" if reason else ""),)
 
     @property

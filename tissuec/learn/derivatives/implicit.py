@@ -13,11 +13,10 @@ Backwards, from the last stage to the first, the derivatives α_i by a_i give μ
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.sparse.linalg import SuperLU, splu
 
 from tissuec.core.units import TIME, show
-from tissuec.kernels.sensitivity import Laws, NodeState, NodeStates, Seeds, Values
-from tissuec.kernels.stepping import Steps, length_of, moment_of, state
+from tissuec.kernels.derivative_records import Laws, NodeState, NodeStates, Seeds, Values
+from tissuec.kernels.stepping import Steps, length_of, moment_of, state, time_of
 from tissuec.learn.derivatives.kernels import (
     acceleration,
     begin_dues,
@@ -28,7 +27,8 @@ from tissuec.learn.derivatives.kernels import (
     push_forward,
     weigh_stage,
 )
-from tissuec.learn.derivatives.matrices import solver
+from tissuec.learn.derivatives.low_rank import LowRankFactor
+from tissuec.learn.derivatives.matrices import stage_matrix
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.stepping import LegForces, StepStates
 from tissuec.learn.derivatives.tableaus import ByTableau
@@ -52,7 +52,7 @@ class ImplicitStepping(ByTableau):
     def __init__(self, name: str, laws: Laws):
         super().__init__(name, laws)
         self._own = np.diagonal(self.tableau.for_v[:, 1:])[: self.tableau.result + 1]
-        self._factor: SuperLU | None = None
+        self._factor: LowRankFactor | None = None
         self._factored: tuple[object, float] = (None, 0.0)
 
     def begin(self, act: LegForces, x: Floats, v: Floats) -> Floats:
@@ -83,15 +83,15 @@ class ImplicitStepping(ByTableau):
             stages = self._found(act, steps, row, trail)
             begin_dues(act.forces, due, state(row + 1, entering), dues)
             for i in range(len(dues.a) - 1, -1, -1):
-                own = length_of(row, steps) * self._own[i]
+                own, time = length_of(row, steps) * self._own[i], time_of(i, row, steps)
                 if i < len(dues.a) - 1:
                     weigh_stage(i, row, steps, dues)
                 else:
                     dues.a[i] = own * own * dues.x[i] + own * dues.v[i]
                 if own != 0.0:
-                    factor = self._factorised(act, state(i, stages), own, steps.times[row])
-                    dues.a[i] = factor.solve(dues.a[i], "T")  # pyright: ignore[reportCallIssue]  # the stub knows "N" only
-                pull_back(act.forces, state(i, stages), state(i, dues), by)
+                    factor = self._factorised(act, state(i, stages), own, time)
+                    dues.a[i] = factor.solve_transposed(dues.a[i])
+                pull_back(act.forces, time, state(i, stages), state(i, dues), by)
             leave_step(row, act.forces, steps, dues, due)
 
     def change(
@@ -121,9 +121,10 @@ class ImplicitStepping(ByTableau):
         for i, own in enumerate(h * self._own):
             moved = NodeState(x, v, known[i])
             combine_stage(i, row, act.forces, steps, change, known, moved)
-            push_forward(act.forces, state(i, stages), seeds, moved)
+            time = time_of(i, row, steps)
+            push_forward(act.forces, time, state(i, stages), seeds, moved)
             if own != 0.0:
-                factor = self._factorised(act, state(i, stages), own, steps.times[row])
+                factor = self._factorised(act, state(i, stages), own, time)
                 moved.a[:] = factor.solve(moved.a.reshape(stages.x.shape[1], -1)).ravel()
             x += own * own * moved.a
             v += own * moved.a
@@ -136,10 +137,10 @@ class ImplicitStepping(ByTableau):
             at, load = state(i, stages), steps.load[moment_of(i, row, steps)]
             enter_stage(i, row, act.forces, steps, start, stages.a, at)
             if own == 0.0:
-                acceleration(act.forces, load, at)
+                acceleration(act.forces, time_of(i, row, steps), load, at)
             else:
                 at.a[:] = stages.a[i - 1] if i else 0.0
-                self._solve(act, at, load, own, steps.times[row])
+                self._solve(act, at, load, own, time_of(i, row, steps))
         return stages
 
     def _solve(
@@ -153,7 +154,7 @@ class ImplicitStepping(ByTableau):
         found, before = np.empty_like(at.a), np.inf
         for _ in range(ITERATIONS):
             there = NodeState(at.x + own * own * at.a, at.v + own * at.a, found)
-            acceleration(act.forces, load, there)
+            acceleration(act.forces, time, load, there)
             factor = self._factor
             if factor is None or not self._is_made_for(act, own):
                 factor = self._made(act, there, own, time)
@@ -178,15 +179,17 @@ class ImplicitStepping(ByTableau):
         leg, size = self._factored
         return leg is act.leg and abs(size - own) <= 1e-9 * own
 
-    def _made(self, act: LegForces, at: NodeState, own: float, time: float) -> SuperLU:
+    def _made(self, act: LegForces, at: NodeState, own: float, time: float) -> LowRankFactor:
         """Return S, factorised, and keep it."""
         self._factor = self._factorised(act, at, own, time)
         self._factored = act.leg, own
         return self._factor
 
-    def _factorised(self, act: LegForces, at: NodeState, own: float, time: float) -> SuperLU:
+    def _factorised(
+        self, act: LegForces, at: NodeState, own: float, time: float
+    ) -> LowRankFactor:
         """Return S, factorised; raises Unsolved where it is singular."""
         try:
-            return splu(solver(act.forces, at, own))
+            return stage_matrix(act, time, at, own)
         except RuntimeError as failure:
             raise Unsolved(time) from failure

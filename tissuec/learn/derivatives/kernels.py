@@ -5,8 +5,8 @@ from collections.abc import Callable
 from tissuec.kernels import sensitivity, stepping
 from tissuec.kernels.calls import Shipped
 from tissuec.kernels.compiled_laws import partial_address
+from tissuec.kernels.derivative_records import Laws
 from tissuec.kernels.record_tables import tabulated
-from tissuec.kernels.sensitivity import Laws
 from tissuec.laws import Law
 from tissuec.laws.partial import ARGUMENTS
 

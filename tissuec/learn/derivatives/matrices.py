@@ -1,31 +1,77 @@
-"""Matrices of implicit steps: derivatives of accelerations by positions and velocities."""
+"""Matrices of implicit steps and equilibria: derivatives of accelerations by the state."""
+
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
-from tissuec.kernels.sensitivity import Forces, Links, NodeState
+from tissuec.kernels.derivative_records import Links, NodeState
 from tissuec.learn.derivatives.kernels import blocks
+from tissuec.learn.derivatives.low_rank import LowRankFactor
+from tissuec.learn.derivatives.stepping import LegForces
 from tissuec.model.network import Floats, Indices
 
 
-def solver(forces: Forces, at: NodeState, own: float) -> sparse.csc_matrix:
-    """Return 1 - own² ∂a/∂x - own ∂a/∂v, shape (3 node, 3 node).
+class AccelerationMatrices(NamedTuple):
+    """Derivatives of accelerations; those by positions are ``by_x`` - M⁻¹ W Wᵀ.
+
+    Attributes:
+        by_x: By positions [1/s²], shape (3 node, 3 node).
+        by_v: By velocities [1/s], shape (3 node, 3 node).
+        wide: W, a column for each large enclosed volume [(N/m)^½], shape (3 node, column).
+    """
+
+    by_x: sparse.csr_matrix
+    by_v: sparse.csr_matrix
+    wide: Floats
+
+
+def stage_matrix(act: LegForces, time: float, at: NodeState, own: float) -> LowRankFactor:
+    """Return S = 1 - own² ∂a/∂x - own ∂a/∂v of an implicit stage, factorised.
 
     Args:
+        act: Everything that acts.
+        time: [s].
+        at: The state.
         own: Step size times the diagonal coefficient of the method [s].
+
+    Raises:
+        RuntimeError: It is singular.
     """
-    by_x, by_v = derivatives(forces, at)
+    by_x, by_v, wide = derivatives(act, time, at)
     one = sparse.identity(len(at.x), format="csc")
-    return sparse.csc_matrix(one - own * own * by_x - own * by_v)
+    matrix = sparse.csc_matrix(one - own * own * by_x - own * by_v)
+    inverse = np.repeat(act.forces.links.inverse, 3)
+    return LowRankFactor(matrix, own * own * inverse[:, None] * wide, wide)
 
 
-def derivatives(forces: Forces, at: NodeState) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-    """Return ∂a/∂x [1/s²] and ∂a/∂v [1/s], shape (3 node, 3 node)."""
-    links = forces.links
+def derivatives(act: LegForces, time: float, at: NodeState) -> AccelerationMatrices:
+    """Return the derivatives of accelerations by positions and velocities.
+
+    Args:
+        act: Everything that acts.
+        time: [s].
+        at: The state.
+    """
+    links = act.forces.links
     of_x, of_v = np.empty((2, len(links.low), 3, 3))
-    blocks(forces, at, of_x, of_v)
+    blocks(act.forces, at, of_x, of_v)
     drag = sparse.diags(np.repeat(links.drag * links.inverse, 3))
-    return _between(links, of_x), _between(links, of_v) - drag
+    by_x, by_v = _between(links, of_x), _between(links, of_v) - drag
+    wide = [np.zeros((len(at.x), 0))]
+    size = len(links.inverse)
+    number, inverse = np.arange(size), sparse.diags(np.repeat(links.inverse, 3))
+    position, velocity = at.x.reshape(-1, 3), at.v.reshape(-1, 3)
+    for field in act.fields:
+        stiff, beside = field.split(time, position, number, size)
+        by_x = by_x - inverse @ stiff
+        wide.append(beside)
+        slow = field.damping_matrices(position, velocity, number, size)
+        if slow is not None:
+            by_x, by_v = by_x - inverse @ slow[0], by_v - inverse @ slow[1]
+    return AccelerationMatrices(
+        sparse.csr_matrix(by_x), sparse.csr_matrix(by_v), np.hstack(wide)
+    )
 
 
 def _between(links: Links, blocks: Floats) -> sparse.csr_matrix:

@@ -16,7 +16,7 @@ from msgspec import Struct
 from scipy import sparse
 
 from tissuec.core.units import TIME, show
-from tissuec.kernels.sensitivity import NodeState, NodeStates, Seeds, Values
+from tissuec.kernels.derivative_records import NodeState, NodeStates, Seeds, Values
 from tissuec.kernels.stepping import state as state_at
 from tissuec.learn.derivatives.event_schedule import EventSchedule, Leg
 from tissuec.learn.derivatives.stepping import LegForces, Stepping, StepStates, act_on
@@ -179,7 +179,10 @@ class Motion:
         for stretch, trail in self._trails(vector, keep=False):
             leg = self.schedule.legs[stretch.leg]
             if stretch.first:
-                act, seeds = self._act(vector, leg), order.seeds(change, leg.factors)
+                act, seeds = (
+                    self._act(vector, leg),
+                    order.seeds(change, leg.factors, leg.numbers),
+                )
                 tv[np.repeat(leg.stopped, 3)] = 0.0
                 self.stepping.begin_change(act, state_at(0, trail.states), seeds, moved)
             assert act is not None and seeds is not None
@@ -235,6 +238,7 @@ class Motion:
             if keep:
                 self._kept.append(state)
             trail = self.stepping.run(act, stretch.times, state)
+            act.raise_failures()
             yield stretch, trail
             state = trail.last
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from tissuec.kernels.sensitivity import Laws
+from tissuec.kernels.derivative_records import Laws
 from tissuec.learn.derivatives.reactions import Support
 from tissuec.learn.derivatives.views import (
     Observable,

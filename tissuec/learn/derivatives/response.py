@@ -8,8 +8,9 @@ known all the same, and nothing moves along it.
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
+from tissuec.learn.derivatives.low_rank import LowRankFactor
+from tissuec.mechanics.stiffness import Stiffness
 from tissuec.model.network import Floats, Indices
 
 SOUND = 1e-12  # of the largest pivot: what is smaller is rounding
@@ -27,7 +28,8 @@ class StaticResponse:
     """K of the free nodes of a net, factorised.
 
     Args:
-        by_x: ∂a/∂x of all nodes [1/s²], shape (3 node, 3 node).
+        by_x: ∂a/∂x of all nodes but for large volumes [1/s²], shape (3 node, 3 node).
+        wide: What these add to K is this times its transpose [(N/m)^½], shape (3 node, column).
         mass: Of all nodes [kg], shape (node,).
         free: Nodes that move, shape (free,).
         size: Of the net [m].
@@ -36,23 +38,32 @@ class StaticResponse:
         sound: Whether every motion is resisted.
     """
 
-    def __init__(self, by_x: sparse.csr_matrix, mass: Floats, free: Indices, size: float):
+    def __init__(
+        self,
+        by_x: sparse.csr_matrix,
+        wide: Floats,
+        mass: Floats,
+        free: Indices,
+        size: float,
+    ):
         self.entries = (3 * free[:, None] + np.arange(3)).ravel()
         self.weights = np.repeat(mass[free], 3)
         inner = by_x[self.entries][:, self.entries]
-        self.matrix = sparse.csc_matrix(-sparse.diags(self.weights) @ inner)
+        matrix = sparse.csc_matrix(-sparse.diags(self.weights) @ inner)
+        self.matrix = Stiffness(matrix, wide[self.entries])
+        wide = self.matrix.wide
         top = float(np.abs(self.matrix.diagonal()).max(initial=0.0))
         self._noise = ROUNDING * top * size
         self.sound = False
         try:
-            self._factor = splu(self.matrix)
-            pivots = np.abs(self._factor.U.diagonal())
-            self.sound = bool(pivots.min() > SOUND * pivots.max())
+            self._factor = LowRankFactor(matrix, wide, wide)
+            self.sound = self._factor.soundness > SOUND
         except RuntimeError:  # singular
             pass
         if not self.sound:
             one = sparse.identity(len(self.entries), format="csc")
-            self._factor = splu(sparse.csc_matrix(self.matrix + (SHIFT * top or 1.0) * one))
+            shifted = sparse.csc_matrix(matrix + (SHIFT * top or 1.0) * one)
+            self._factor = LowRankFactor(shifted, wide, wide)
 
     def moved(self, force: Floats) -> Floats:
         """Return the displacements of free nodes [m] by forces [N], shape (3 free, change).
@@ -64,8 +75,8 @@ class StaticResponse:
         if self.sound:
             return found
         for _ in range(TURNS):
-            found += self._factor.solve(force - self.matrix @ found)
-        left = np.abs(force - self.matrix @ found).max(axis=1, initial=0.0)
+            found += self._factor.solve(force - self.matrix(found))
+        left = np.abs(force - self.matrix(found)).max(axis=1, initial=0.0)
         if left.max(initial=0.0) > LEFT * np.abs(force).max(initial=0.0) + self._noise:
             raise UnresistedMotion(int(np.argmax(left)) // 3)
         return found

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.units import LENGTH, show
-from tissuec.kernels.sensitivity import Laws
+from tissuec.kernels.derivative_records import Laws
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.displacement_control import TravelledDistance
 from tissuec.learn.derivatives.equilibria import EquilibriumStage, Unbalanced, stands
@@ -72,8 +72,8 @@ class StaticModel:
         """
         if self._theta is not None and np.array_equal(theta, self._theta):
             return
-        plan, network = self.shaping.compiled.plan, self.shaping.network(theta)
-        found = list(stands(network, plan, self._times))
+        present = self.shaping.present(theta)
+        found = list(stands(present.network, present.plan, self._times, self.shaping.order))
         self._stands = [stand for stand, _ in found]
         self._looked = [k for k, (_, is_row) in enumerate(found) if is_row]
         self.notes, self._known, self._theta = self._remarks(), None, theta.copy()
@@ -157,7 +157,8 @@ class StaticModel:
             for stand in self._stands:
                 values = stand.leg.present(order.values(vector))
                 places = stand.places if is_frozen else stand.balanced(network, values, places)
-                view = StateView(stand.leg, values, places.ravel(), np.zeros(places.size))
+                still = np.zeros(places.size)
+                view = StateView(stand.leg, values, places.ravel(), still, stand.time)
                 found.append(Equilibrium(stand, view, self.laws))
             self._known = key, found
         return self._known[1]
@@ -165,7 +166,8 @@ class StaticModel:
     def _move(self, balanced: Equilibrium, change: sparse.csr_matrix, tx: Floats) -> None:
         """Carry changes of places from one equilibrium to the next."""
         try:
-            seeds = self.shaping.order.seeds(change, balanced.stand.leg.factors)
+            leg = balanced.stand.leg
+            seeds = self.shaping.order.seeds(change, leg.factors, leg.numbers)
             balanced.move(tx, seeds)
         except UnresistedMotion as failure:
             stand = balanced.stand
@@ -200,7 +202,7 @@ def _refuse(
 ) -> None:
     """Refuse what has no exact derivatives."""
     plan, network = shaping.compiled.plan, shaping.compiled.network
-    reason = refusal(plan, network, at_rest=True)
+    reason = refusal(plan, network, at_rest=True, moves=shaping.moves)
     if not reason and len(looks) < len(series):
         reason = "a measured quantity is not a smooth function of the positions"
     if reason:

@@ -5,12 +5,22 @@ of what ``run`` computes, discretisation included.
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, cast
 
 from msgspec import Struct
 
-from tissuec.kernels.record_tables import tabulated
-from tissuec.kernels.sensitivity import Forces, Laws, NodeState, NodeStates, Seeds, Values
+from tissuec.forces import Field
+from tissuec.kernels.calls import raise_failure
+from tissuec.kernels.derivative_records import (
+    Forces,
+    Laws,
+    NodeState,
+    NodeStates,
+    Seeds,
+    Values,
+)
+from tissuec.kernels.record_tables import RecordTable, tabulated
+from tissuec.learn.derivatives.acting import acting_fields, present_fields
 from tissuec.learn.derivatives.event_schedule import Leg
 from tissuec.model.network import Floats, Indices
 
@@ -34,10 +44,16 @@ class StepStates(NamedTuple):
 
 
 class LegForces(Struct, frozen=True, eq=False):
-    """Everything that acts on a leg, with present numbers."""
+    """Everything that acts on a leg, with present numbers; ``fields`` as well as compiled."""
 
     leg: Leg
     forces: Forces
+    fields: tuple[Field, ...] = ()
+
+    def raise_failures(self) -> None:
+        """Raise the error of a loop of a field that runs as Python, if there was one."""
+        for table in cast("tuple[RecordTable, ...]", self.forces.fields.kept):
+            raise_failure(table)
 
 
 def act_on(leg: Leg, laws: Laws, values: Values) -> LegForces:
@@ -48,7 +64,10 @@ def act_on(leg: Leg, laws: Laws, values: Values) -> LegForces:
         laws: Laws of springs.
         values: Numbers in SI units as they are on this leg, shapes as in ``Values``.
     """
-    return LegForces(leg, tabulated(Forces(laws, leg.links(values), values)))
+    fields = present_fields(leg, values)
+    acting = acting_fields(leg, fields)
+    forces = Forces(laws, leg.links(values), values, acting, leg.memory)
+    return LegForces(leg, tabulated(forces), tuple(fields.values()))
 
 
 class Stepping(Protocol):

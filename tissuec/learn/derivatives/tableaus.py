@@ -3,8 +3,8 @@
 import numpy as np
 
 from tissuec.engine.integrators import INTEGRATORS
+from tissuec.kernels.derivative_records import Laws, NodeState, NodeStates, Seeds, Values
 from tissuec.kernels.record_tables import tabulated
-from tissuec.kernels.sensitivity import Laws, NodeState, NodeStates, Seeds, Values
 from tissuec.kernels.stepping import Steps
 from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
 from tissuec.learn.derivatives.stepping import LegForces, StepStates
@@ -30,20 +30,20 @@ class ByTableau:
         a = np.zeros_like(x)
         if self.tableau.carries:
             load = act.leg.paths(np.array([act.leg.start])).load[0]
-            acceleration(act.forces, load, NodeState(x, v, a))
+            acceleration(act.forces, act.leg.start, load, NodeState(x, v, a))
         return a
 
     def begin_back(self, act: LegForces, start: NodeState, due: NodeState, by: Values) -> None:
         """Add what is due to these accelerations to what is due to the state."""
         if self.tableau.carries:
-            pull_back(act.forces, start, due, by)
+            pull_back(act.forces, act.leg.start, start, due, by)
 
     def begin_change(
         self, act: LegForces, start: NodeState, seeds: Seeds, change: NodeState
     ) -> None:
         """Set the changes of these accelerations."""
         if self.tableau.carries:
-            push_forward(act.forces, start, seeds, change)
+            push_forward(act.forces, act.leg.start, start, seeds, change)
 
     def _begun(self, times: Floats, state: NodeState) -> StepStates:
         """Return a trail of which only the first row is known."""

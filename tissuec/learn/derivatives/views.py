@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from tissuec.core.units import TIME, show
-from tissuec.kernels.sensitivity import Values
+from tissuec.kernels.derivative_records import Values
 from tissuec.learn.derivatives.event_schedule import Leg
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.model.network import Floats, Indices
@@ -33,6 +33,7 @@ class StateView(NamedTuple):
     values: Values
     x: Floats
     v: Floats
+    time: float = 0.0  # [s]
 
 
 class ObservableDerivative(NamedTuple):

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError, Diagnostic, TissueError, counted
+from tissuec.engine.integrators import INTEGRATORS
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.data.reading import check_times, read_experiment
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
@@ -191,7 +192,13 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
         laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
         looks = [look_of(one.fit, one.nodes, laws) for one in series]
         known = tuple(look for look in looks if look is not None)
-        whole = len(known) == len(looks) and not refusal(plan, self.compiled.network)
+        reason = refusal(
+            plan,
+            self.compiled.network,
+            moves=shaping.moves,
+            constants=shaping.order.sizes["constants"] > 0,
+        )
+        whole = len(known) == len(looks) and not reason
         if fit_problem.axis.nodes is not None:
             from tissuec.learn.derivatives.static_model import StaticModel
 
@@ -200,6 +207,7 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
             from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 
             return FiniteDifferenceModel(shaping, series)
+        self._refuse_method()
         stop = experiment.duration or plan.simulation.duration
         chosen = partial(
             choose,
@@ -210,6 +218,17 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
             laws=laws,
         )
         return DynamicModel(shaping, series, known, *chosen(self.compiled.network), chosen)
+
+    def _refuse_method(self) -> None:
+        """Reject a method that would not step what springs remember."""
+        name, network = self.fit_problem.integrator, self.compiled.network
+        if network.springs.inelastic is None or not (
+            name in INTEGRATORS and INTEGRATORS[name].implicit
+        ):
+            return
+        message = f"{name} does not support springs that relax or yield"
+        hint = "write integrator is automatic, or an explicit one such as dop853"
+        raise CompileError([Diagnostic("TIS306", message, self.fit_problem.span, hint)])
 
 
 def _of_data(

@@ -8,10 +8,17 @@ Young's modulus.
 """
 
 from tissuec.compiler.compile import Compiled
-from tissuec.learn.parameters.numbers import NumberOrder
+from tissuec.forces.branches import TIMES, VISCOSITY
+from tissuec.learn.parameters.fields import every_field
+from tissuec.learn.parameters.numbers import NO_FIELDS, NumberOrder
 from tissuec.learn.parameters.substitution import Numbers, UsePlace, recompiled
 from tissuec.model.network import Floats
-from tissuec.scene.quantities import RETARDATION_TIME, SHARES, YOUNGS_MODULUS
+from tissuec.scene.quantities import (
+    POISSONS_RATIO,
+    RETARDATION_TIME,
+    SHARES,
+    YOUNGS_MODULUS,
+)
 
 STEP = 2.0**-20  # of a number, by which what is linear in it is derived
 
@@ -39,6 +46,9 @@ class Compilations:
         words = {word for _, word in first}
         self._is_linear &= not {YOUNGS_MODULUS, RETARDATION_TIME} <= words
         self._is_linear &= words.isdisjoint(SHARES)
+        # Bulk moduli and hinges are not linear in Poisson's ratio, nor in what damps these.
+        self._is_linear &= words.isdisjoint({POISSONS_RATIO, *TIMES, VISCOSITY})
+        self._is_linear &= compiled.network.hinges is None
         self._columns: dict[tuple[UsePlace, str], Floats] = {}
         self._at: tuple[float, ...] | None = None  # where the columns hold, if anywhere
         self._base: Floats | None = None
@@ -73,7 +83,10 @@ class Compilations:
             here = self._first if self._is_linear else given
             step = STEP * (abs(here[key]) or 1.0)
             moved = self._made({**here, key: here[key] + step})
-            self._columns[key] = (moved - self._begun()) / step
+            before, apart = self._begun(), step
+            if not self._is_linear:
+                before, apart = self._made({**here, key: here[key] - step}), 2.0 * step
+            self._columns[key] = (moved - before) / apart
         return self._columns[key]
 
     def _begun(self) -> Floats:
@@ -84,4 +97,6 @@ class Compilations:
 
     def _made(self, given: Numbers) -> Floats:
         """Return the numbers of a net that is compiled."""
-        return self._order.vector(recompiled(self._compiled, given, self._variables).network)
+        found = recompiled(self._compiled, given, self._variables)
+        fields = every_field(found.plan, found.network) if self._order.fields else NO_FIELDS
+        return self._order.vector(found.network, fields)

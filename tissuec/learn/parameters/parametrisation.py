@@ -20,6 +20,7 @@ from tissuec.laws.partial import constant_name
 from tissuec.learn.parameters.blocks import ParameterBlock, block_of
 from tissuec.learn.parameters.compilations import Compilations
 from tissuec.learn.parameters.entries import Entries
+from tissuec.learn.parameters.fields import Fields, every_field
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.learn.parameters.priors import Prior
 from tissuec.learn.parameters.substitution import UsePlace, recompiled
@@ -95,7 +96,9 @@ class Parametrisation:
             (block.places[number], block.adjust.what): Variable(constant_name(k))
             for k, (block, number) in enumerate(self._constants)
         }
-        self.order = NumberOrder.of(compiled.network, len(self._constants))
+        self.order = NumberOrder.of(
+            compiled.network, len(self._constants), _derived_fields(compiled)
+        )
         shaped = recompiled(compiled, {}, variables).network if variables else compiled.network
         self.laws, self._law = shaped.springs.laws, shaped.springs.law
         self._entries = Entries(self.blocks, self._parts)
@@ -113,6 +116,11 @@ class Parametrisation:
     def place(self, number: int) -> slice:
         """Return where the parameters of a block stand."""
         return self._parts[number]
+
+    @property
+    def moves(self) -> bool:
+        """Return whether start positions are learnt."""
+        return any(block.array == "position" for block in self.blocks if not block.places)
 
     @property
     def groups(self) -> Indices:
@@ -285,6 +293,12 @@ class Parametrisation:
             for k, column in enumerate(total.T):
                 _put(found, self.own + k, column)
         return sparse.csr_matrix(found)
+
+
+def _derived_fields(compiled: Compiled) -> Fields:
+    """Return the fields of a scene that have derivatives."""
+    every = every_field(compiled.plan, compiled.network)
+    return {name: one for name, one in every.items() if not isinstance(one.derivatives, str)}
 
 
 def _put(matrix: sparse.lil_matrix, column: int, values: Floats) -> None:

@@ -124,7 +124,7 @@ class Moment:
         if matter.pressure is not None:
             alive = np.zeros(self.network.spring_count, dtype=bool)
             alive[self.springs] = True
-            torn = matter.pressure.enclosure.torn(alive)
+            torn = matter.pressure.enclosure.lost_items(alive)
             nodes = self.network.bodies[self.cloud.number].nodes
             pressure = matter.pressure.at_nodes(self.whole, torn, nodes)
             virial[:, :3] -= (pressure * volume)[:, None]

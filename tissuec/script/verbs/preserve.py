@@ -46,16 +46,20 @@ class Preserve(Struct, frozen=True):
         _expect_volume(order)
         return cls(order.nodes_of("of"), _modulus(order), order.span)
 
+    def made(self, network: Network) -> Enclosure:
+        """Return the enclosed volumes of the body; raises ValueError without any."""
+        return Enclosure.of(network, self.group.name, self.modulus, self.span)
+
     def flaw(self, network: Network) -> str:
         """Return why a body cannot keep its volume, empty if it can."""
         try:
-            Enclosure.of(network, self.group.name, self.modulus, self.span)
+            self.made(network)
         except ValueError as error:
             return str(error)
         return ""
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
-        made = Enclosure.of(state.network, self.group.name, self.modulus, self.span)
+        made = self.made(state.network)
         state.enclosures = {**state.enclosures, made.name: made}
         return (LoggedEvent("preserve", (), sentence(self.span), self.span),)
 

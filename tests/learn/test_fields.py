@@ -1,0 +1,163 @@
+"""Volumes, bending walls, foundations and ambient damping have exact derivatives."""
+
+import numpy as np
+import pytest
+from msgspec.structs import astuple, replace
+from scipy import sparse
+
+from tests.learn.test_motion import motion_of
+from tests.validate.scenes import compiled_scene
+from tissuec.compiler.initial_state import state_at_start
+from tissuec.forces import acts_of
+from tissuec.forces.derivatives import ForceDerivatives, numbers_of
+from tissuec.forces.foundation import Bed
+from tissuec.forces.foundation_derivatives_kernel import pull_bed, push_bed
+from tissuec.forces.foundation_kernel import hold
+from tissuec.learn.parameters.fields import derivatives_of
+
+#: A bag of 42 nodes: a wall that resists bending, encloses a volume and lies on a foundation.
+BAG = """language 1
+tissue wall { Young's modulus = 40 kPa; density = 1000 kg/m^3; retardation time = 0.3 ms }
+body bag { mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
+  tissue is wall; thickness = 1 mm; bending is elastic }
+force bed { kind is foundation; acts on bottom; stiffness = 200 kPa/m; damping = 30 Pa*s/m }
+set bottom = nodes of bag where z < -5 mm
+set top = nodes of bag where z > 9 mm
+set side = nodes of bag where x > 6 mm
+environment { gravity = (0, 0, -9.81) m/s^2; damping = 1 mN*s/m; mass damping = 3 Hz
+  surface damping = 20 Pa*s/m }
+script { at 0 s: preserve volume of bag with 8 kPa
+  from 0 s to 20 ms: inflate bag to 5 ml using smooth profile
+  from 5 ms to 25 ms: move top by (2, 0, 3) mm using smooth profile
+  at 15 ms: cut bag along plane through (0, 0, 2) mm facing (0, 0, 1) }
+simulate { duration = 30 ms; tolerance = 1e-8 }
+"""
+TIMES = np.array([3.3e-3, 17e-3, 30e-3])
+STEPS = {"velocity verlet": 5e-5, "dop853": 5e-4, "esdirk43": 3e-3}
+RELATIVE = {"rest": 0.01, "position": 0.002, "velocity": 0.05}  # changes that are small enough
+
+
+@pytest.fixture(scope="module")
+def bag():
+    return compiled_scene(BAG)
+
+
+def derived(scene, name, step, times):
+    """Return a motion, its numbers, and the derivatives of a sum with weights by these."""
+    motion, vector = motion_of(scene, name, step, times, times[-1])
+    shape = len(times), scene.network.position.size
+    weights = np.random.default_rng(3).standard_normal(shape)
+    motion.forward(vector)
+    return motion, vector, weights, motion.backward(weights, np.zeros_like(weights))
+
+
+def check_both_directions(scene, name, step, times, size=1e-3):
+    """Compare derivatives backwards with those forwards and with differences."""
+    motion, vector, weights, gradient = derived(scene, name, step, times)
+    some = np.random.default_rng(2).standard_normal((len(vector), 2)) * np.abs(vector)[:, None]
+    total = np.zeros(2)
+
+    def visit(sample, tx, tv):
+        total[:] += weights[sample] @ tx
+
+    motion.forward_with(vector, sparse.csr_matrix(some), visit)
+    # Both are exact up to rounding.
+    scale = (np.abs(gradient) @ np.abs(some)).max()
+    assert np.abs(total - gradient @ some).max() < 1e-12 * scale
+    way = size * some[:, 0]
+    found = difference(motion, vector, way, weights)
+    assert gradient @ way == pytest.approx(found, rel=1e-7)
+
+
+@pytest.mark.parametrize("name", STEPS)
+def test_derivatives_of_both_directions_are_those_of_the_steps(bag, name):
+    check_both_directions(bag, name, STEPS[name], TIMES)
+
+
+def test_all_numbers_have_their_derivatives(bag):
+    motion, vector, weights, gradient = derived(
+        bag, "velocity verlet", STEPS["velocity verlet"], TIMES
+    )
+    order = motion.order
+    parts = {name: order.places[name] for name in (*RELATIVE, "mass", "damping", "drag")}
+    first = order.places["fields"].start
+    for name, field in order.fields.items():
+        for column in derivatives_of(field).columns:
+            size = np.size(getattr(field, column))
+            parts[f"{column} of {name}"] = slice(first, first + size)
+            first += size
+    assert first == order.places["fields"].stop
+    random = np.random.default_rng(4)
+    for name, part in parts.items():
+        way = np.zeros_like(vector)
+        size = RELATIVE.get(name, 0.02) * np.abs(vector[part]).max()
+        way[part] = (size or 0.01) * random.standard_normal(way[part].size)
+        found = difference(motion, vector, way, weights)
+        assert gradient @ way == pytest.approx(found, rel=1e-7, abs=1e-14), name
+
+
+def difference(motion, vector, way, weight, step=2e-2):
+    """Return the derivative of a weighted sum along a way by differences of sixth order."""
+
+    def value(factor):
+        return float((motion.forward(vector + factor * way).x * weight).sum())
+
+    parts = (1, 45.0), (2, -9.0), (3, 1.0)
+    return sum(w * (value(k * step) - value(-k * step)) for k, w in parts) / (60.0 * step)
+
+
+def hold_slowly(time, x, v, f, power, bed):
+    hold(time, x, v, f, power, bed)
+
+
+def pull_slowly(time, x, v, weight, by_x, by_v, by, bed):
+    pull_bed(time, x, v, weight, by_x, by_v, by, bed)
+
+
+def push_slowly(time, x, v, dx, dv, dn, df, room, bed):
+    push_bed(time, x, v, dx, dv, dn, df, room, bed)
+
+
+class OwnBed(Bed, frozen=True):
+    """A foundation as a plug-in has it: its loops run as Python."""
+
+    @property
+    def kernel(self):
+        return hold_slowly
+
+    @property
+    def derivatives(self):
+        return ForceDerivatives(super().derivatives.columns, pull_slowly, push_slowly)
+
+
+def test_a_force_of_ones_own_gives_its_derivatives(bag):
+    (bed,) = bag.plan.forces
+    own = replace(bed, field=OwnBed(*astuple(bed.field)))
+    scene = replace(bag, plan=replace(bag.plan, forces=(own,)))
+    found, expected = (derived(one, "dop853", 5e-4, TIMES)[-1] for one in (scene, bag))
+    assert found == pytest.approx(expected, rel=1e-12, abs=1e-12 * np.abs(expected).max())
+
+
+def test_matrices_are_those_of_changes(bag):
+    state = state_at_start(bag)
+    random = np.random.default_rng(5)
+    place = np.arange(len(state.position))
+    position = state.position + 1e-3 * random.standard_normal(state.position.shape)
+    velocity = 0.1 * random.standard_normal(position.shape)
+    one, none = np.eye(position.size).ravel(), np.zeros(position.size**2)
+    for name, field in state.named_fields.items():
+        table = field.table(place, acts_of(field.changes, 0.0, 0.0), position)
+        columns, _, forward = derivatives_of(field)
+        still = np.zeros(len(numbers_of(field, columns)) * position.size)
+        by_x, by_v = np.zeros((2, position.size, position.size))
+        for dx, dv, df in ((one, none, by_x), (none, one, by_v)):
+            x, v, room = position.ravel(), velocity.ravel(), np.zeros(position.size)
+            forward(0.0, x, v, dx, dv, still, df.reshape(-1), room, table)
+        sparse_part, wide = field.split(0.0, position, place, len(place))
+        stiff, slow = sparse_part.toarray() + wide @ wide.T, 0.0
+        if (
+            damping := field.damping_matrices(position, velocity, place, len(place))
+        ) is not None:
+            stiff, slow = stiff + damping[0].toarray(), damping[1].toarray()
+        assert np.abs(by_x + stiff).max() < 1e-12 * np.abs(stiff).max(), name
+        assert np.abs(by_v + slow).max() <= 1e-12 * np.abs(slow).max(), name

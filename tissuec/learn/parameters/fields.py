@@ -1,0 +1,93 @@
+"""The fields of a scene whose numbers can be learnt, and how states of a run have them."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from tissuec.forces import Field
+from tissuec.forces.derivatives import ForceDerivatives, numbers_of, places_of
+from tissuec.model.network import Floats, Indices, Network
+from tissuec.script.verbs.preserve import Preserve
+
+if TYPE_CHECKING:
+    from tissuec.mechanics.state import State
+    from tissuec.script.plan import Plan
+
+#: Fields by what messages call them.
+Fields = Mapping[str, Field]
+
+
+class ActingNumbers(NamedTuple):
+    """The numbers of the fields that act for a while.
+
+    Attributes:
+        places: Which of the numbers of all fields they are, shape (acting,).
+        total: How many numbers all fields have.
+    """
+
+    places: Indices
+    total: int
+
+    def of_all(self, values: Floats) -> Floats:
+        """Return the numbers of all fields, or derivatives by them, 0 for what does not act.
+
+        Args:
+            values: Of those that act, in any unit, shape (acting,).
+
+        Returns:
+            Shape (number,).
+        """
+        found = np.zeros(self.total)
+        found[self.places] = values
+        return found
+
+
+def starting_state(plan: "Plan", network: Network) -> "State":
+    """Return the state at 0 s, with all fields that the script makes at any time."""
+    state = plan.start(network)
+    for action in preserves(plan):
+        made = action.made(network)
+        state.enclosures = {**state.enclosures, made.name: made}
+    return state
+
+
+def preserves(plan: "Plan") -> Iterator[Preserve]:
+    """Yield the actions that make fields."""
+    late = (event for trigger in plan.triggers for event in trigger.events)
+    for event in (*plan.events, *late):
+        if isinstance(event.action, Preserve):
+            yield event.action
+
+
+def every_field(plan: "Plan", network: Network) -> Fields:
+    """Return all fields that act at any time."""
+    return starting_state(plan, network).named_fields
+
+
+def derivatives_of(field: Field) -> ForceDerivatives:
+    """Return the derivatives of a field that has some."""
+    found = field.derivatives
+    assert not isinstance(found, str), found
+    return found
+
+
+def numbers(field: Field) -> Floats:
+    """Return the numbers of a field in SI units, shape (number,)."""
+    return numbers_of(field, derivatives_of(field).columns)
+
+
+def acting_numbers(state: "State", fields: Fields) -> ActingNumbers:
+    """Return which numbers of all fields those of the fields of a state are.
+
+    Args:
+        fields: All fields, whole.
+    """
+    acting = state.named_fields
+    places, start = [np.zeros(0, dtype=np.int64)], 0
+    for name, field in fields.items():
+        if name in acting:
+            lost = field.lost_items(state.alive)
+            places.append(start + places_of(field, derivatives_of(field).columns, lost))
+        start += len(numbers(field))
+    return ActingNumbers(np.concatenate(places), start)
