@@ -313,9 +313,7 @@ def as_python() -> None:
 
     kernel_inputs.kernel_address, accelerations.add_field = kernel_address, add_field
     stepper.loop_operations = found
-    stepper.bound_drive = lambda integrator, backend: bound(
-        integrator, backends.step_loop.drive
-    )
+    stepper.bound_drive = lambda integrator, backend: bound(integrator, backends.step.drive)
     watching.bound_inside = lambda integrator: backends.Inside(
         bound(integrator, backends.step_inside.look), bound(integrator, integrator.prepare)
     )

@@ -11,7 +11,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from tissuec.engine import step_inside, step_loop
+from tissuec.engine import step, step_inside
 from tissuec.engine.binding import Binder
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.method import Backend
@@ -62,7 +62,7 @@ def _interpreted_drive(integrator: type[Integrator]) -> Drive:
     """Return the loop over steps as Python."""
     from tissuec.kernels.record_tables import RecordTable
 
-    bound = interpreter(integrator).bind(step_loop.drive)
+    bound = interpreter(integrator).bind(step.drive)
 
     def drive(now: Progress, task: Task, work: Any, net: Any, buffer: Any) -> int:
         # Records that are passed on, as tables: they are not made anew for each call.
@@ -87,7 +87,7 @@ def names_in_python(integrator: type[Integrator]) -> dict[str, Any]:
 
 def operations_of(integrator: type[Integrator]) -> frozenset[str]:
     """Return the operations on nets that the loop over steps of an integrator calls."""
-    return interpreter(integrator).names(step_loop.drive) & set(Operations._fields)
+    return interpreter(integrator).names(step.drive) & set(Operations._fields)
 
 
 @cache

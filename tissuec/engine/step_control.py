@@ -1,6 +1,6 @@
 """Control of steps: landing, errors, corners of laws, contact, springs that turn over.
 
-Called by the loop over steps, ``engine.step_loop``, and bound with it.
+Called by the loop over steps, ``engine.step``, and bound with it.
 
 Shared arguments:
     time, end: Start and end of the step [s].

@@ -1,6 +1,6 @@
 """States within an accepted step: samples, energies, conditions and ruptures.
 
-Called by the loop over steps, ``engine.step_loop``, and bound with it.
+Called by the loop over steps, ``engine.step``, and bound with it.
 
 Shared arguments:
     time, end: Start and end of the step [s].

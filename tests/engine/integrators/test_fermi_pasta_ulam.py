@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from tests.engine.running import Bench
 from tests.hand_net import make_net
 from tissuec.engine import backends, stepper
-from tissuec.engine import step_loop as loop
+from tissuec.engine import step as loop
 from tissuec.engine.binding import Binder
 from tissuec.engine.integrators import INTEGRATORS
 

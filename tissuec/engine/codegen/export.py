@@ -17,7 +17,7 @@ from numba import njit
 from numba.core.typing.templates import Signature
 
 from tissuec import forces
-from tissuec.engine import step_inside, step_loop
+from tissuec.engine import step, step_inside
 from tissuec.engine.backends import method_names, operations_of
 from tissuec.engine.binding import Binder
 from tissuec.engine.codegen.numba_types import (
@@ -103,7 +103,7 @@ def bundles() -> dict[str, list[Exported]]:
         names = method_names(integrator) | {name: caller(name) for name in Operations._fields}
         found[of_method(integrator)] = [
             Exported(function.__name__, function, as_compiled(function), names)
-            for function in (step_loop.drive, step_inside.look, integrator.prepare)
+            for function in (step.drive, step_inside.look, integrator.prepare)
         ]
     for kernel in _loops_of_fields():
         exported = Exported(kernel.__name__, kernel, as_compiled(kernel), {})

@@ -16,7 +16,7 @@ SOURCES = (
     "engine/rate.py",
     "engine/step_control.py",
     "engine/step_inside.py",
-    "engine/step_loop.py",
+    "engine/step.py",
     "engine/step_refined.py",
     "forces/*.py",
     "kernels/*.py",

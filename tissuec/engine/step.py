@@ -1,4 +1,12 @@
-"""The loop over steps.
+"""A step from its start to its end, and the loop over steps; read from top to bottom.
+
+    predict     the stages of the method set positions and velocities (``step``)
+    evaluate    forces at each stage (``forces.accelerations.force``)
+    estimate    the error of the step (``estimate``, ``judge``)
+    correct     a rejected step is tried again with another size (``retry``)
+    accept      what is known of the step, and the size of the next one (``accept``)
+    events      ruptures, conditions and looks within the step (``examine``)
+    samples     states within the step for who records (``deliver``)
 
 Written once for every integrator and both backends. As written here it runs velocity Verlet;
 ``engine.backends`` binds the names of integrator and operations to others. It comes back
@@ -70,18 +78,23 @@ def drive(now: Progress, task: Task, work: Work, net: Net, buffer: Buffer) -> in
         begin(now, work, net)
     while True:
         if now.pending == 0:
+            # Stop where the caller asked for it, or where samples are to be taken.
             reason = hindrance(now, task, work, buffer)
             if reason != NO_REASON:
                 return reason
+            # Predict, evaluate, estimate and correct, until a step is accepted.
             trial = make_step(now, task, work, net)
             if trial.verdict != ACCEPTED:
                 return trial.verdict
+            # Events: what breaks or becomes true within the step ends the loop.
             reason = examine(now, trial.near, task, work, net, buffer)
             if reason != NO_REASON:
                 return reason
+        # Samples: up to, but not at, the end of the step.
         deliver(now, task, work, net, buffer)
         if now.sample < buffer.times.size and buffer.times[now.sample] < now.end:
             return FULL
+        # The end of this step is the start of the next.
         if net.ledger:
             work.power[1, 0] = work.power[work.end_row, 0]
             work.power[1, 1] = work.power[work.end_row, 1]
@@ -136,15 +149,19 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
         aim(h, now.displacement, now.speed, task, work)
     if net.touched:
         net.touches.bends[1] = net.touches.bends[2] = now.bends
+    # Predict and evaluate: all stages of the method, with the forces at each.
     near = step(now.time, now.end, current, work, net)
+    # Contact: what went too far may have passed a shape, or met one that is not listed.
     if net.touched:
         verdict = keep_in_lists(now, task, work, net)
         if verdict != ACCEPTED:
             return Trial(verdict, near, 0.0, 0.0, 0.0, 0.0)
+    # Estimate: the error, relative to the largest displacement and speed so far.
     reach = greater(now.displacement, distance(x, work.origin, work.each, work.team))
     pace = greater(now.speed, length(v, work.moving, work.team))
     ratio = 0.0
     off, off_speed, off_hidden = estimate(h, current, work)
+    # Correct: a step with too large an error is tried again with a smaller size.
     if task.fixed == 0:
         thrown = net.touched and net.touches.bends[1] < net.touches.bends[2]
         # Implicit steps may brake what is too fast for them, and lose its energy.
@@ -153,6 +170,7 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
         if not ratio <= 1.0:
             retry(now, h * shrunk(ratio))
             return Trial(REJECTED, near, ratio, off, reach, pace)
+    # Accept, unless the result is no motion, or a law has a corner on the way.
     verdict = ACCEPTED
     if IMPLICIT and not isfinite(off):
         verdict = UNSOLVED
