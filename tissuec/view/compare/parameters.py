@@ -134,7 +134,7 @@ def _of_nodes(a: Network, b: Network, pairs: MatchedIndices) -> Iterator[_Column
 
 def _of_springs(a: Network, b: Network, pairs: MatchedIndices) -> Iterator[_Column]:
     for array, (name, dimension) in OF_SPRINGS.items():
-        here, there = getattr(a, array)[pairs.a], getattr(b, array)[pairs.b]
+        here, there = a.array(array)[pairs.a], b.array(array)[pairs.b]
         yield _Column(name, array, dimension, here, there)
     here, there = _inelastic(a, pairs.a), _inelastic(b, pairs.b)
     for name in here if a.springs.inelastic or b.springs.inelastic else ():
