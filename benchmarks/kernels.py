@@ -128,8 +128,8 @@ def one_by_one(run: Stepping) -> Arguments:
     # Copied, because what is the same for all springs takes no room there.
     numbers = map(np.array, (springs.stiffness, springs.damping, springs.rest))
     arrays = [
-        np.searchsorted(springs.low, np.arange(nodes + 1)).astype(np.int64),
-        (3 * springs.high).astype(np.int32),
+        np.searchsorted(springs.ends[:, 0], np.arange(nodes + 1)).astype(np.int64),
+        (3 * springs.ends[:, 1]).astype(np.int32),
         *numbers, inputs.inverse_mass, work.x[now].copy(), work.v[now].copy(),
         np.zeros(3 * nodes),
     ]  # fmt: skip

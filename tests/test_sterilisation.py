@@ -79,7 +79,7 @@ def test_the_same_text_compiles_to_the_same_bytes(repository):
         "rest",
         "strength",
     ):
-        assert getattr(first, name).tobytes() == getattr(second, name).tobytes()
+        assert first.array(name).tobytes() == second.array(name).tobytes()
 
 
 def test_every_array_names_the_line_it_came_from(repository):

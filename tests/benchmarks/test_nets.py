@@ -33,7 +33,7 @@ def test_nets_have_the_sizes_that_they_are_known_by(scene, nodes, springs):
 
 
 def test_a_tenth_of_the_springs_of_the_hard_core_are_a_thousand_times_harder():
-    stiffness = compiled(SCENES["H16"]).network.stiffness
+    stiffness = compiled(SCENES["H16"]).network.springs.stiffness
     hard = stiffness == stiffness.max()
     assert stiffness.max() == pytest.approx(1e3 * stiffness[~hard].max())
     assert hard.mean() == pytest.approx(0.1, abs=0.01)

@@ -486,7 +486,7 @@ def test_exact_refusals(tmp_path):
         "grid.vtk": (
             "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\n",
             "it contains STRUCTURED_POINTS; POLYDATA or UNSTRUCTURED_GRID is needed | "
-            "an image is no mesh: make a surface of it (a segmentation in 3D Slicer, or the "
+            "an image is not a mesh: make a surface of it (a segmentation in 3D Slicer, or the "
             'filter Contour of ParaView), and save that as "grid.stl" or "grid.vtp"',
         ),
         "lobe.vtk": (

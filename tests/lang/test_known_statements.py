@@ -57,12 +57,12 @@ def test_equal_statements_are_parsed_once():
     known = KnownStatements()
     text = "language 1\n" + "param a = 3 mm\n" * 20
     parse_tree(tree_of(Source("a", text)), known=known)
-    assert len(known._nodes) == 2
+    assert len(known._nodes._found) == 2
 
 
 def test_no_more_statements_are_kept_than_a_few_long_texts_have(monkeypatch):
-    monkeypatch.setattr(known_statements, "MOST", 5)
+    monkeypatch.setattr(known_statements, "MOST_STATEMENTS", 5)
     known = KnownStatements()
     text = "language 1\n" + "".join(f"param a{n} = {n} mm\n" for n in range(20))
     same(text, known)
-    assert len(known._nodes) <= 5
+    assert len(known._nodes._found) <= 5

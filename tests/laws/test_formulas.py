@@ -138,7 +138,7 @@ def test_a_law_of_hundreds_of_terms_is_their_sum_and_runs(sign):
 
 
 def test_a_law_of_many_factors_is_their_product():
-    law = compiled("1 N" + " * (e / 1 m) / (2 + e / 1 m)" * 30).network.laws[1]
+    law = compiled("1 N" + " * (e / 1 m) / (2 + e / 1 m)" * 30).network.springs.laws[1]
     e = np.array([-0.3, 0.01, 0.2])
     np.testing.assert_allclose(law.elastic.at({"e": e}), (e / (2 + e)) ** 30, rtol=1e-13)
 
@@ -146,7 +146,7 @@ def test_a_law_of_many_factors_is_their_product():
 @pytest.mark.parametrize("function", ["max", "min"])
 def test_the_extreme_of_many_is_that_of_all(function):
     of = ", ".join(f"{k} mm - {k % 3} * e" for k in range(1, 12))
-    law = compiled(f"1 N/m * {function}({of})").network.laws[1]
+    law = compiled(f"1 N/m * {function}({of})").network.springs.laws[1]
     e = np.linspace(-0.1, 0.1, 41)
     wanted = [getattr(np, function)([1e-3 * k - k % 3 * x for k in range(1, 12)]) for x in e]
     np.testing.assert_allclose(law.elastic.at({"e": e}), wanted, rtol=1e-14)
@@ -175,4 +175,4 @@ def test_a_law_that_cannot_be_compiled_is_refused(name):
     ],
 )
 def test_a_law_as_deep_as_is_allowed_compiles(formula):
-    code.functions(tuple(compiled(formula).network.laws))
+    code.functions(tuple(compiled(formula).network.springs.laws))

@@ -280,6 +280,6 @@ def test_starts_agree_if_their_predictions_do(tmp_path):
     request = Request.file(tmp_path / "scene.tis")
     compiled, _ = compile_request(request)
     learnt = learn(compiled, compiled.fit_problems[0], request)
-    assert "whole runs" in learnt.method and learnt.converged
+    assert "exact derivatives" in learnt.method and learnt.converged
     # The random sample of starts alone takes 192 evaluations.
     assert learnt.evaluations < 100

@@ -43,7 +43,7 @@ def test_scenes_with_synonyms_compile_to_the_same_network_and_script():
         other = other.replace(name, word.title())
     one, two = compiled(plain), compiled(other)
     for name in ("stiffness", "damping", "mass", "strength"):
-        assert np.array_equal(getattr(one.network, name), getattr(two.network, name))
+        assert np.array_equal(one.network.array(name), two.network.array(name))
     assert one.network.springs.strength[:3].tolist() == [1.0, 2.0, 3.0]
     assert [type(event.action) for event in one.plan.events] == [
         type(event.action) for event in two.plan.events

@@ -66,7 +66,7 @@ def recompiler():
 
 def assert_same(found, known):
     for name in ARRAYS:
-        one, other = getattr(found.network, name), getattr(known.network, name)
+        one, other = found.network.array(name), known.network.array(name)
         assert np.array_equal(one, other), name
     assert str(found.plan.simulation) == str(known.plan.simulation)
     assert repr(found.plan.events) == repr(known.plan.events)

@@ -252,7 +252,7 @@ def test_other_files_are_not_overwritten(tmp_path, fresh):
     path = tmp_path / "notes.csv"
     path.write_text("do not lose this\n", "utf-8")
     with pytest.raises(
-        PlaceError, match=r"no table of a study.*remove it, or write to another"
+        PlaceError, match=r"not a table of a study.*remove it, or write to another"
     ):
         carried_out(out=path, fresh=fresh)
     assert path.read_text("utf-8") == "do not lose this\n"
@@ -297,7 +297,9 @@ def test_other_files_in_hdf5_are_not_overwritten(tmp_path, fresh):
     with h5py.File(path, "w") as file:
         file["data"] = [1.0, 2.0]
     before = path.read_bytes()
-    with pytest.raises(PlaceError, match=r"no table of a study; remove it, or .*-o other\.h5"):
+    with pytest.raises(
+        PlaceError, match=r"not a table of a study; remove it, or .*-o other\.h5"
+    ):
         carried_out(out=path, fresh=fresh)
     assert path.read_bytes() == before
     path.write_bytes(b"no HDF5 at all")

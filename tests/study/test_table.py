@@ -104,7 +104,7 @@ def test_a_column_is_found_by_name_and_knows_its_kind():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("lift,pull\n1,2\n", "no table of a study"),
+        ("lift,pull\n1,2\n", "not a table of a study"),
         (head_lines(HEAD).replace('"format": 2', '"format": 9'), "another version"),
         (
             head_lines(HEAD) + "0,2,soft\n",

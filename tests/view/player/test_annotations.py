@@ -9,7 +9,7 @@ from msgspec.structs import asdict, replace
 from tests.view.player.conftest import Show, grid
 from tests.view.player.test_labels import evaluated
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.fields import FIELDS
+from tissuec.view.player.fields import DERIVED
 from tissuec.view.player.node_values import FieldValues
 from tissuec.view.player.options import Options
 from tissuec.view.player.page import WEB, render
@@ -41,7 +41,7 @@ def test_labels_stand_clear_of_each_other_and_of_scales(sterilisation, size):
     with Trajectory.open(sterilisation) as trajectory:
         film = read_film(trajectory, options)
     values = np.linspace(-3.0, 5.0, film.node_count) + np.zeros((len(film.times), 1))
-    field = FieldValues.of(FIELDS[0], values).ranged((-0.6, 1.2))
+    field = FieldValues.of(DERIVED[0], values).ranged((-0.6, 1.2))
     painter = Painter(film, options, size, "sterilisation", forces=True, field=field)
     found = boxes(painter.draw(film.moment_at(0.65)))
     assert {"above: up to 5 m", "below: from −3 m"} <= {text for text, _ in found}
@@ -80,7 +80,7 @@ def test_pages_place_labels_as_pictures_do():
 
 def test_rounding_errors_are_not_read_out(shown):
     values = np.tile([-0.3, 0.3, -0.29, 0.1 + 0.2], (1, 5))
-    field = replace(FieldValues.of(FIELDS[0], values), low=-0.3, high=0.1 + 0.2)
+    field = replace(FieldValues.of(DERIVED[0], values), low=-0.3, high=0.1 + 0.2)
     assert 0.5 * (field.low + field.high) not in (0.0, -0.0)
     film = read_film(shown(Show(grid(4, 5), frames=1)), Options())
     texts = [text for text, _ in boxes(Painter(film, Options(), SIZE, "", field=field).draw(0))]

@@ -13,7 +13,7 @@ from tests.test_progress import Terminal
 from tests.view.player.conftest import Show, grid
 from tissuec.cli.field_range import field_range
 from tissuec.results.trajectory import Trajectory
-from tissuec.view.player.fields import FIELDS
+from tissuec.view.player.fields import known_fields
 from tissuec.view.player.options import Options
 from tissuec.view.player.picture import Painter
 from tissuec.view.player.reading import read_film
@@ -207,7 +207,7 @@ def test_fields_and_ranges_that_are_none_are_answered(made, capsys, words, said)
     ("0,20 %", "0 %,20%", "0 .. 20 %", "0..0.2e2 %", "0 % to 20 %", "0 … 20 %", "0 to 20%"),
 )
 def test_ranges_have_the_form_of_the_legend_or_of_the_language(text):
-    strain = next(one for one in FIELDS if one.name == "strain")
+    strain = known_fields()["strain"]
     assert field_range(text, strain) == pytest.approx((0.0, 0.2))
 
 

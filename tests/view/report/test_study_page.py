@@ -123,4 +123,4 @@ def test_a_file_that_is_no_table_is_told(tmp_path, monkeypatch):
     (tmp_path / "other.csv").write_text("a,b\n1,2\n", "utf-8")
     for command in ("info", "report", "plot"):
         found = CliRunner().invoke(group, [command, "other.csv"], standalone_mode=False)
-        assert "no table of a study" in f"{found.exception}{found.stderr}"
+        assert "not a table of a study" in f"{found.exception}{found.stderr}"

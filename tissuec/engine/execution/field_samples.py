@@ -60,7 +60,7 @@ class FieldSampler:
             every = np.zeros((*numbers.shape[:-1], volume.cell_count))
             if volume.name in own:
                 intact = np.ones(volume.cell_count, dtype=bool)
-                intact[volume.torn(state.alive)] = False
+                intact[volume.lost_items(state.alive)] = False
                 every[..., intact] = own[volume.name]
             parts.append(every)
         return np.concatenate(parts, axis=-1)

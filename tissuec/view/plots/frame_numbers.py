@@ -9,7 +9,6 @@ from msgspec import Struct
 from tissuec.core.palette import AMOUNT, TENSION
 from tissuec.core.scale import PERCENT, AxisUnit, scale_of
 from tissuec.model.network import Floats
-from tissuec.results.moments import Moments
 from tissuec.view.plots import net
 
 if TYPE_CHECKING:
@@ -63,6 +62,7 @@ class FrameNumbers(Struct, frozen=True, eq=False):
         """
         from matplotlib.colors import Normalize
 
+        from tissuec.results.moments import Moments
         from tissuec.view.player.drawn_nodes import DrawnNodes
         from tissuec.view.player.node_values import read_field
         from tissuec.view.player.options import Options
