@@ -42,6 +42,7 @@ from tissuec.laws import SPRING_LAWS
 from tissuec.meshes.formats import FORMATS
 from tissuec.meshes.generators import MESHES
 from tissuec.pipeline import check_request, compile_request
+from tissuec.results.fields import FIELDS
 from tissuec.scene.request import Request
 from tissuec.script.measures import MEASURES
 from tissuec.script.tools import TOOLS
@@ -264,7 +265,7 @@ def families_stay():
     """Undo what a page adds to the families."""
     families = (
         MESHES, FORMATS, TOOLS, VERBS, MEASURES, SPRING_LAWS, INTEGRATORS, SURFACES,
-        PLOTS, FORCES, FORMULAS,
+        PLOTS, FORCES, FORMULAS, FIELDS,
     )  # fmt: skip
     # Listed first, so that each has all of its own members.
     before = [(family, list(family), dict(family._members)) for family in families]
