@@ -77,10 +77,9 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
 def _pressure(compiled: Compiled, part: BodyPart) -> CellPressure | str | None:
     """Return the force that preserves the cells of a solid, or a reason if it changes."""
     plan, network = compiled.plan, compiled.network
-    events = [*plan.events, *(event for one in plan.triggers for event in one.events)]
     acting = [
         event.action
-        for event in events
+        for event in plan.every_event
         if isinstance(event.action, Preserve | Inflate) and event.action.group.name == part.name
     ]
     if not acting:

@@ -49,7 +49,7 @@ def unheld(compiled: Compiled) -> Iterator[Diagnostic]:
     and scenes with force blocks, which may hold anything.
     """
     plan = compiled.plan
-    events = [*plan.events, *(e for trigger in plan.triggers for e in trigger.events)]
+    events = plan.every_event
     pushes = [event.action for event in events if isinstance(event.action, Push)]
     if plan.forces or not (pushes or np.any(plan.gravity)):
         return

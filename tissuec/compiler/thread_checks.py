@@ -74,10 +74,9 @@ def passing_tools(compiled: "Compiled") -> Iterator[Diagnostic]:
 def _reaches(compiled: "Compiled", tool: ToolPart, body: BodyPart, radius: float) -> bool:
     """Return whether a tool comes near a body by all that the script moves it."""
     plan, network = compiled.plan, compiled.network
-    events = [*plan.events, *(e for trigger in plan.triggers for e in trigger.events)]
     ways = (
         action.shift
-        for action in (event.action for event in events)
+        for action in (event.action for event in plan.every_event)
         if follows(action, Shifting)
     )
     reach = radius + sum(ways)

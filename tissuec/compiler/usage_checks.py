@@ -151,8 +151,7 @@ def ruptures_in_vain(compiled: Compiled) -> Iterator[Diagnostic]:
     plan, groups = compiled.plan, compiled.groups
     network = compiled.network
     breakable = np.isfinite(network.springs.strength) | np.isfinite(network.springs.crush)
-    followed = (event for trigger in plan.triggers for event in trigger.events)
-    for event in (*plan.events, *followed):
+    for event in plan.every_event:
         if follows(event.action, Breaking):
             breakable[event.action.breakable(network)] = True
     # Knots of threads slip instead of breaking.

@@ -156,6 +156,11 @@ class Plan(Struct, frozen=True, eq=False):
     breakable: bool  # whether any spring can rupture
     forces: tuple[Imposed, ...] = ()  # of force blocks
 
+    @property
+    def every_event(self) -> tuple[ScheduledAction, ...]:
+        """The actions at set times, and then those that follow conditions."""
+        return *self.events, *(event for trigger in self.triggers for event in trigger.events)
+
     def start(self, network: Network) -> State:
         """Return the state at 0 s, before any event."""
         return State.start(

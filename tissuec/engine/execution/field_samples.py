@@ -68,8 +68,8 @@ class FieldSampler:
 
 def preserved_bodies(network: Network, plan: Plan) -> tuple[BodyPart, ...]:
     """Return the bodies that frames show whose volume is preserved at some time of a plan."""
-    events = [*plan.events, *(event for one in plan.triggers for event in one.events)]
-    names = {event.action.group.name for event in events if isinstance(event.action, Preserve)}
+    actions = (event.action for event in plan.every_event)
+    names = {action.group.name for action in actions if isinstance(action, Preserve)}
     frames = plan.output.frames
     return tuple(
         body

@@ -86,8 +86,7 @@ def read_run_state(saved: Mapping[str, Any], network: Network, plan: Plan) -> Ru
 def _known(network: Network, plan: Plan) -> list[object]:
     """Return what a checkpoint need not hold, always in the same order."""
     arrays: list[object] = [*astuple(network), *astuple(network.springs)]
-    events = [*plan.events, *(event for trigger in plan.triggers for event in trigger.events)]
-    actions = [event.action for event in events]
+    actions = [event.action for event in plan.every_event]
     spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]
     contact = [] if plan.contact is None else [plan.contact]
     imposed = [*plan.forces, *(force.field for force in plan.forces)]

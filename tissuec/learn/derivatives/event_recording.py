@@ -4,7 +4,7 @@ What breaks and which conditions become true, and when, is told by the engine; e
 follows from the script and the motion between its events.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import inf
 
 import numpy as np
@@ -175,7 +175,7 @@ def refusal(
         moves: Whether start positions are learnt.
         constants: Whether constants of laws are learnt.
     """
-    actions = [event.action for event in _every(plan)]
+    actions = [event.action for event in plan.every_event]
     if at_rest and plan.triggers:
         return "the script waits for a condition"
     for kind in dict.fromkeys(type(action).__module__ for action in actions):
@@ -209,10 +209,6 @@ def _word(module: str) -> str:
     """Return the verb that a module defines, or the name of the module if it defines none."""
     words = (word for word, verb in VERBS.items() if verb.__module__ == module)
     return next(words, module.rpartition(".")[2])
-
-
-def _every(plan: Plan) -> Sequence[ScheduledAction]:
-    return [*plan.events, *(event for t in plan.triggers for event in t.events)]
 
 
 #: Verbs whose effect is derived, by their modules.

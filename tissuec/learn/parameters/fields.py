@@ -54,8 +54,7 @@ def starting_state(plan: "Plan", network: Network) -> "State":
 
 def preserves(plan: "Plan") -> Iterator[Preserve]:
     """Yield the actions that make fields."""
-    late = (event for trigger in plan.triggers for event in trigger.events)
-    for event in (*plan.events, *late):
+    for event in plan.every_event:
         if isinstance(event.action, Preserve):
             yield event.action
 
