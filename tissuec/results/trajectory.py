@@ -187,7 +187,7 @@ class Trajectory:
         """The cells of preserved volumes; None where no field is about them."""
         return read_volume_cells(self._file)
 
-    @property
+    @cached_property
     def fields(self) -> dict[str, OverFrames]:
         """Numbers of all fields by name, in their units.
 
@@ -206,7 +206,15 @@ class Trajectory:
         if channel.at == "cell":
             data = access.dataset(self._file, f"{CELLS}/{channel.key}")
             return Frames(data, count, self._places(channel.at), ())
-        return self._shown(channel)
+        steps = access.group(self._file, "VTKHDF/Steps")
+        return CellFrames(
+            access.dataset(self._file, f"VTKHDF/CellData/{channel.stored}"),
+            access.array(steps, f"CellDataOffsets/{channel.stored}")[:count],
+            self.parts,
+            self._places(channel.at),
+            self.cells,
+            self._lines_in if channel.at == "spring" else self._triangles_in,
+        )
 
     def at_points(self, channel: FieldChannel, frame: int) -> Numbers:
         """Return the numbers that VTK finds at nodes in a frame, shape (node, …).
@@ -217,17 +225,6 @@ class Trajectory:
         """
         data = access.dataset(self._file, f"VTKHDF/PointData/{channel.stored}")
         return Frames(data, self._frame_count, len(self.nodes), channel.row)[frame]
-
-    def _shown(self, channel: FieldChannel) -> CellFrames:
-        steps = access.group(self._file, "VTKHDF/Steps")
-        return CellFrames(
-            access.dataset(self._file, f"VTKHDF/CellData/{channel.stored}"),
-            access.array(steps, f"CellDataOffsets/{channel.stored}")[: self._frame_count],
-            self.parts,
-            self._places(channel.at),
-            self.cells,
-            self._lines_in if channel.at == "spring" else self._triangles_in,
-        )
 
     def _lines_in(self, cells: Cells) -> tuple[slice, Indices]:
         return cells.line_rows, np.searchsorted(self.springs, cells.springs)
@@ -265,8 +262,9 @@ class Trajectory:
         Returns:
             Numbers and rows of `ends` or `triangles`, shape (shown,) each.
         """
-        self._step("PartOffsets", frame)
-        return self._shown(next(one for one in self.channels if one.name == name)).shown(frame)
+        field = self.fields[name]
+        assert isinstance(field, CellFrames)
+        return field.shown(frame)
 
     @cached_property
     def parts(self) -> Indices:
