@@ -9,8 +9,8 @@ complement 1 + Wᵀ S⁻¹ W (E. V. Haynsworth, Linear Algebra Appl. 1:73, 1968)
 import numpy as np
 from msgspec import Struct
 from scipy.sparse import csc_matrix, diags_array
-from scipy.sparse.linalg import splu
 
+from tissuec.mechanics.low_rank import LowRankFactor
 from tissuec.model.network import Floats
 
 
@@ -46,7 +46,7 @@ class Stiffness(Struct, frozen=True, eq=False):
         return Stiffness(csc_matrix(self.sparse + diags_array(added, format="csc")), self.wide)
 
 
-class Factorization:
+class Factorization(LowRankFactor):
     """K⁻¹, by a factorisation of S in which no rows are exchanged.
 
     Raises:
@@ -55,10 +55,9 @@ class Factorization:
 
     def __init__(self, matrix: Stiffness):
         symmetric = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
-        self._factor = splu(matrix.sparse, permc_spec="MMD_AT_PLUS_A", options=symmetric)
-        self._wide = wide = matrix.wide
-        self._spread = self._factor.solve(wide) if wide.shape[1] else wide
-        self._schur = np.eye(wide.shape[1]) + wide.T @ self._spread
+        wide = matrix.wide
+        order = {"permc_spec": "MMD_AT_PLUS_A", "options": symmetric}
+        super().__init__(matrix.sparse, wide, wide, **order)
 
     @property
     def is_definite(self) -> bool:
@@ -68,10 +67,3 @@ class Factorization:
             return False  # rows were exchanged, so that signs say nothing
         negative = int((factor.U.diagonal() <= 0.0).sum())
         return negative == int((np.linalg.eigvalsh(self._schur) < 0.0).sum())
-
-    def solve(self, right: Floats) -> Floats:
-        """Return K⁻¹ f [m] for forces f [N], both of shape (n,)."""
-        found = self._factor.solve(right)
-        if not self._wide.shape[1]:
-            return found
-        return found - self._spread @ np.linalg.solve(self._schur, self._wide.T @ found)

@@ -27,11 +27,11 @@ from tissuec.learn.derivatives.kernels import (
     push_forward,
     weigh_stage,
 )
-from tissuec.learn.derivatives.low_rank import LowRankFactor
 from tissuec.learn.derivatives.matrices import stage_matrix
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.stepping import LegForces, StepStates
 from tissuec.learn.derivatives.tableaus import ByTableau
+from tissuec.mechanics.low_rank import LowRankFactor
 from tissuec.model.network import Floats, Indices
 
 ITERATIONS = 40

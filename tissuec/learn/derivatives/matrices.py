@@ -7,8 +7,8 @@ from scipy import sparse
 
 from tissuec.kernels.derivative_records import Links, NodeState
 from tissuec.learn.derivatives.kernels import blocks
-from tissuec.learn.derivatives.low_rank import LowRankFactor
 from tissuec.learn.derivatives.stepping import LegForces
+from tissuec.mechanics.low_rank import LowRankFactor
 from tissuec.model.network import Floats, Indices
 
 

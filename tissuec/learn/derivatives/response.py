@@ -9,7 +9,7 @@ known all the same, and nothing moves along it.
 import numpy as np
 from scipy import sparse
 
-from tissuec.learn.derivatives.low_rank import LowRankFactor
+from tissuec.mechanics.low_rank import LowRankFactor
 from tissuec.mechanics.stiffness import Stiffness
 from tissuec.model.network import Floats, Indices
 

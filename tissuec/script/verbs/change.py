@@ -1,6 +1,7 @@
 """``change``: another gravity, another tissue, another velocity."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -68,15 +69,11 @@ class ChangeParameter(Struct, frozen=True):
             state.stop_reeling(chosen)
         if self.array == "mass":
             state.mass = state.mass.copy()  # it may be the network's own
-            state.mass[chosen] = self._changed(state.mass[chosen])
+            state.mass[chosen] = _numbers(self, state.mass[chosen])
         else:
-            values = self._changed(getattr(state.springs, self.array)[chosen])
+            values = _numbers(self, getattr(state.springs, self.array)[chosen])
             state.springs = state.springs.changed(self.array, chosen, values)
         return (_changed(self.span),)
-
-    def _changed(self, values: Floats) -> Floats | float:
-        """Return what numbers become, shape (n,)."""
-        return values * self.number if self.is_factor else self.number
 
 
 class ChangeMemory(Struct, frozen=True):
@@ -104,13 +101,14 @@ class ChangeMemory(Struct, frozen=True):
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         memory = state.springs.inelastic
         assert memory is not None  # see ``flaw``
-
-        def changed(values: Floats) -> Floats | float:
-            return values * self.number if self.is_factor else self.number
-
-        inelastic = memory.changed(self.name, self.group.indices, changed)
+        inelastic = memory.changed(self.name, self.group.indices, partial(_numbers, self))
         state.springs = replace(state.springs, inelastic=inelastic)
         return (_changed(self.span),)
+
+
+def _numbers(change: ChangeParameter | ChangeMemory, values: Floats) -> Floats | float:
+    """The numbers that replace present ones, shape (n,), or one for all."""
+    return values * change.number if change.is_factor else change.number
 
 
 class ChangeSurroundings(Struct, frozen=True):

@@ -1,5 +1,7 @@
 """Solutions of S + L Rᵀ with a sparse S and few columns in L and R (M. A. Woodbury, 1950)."""
 
+from typing import Any
+
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
@@ -13,17 +15,17 @@ class LowRankFactor:
     Args:
         matrix: S in any unit, shape (n, n).
         left, right: L and R, shape (n, column); without columns, S alone is solved.
+        options: Of ``scipy.sparse.linalg.splu``.
 
     Raises:
         RuntimeError: S is singular.
     """
 
-    def __init__(self, matrix: sparse.csc_matrix, left: Floats, right: Floats):
-        self._factor, self._right = splu(matrix), right
+    def __init__(self, matrix: sparse.csc_matrix, left: Floats, right: Floats, **options: Any):
+        self._factor, self._right = splu(matrix, **options), right
         self._is_wide = right.shape[1] > 0
-        if self._is_wide:
-            self._spread = self._factor.solve(left)
-            self._schur = np.eye(right.shape[1]) + right.T @ self._spread
+        self._spread = self._factor.solve(left) if self._is_wide else left
+        self._schur = np.eye(right.shape[1]) + right.T @ self._spread
 
     @property
     def soundness(self) -> float:
