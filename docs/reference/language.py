@@ -321,7 +321,7 @@ def measure_table() -> str:
 
 
 def frame_field_table() -> str:
-    """Return what frames contain besides positions and velocities."""
+    """Return the table of the fields that frames contain besides positions and velocities."""
     rows = [
         (
             code(name),

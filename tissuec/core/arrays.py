@@ -21,7 +21,7 @@ def uniform(values: NDArray[Any]) -> NDArray[Any]:
 def behind_one_another(
     parts: Sequence[NDArray[Any]], kind: type[np.generic] | type, shape: tuple[int, ...] = ()
 ) -> NDArray[Any]:
-    """Return parts in any unit as one array; a single one as it is.
+    """Concatenate parts in any unit; a single part is returned as it is.
 
     Args:
         parts: Each of shape (n, *shape).

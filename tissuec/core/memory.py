@@ -1,4 +1,4 @@
-"""A few results of pure functions, of which the oldest are forgotten."""
+"""A bounded cache of results of pure functions."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 
 class Memory:
-    """Results by their keys, the least recently used one forgotten first; for all threads."""
+    """Results by their keys; the least recently used one is dropped first. Thread-safe."""
 
     def __init__(self, most: int):
         self.most = most
@@ -17,7 +17,7 @@ class Memory:
         self._lock = RLock()
 
     def get(self, key: Hashable) -> Any:
-        """Return what is remembered under a key; None for nothing."""
+        """Return the result of a key; None if there is none."""
         with self._lock:
             if key not in self._found:
                 return None
@@ -25,7 +25,7 @@ class Memory:
             return self._found[key]
 
     def keep(self, key: Hashable, made: object) -> None:
-        """Remember something under a key, and forget what has not been used for longest."""
+        """Store a result, and drop the least recently used ones above the limit."""
         with self._lock:
             self._found[key] = made
             self._found.move_to_end(key)
@@ -33,7 +33,7 @@ class Memory:
                 self._found.popitem(last=False)
 
     def recall(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what is remembered under a key, or make it now."""
+        """Return the result of a key, computed now if it is not stored."""
         with self._lock:
             if key in self._found:
                 return self.get(key)

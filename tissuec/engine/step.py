@@ -170,7 +170,7 @@ def attempt(now: Progress, task: Task, work: Work, net: Net) -> Trial:
         if not ratio <= 1.0:
             retry(now, h * shrunk(ratio))
             return Trial(REJECTED, near, ratio, off, reach, pace)
-    # Accept, unless the result is no motion, or a law has a corner on the way.
+    # Accept, unless the result is not finite or too large, or a law has a corner on the way.
     verdict = ACCEPTED
     if IMPLICIT and not isfinite(off):
         verdict = UNSOLVED

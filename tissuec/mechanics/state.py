@@ -185,7 +185,7 @@ class State(Struct, eq=False):
     def braking(self) -> Floats:
         """Return the ambient damping of each node [N s/m], shape (node,)."""
         braking, own = np.full(self.network.node_count, float(self.drag)), self.network.drag
-        if own is not None:  # nodes of tools and hidden ones stand behind
+        if own is not None:  # followed by nodes of tools and hidden ones
             braking[: len(own)] += own
         return braking
 

@@ -128,7 +128,7 @@ class CellFrames(OverFrames):
     def _read(self, low: int, high: int) -> Numbers:
         found = np.full((high - low, self.shape[1]), np.nan, dtype=self.dtype)
         while low < high:
-            # As many frames as have the same cells; their numbers stand in one piece.
+            # As many frames as have the same cells; their numbers are contiguous.
             stop = min(
                 high, int(np.searchsorted(self._parts, int(self._parts[low]), side="right"))
             )

@@ -106,7 +106,7 @@ class FrameRecorder:
     def _of_channel(
         self, channel: FieldChannel, fields: Mapping[str, ArrayLike], times: Floats
     ) -> NDArray[Any]:
-        """Return what frames show of a field, shape (frame, shown, …)."""
+        """Return the numbers of a field that frames show, shape (frame, shown, …)."""
         if channel.name not in fields:
             raise ValueError(f"frames need the {channel.name} of each {channel.at}")
         return self._shown(fields[channel.name], times, channel.name, channel.at, channel.row)

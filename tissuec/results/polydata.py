@@ -156,7 +156,7 @@ class PolyDataFrames:
     def _at_points_or_cells(
         self, channel: FieldChannel, data: NDArray[Any], cells: Cells
     ) -> NDArray[Any]:
-        """Return what points, or all cells of VTK, have of a field."""
+        """Return the numbers of a field at points, or at all cells of VTK."""
         if channel.at == "node":
             return data
         if channel.at == "cell":
@@ -194,7 +194,7 @@ class PolyDataFrames:
 
 
 def _text_of(channel: FieldChannel) -> str:
-    """Return what the numbers of a field are in VTK."""
+    """Return the description of a field's numbers in VTK."""
     if channel.at == "node":
         return f"{channel.text}, frame after frame"
     elsewhere = "nodes without cells" if channel.at == "cell" else "other cells"

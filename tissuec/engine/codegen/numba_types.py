@@ -172,7 +172,7 @@ def partial_caller(name: str) -> Callable[..., Any]:
 
 @cache
 def field_caller(vectors: int = 4) -> Callable[..., Any]:
-    """Return what calls a loop of a field by its address, with the address of its table.
+    """Return the call of a loop of a field, by the addresses of the loop and of its table.
 
     Args:
         vectors: How many it takes; a kernel takes positions, velocities, forces and powers.

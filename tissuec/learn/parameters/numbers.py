@@ -89,7 +89,7 @@ class NumberOrder(Struct, frozen=True, eq=False, dict=True):
         """
         parts = [network.array(name) for name in NETWORK]
         parts += [np.zeros(self.sizes["constants"]), np.zeros(self.sizes["drag"])]
-        if network.drag is not None:  # nodes of tools and hidden ones stand behind
+        if network.drag is not None:  # followed by nodes of tools and hidden ones
             parts[-1][: len(network.drag)] = network.drag
         for name, field in self.fields.items():
             here = fields.get(name)

@@ -1,8 +1,8 @@
 """The numbers at points, lines and triangles of blocks.
 
-Those of the fields that frames contain follow from their declarations; each of those that are
-derived is one function in this file. A field that stands in the result as it is has a
-``source`` there, which blocks files link to or copy instead of computing it anew.
+Those of the fields that frames contain follow from their declarations; each derived field is
+one function in this file. A field that the result already contains has its ``source`` there,
+which blocks files link to or copy instead of computing it again.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -100,7 +100,7 @@ class FieldChannel(Struct, frozen=True):
 
     @property
     def at_nodes(self) -> str:
-        """Return what the one number at each node is that pages and plots show."""
+        """Return the description of the single number per node that pages and plots show."""
         if self.at != "node":
             return f"{self.text}, as the mean around each node"
         return f"magnitude of the {self.text}" if self.width > 1 else self.text

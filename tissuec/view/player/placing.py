@@ -32,7 +32,7 @@ class Placing:
         Args:
             point: From the left and the bottom of the picture [px].
             room: Width and height of the label [px].
-            right: On which side it stands if there is room.
+            right: The side on which it is placed if there is room.
             gap: Between point and label [px].
         """
         best = min(self._places(point, room, right=right, gap=gap), key=self._covered)
@@ -48,7 +48,7 @@ class Placing:
         for step in sorted(range(-_STEPS, _STEPS + 1), key=abs):
             for left in sides if right else sides[::-1]:
                 inside = min(max(left, EDGE), self.size[0] - EDGE - wide)
-                # Where the rim moves it over the point, it stands above or below.
+                # A label that the rim moves over the point is placed above or below it.
                 lines = step if inside == left else step + (1 if step >= 0 else -1)
                 low = y - high / 2.0 + lines * high
                 low = min(max(low, EDGE), self.size[1] - EDGE - high)

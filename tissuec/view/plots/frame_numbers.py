@@ -111,7 +111,7 @@ class FrameNumbers(Struct, frozen=True, eq=False):
         return found
 
     def said(self, every: Floats) -> dict[str, Any]:
-        """Return the scale of colours: its norm, whether it goes on, and its label.
+        """Return the scale of colours: its norm, whether it extends further, and its label.
 
         Args:
             every: All numbers that are drawn, in the unit, shape (number,).

@@ -22,7 +22,7 @@ class Placing {
     for (const line of LINES) {
       for (const side of sides) {
         const left = inside(side, wide, this.width);
-        // Where the rim moves it over the point, it stands above or below.
+        // A label that the rim moves over the point is placed above or below it.
         const lines = left === side ? line : line + (line > 0 ? 1 : -1);
         const top = inside(y - high / 2 + lines * high, high, this.height);
         places.push([left, top, left + wide, top + high]);
