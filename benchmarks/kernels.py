@@ -30,9 +30,9 @@ from benchmarks.stepping import (
     irregular_net,
     nets,
 )
+from tissuec.compiled.record_tables import LINE, aligned_zeros
 from tissuec.core.markdown import table
 from tissuec.forces.runs_kernel import LANES, NO_SPRING
-from tissuec.kernels.record_tables import LINE, aligned_zeros
 from tissuec.model.network import Floats
 
 LOOPS = Path(__file__).with_name("loops.c")

@@ -11,12 +11,12 @@ from tests.engine.running import Bench
 from tests.hand_net import make_net, span
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array, same_on_threads
+from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.prediction import skipped
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.forces import acts_of
 from tissuec.forces.jet_surfaces import JetSurface, finest_width
 from tissuec.forces.jets import Jet, shares
-from tissuec.kernels.calls import kernel_on
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle
 from tissuec.mechanics.state import State

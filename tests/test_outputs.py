@@ -29,7 +29,7 @@ STUDY = """study pulls {
 #: Files that a command writes, beside those of `tissuec.core.files`: none of a user's.
 OWN = {
     "core/files.py",
-    "engine/codegen/export.py",  # the kernels in the repository
+    "engine/codegen/contents.py",  # the kernels in the repository
     "engine/execution/companion.py",  # a folder that was just made
     "lang/parse_table.py",  # the table in the repository
     "results/trajectory.py",  # a folder that was just made

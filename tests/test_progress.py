@@ -6,9 +6,9 @@ import time
 
 import pytest
 
+from tissuec.compiled import loading
 from tissuec.core import progress
 from tissuec.core.progress import RunProgress, compiling
-from tissuec.kernels import loading
 
 
 class Terminal(io.StringIO):

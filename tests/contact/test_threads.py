@@ -5,9 +5,9 @@ import pytest
 
 from tests.validate.scenes import compiled_scene
 from tests.whole_runs import same_on_threads
+from tissuec.compiled.calls import kernel_on
 from tissuec.compiler.prediction import state_at_start
 from tissuec.forces import contact
-from tissuec.kernels.calls import kernel_on
 from tissuec.kernels.records import ContactTable
 from tissuec.kernels.thread_loops import UNDIVIDED
 

@@ -4,13 +4,13 @@ import numpy as np
 from msgspec import Struct
 
 from tests.hand_net import make_net, span
+from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.engine import Engine
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Interruption, Method
 from tissuec.engine.operations import OPERATIONS, operations
 from tissuec.forces.load import Load, LoadTerm
-from tissuec.kernels.record_tables import RecordTable
 from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
 from tissuec.model.profiles import TimeProfile
 

@@ -15,6 +15,7 @@ from tests.hand_net import make_net
 from tests.test_enclosures import ball as breathing
 from tests.test_hinges import shell
 from tests.test_jets import jet_in, net_of, plate
+from tissuec.compiled.calls import kernel_on
 from tissuec.core.source import Source, Span
 from tissuec.forces import FORCES, Acted, Field, acts_of, contact, jets
 from tissuec.forces.bending import HingeForce
@@ -24,7 +25,6 @@ from tissuec.forces.jets import Jet
 from tissuec.forces.load import Load, LoadTerm
 from tissuec.forces.weight import Weight
 from tissuec.geometry.nearest import TRIANGLE
-from tissuec.kernels.calls import kernel_on
 from tissuec.kernels.records import Floats
 from tissuec.mechanics.state import State
 from tissuec.model.profiles import TimeProfile

@@ -5,7 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 
-from tissuec.kernels import compiled_laws
+from tissuec.compiled import laws as compiled_laws
 from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, C, D, E, Law, W, with_modulus
 from tissuec.laws.code import ARGUMENTS, functions
 from tissuec.laws.formula import Applied, Choice, Variable, VariablePower, apply, exp

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from tests.validate.scenes import compiled_scene
+from tissuec.compiled.calls import Shipped
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.state import new_work
 from tissuec.engine.threads import ThreadTeam
 from tissuec.kernels import stages
-from tissuec.kernels.calls import Shipped
 
 H = 0.25
 SHEET = """language 1

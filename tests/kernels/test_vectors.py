@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from tissuec.compiled.calls import Shipped
 from tissuec.engine.threads import ThreadTeam
 from tissuec.kernels import vectors
-from tissuec.kernels.calls import Shipped
 from tissuec.kernels.thread_loops import PIECE
 
 NODES = 3 * PIECE + 7

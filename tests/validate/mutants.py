@@ -24,13 +24,13 @@ import click
 from msgspec import Struct
 
 from tests.validate.scenes import compiled_scene, silent
+from tissuec.compiled.binding import Binder
+from tissuec.compiled.bundles import FLAGS
 from tissuec.compiler.compile import Compiled
 from tissuec.engine import backends, kernel_inputs, operations, stepper, watching
-from tissuec.engine.binding import Binder
 from tissuec.engine.integrators import banded, iterative
 from tissuec.forces import accelerations, springs_kernel
 from tissuec.forces.runs_kernel import springs_in_runs
-from tissuec.kernels.bundles import FLAGS
 from tissuec.kernels.records import Net, Operations
 from tissuec.laws import LINEAR, code
 from tissuec.validate import validation

@@ -13,12 +13,12 @@ from msgspec.structs import replace
 from scipy import sparse
 
 from tissuec.bench.trial import Deadline
+from tissuec.compiled.loading import address
+from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.operations import operations
 from tissuec.engine.rate import Unknowns
-from tissuec.kernels.loading import address
-from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import Floats, Integers
 from tissuec.mechanics.state import State
 

@@ -5,8 +5,8 @@ from typing import Protocol
 
 from msgspec import Struct
 
+from tissuec.compiled.loading import time_of_translating
 from tissuec.core.errors import TissueError
-from tissuec.kernels.loading import time_of_translating
 from tissuec.model.network import Floats
 
 

@@ -13,7 +13,7 @@ from tissuec.core.units import TIME, show
 FIRST_AFTER = 0.5  # [s]: short runs need no progress
 EVERY = 0.2  # [s]
 SILENCE = 1.0  # [s]: a run that steps tells its time more often than that
-LOADER = "tissuec.kernels.loading"  # which translates what is shipped, the first time
+LOADER = "tissuec.compiled.loading"  # which translates what is shipped, the first time
 WIDTH = 24
 
 

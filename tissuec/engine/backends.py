@@ -11,8 +11,8 @@ from typing import Any
 
 from msgspec import Struct
 
+from tissuec.compiled.binding import Binder
 from tissuec.engine import step, step_inside
-from tissuec.engine.binding import Binder
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.method import Backend
 from tissuec.engine.operations import OPERATIONS, Features, operations
@@ -41,9 +41,9 @@ def bound_drive(integrator: type[Integrator], backend: Backend) -> Drive:
 
 def _compiled_drive(integrator: type[Integrator]) -> Drive:
     """Return the shipped loop over steps."""
-    from tissuec.kernels.bundles import of_method
-    from tissuec.kernels.loading import address
-    from tissuec.kernels.record_tables import RecordTable
+    from tissuec.compiled.bundles import of_method
+    from tissuec.compiled.loading import address
+    from tissuec.compiled.record_tables import RecordTable
 
     function = ctypes.CFUNCTYPE(ctypes.c_int64, *(ctypes.c_void_p for _ in range(5)))
     enter = function(address(of_method(integrator), "drive"))
@@ -60,7 +60,7 @@ def _compiled_drive(integrator: type[Integrator]) -> Drive:
 
 def _interpreted_drive(integrator: type[Integrator]) -> Drive:
     """Return the loop over steps as Python."""
-    from tissuec.kernels.record_tables import RecordTable
+    from tissuec.compiled.record_tables import RecordTable
 
     bound = interpreter(integrator).bind(step.drive)
 
@@ -80,7 +80,7 @@ def interpreter(integrator: type[Integrator]) -> Binder:
 
 def names_in_python(integrator: type[Integrator]) -> dict[str, Any]:
     """Return what names in stepping code mean where it runs as Python."""
-    from tissuec.kernels.calls import VECTORS
+    from tissuec.compiled.calls import VECTORS
 
     return method_names(integrator) | VECTORS | OPERATIONS
 
@@ -93,8 +93,8 @@ def operations_of(integrator: type[Integrator]) -> frozenset[str]:
 @cache
 def loop_operations(integrator: type[Integrator], features: Features) -> Operations:
     """Return where the compiled operations are that the loop calls for a net."""
-    from tissuec.kernels.bundles import of_method
-    from tissuec.kernels.loading import called_by, is_shipped
+    from tissuec.compiled.bundles import of_method
+    from tissuec.compiled.loading import called_by, is_shipped
 
     bundle = of_method(integrator)
     names = called_by(bundle) if is_shipped(bundle) else operations_of(integrator)
@@ -104,9 +104,9 @@ def loop_operations(integrator: type[Integrator], features: Features) -> Operati
 @cache
 def bound_inside(integrator: type[Integrator]) -> Inside:
     """Return what looks into the steps of an integrator."""
-    from tissuec.kernels.bundles import of_method
-    from tissuec.kernels.calls import Shipped
-    from tissuec.kernels.loading import is_shipped
+    from tissuec.compiled.bundles import of_method
+    from tissuec.compiled.calls import Shipped
+    from tissuec.compiled.loading import is_shipped
 
     bundle = of_method(integrator)
     if is_shipped(bundle):
@@ -126,7 +126,7 @@ def method_names(integrator: type[Integrator]) -> dict[str, Any]:
 
 def default_backend(integrator: type[Integrator]) -> Backend:
     """Return the backend of an integrator: compiled, unless it is not shipped with tissuec."""
-    from tissuec.kernels.bundles import of_method
-    from tissuec.kernels.loading import is_shipped
+    from tissuec.compiled.bundles import of_method
+    from tissuec.compiled.loading import is_shipped
 
     return "compiled" if is_shipped(of_method(integrator)) else "interpreted"

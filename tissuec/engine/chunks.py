@@ -7,8 +7,8 @@ the order of the chunks. So sums depend neither on the number of threads nor on 
 
 import numpy as np
 
+from tissuec.compiled.record_tables import aligned_zeros
 from tissuec.engine.blocks import Places
-from tissuec.kernels.record_tables import aligned_zeros
 from tissuec.kernels.records import Chunks
 from tissuec.kernels.thread_loops import PIECE
 

@@ -11,6 +11,8 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.compiled.calls import kernel_address
+from tissuec.compiled.record_tables import RecordTable, aligned_zeros
 from tissuec.engine.blocks import Places, block_size, parts_of
 from tissuec.engine.boundary_conditions import knots, lengths, longest_step, pack_acts
 from tissuec.engine.chunks import are_chunks, chunks_of
@@ -23,8 +25,6 @@ from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
 from tissuec.forces.load import Load
 from tissuec.forces.rest_length import reels
-from tissuec.kernels.calls import kernel_address
-from tissuec.kernels.record_tables import RecordTable, aligned_zeros
 from tissuec.kernels.records import (
     BoundaryConditions,
     Chunks,

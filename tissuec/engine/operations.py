@@ -7,6 +7,8 @@ from typing import Any
 
 from msgspec import Struct
 
+from tissuec.compiled.bundles import FLAGS
+from tissuec.compiled.calls import Operation
 from tissuec.engine.integrators.banded import assemble, solve
 from tissuec.forces.accelerations import (
     force,
@@ -23,8 +25,6 @@ from tissuec.forces.springs_kernel import (
     springs,
     tension,
 )
-from tissuec.kernels.bundles import FLAGS
-from tissuec.kernels.calls import Operation
 from tissuec.kernels.records import Operations
 from tissuec.laws import LINEAR, Law, code
 
@@ -82,13 +82,13 @@ def operations(names: frozenset[str], features: Features) -> Operations:
 
 def _operation(name: str, features: Features) -> int:
     """Return the address of an operation on nets, compiled for what a scene needs."""
-    from tissuec.kernels.bundles import BUNDLE_OF
-    from tissuec.kernels.loading import address
+    from tissuec.compiled.bundles import BUNDLE_OF
+    from tissuec.compiled.loading import address
 
     if name in LAWS:
-        from tissuec.kernels import compiled_laws
+        from tissuec.compiled import laws
 
-        return compiled_laws.address(name, features.laws or (LINEAR,))
+        return laws.address(name, features.laws or (LINEAR,))
     if name == "springs":
         name = _form_of_springs(features)
     elif name in ("assemble", "solve"):

@@ -15,9 +15,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.compiled.record_tables import aligned_zeros
 from tissuec.engine.blocks import BLOCK_NODES, Places, are_several, block_size
 from tissuec.forces.runs_kernel import LANES, NO_SPRING, NO_STEP, SIZE, TILE
-from tissuec.kernels.record_tables import aligned_zeros
 from tissuec.kernels.records import Runs
 from tissuec.model.network import Floats, Indices
 

@@ -8,11 +8,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiled.record_tables import aligned_zeros
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.unknowns import no_solver
-from tissuec.kernels.record_tables import aligned_zeros
 from tissuec.kernels.records import GLANCES, Buffer, Progress, Tableau, Task, Team, Work
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.backends import Inside
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.operations import OPERATIONS
-from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import Progress
 from tissuec.model.network import Floats, Indices
 from tissuec.model.springs import Springs

@@ -5,6 +5,8 @@ from typing import Any, cast
 import numpy as np
 from msgspec.structs import replace
 
+from tissuec.compiled.calls import raise_failure
+from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine.backends import bound_drive, loop_operations
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.integrators.procedures import PropagationChoices
@@ -12,8 +14,6 @@ from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Backend, Method
 from tissuec.engine.sample_buffer import SampleBuffer
 from tissuec.engine.state import first_step, least_pressure, new_progress, new_task, new_work
-from tissuec.kernels.calls import raise_failure
-from tissuec.kernels.record_tables import RecordTable
 from tissuec.kernels.records import Task, Work
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State

@@ -12,14 +12,15 @@ from typing import Any, Self
 
 import numpy as np
 
+from tissuec.compiled import loading
+from tissuec.compiled.record_tables import aligned_zeros
 from tissuec.forces.pairs_kernel import ROOM
-from tissuec.kernels import loading, records
-from tissuec.kernels.record_tables import aligned_zeros
+from tissuec.kernels import records
 from tissuec.kernels.thread_loops import pieces_of
 
 LEAST_SPRINGS = 20_000  # of a thread; with fewer, waiting costs more than sharing gains
 PARTS = 4  # of a loop for each thread: who is held up by something else leaves parts to others
-# As in ``codegen/team.ll``.
+# As in ``compiled/team.ll``.
 LOOP, ALL_PARTS, OWN_PARTS, GIVE_WAY, TAKEN, APART = 0, 3, 4, 24, 32, 8
 
 

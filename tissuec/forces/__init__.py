@@ -339,7 +339,7 @@ class Field(Effect, frozen=True):
         self, time: Floats | float, position: Floats, velocity: Floats
     ) -> Iterator[tuple[tuple[int, ...], Floats, Floats]]:
         """Yield the index of each state, with forces of shape (node, 3), and powers."""
-        from tissuec.kernels.calls import kernel_on
+        from tissuec.compiled.calls import kernel_on
 
         shape, place = position.shape[:-2], np.arange(position.shape[-2], dtype=np.int64)
         times = np.broadcast_to(np.asarray(time, dtype=float), shape)

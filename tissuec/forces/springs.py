@@ -183,7 +183,7 @@ def _states(values: Floats, each: tuple[int, ...]) -> Floats:
 @cache
 def _compiled(function: Callable[..., None]) -> Callable[..., None]:
     """Return a function of ``kernels.spring_geometry`` as it is shipped."""
-    from tissuec.kernels.calls import Shipped
+    from tissuec.compiled.calls import Shipped
 
     return Shipped(function, "spring_geometry")
 

@@ -1,10 +1,7 @@
-"""Arithmetic on bare arrays and SI numbers, and its machine code.
+"""Arithmetic on bare arrays and SI numbers, as plain loops to be compiled.
 
-Operations are plain loops; those of forces are in ``forces``. ``engine.codegen`` translates
-them into LLVM's intermediate representation, which is in ``shipped``. ``loading``
-optimises that for this processor, once, and keeps it in the user's cache; ``compiled_laws``
-translates laws of springs where a scene has some. Stepping code is written once against names
-of operations. Where it runs as Python itself, ``engine.backends`` lets it call compiled ones.
+Loops of forces are in ``forces``. Stepping code is written once against names of operations;
+``compiled`` translates and calls all of them.
 
 Shared arguments:
     time: Time [s].

@@ -1,4 +1,4 @@
-"""Records of the stepping code; ``kernels.record_tables`` places them in memory.
+"""Records of the stepping code; ``compiled.record_tables`` places them in memory.
 
 Vectors of all nodes are flat, shape (3 node,): x0 y0 z0 x1 …, so that kernels index scalars.
 Held nodes are part of them and keep still because their inverse mass is zero.

@@ -17,7 +17,7 @@ UNDIVIDED = -1  # ``part`` of a table whose kernel does all at once
 def share(team: Team, function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
     """Call ``function(part, parts, *arguments)`` for every part, each in a thread of the team.
 
-    Compiled code replaces this function: ``engine.codegen.thread_loops``.
+    Compiled code replaces this function: ``compiled.team``.
 
     Args:
         function: A loop over a part.

@@ -1,6 +1,6 @@
 """Laws for kernels: as formulas, and as Python functions of numbers.
 
-Compiled code gets its functions from ``kernels.compiled_laws``; those here are for kernels
+Compiled code gets its functions from ``compiled.laws``; those here are for kernels
 that run as Python.
 """
 

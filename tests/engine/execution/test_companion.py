@@ -14,6 +14,7 @@ from tests.engine.execution.test_run import OMEGA, oscillator
 from tests.hand_net import chain
 from tests.hand_plan import make_plan
 from tissuec.cli import companion as command
+from tissuec.compiled import loading
 from tissuec.core.errors import SimulationError, TissueWarning
 from tissuec.core.source import Source
 from tissuec.engine import state
@@ -22,7 +23,6 @@ from tissuec.engine.execution.companion import Companion, launcher
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.kernels import loading
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.promise import Promise
 from tissuec.results.trajectory import Trajectory

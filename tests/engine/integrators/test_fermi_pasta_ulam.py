@@ -13,9 +13,9 @@ from scipy.integrate import solve_ivp
 
 from tests.engine.running import Bench
 from tests.hand_net import make_net
+from tissuec.compiled.binding import Binder
 from tissuec.engine import backends, stepper
 from tissuec.engine import step as loop
-from tissuec.engine.binding import Binder
 from tissuec.engine.integrators import INTEGRATORS
 
 PAIRS, OMEGA, DURATION = 3, 50.0, 200.0

@@ -1,1 +1,1 @@
-"""Translates kernels for ``compiled``: ``python -m tissuec.engine.codegen``. It needs Numba."""
+"""Writes the shipped kernels: ``python -m tissuec.engine.codegen``. It needs Numba."""

@@ -5,11 +5,11 @@ import warnings
 
 
 def main() -> None:
-    """Write all bundles, and tell their sizes."""
+    """Write all bundles, and print their sizes."""
     # For any processor, and without optimisation: that is left to those who load it. Numba
     # looks at this when it is imported.
     os.environ |= {"NUMBA_OPT": "0", "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
-    from tissuec.engine.codegen.export import export
+    from tissuec.engine.codegen.contents import export
 
     warnings.filterwarnings("ignore", message="Cannot cache compiled function")
     for path, size in export():

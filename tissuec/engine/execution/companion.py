@@ -460,7 +460,7 @@ class Companion:
 
 def _stepping_clock() -> float:
     """Return a wall time that stands still while kernels are translated, once for good [s]."""
-    from tissuec.kernels.loading import time_of_translating
+    from tissuec.compiled.loading import time_of_translating
 
     return clock.monotonic() - time_of_translating()
 

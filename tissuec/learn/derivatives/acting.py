@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from tissuec.compiled.calls import kernel_address
+from tissuec.compiled.record_tables import RecordTable
 from tissuec.forces import Field, acts_of
 from tissuec.forces.derivatives import with_numbers
-from tissuec.kernels.calls import kernel_address
 from tissuec.kernels.derivative_records import ActingFields, Values
-from tissuec.kernels.record_tables import RecordTable
 from tissuec.learn.derivatives.event_schedule import Leg
 from tissuec.learn.parameters.fields import Fields, derivatives_of, numbers
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 
+from tissuec.compiled.calls import Shipped
+from tissuec.compiled.laws import partial_address
+from tissuec.compiled.record_tables import tabulated
 from tissuec.kernels import sensitivity, stepping
-from tissuec.kernels.calls import Shipped
-from tissuec.kernels.compiled_laws import partial_address
 from tissuec.kernels.derivative_records import Laws
-from tissuec.kernels.record_tables import tabulated
 from tissuec.laws import Law
 from tissuec.laws.partial import ARGUMENTS
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tissuec.compiled.record_tables import tabulated
 from tissuec.kernels.derivative_records import (
     Forces,
     Laws,
@@ -10,7 +11,6 @@ from tissuec.kernels.derivative_records import (
     SpringMemory,
     Values,
 )
-from tissuec.kernels.record_tables import tabulated
 from tissuec.learn.derivatives.acting import acting_fields, present_fields
 from tissuec.learn.derivatives.event_schedule import Leg
 from tissuec.learn.derivatives.kernels import acceleration, pull_back

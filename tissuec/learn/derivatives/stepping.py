@@ -9,8 +9,9 @@ from typing import NamedTuple, Protocol, cast
 
 from msgspec import Struct
 
+from tissuec.compiled.calls import raise_failure
+from tissuec.compiled.record_tables import RecordTable, tabulated
 from tissuec.forces import Field
-from tissuec.kernels.calls import raise_failure
 from tissuec.kernels.derivative_records import (
     Forces,
     Laws,
@@ -19,7 +20,6 @@ from tissuec.kernels.derivative_records import (
     Seeds,
     Values,
 )
-from tissuec.kernels.record_tables import RecordTable, tabulated
 from tissuec.learn.derivatives.acting import acting_fields, present_fields
 from tissuec.learn.derivatives.event_schedule import Leg
 from tissuec.model.network import Floats, Indices

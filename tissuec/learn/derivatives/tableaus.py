@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from tissuec.compiled.record_tables import tabulated
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.kernels.derivative_records import Laws, NodeState, NodeStates, Seeds, Values
-from tissuec.kernels.record_tables import tabulated
 from tissuec.kernels.stepping import Steps
 from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
 from tissuec.learn.derivatives.stepping import LegForces, StepStates

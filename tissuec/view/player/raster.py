@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.kernels.calls import Shipped
+from tissuec.compiled.calls import Shipped
 from tissuec.kernels.rasterizing import fill
 from tissuec.model.network import Floats
 

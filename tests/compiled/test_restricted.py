@@ -5,9 +5,9 @@ import re
 
 import pytest
 
+from tissuec.compiled.bundles import BUNDLES
+from tissuec.compiled.loading import ENDING, SHIPPED
 from tissuec.forces import pairs_kernel, runs_kernel
-from tissuec.kernels.bundles import BUNDLES
-from tissuec.kernels.loading import ENDING, SHIPPED
 
 MODULES = {
     name: {"runs": runs_kernel, "springs": pairs_kernel}[name.partition("_")[0]]

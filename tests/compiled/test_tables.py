@@ -4,9 +4,9 @@ import numba
 import numpy as np
 import pytest
 
-import tissuec.engine.codegen.numba_types  # noqa: F401  # how Numba understands tables
+import tissuec.compiled.numba_types  # noqa: F401  # how Numba understands tables
+from tissuec.compiled.record_tables import RecordTable, aligned_zeros, layout
 from tissuec.kernels import records
-from tissuec.kernels.record_tables import RecordTable, aligned_zeros, layout
 
 NUMBERS = {float: 2.5, int: -3, bool: True}
 

@@ -8,8 +8,8 @@ from typing import cast
 from tissuec.core.resources import PACKAGE
 
 SOURCES = (
-    "engine/binding.py",
-    "engine/codegen/*.ll",
+    "compiled/*.ll",
+    "compiled/*.py",
     "engine/codegen/*.py",
     "engine/integrators/*.py",
     "engine/operations.py",

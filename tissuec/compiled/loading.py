@@ -20,7 +20,7 @@ import llvmlite.binding as llvm
 from tissuec.core.cache import recalled
 from tissuec.core.resources import PACKAGE
 
-SHIPPED = PACKAGE / "kernels" / "shipped"
+SHIPPED = PACKAGE / "compiled" / "shipped"
 ENDING = ".ll.xz"
 #: A digest of the sources of what is shipped, and the operations that each method calls.
 INDEX = SHIPPED / "index.json"

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from tissuec.compiled.bundles import BUNDLES, of_field
+from tissuec.compiled.loading import address, is_shipped
+from tissuec.compiled.record_tables import RecordField, RecordTable, place_of, signature
 from tissuec.kernels import stages, vectors
-from tissuec.kernels.bundles import BUNDLES, of_field
-from tissuec.kernels.loading import address, is_shipped
-from tissuec.kernels.record_tables import RecordField, RecordTable, place_of, signature
 from tissuec.kernels.records import Net
 
 _RESULTS = {None: None, float: ctypes.c_double, bool: ctypes.c_uint8}
@@ -26,8 +26,8 @@ _RESULTS = {None: None, float: ctypes.c_double, bool: ctypes.c_uint8}
 class Shipped:
     """A function of a bundle.
 
-    It is no function of Python, so that ``engine.binding`` leaves it as it is. It takes records
-    as they are or as ``RecordTable``, and lets other threads run meanwhile.
+    It is no function of Python, so that ``compiled.binding`` leaves it as it is. It takes
+    records as they are or as ``RecordTable``, and lets other threads run meanwhile.
 
     Args:
         made_from: What it was translated from.

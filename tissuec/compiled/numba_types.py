@@ -1,4 +1,4 @@
-"""Records and operations of a net as Numba understands them."""
+"""Records and operations as Numba understands them."""
 
 import inspect
 from collections.abc import Callable
@@ -12,9 +12,8 @@ from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate, Signature, infer_getattr
 from numba.extending import NativeValue, intrinsic, models, register_model, typeof_impl, unbox
 
-from tissuec.engine.operations import FUNCTIONS
+from tissuec.compiled.record_tables import Record, RecordField, RecordTable, layout, signature
 from tissuec.kernels.derivative_records import Laws, Values
-from tissuec.kernels.record_tables import Record, RecordField, RecordTable, layout, signature
 from tissuec.kernels.records import Net, Operations, Progress
 from tissuec.laws.partial import ARGUMENTS
 
@@ -132,7 +131,8 @@ def read_word(builder: Any, pointer: Any, index: int, *, changes: bool = False) 
 NET = RecordType(Net)
 _SPRING = NUMBER(WHOLE, NUMBER, NUMBER, NUMBER, NET)
 _DASHPOT = NUMBER(WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NET)
-_LAWS = {
+#: Laws of springs, as C calls them; fields of ``records.Operations``.
+OF_LAWS = {
     **dict.fromkeys(("pull", "side", "slope"), _SPRING),
     **dict.fromkeys(("brake", "brake_by_e", "brake_side", "brake_slope"), _DASHPOT),
 }
@@ -151,17 +151,16 @@ def as_compiled(function: Callable[..., Any]) -> Signature:
     return returned(*(kind_of(field) for field in arguments.values()))
 
 
-#: The operations on a net, as C calls them; fields of ``records.Operations``.
-SIGNATURES: dict[str, Signature] = _LAWS | {
-    name: as_compiled(function) for name, function in FUNCTIONS.items()
-}
-
-
 @cache
-def caller(name: str) -> Callable[..., Any]:
-    """Return what calls an operation of the net that it is given, in compiled code."""
+def caller(name: str, own: Signature) -> Callable[..., Any]:
+    """Return what calls an operation of the net that it is given, in compiled code.
+
+    Args:
+        name: A field of ``records.Operations``.
+        own: Its signature.
+    """
     place = layout(Net)[0]["operations"].place + layout(Operations)[0][name].place
-    return _caller(SIGNATURES[name], NET, place)
+    return _caller(own, NET, place)
 
 
 @cache

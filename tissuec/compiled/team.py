@@ -9,8 +9,8 @@ from numba.core import cgutils, types
 from numba.core.typing.templates import Signature
 from numba.extending import intrinsic
 
-from tissuec.engine.codegen.numba_types import read_word
-from tissuec.kernels.record_tables import layout
+from tissuec.compiled.numba_types import read_word
+from tissuec.compiled.record_tables import layout
 from tissuec.kernels.records import Team
 
 WORD, POINTER, NOTHING = ir.IntType(64), cgutils.voidptr_t, ir.VoidType()

@@ -6,9 +6,9 @@ from typing import Any
 
 from llvmlite import ir
 
+from tissuec.compiled.loading import machine_code
+from tissuec.compiled.record_tables import layout
 from tissuec.kernels.derivative_records import Values
-from tissuec.kernels.loading import machine_code
-from tissuec.kernels.record_tables import layout
 from tissuec.laws import Law, code, partial
 from tissuec.laws.formula import (
     ZERO,

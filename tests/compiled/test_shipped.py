@@ -6,14 +6,13 @@ import shutil
 
 import pytest
 
+from tissuec.compiled import loading, sources
+from tissuec.compiled.bundles import BUNDLES
+from tissuec.compiled.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
+from tissuec.compiled.sources import SOURCES, digest_of_sources
 from tissuec.core import cache
 from tissuec.core.resources import PACKAGE
-from tissuec.engine.codegen import sources
-from tissuec.engine.codegen.export import bundles
-from tissuec.engine.codegen.sources import SOURCES, digest_of_sources
-from tissuec.kernels import loading
-from tissuec.kernels.bundles import BUNDLES
-from tissuec.kernels.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
+from tissuec.engine.codegen.contents import bundles
 
 MODULE = """
 define double @twice(double %x) {
