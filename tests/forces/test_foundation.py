@@ -8,7 +8,7 @@ from tests.hand_plan import carry_out
 from tests.validate.scenes import compiled_scene, silent
 from tests.whole_runs import AfterAsking
 from tissuec.compiler.initial_state import state_at_start
-from tissuec.learn.derivatives.event_recording import refusal
+from tissuec.learn.derivatives.event_recording import refusal_of_script
 from tissuec.mechanics.settling import settle
 from tissuec.validate.validation import validate
 
@@ -125,4 +125,4 @@ def test_a_run_that_is_gone_on_with_keeps_the_force():
 
 def test_there_are_exact_derivatives():
     compiled = compiled_scene(sheet())
-    assert not refusal(compiled.plan, compiled.network)
+    assert not refusal_of_script(compiled.plan, compiled.network)

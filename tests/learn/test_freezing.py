@@ -6,7 +6,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tests.learn.trials import adjust, differing, fit, moving, series, sheet
-from tissuec.learn.derivatives.event_recording import refusal
+from tissuec.learn.derivatives.event_recording import refusal_of_script
 from tissuec.script.plan import ScheduledAction
 
 TOOLS = """tool tongs { kind is forceps }
@@ -130,7 +130,7 @@ CASES = [
 @pytest.mark.parametrize(("name", "method", "step"), CASES)
 def test_derivatives_are_those_of_the_frozen_motion(folder, name, method, step):
     compiled = scene(folder, name)
-    assert refusal(compiled.plan, compiled.network) == ""
+    assert refusal_of_script(compiled.plan, compiled.network) == ""
     model = moving(
         compiled, adjusts_of(compiled), measured_of(compiled), method=method, step=step
     )
@@ -208,7 +208,7 @@ REFUSED = {
 def test_what_has_no_exact_derivative_is_refused(name):
     script, options = REFUSED[name]
     compiled = sheet(script, **options)
-    assert refusal(compiled.plan, compiled.network)
+    assert refusal_of_script(compiled.plan, compiled.network)
 
 
 class OfAnotherPackage(Struct, frozen=True):
@@ -221,7 +221,7 @@ def test_actions_that_nothing_is_known_of_have_no_exact_derivatives():
     compiled = sheet("  at 0 s: fix left")
     plan = replace(compiled.plan, events=(ScheduledAction(0.0, OfAnotherPackage()),))
     said = "the verb test_freezing has no exact derivatives"
-    assert refusal(plan, compiled.network) == said
+    assert refusal_of_script(plan, compiled.network) == said
 
 
 def test_what_ends_a_run_does_not_end_a_prediction(folder):

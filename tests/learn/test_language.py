@@ -52,6 +52,7 @@ table springs of gum with columns "a b" { 1 2 }
 set pressed = nodes of liver where x < 1 mm
 set front = nodes of cart in [11]
 tool forceps A { kind is forceps }
+force bed { kind is foundation; acts on liver; stiffness = 10 kPa/m }
 environment { gravity = (0, 0, 0) m/s^2 }
 script { from 0 s to 0.5 s: move pressed by (-depth, 0 mm, 0 mm) using smooth profile }
 simulate { duration = 0.5 s }
@@ -565,6 +566,7 @@ def test_every_form_of_the_table_can_be_written(fit_problem, entry, form, tmp_pa
     for name in ("one.csv", "two.csv", "three.csv"):
         (tmp_path / name).touch()
     text = form.replace("NAME", "depth").replace("SET", "cart").replace("TISSUE", "fat")
+    text = text.replace("FORCE", "bed")
     text = text.replace("QUANTITY", "viscosity").replace("RULES", "soft tissue")
     given = {entry: text} if entry in ("data", "fit", "adjust") else {}
     more = [] if given else [text]

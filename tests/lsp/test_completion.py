@@ -18,6 +18,7 @@ REGIONS = """body bed { mesh is lattice { cell = 1 mm }; tissue is fallopian tub
   region pad where z > 2 mm { tissue is fallopian tube }
   """
 SETS = "set waist = nodes of oviduct where x > 1 mm\ntool forceps A { kind is forceps }\n"
+BED = "force bed { kind is foundation; acts on oviduct; stiffness = 1 kPa/m }\n"
 TOE = "tissue t like fallopian tube { spring law is toe { strain = 3 % } }\n"
 
 
@@ -85,6 +86,9 @@ def written(text):
         (TOE + "learn t { adjust ‸ }", ["spring constant", "strain", "start position", "lift"]),
         (TOE + "learn t { adjust = [‸] }", ["spring constant", "viscosity", "strain"]),
         (BODY + "learn t { adjust mass of ‸ }", ["fallopian tube", "oviduct"]),
+        (BODY + BED + "learn t { adjust ‸ }", ["spring constant", "stiffness", "damping"]),
+        (BODY + BED + "learn t { adjust stiffness of ‸ }", ["bed", "oviduct"]),
+        (BODY + BED + "learn bed { adjust = [‸] }", ["stiffness", "damping"]),
         ("learn t { adjust words of ‸ }", ["hardness", "spring constant"]),
         ("learn t { adjust mass of oviduct per ‸ }", ["node", "region"]),
         ("learn t { revise rules of ‸ }", ["soft tissue"]),

@@ -117,7 +117,7 @@ def _check_starts(clauses: Clauses, around: s.Clause, found: Found) -> None:
     """Check that values start above 0, and that they are no single number to be written."""
     if found.what in (START_POSITION, START_VELOCITY):
         message = f"a {found.what} has no relative deviation from where it starts"
-    elif found.per == "tissue":
+    elif found.per in ("tissue", "force"):
         message = f'"{INITIAL}" is for values of springs, nodes, regions and sets'
     else:
         return

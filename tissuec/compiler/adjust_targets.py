@@ -1,4 +1,4 @@
-"""What a learn block adjusts: a tissue, or nodes and springs that have a name."""
+"""What a learn block adjusts: a tissue, a force, or nodes and springs that have a name."""
 
 from collections.abc import Iterator, Sequence
 from typing import NoReturn
@@ -11,7 +11,7 @@ from tissuec.compiler.sets import Groups, PlacedBody
 from tissuec.core.hints import alternatives
 from tissuec.lang import syntax as s
 from tissuec.model.network import Indices
-from tissuec.scene.model import Scene, Tissue
+from tissuec.scene.model import Scene, Tissue, WrittenForce
 
 
 class Target(Struct, frozen=True, eq=False):
@@ -50,6 +50,14 @@ class Targets:
                 hint=alternatives(tissue.name, used, what="tissues in use"),
             )
         return tissue
+
+    def force(self, name: s.Name) -> WrittenForce | None:
+        """Return the force of a name, if there is one."""
+        if name.key not in self.scene.declarations.of("force"):
+            return None
+        if name.key not in self.scene.forces:
+            self.findings.stop()  # it was found wrong itself
+        return self.scene.forces[name.key]
 
     @property
     def _is_whole(self) -> bool:
@@ -106,10 +114,11 @@ class Targets:
         known = [d.name.text for d in self.groups.declared.values()]
         known += [*self.groups.names_of_parts(), *self._regions()]
         kinds = "sets, bodies and regions"
+        kind = "set, body or region"
         if with_tissues:
-            known = [*(one.name for one in self.scene.tissues.values()), *known]
-            kinds = f"tissues, {kinds}"
-        kind = "tissue, set, body or region" if with_tissues else "set, body or region"
+            whole = (*self.scene.tissues.values(), *self.scene.forces.values())
+            known = [*(one.name for one in whole), *known]
+            kinds, kind = f"tissues, forces, {kinds}", f"tissue, force, {kind}"
         self.findings.reject(
             "TIS301",
             f'there is no {kind} called "{text}"',

@@ -17,8 +17,9 @@ from tissuec.lang import syntax as s
 from tissuec.scene.declarations import without
 from tissuec.scene.learn_clauses import Clauses
 from tissuec.scene.learn_entries import ADJUSTED, BREAKING, DIMENSIONS, DIVIDED, PARTED, PLACED
-from tissuec.scene.model import Tissue
+from tissuec.scene.model import Tissue, WrittenForce
 from tissuec.scene.quantities import LISTED, QUANTITIES
+from tissuec.scene.schema import entries_of
 from tissuec.scene.written_numbers import limits_of
 from tissuec.script.fit_problem import START_POSITION, START_VELOCITY, WORDS, Adjust, Per
 
@@ -30,7 +31,7 @@ class AdjustReader:
     """Reads the ``adjust`` entries of one learn block.
 
     Args:
-        fit_problem: Name of the block, which stands for a tissue where none is named.
+        fit_problem: Name of the block, which stands for a tissue or force where none is named.
     """
 
     def __init__(self, targets: Targets, fit_problem: s.Name):
@@ -93,12 +94,14 @@ class AdjustReader:
         )
 
     def _own(self, name: s.Name) -> Found:
-        """Return something of the tissue that the block has the name of."""
-        self._refuse_breaking(name)
+        """Return something of the tissue or force that the block has the name of."""
         tissue = None if name.key in PLACED else self.targets.tissue(self.fit_problem)
+        if tissue is None and (force := self.targets.force(self.fit_problem)) is not None:
+            return self._of_force(name, force)
+        self._refuse_breaking(name)
         if tissue is None:
             self.findings.pass_over_doubtful(self.fit_problem.key)
-            why = f"no tissue has the name of the block, {self.fit_problem.text}"
+            why = f"no tissue or force has the name of the block, {self.fit_problem.text}"
             if name.key in PLACED:
                 why = f"a {name.key} belongs to a set, body or region"
             self.findings.reject(
@@ -108,11 +111,14 @@ class AdjustReader:
         return self._of_tissue(name, tissue)
 
     def _found(self, name: s.Name, names: list[s.Name], clauses: Clauses) -> Found:
-        """Return something of a tissue, or of nodes and springs."""
-        self._refuse_breaking(name)
+        """Return something of a tissue or force, or of nodes and springs."""
         per = clauses.names("per")
         is_tissue = len(names) == 1 and not per and name.key not in PLACED
         tissue = self.targets.tissue(names[0]) if is_tissue else None
+        force = self.targets.force(names[0]) if len(names) == 1 and tissue is None else None
+        if force is not None:
+            return self._of_force(name, force, per[0] if per else None)
+        self._refuse_breaking(name)
         if tissue is not None:
             return self._of_tissue(name, tissue)
         target = self.targets.group(names)
@@ -177,6 +183,39 @@ class AdjustReader:
             self.findings.reject("TIS801", message, name.span)
         return Found(found.name, tissue.name, "tissue", NONE, found.kind)
 
+    def _of_force(self, name: s.Name, force: WrittenForce, per: s.Name | None = None) -> Found:
+        """Return a number of a force."""
+        entries = entries_of(type(force.entries))
+        if per is not None:
+            self.findings.reject(
+                "TIS801",
+                f"per {per.text} belongs to a set, body or region; {force.name} is a force",
+                per.span,
+                hint=Hint("remove it", Edit("", _clause("per", per))),
+            )
+        numbers = [key for key, entry in entries.items() if isinstance(entry.kind, Real)]
+        if name.key not in entries:
+            self.findings.pass_over_doubtful(name.key)
+            self.findings.reject(
+                "TIS301",
+                f'{force.name} has no adjustable number called "{name.text}"',
+                name.span,
+                hint=alternatives(name.key, numbers, what="it has")
+                or f"a {force.kind} has no numbers",
+            )
+        entry = entries[name.key]
+        if not isinstance(entry.kind, Real):
+            message = f"{name.text} is not a single number and cannot be adjusted"
+            self.findings.reject("TIS801", message, name.span)
+        if getattr(force.entries, entry.field) is None:
+            self.findings.reject(
+                "TIS801",
+                f"{force.name} has no {name.text} as a number",
+                name.span,
+                hint=f"write {entry.name} = … in the force as the initial value",
+            )
+        return Found(entry.name, force.name, "force", NONE, entry.kind)
+
     def _of_target(self, name: s.Name, target: Target, per: s.Name | None) -> Found:
         """Return something of nodes or springs."""
         key = name.key
@@ -221,8 +260,13 @@ class AdjustReader:
         ):
             kind = "has no regions" if target.body is not None else "is not a body with regions"
             message = f"{target.name} {kind} and cannot be adjusted per region"
-            text = per.span.source.text[: per.span.start].rstrip()
-            clause = Span(per.span.source, len(text.removesuffix("per").rstrip()), per.span.end)
-            hint = Hint("remove it: one factor then applies to all", Edit("", clause))
+            edit = Edit("", _clause("per", per))
+            hint = Hint("remove it: one factor then applies to all", edit)
             self.findings.reject("TIS801", message, per.span, hint=hint)
         return cast(Per, per.key)
+
+
+def _clause(word: str, name: s.Name) -> Span:
+    """Return the place of a word and the name behind it, with the blanks before both."""
+    text = name.span.source.text[: name.span.start].rstrip()
+    return Span(name.span.source, len(text.removesuffix(word).rstrip()), name.span.end)

@@ -16,6 +16,7 @@ from tissuec.lsp.terms import CHOICE, plain
 #: What the capital words of forms stand for outside of orders.
 _STANDS_FOR = {
     "TISSUE": Expected(names=("tissue",)),
+    "FORCE": Expected(names=("force",)),
     "RULES": Expected(names=("rules",)),
     "QUANTITY": Expected(names=("quantity", "property")),
     "REGION": Expected(names=("region",)),

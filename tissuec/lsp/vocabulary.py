@@ -6,8 +6,10 @@ from msgspec.structs import replace
 
 from tissuec.compiler.learn_expectations import ALL, ERROR, HELD_OUT
 from tissuec.compiler.profiles import PROFILES
+from tissuec.core.fields import Real
 from tissuec.core.markdown import code, described, fenced
 from tissuec.core.units import LENGTH, NUMBER, PRESSURE, describe, show
+from tissuec.forces import FORCES
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.lsp.terms import (
     CHOICE,
@@ -110,7 +112,7 @@ def errors() -> Terms:
 
 @cache
 def adjusted() -> Terms:
-    """Return what a learn block can adjust; constants of laws come last."""
+    """Return what a learn block can adjust, also of laws and forces."""
     found = {
         name: Term(name, ENTRY, f"{describe(DIMENSIONS[name])}, to be learned", "", " of ")
         for name in ADJUSTED
@@ -120,7 +122,16 @@ def adjusted() -> Terms:
     laws = (law for family in (SPRING_LAWS, VISCOSITY_LAWS) for law in family.values())
     constants = (name for law in laws for name in entries_of(law))
     about = "A constant of a law, to be learned."
-    return {name: Term(name, ENTRY, about, "", " of ") for name in constants} | found
+    found = {name: Term(name, ENTRY, about, "", " of ") for name in constants} | found
+    about = "A number of a force, to be learned."
+    return {name: Term(name, ENTRY, about, "", " of ") for name in numbers_of_forces()} | found
+
+
+@cache
+def numbers_of_forces() -> tuple[str, ...]:
+    """Return the entries of forces that are numbers."""
+    every = (entry for force in FORCES.values() for entry in entries_of(force).values())
+    return tuple(dict.fromkeys(one.name for one in every if isinstance(one.kind, Real)))
 
 
 @cache

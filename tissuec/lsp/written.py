@@ -10,6 +10,7 @@ from tissuec.lsp.entries import entries
 from tissuec.lsp.phrases import Phrase
 from tissuec.lsp.terms import BlockKind
 from tissuec.lsp.views import View
+from tissuec.lsp.vocabulary import numbers_of_forces
 from tissuec.scene import learn_entries, study_entries
 from tissuec.scene.block_sentences import Sentences
 from tissuec.scene.declarations import SINGLE
@@ -27,12 +28,12 @@ def left_out_of(view: View, phrase: Phrase) -> Collection[str]:
     """Return keys of words that cannot stand in the place of a phrase.
 
     These are entries that the block has once and that another statement writes, properties of
-    a tissue without a vocabulary, constants to be adjusted of laws that no tissue has, and
+    a tissue without a vocabulary, what to adjust of laws and forces that a text has not, and
     entries that cannot vary because no block has them.
     """
     statement, block = phrase.statement, phrase.block
     if block.kind == "learn" and statement.words[:1] == ["adjust"]:
-        return _constants_of_others(view)
+        return _adjusted_elsewhere(view)
     if phrase.expected.terms == (study.varied(),):
         return _entries_elsewhere(view)
     if any(part.start < phrase.start for part in statement.parts):
@@ -97,12 +98,15 @@ def _entries_elsewhere(view: View) -> Collection[str]:
     return study.varied().keys() - study.varying(view.words) - named
 
 
-def _constants_of_others(view: View) -> Collection[str]:
-    """Return constants of laws that no tissue of the text has."""
+def _adjusted_elsewhere(view: View) -> Collection[str]:
+    """Return constants of laws that no tissue of the text has, and numbers of forces."""
     if view.words is None or not view.words.tissues:
         return ()
     laws = [law for tissue in view.words.tissues.values() for law in tissue.laws.values()]
     own = {name for law in laws if law.law is not None for name in entries_of(type(law.law))}
     families = (SPRING_LAWS, VISCOSITY_LAWS)
     every = {name for family in families for law in family.values() for name in entries_of(law)}
-    return every - own - set(ADJUSTED)
+    of_forces = set(numbers_of_forces())
+    if any(view.of_kind("force")):
+        own |= of_forces
+    return (every | of_forces) - own - set(ADJUSTED)

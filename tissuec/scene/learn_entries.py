@@ -68,15 +68,17 @@ SENTENCES: dict[str, Sentences] = {
             "adjust spring constant of TISSUE from 1 N/m to 1 kN/m around 20 N/m by 30 %",
             "adjust spring constant of SET per spring around initial value by 50 %",
             "adjust start position of SET along (1, 0, 0)",
+            "adjust stiffness of FORCE from 1 kPa/m to 1 MPa/m",
             "adjust words of QUANTITY",
         ),
-        "The adjusted parameters: a quantity of a tissue (by default the tissue with the name"
-        " of the block), a constant of its laws, or a param in their formulas; a spring"
-        " constant, viscosity, mass or rest length of a set, body or region by one factor, or"
-        " ``per spring``, ``per node`` or ``per region``; where a set starts, and how fast; or"
-        " the words of a quantity or property, whose order is kept. ``from … to …`` are limits,"
-        " ``around … by …`` is the expected value and its relative deviation"
-        " (one standard deviation); ``around initial value`` expects each where it starts.",
+        "The adjusted parameters: a quantity of a tissue (by default the tissue or force with"
+        " the name of the block), a constant of its laws, or a param in their formulas; a"
+        " spring constant, viscosity, mass or rest length of a set, body or region by one"
+        " factor, or ``per spring``, ``per node`` or ``per region``; where a set starts, and"
+        " how fast; a number of a force; or the words of a quantity or property, whose order"
+        " is kept. ``from … to …`` are limits, ``around … by …`` is the expected value and its"
+        " relative deviation (one standard deviation); ``around initial value`` expects each"
+        " where it starts.",
         is_needed=True,
     ),
     "revise rules": Sentences(
@@ -156,7 +158,7 @@ DIMENSIONS = {
     START_POSITION: units.LENGTH,
     START_VELOCITY: units.VELOCITY,
 }
-#: What can be adjusted, beside constants of laws and params.
+#: What can be adjusted, beside constants of laws, params and numbers of forces.
 ADJUSTED = (
     *(key for key in QUANTITIES if key not in (*BREAKING, POISSONS_RATIO, FIBRE_MODULUS)),
     *PLACED,

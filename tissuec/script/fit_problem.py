@@ -24,7 +24,7 @@ START_POSITION = "start position"
 START_VELOCITY = "start velocity"
 WORDS = "words"
 
-Per = Literal["tissue", "region", "spring", "node", "set", "word"]
+Per = Literal["tissue", "force", "region", "spring", "node", "set", "word"]
 
 
 class DataColumn(Struct, frozen=True, eq=False):
@@ -80,13 +80,15 @@ class Adjust(Struct, frozen=True, eq=False):
 
     Attributes:
         what: A quantity of tissues such as "spring constant", a constant of its law such as
-            "stiffening", or ``REST_LENGTH``, ``START_POSITION``, ``START_VELOCITY``, ``WORDS``.
-        of: Whose: the name of a tissue, region, set or body; of ``WORDS``, that of a property
-            or quantity of the vocabulary.
-        per: What gets a number of its own. "tissue": the tissue. "region": each part of a body.
+            "stiffening", an entry of a force such as "stiffness", or ``REST_LENGTH``,
+            ``START_POSITION``, ``START_VELOCITY``, ``WORDS``.
+        of: Whose: the name of a tissue, force, region, set or body; of ``WORDS``, that of a
+            property or quantity of the vocabulary.
+        per: What gets a number of its own. "tissue" or "force": that one. "region": each part
+            of a body.
             "spring" or "node": each of the set or body. "set": all of them share one factor.
             "word": each word of a scale.
-        members: Springs or nodes that are meant, ascending; empty for tissues and words.
+        members: Springs or nodes that are meant, ascending; otherwise empty.
         along: Of positions and velocities: the unit vector along which; None for all axes.
         dimension: Of its value.
         low, high: Limits, in SI units; infinite (or zero, of what is positive) where none are.

@@ -21,7 +21,9 @@ from tissuec.learn.derivatives.event_schedule import ArrayChange, EventSchedule,
 from tissuec.learn.derivatives.motion import Diverged, Motion
 from tissuec.learn.derivatives.stepping import Stepping
 from tissuec.learn.parameters.fields import every_field, preserves
+from tissuec.learn.parameters.force_numbers import not_derived
 from tissuec.learn.parameters.numbers import NumberOrder
+from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
@@ -160,20 +162,37 @@ def _before_knots(state: State, until: float) -> float:
     return min([until, *(knot for knot in knots if state.time < knot)])
 
 
-def refusal(
-    plan: Plan,
-    network: Network,
-    *,
-    at_rest: bool = False,
-    moves: bool = False,
-    constants: bool = False,
-) -> str:
+def refusal(shaping: Parametrisation, *, at_rest: bool = False) -> str:
     """Return why the motion, or the net at rest, has no exact derivatives; empty if it has.
 
     Args:
+        shaping: What is learnt, of which scene.
         at_rest: Whether equilibria are meant.
-        moves: Whether start positions are learnt.
-        constants: Whether constants of laws are learnt.
+    """
+    plan, network = shaping.compiled.plan, shaping.compiled.network
+    if reason := refusal_of_script(plan, network, at_rest=at_rest):
+        return reason
+    if shaping.moves and any(preserves(plan)):
+        return "start positions change the volumes that are preserved"
+    if (
+        network.springs.inelastic is not None
+        and network.springs.inelastic.has(VISCOSITY).any()
+        and shaping.order.sizes["constants"]
+        and not at_rest
+    ):
+        return "constants of laws are learned beside yielding"
+    if name := not_derived(shaping.compiled, shaping.blocks):
+        return f"the {name} has no exact derivatives"
+    return ""
+
+
+def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
+    """Return why no learning of a scene has exact derivatives; empty if it may have them.
+
+    Args:
+        plan: The plan.
+        network: The network.
+        at_rest: Whether equilibria are meant.
     """
     actions = [event.action for event in plan.every_event]
     if at_rest and plan.triggers:
@@ -188,16 +207,8 @@ def refusal(
     names = [action.group.name for action in preserves(plan)]
     if len(set(names)) < len(names):
         return "a volume is preserved by one pressure after another"
-    if moves and names:
-        return "start positions change the volumes that are preserved"
     if any(isinstance(action, ChangeMemory) for action in actions):
         return "the script changes how springs relax or yield"
-    if (
-        network.springs.inelastic is not None
-        and network.springs.inelastic.has(VISCOSITY).any()
-        and constants
-    ):
-        return "constants of laws are learned beside yielding"
     if plan.simulation.integrator == RELAXATION:
         return "the net is in equilibrium all the time"
     if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):

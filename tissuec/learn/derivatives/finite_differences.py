@@ -67,14 +67,7 @@ class FiniteDifferenceModel:
     @property
     def notes(self) -> tuple[str, ...]:
         """Return why derivatives are differences, in sentences."""
-        compiled = self.shaping.compiled
-        shaping = self.shaping
-        reason = refusal(
-            compiled.plan,
-            compiled.network,
-            moves=shaping.moves,
-            constants=shaping.order.sizes["constants"] > 0,
-        )
+        reason = refusal(self.shaping)
         return (f"derivatives are {self.name}" + (f": {reason}" if reason else ""),)
 
     @property

@@ -201,8 +201,7 @@ def _refuse(
     shaping: Parametrisation, series: Sequence[Series], looks: Sequence[Observable]
 ) -> None:
     """Refuse what has no exact derivatives."""
-    plan, network = shaping.compiled.plan, shaping.compiled.network
-    reason = refusal(plan, network, at_rest=True, moves=shaping.moves)
+    reason = refusal(shaping, at_rest=True)
     if not reason and len(looks) < len(series):
         reason = "a measured quantity is not a smooth function of the positions"
     if reason:

@@ -192,12 +192,7 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
         laws = compiled_laws(shaping.laws, shaping.order.sizes["constants"])
         looks = [look_of(one.fit, one.nodes, laws) for one in series]
         known = tuple(look for look in looks if look is not None)
-        reason = refusal(
-            plan,
-            self.compiled.network,
-            moves=shaping.moves,
-            constants=shaping.order.sizes["constants"] > 0,
-        )
+        reason = refusal(shaping)
         whole = len(known) == len(looks) and not reason
         if fit_problem.axis.nodes is not None:
             from tissuec.learn.derivatives.static_model import StaticModel

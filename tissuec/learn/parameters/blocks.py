@@ -9,10 +9,11 @@ from msgspec import Struct
 
 from tissuec.compiler.compile import Compiled
 from tissuec.core.names import key_of
-from tissuec.learn.parameters.substitution import UsePlace
+from tissuec.learn.parameters.substitution import ForcePlace, UsePlace
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.model import Scene, Tissue
 from tissuec.scene.quantities import QUANTITIES
+from tissuec.scene.schema import entries_of
 from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, Adjust
 
 ARRAYS = {REST_LENGTH: "rest", START_POSITION: "position", START_VELOCITY: "velocity"}
@@ -27,8 +28,8 @@ class ParameterBlock(Struct, frozen=True, eq=False):
         start: Values at the beginning, in SI units, shape (parameter,).
         scale: Of differences; None where parameters are logarithms.
         group: Of those that act on entries of an array: which parameter each entry belongs to,
-            -1 for none, shape (entry,); None for numbers of tissues and laws.
-        places: Of numbers of tissues and laws: where each is used.
+            -1 for none, shape (entry,); None for numbers of tissues, laws and forces.
+        places: Of numbers of tissues, laws and forces: where each is used.
         parts: Whose each number is: a part of a body by name, or a spring or node by number.
     """
 
@@ -37,19 +38,25 @@ class ParameterBlock(Struct, frozen=True, eq=False):
     start: Floats
     scale: float | None
     group: Indices | None = None
-    places: tuple[UsePlace, ...] = ()
+    places: tuple[UsePlace | ForcePlace, ...] = ()
     parts: "tuple[str, ...] | Indices" = ()
 
     @property
     def is_constant(self) -> bool:
         """Return whether these are constants of laws."""
         what = self.adjust.what
-        return what not in QUANTITIES and what not in ARRAYS
+        return not self.is_of_force and what not in QUANTITIES and what not in ARRAYS
+
+    @property
+    def is_of_force(self) -> bool:
+        """Return whether this is a number of a force."""
+        return self.adjust.per == "force"
 
     @property
     def is_difference(self) -> bool:
         """Return whether these are differences whose scale only their start suggests."""
-        return self.scale is not None and (self.is_constant or self.adjust.what == "prestress")
+        may_be = self.is_constant or self.is_of_force or self.adjust.what == "prestress"
+        return self.scale is not None and may_be
 
     @property
     def array(self) -> str:
@@ -84,6 +91,8 @@ class ParameterBlock(Struct, frozen=True, eq=False):
 
 def block_of(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     """Return the parameters of an entry of a fit_problem."""
+    if adjust.per == "force":
+        return _force_block(adjust, compiled.scene)
     if adjust.per in ("tissue", "region"):
         return _tissue_block(adjust, compiled)
     if adjust.what in (START_POSITION, START_VELOCITY):
@@ -142,6 +151,19 @@ def _tissue_block(adjust: Adjust, compiled: Compiled) -> ParameterBlock:
     positive = bool((start > 0.0).all()) and not may_turn
     scale = None if positive else max(float(np.abs(start).max()), _SMALL.get(adjust.what, 1.0))
     return ParameterBlock(adjust, names, start, scale, places=places, parts=whose)
+
+
+def _force_block(adjust: Adjust, scene: Scene) -> ParameterBlock:
+    """Return a number of a force: its logarithm, unless it may be negative or starts at 0."""
+    key = key_of(adjust.of)
+    entries = scene.forces[key].entries
+    field = entries_of(type(entries))[adjust.what].field
+    start = float(getattr(entries, field))
+    scale = None if start > 0.0 and adjust.low >= 0.0 else abs(start) or 1.0
+    name, places = f"{adjust.what} of {adjust.of}", (ForcePlace(key),)
+    return ParameterBlock(
+        adjust, (name,), np.array([start]), scale, places=places, parts=(adjust.of,)
+    )
 
 
 def _called(what: str) -> str:

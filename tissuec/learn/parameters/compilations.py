@@ -1,17 +1,17 @@
-"""The numbers of a net as a function of the numbers of its tissues.
+"""The numbers of a net as a function of the numbers of its tissues and forces.
 
 A number of a tissue changes every entry of the arrays that is made of it, whatever shares and
 interfaces do. Compiling is linear in it, so that a small difference gives its derivative to
 rounding, and a net is a sum that nothing is compiled for. It is not linear where the softer of
 two tissues decides, in shares that relax, or where a retardation time is learnt beside a
-Young's modulus.
+Young's modulus; what a force makes of its numbers may be anything.
 """
 
 from tissuec.compiler.compile import Compiled
 from tissuec.forces.branches import TIMES, VISCOSITY
 from tissuec.learn.parameters.fields import every_field
 from tissuec.learn.parameters.numbers import NO_FIELDS, NumberOrder
-from tissuec.learn.parameters.substitution import Numbers, UsePlace, recompiled
+from tissuec.learn.parameters.substitution import Number, Numbers, UsePlace, recompiled
 from tissuec.model.network import Floats
 from tissuec.scene.quantities import (
     POISSONS_RATIO,
@@ -24,12 +24,12 @@ STEP = 2.0**-20  # of a number, by which what is linear in it is derived
 
 
 class Compilations:
-    """Nets of a scene with other numbers in its tissues.
+    """Nets of a scene with other numbers in its tissues and forces.
 
     Args:
         compiled: The scene as one experiment has it.
         variables: Constants of laws that may change, as variables of formulas.
-        first: Numbers of tissues at the beginning.
+        first: Numbers of tissues and forces at the beginning.
     """
 
     def __init__(
@@ -49,7 +49,8 @@ class Compilations:
         # Bulk moduli and hinges are not linear in Poisson's ratio, nor in what damps these.
         self._is_linear &= words.isdisjoint({POISSONS_RATIO, *TIMES, VISCOSITY})
         self._is_linear &= compiled.network.hinges is None
-        self._columns: dict[tuple[UsePlace, str], Floats] = {}
+        self._is_linear &= all(isinstance(place, UsePlace) for place, _ in first)
+        self._columns: dict[Number, Floats] = {}
         self._at: tuple[float, ...] | None = None  # where the columns hold, if anywhere
         self._base: Floats | None = None
 
@@ -67,8 +68,8 @@ class Compilations:
                 total += (value - self._first[key]) * self.column(key, given)
         return total
 
-    def column(self, key: tuple[UsePlace, str], given: Numbers) -> Floats:
-        """Return the derivative by one number of a tissue, in SI units, shape (number,).
+    def column(self, key: Number, given: Numbers) -> Floats:
+        """Return the derivative by one of these numbers, in SI units, shape (number,).
 
         Args:
             key: The number.

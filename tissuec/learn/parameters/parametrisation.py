@@ -23,7 +23,7 @@ from tissuec.learn.parameters.entries import Entries
 from tissuec.learn.parameters.fields import Fields, every_field
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.learn.parameters.priors import Prior
-from tissuec.learn.parameters.substitution import UsePlace, recompiled
+from tissuec.learn.parameters.substitution import Number, UsePlace, recompiled
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.scene.findings import Findings
 from tissuec.script.fit_problem import WORDS, FitProblem
@@ -32,7 +32,7 @@ from tissuec.script.verbs.end import without_end
 SIGMA = 0.5  # of words, in the numbers that move them
 REACH, DIFFERENCE = 2.0, 10.0  # of logarithms, and of differences in units of their scale
 
-Given = dict[tuple[UsePlace, str], float]
+Given = dict[Number, float]
 
 
 class WordParameters(Protocol):
@@ -92,7 +92,7 @@ class Parametrisation:
             if block.is_constant
             for number in range(len(block.names))
         ]
-        variables = {
+        variables: dict[Number, Variable] = {
             (block.places[number], block.adjust.what): Variable(constant_name(k))
             for k, (block, number) in enumerate(self._constants)
         }
@@ -219,7 +219,7 @@ class Parametrisation:
         return self._parts[self.blocks.index(block)]
 
     def _tissues(self, theta: Floats) -> tuple[Given, Given]:
-        """Return the numbers of tissues and the constants of laws."""
+        """Return the numbers of tissues and forces, and the constants of laws."""
         given: Given = {}
         constants: Given = {}
         if self.words is not None:
@@ -271,7 +271,7 @@ class Parametrisation:
         return sparse.csr_matrix(found)
 
     def _of_tissues(self, theta: Floats) -> sparse.csr_matrix:
-        """Return the derivative by numbers of tissues, and by words through these."""
+        """Return the derivative by numbers of tissues and forces, and by words."""
         given, _ = self._tissues(theta)
         factors = self._entries.factors(self.order, theta)
         found = sparse.lil_matrix((self.order.size, self.size))

@@ -1,4 +1,4 @@
-"""A scene with other numbers in its tissues: learnt numbers replace written ones."""
+"""A scene with other numbers in tissues and forces: learnt numbers replace written ones."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,7 +11,8 @@ from tissuec.compiler.laws_adjusted import force_with_params
 from tissuec.core.names import key_of
 from tissuec.laws.formula import as_formula
 from tissuec.scene.findings import Findings
-from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenLaw
+from tissuec.scene.model import Body, Joint, Scene, Tissue, WrittenForce, WrittenLaw
+from tissuec.scene.schema import entries_of
 from tissuec.script.verbs.end import without_end
 
 
@@ -28,8 +29,16 @@ class UsePlace(Struct, frozen=True):
     part: tuple[str, str] | None = None
 
 
-#: Numbers in SI units by place and quantity or constant of a law.
-Numbers = Mapping[tuple[UsePlace, str], Any]
+class ForcePlace(Struct, frozen=True):
+    """The block of a force, by its lower-case name, whose entries are numbers."""
+
+    force: str
+
+
+#: What a number is: its place, and its quantity, constant of a law or entry of a force.
+Number = tuple[UsePlace | ForcePlace, str]
+#: Numbers in SI units.
+Numbers = Mapping[Number, Any]
 
 
 def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
@@ -37,7 +46,7 @@ def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
 
     Args:
         scene: The scene.
-        given: Numbers of tissues.
+        given: Numbers of tissues and forces.
         constants: Constants of laws by name; numbers, or formulas that replace them.
     """
 
@@ -68,13 +77,28 @@ def changed(scene: Scene, given: Numbers, constants: Numbers) -> Scene:
         scene,
         bodies={key: body(old) for key, old in scene.bodies.items()},
         joints={key: joint(old) for key, old in scene.joints.items()},
+        forces={key: _changed_force(key, old, given) for key, old in scene.forces.items()},
     )
+
+
+def _changed_force(key: str, old: WrittenForce, given: Numbers) -> WrittenForce:
+    entries = entries_of(type(old.entries))
+    own = {
+        entries[name].field: float(value)
+        for (place, name), value in given.items()
+        if place == ForcePlace(key)
+    }
+    if not own:
+        return old
+    former: Any = old.entries  # which is a Struct
+    return replace(old, entries=replace(former, **own))
 
 
 def _own(body: Body, given: Numbers, key: str, region: str) -> Tissue | None:
     """Return the tissue of a body for a region without one that is changed by itself."""
     mine = (key, key_of(region))
-    return body.tissue if any(place.part == mine for place, _ in given) else None
+    parts = (place.part for place, _ in given if isinstance(place, UsePlace))
+    return body.tissue if mine in parts else None
 
 
 def _changed_tissue(
@@ -86,7 +110,9 @@ def _changed_tissue(
         return {
             name: value
             for (place, name), value in numbers.items()
-            if place.tissue == key and place.part in (None, part)
+            if isinstance(place, UsePlace)
+            and place.tissue == key
+            and place.part in (None, part)
         }
 
     quantities, inner = mine(given), mine(constants)

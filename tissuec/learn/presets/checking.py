@@ -39,6 +39,7 @@ def mistakes(
     beside: Mapping[str, str],
     drafts: Sequence[Draft],
     *,
+    params: Mapping[str, LearntNumber],
     moved: bool,
     known: Collection[str] = (),
 ) -> tuple[Diagnostic, ...] | str:
@@ -49,6 +50,7 @@ def mistakes(
         target: Its file, at which it must be valid by itself.
         beside: Texts of files that are written with it, by their names.
         drafts: Tissues of the preset.
+        params: Numbers of forces by the names of their params.
         moved: Whether words moved, so that rules give other numbers than before.
         known: Codes of warnings that the scene itself has.
     """
@@ -66,6 +68,10 @@ def mistakes(
     for draft in drafts:
         if (problem := _differs(words.tissues[key_of(draft.name)], draft, moved)) is not None:
             return f"{draft.name} would have another {problem}"
+    values = {one.name: float(one.value.amount) for one in words.constants.parameters()}
+    for name, number in params.items():
+        if not isclose(values[name], number.value, rel_tol=WRITTEN):
+            return f"{name} would have another value"
     return new or ""
 
 

@@ -55,7 +55,7 @@ def drafts_of(learnt: Learnt, scene: Scene) -> list[Draft]:
         if estimates.adjust.per == "tissue":
             original = scene.tissues[key_of(estimates.adjust.of)]
             draft = found.setdefault((key_of(original.name), ""), Draft("", original, ""))
-            draft.add(estimates.adjust.what, _number(estimates, 0))
+            draft.add(estimates.adjust.what, number_of(estimates, 0))
     for estimates in learnt.estimates:
         if estimates.adjust.per == "region":
             _add_parts(found, estimates, scene)
@@ -66,7 +66,8 @@ def drafts_of(learnt: Learnt, scene: Scene) -> list[Draft]:
     return list(found.values())
 
 
-def _number(estimates: Estimates, place: int) -> LearntNumber:
+def number_of(estimates: Estimates, place: int) -> LearntNumber:
+    """Return one of the numbers of an entry."""
     return LearntNumber(
         float(estimates.value[place]),
         float(estimates.low[place]),
@@ -89,7 +90,7 @@ def _add_parts(found: dict[tuple[str, str], Draft], estimates: Estimates, scene:
             constants = dict(whole.constants) if whole else {}
             remark = f"{name} of {body.name}" if name else body.name
             found[key] = Draft(name or body.name, tissue, remark, numbers, constants)
-        found[key].add(estimates.adjust.what, _number(estimates, place))
+        found[key].add(estimates.adjust.what, number_of(estimates, place))
 
 
 def _part(body: Body, text: str) -> tuple[str, Tissue]:

@@ -13,6 +13,7 @@ from tissuec.learn.fit.outcome import Learnt
 from tissuec.learn.presets.checking import mistakes
 from tissuec.learn.presets.comments import of_nodes_and_springs, origin
 from tissuec.learn.presets.drafts import Draft, drafts_of
+from tissuec.learn.presets.forces import force_params, param_lines
 from tissuec.learn.presets.marks import mark
 from tissuec.learn.presets.tables import tables
 from tissuec.learn.presets.tissues import FORMS, IN_NUMBERS, IN_WORDS, LIKE, TissueWriter
@@ -74,6 +75,7 @@ class _Composer:
     ):
         self.scene, self.target, self.words, self.comments = scene, target, words, comments
         self.drafts = drafts_of(learnt, scene)
+        self.params, self.param_lines = force_params(learnt), param_lines(learnt)
         self.about = _about(learnt)
         self.writer = TissueWriter(scene, self.about)
         self.known = {one.code for one in warnings_of(scene, {})}
@@ -108,8 +110,9 @@ class _Composer:
     def _is_right(self, text: str, drafts: Sequence[Draft]) -> bool:
         moved = bool(self.words.texts)
         self.problem = mistakes(
-            text, self.target, self.words.texts, drafts, moved=moved, known=self.known
-        )
+            text, self.target, self.words.texts, drafts,
+            params=self.params, moved=moved, known=self.known,
+        )  # fmt: skip
         return not self.problem
 
     @property
@@ -127,6 +130,7 @@ class _Composer:
                 return None
             uses |= dict.fromkeys(needed)
         lines = ["language 1", f'about "{self.about}"', *uses, "", *self.comments]
+        lines += self.param_lines
         for draft in drafts:
             lines += ["", *self.writer.block(draft, forms[draft.name])]
         source = Source(self.target.name, "\n".join([*lines, ""]), self.target)

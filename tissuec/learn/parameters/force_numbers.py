@@ -1,0 +1,45 @@
+"""Numbers of forces whose effect derivatives do not tell.
+
+A field tells how its forces depend on some of its columns. A number of a force block that is in
+others, such as an exponent, has no exact derivatives.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from msgspec.structs import fields
+
+from tissuec.compiler.compile import Compiled
+from tissuec.forces import Field
+from tissuec.learn.parameters.blocks import ParameterBlock
+from tissuec.learn.parameters.compilations import STEP
+from tissuec.learn.parameters.fields import derivatives_of
+from tissuec.learn.parameters.substitution import recompiled
+
+
+def not_derived(compiled: Compiled, blocks: Sequence[ParameterBlock]) -> str:
+    """Return the first adjusted number whose effect has no exact derivatives; "" without any.
+
+    Args:
+        blocks: Of each entry of a fit problem.
+    """
+    forces = {force.name: force.field for force in compiled.plan.forces}
+    for block in blocks:
+        if not block.is_of_force or isinstance(forces[block.adjust.of].derivatives, str):
+            continue
+        value = float(block.start[0])
+        key = block.places[0], block.adjust.what
+        moved = recompiled(compiled, {key: value + STEP * (abs(value) or 1.0)}, {})
+        other = next(f.field for f in moved.plan.forces if f.name == block.adjust.of)
+        if _differs(forces[block.adjust.of], other):
+            return block.names[0]
+    return ""
+
+
+def _differs(field: Field, other: Field) -> bool:
+    """Return whether anything but the columns of a field is otherwise in another one."""
+    columns = derivatives_of(field).columns
+    names = (one.name for one in fields(field) if one.name not in columns)
+    pairs: list[tuple[Any, Any]] = [(getattr(field, n), getattr(other, n)) for n in names]
+    return not all(np.array_equal(one, two) for one, two in pairs)
