@@ -187,7 +187,7 @@ def pressure(times: int) -> float:
     network = tissuec.compile(text.replace("DAMPING", "contact is off")).network
     state = State.start(network, gravity=np.zeros(3), drag=0.0)
     kept = Enclosure.of(network, "piece", 1e6, network.bodies[0].span)
-    state.enclosures = {"piece": kept.swollen(0.1, TimeProfile("constant", 0.0, np.inf))}
+    state.put(kept.swollen(0.1, TimeProfile("constant", 0.0, np.inf)).block)
     settle(state, np.ones(network.node_count, dtype=bool))
     return float(state.enclosures["piece"].pressures(0.0, state.position)[0])
 

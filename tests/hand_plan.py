@@ -46,7 +46,6 @@ def make_plan(
         simulation=Simulation(duration, integrator, tolerance, step, span("simulate"), choices),
         gravity=np.array(gravity, dtype=float),
         drag=drag,
-        contact=None,
         events=tuple(sorted(events, key=lambda event: event.time)),
         triggers=tuple(triggers),
         output=Output(frames, every, False, tuple(logs), energy),

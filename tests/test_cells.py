@@ -65,7 +65,7 @@ def shaken(net, size=0.1):
 @pytest.mark.parametrize("kind", KINDS)
 def test_cells_fill_the_block_and_go_on_doing_so_when_it_is_bent(kind):
     net, enclosure = block(kind)
-    assert enclosure.cell_count == 2 * 3 * 2
+    assert enclosure.item_count == 2 * 3 * 2
     assert enclosure.drawn == pytest.approx(CELL**3)
     linear = np.array([[1.2, 0.3, -0.1], [0.0, 0.9, 0.4], [0.2, 0.1, 1.1]])
     turned = net.position @ linear.T + [1.0, 2.0, 3.0]
@@ -143,7 +143,7 @@ def test_a_mirror_image_is_pressed_as_the_mirror_image():
 def test_kernels_and_energy_ledger_agree_on_a_block_that_is_shaken():
     net, enclosure = block(viscosity="0 N*s/m")
     bench = Bench(net, 0.02, tolerance=1e-8, ledger=True)
-    bench.state.enclosures["block"] = enclosure.swollen(0.2, TimeProfile("smooth", 0.0, 0.01))
+    bench.state.put(enclosure.swollen(0.2, TimeProfile("smooth", 0.0, 0.01)).block)
     bench.state.position[:] = shaken(net, 0.02)
     ran = bench.run(0.01)
     energies = [
@@ -159,7 +159,7 @@ def test_fastest_motion_knows_the_pressure_of_cells():
     net, enclosure = block()
     state = State.start(net, gravity=np.zeros(3), drag=0.0)
     plain = spectral_radius(state)
-    state.enclosures = {"block": enclosure}
+    state.put(enclosure.block)
     count = net.node_count
     matrix = enclosure.matrix(0.0, net.position, np.arange(count), count, exact=False).toarray()
     for (a, b), c in zip(net.springs.ends, net.springs.stiffness, strict=True):
@@ -177,9 +177,9 @@ def test_a_block_settles_between_plates_at_half_its_height_and_keeps_its_volume(
     # Springs give the block a modulus near 1 N/m / 5 mm = 200 Pa.
     enclosure = replace(enclosure, modulus=2e6)
     volumes = []
-    for enclosures in ({}, {"block": enclosure}):
+    for blocks in ((), (enclosure.block,)):
         state = State.start(net, gravity=np.zeros(3), drag=0.0)
-        state.enclosures = enclosures
+        state.put(*blocks)
         z = net.position[:, 2]
         state.holders["fix"] = np.flatnonzero((z < 1e-4) | (z > 20e-3 - 1e-4))
         for height in (15e-3, 10e-3):
@@ -221,7 +221,7 @@ def test_a_cut_opens_the_cells_it_goes_through_and_no_others(kind):
     assert time == 0.01
     assert leak.cause == "4 cells of block are torn and no longer hold pressure"
     left = outcome.state.enclosures["block"]
-    assert left.cell_count == 8
+    assert left.item_count == 8
     middles = compiled.network.position[left.corners].mean(axis=1)
     assert np.abs(middles[:, 1] - 7.5e-3).min() > 2.4e-3
 
@@ -236,13 +236,13 @@ def test_a_single_torn_edge_opens_the_cells_around_it():
         torn = enclosure.lost_items(alive)
         assert len(torn) == cells
         left = enclosure.without(torn)
-        assert left.cell_count == 12 - cells
+        assert left.item_count == 12 - cells
         stays = np.delete(np.arange(12), torn)
         position = shaken(net)
         assert left.volumes(position) == pytest.approx(enclosure.volumes(position)[stays])
         assert len(left.lost_items(alive)) == 0
         alive[:] = False
-        assert len(left.lost_items(alive)) == left.cell_count
+        assert len(left.lost_items(alive)) == left.item_count
 
 
 @pytest.mark.slow

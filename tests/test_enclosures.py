@@ -86,7 +86,7 @@ def test_a_ball_without_springs_breathes_as_one_mass():
     net, _ = ball(0, mass=mass, stiffness=0.0)
     drawn = float(Enclosure.of(net, "net", MODULUS, span()).drawn[0])
     bench = Bench(net, 0.05, tolerance=1e-9, ledger=True)
-    bench.state.enclosures["net"] = Enclosure.of(net, "net", MODULUS, span())
+    bench.state.put(Enclosure.of(net, "net", MODULUS, span()).block)
     bench.state.position *= stretch
     ran = bench.run()
 
@@ -109,7 +109,7 @@ def test_pumping_does_the_work_that_is_stored():
     net, enclosure = ball(0, mass=1e-3, stiffness=30.0, damping=0.05)
     bench = Bench(net, 0.3, tolerance=1e-8, ledger=True)
     profile = TimeProfile("smooth", 0.05, 0.2)
-    bench.state.enclosures["net"] = enclosure.swollen(0.4, profile)
+    bench.state.put(enclosure.swollen(0.4, profile).block)
     ran = bench.run(0.05, 0.2)
     inside = bench.state.enclosures["net"]
     r = ran.position[:, net.springs.ends[:, 1]] - ran.position[:, net.springs.ends[:, 0]]
@@ -126,7 +126,7 @@ def test_pumping_does_the_work_that_is_stored():
 def test_a_torn_surface_leaks():
     net, enclosure = ball()
     state = State.start(net, gravity=np.zeros(3), drag=0.0)
-    state.enclosures = {"net": enclosure}
+    state.put(enclosure.block)
     assert state.let_leak() == []
     assert len(enclosure.walls) == net.spring_count
     state.alive = state.alive.copy()
@@ -153,7 +153,7 @@ def test_open_and_empty_surfaces_are_refused():
 def test_fastest_motion_is_that_of_springs_and_pressure_together():
     net, enclosure = ball(1, mass=1e-3, stiffness=3.0)
     state = State.start(net, gravity=np.zeros(3), drag=0.0)
-    state.enclosures = {"net": replace(enclosure, modulus=1e6)}
+    state.put(replace(enclosure, modulus=1e6).block)
     inside = state.enclosures["net"]
     count = net.node_count
     matrix = inside.matrix(0.0, net.position, np.arange(count), count, exact=False).toarray()
@@ -166,7 +166,7 @@ def test_fastest_motion_is_that_of_springs_and_pressure_together():
     fastest = np.sqrt(np.linalg.eigvalsh(matrix / 1e-3)[-1])
     found = spectral_radius(state)
     assert fastest < found < 1.1 * fastest
-    state.enclosures = {}
+    state.blocks = {}
     assert spectral_radius(state) < 0.5 * found
 
 
@@ -174,7 +174,7 @@ def test_a_ball_under_pressure_settles_where_all_forces_balance():
     net, enclosure = ball(1, mass=2e-3, stiffness=40.0)
     state = State.start(net, gravity=np.array([0.0, 0.0, -9.81]), drag=0.0)
     state.holders["fix"] = np.flatnonzero(net.position[:, 2] > 0.8 * RADIUS)
-    state.enclosures = {"net": enclosure.swollen(0.3, TimeProfile("constant", 0.0, np.inf))}
+    state.put(enclosure.swollen(0.3, TimeProfile("constant", 0.0, np.inf)).block)
     settle(state, np.ones(net.node_count, dtype=bool))
     still = np.zeros_like(net.position)
     left = observables.inner_forces(state, 0.0, state.position, still).node
@@ -194,7 +194,7 @@ def test_a_large_surface_settles_the_same_without_a_full_matrix(pulled, monkeypa
         monkeypatch.setattr("tissuec.forces.volume.LARGE", large)
         net, enclosure = ball(2, stiffness=20.0)
         state = State.start(net, gravity=np.zeros(3), drag=0.0)
-        state.enclosures = {"net": enclosure.swollen(0.1, TimeProfile("constant", 0.0, np.inf))}
+        state.put(enclosure.swollen(0.1, TimeProfile("constant", 0.0, np.inf)).block)
         poles = np.argsort(net.position[:, 2])[[0, -1]]
         state.holders["fix"] = poles
         state.position[:, 2] *= 1.0 - pulled / (2.0 * RADIUS)

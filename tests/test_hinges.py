@@ -10,7 +10,7 @@ from tests.derivatives import forces, slopes, stiffness
 from tests.engine.running import Bench
 from tests.hand_net import make_net, start
 from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.forces.bending import HingeForce, folds, hinges_at
+from tissuec.forces.bending import folds, hinges_at
 from tissuec.matter.plate import plate
 from tissuec.mechanics.observables import inner_forces
 from tissuec.mechanics.settling import settle
@@ -41,7 +41,7 @@ def shell(stiffness=1e-4, damping=0.0, **more):
         which // len(sides),
     )
     net = make_net(mesh.position, mesh.ends, **({"mass": 1e-4, "stiffness": 5.0} | more))
-    return replace(net, skin=mesh.skin, hinges=hinges)
+    return replace(net, skin=mesh.skin).with_blocks(hinges.block)
 
 
 def shaken(net, size=0.15):
@@ -59,7 +59,7 @@ def test_a_fold_is_the_angle_between_two_faces_whichever_way_it_goes():
 
 
 def test_forces_are_minus_the_derivative_of_the_energy_and_move_nothing_as_a_whole():
-    hinges = HingeForce.of(shell().hinges)
+    hinges = shell().hinges
     position, h = shaken(shell()), 1e-8
     velocity = np.random.default_rng(4).normal(size=position.shape)
     found = forces(hinges, position)
@@ -76,10 +76,10 @@ def test_forces_are_minus_the_derivative_of_the_energy_and_move_nothing_as_a_who
 def test_stiffness_is_minus_the_derivative_of_the_forces():
     net = shell()
     position, h = shaken(net), 1e-7 * SIZE
-    matrix = HingeForce.of(net.hinges).matrix(0.0, position, np.arange(40), 40).toarray()
+    matrix = net.hinges.matrix(0.0, position, np.arange(40), 40).toarray()
     assert matrix == pytest.approx(matrix.T, abs=1e-12 * np.abs(matrix).max())
     for column in (0, 13, 70):
-        slope = stiffness(HingeForce.of(net.hinges), position, column, h)
+        slope = stiffness(net.hinges, position, column, h)
         assert matrix[:, column] == pytest.approx(slope, abs=1e-6 * np.abs(matrix).max())
 
 
@@ -87,23 +87,19 @@ def test_the_reference_folds_by_formulas_of_its_own():
     net = shell(damping=1e-6)
     position = shaken(net)
     velocity = np.random.default_rng(4).normal(size=position.shape)
-    own, ours = Folding(net.hinges), HingeForce.of(net.hinges)
+    own, ours = Folding(net.hinges), net.hinges
     found, expected = (
         np.zeros_like(position),
-        forces(HingeForce.of(net.hinges), position, velocity),
+        forces(net.hinges, position, velocity),
     )
     own.add_forces(0.0, position, velocity, found)
     assert found == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
-    assert own.energy(0.0, position) == pytest.approx(
-        float(HingeForce.of(net.hinges).energy(0.0, position))
-    )
+    assert own.energy(0.0, position) == pytest.approx(float(net.hinges.energy(0.0, position)))
     lost = ours.powers(0.0, position, velocity)[1]
     assert own.dissipated(0.0, position, velocity) == pytest.approx(lost)
-    power = np.vdot(forces(HingeForce.of(net.hinges), position) - expected, velocity)
+    power = np.vdot(forces(net.hinges, position) - expected, velocity)
     assert lost == pytest.approx(power)
-    matrices = (
-        one.matrix(0.0, position, np.arange(40), 40) for one in (own, HingeForce.of(net.hinges))
-    )
+    matrices = (one.matrix(0.0, position, np.arange(40), 40) for one in (own, net.hinges))
     one, other = (matrix.toarray() for matrix in matrices)
     assert one == pytest.approx(other, abs=1e-10 * np.abs(other).max())
 
@@ -136,7 +132,7 @@ CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0], [0.5, -1.
 
 def single():
     nodes, none = np.array([[0, 1, 2, 3]]), np.zeros(0, dtype=int)
-    return HingeForce.of(hinges_at(CORNERS, nodes, np.ones(1), np.zeros(1), none, none))
+    return hinges_at(CORNERS, nodes, np.ones(1), np.zeros(1), none, none)
 
 
 def test_a_shell_that_is_shaken_keeps_its_ledger_and_its_momentum():
@@ -147,9 +143,7 @@ def test_a_shell_that_is_shaken_keeps_its_ledger_and_its_momentum():
     ran = bench.run()
     r = ran.position[:, net.springs.ends[:, 1]] - ran.position[:, net.springs.ends[:, 0]]
     stretch = np.linalg.norm(r, axis=2) - net.springs.rest
-    stored = 2.5 * (stretch**2).sum(axis=1) + HingeForce.of(net.hinges).energy(
-        ran.time, ran.position
-    )
+    stored = 2.5 * (stretch**2).sum(axis=1) + net.hinges.energy(ran.time, ran.position)
     kinetic = 0.5e-4 * (ran.velocity**2).sum(axis=(1, 2))
     assert ran.dissipated[-1] > 1e-3 * stored[0]
     total = stored + kinetic + ran.dissipated
@@ -167,7 +161,7 @@ def test_bounds_of_rates_cover_the_hinges():
         (hinges.damping, damping_radius(state), 1.0),
     ):
         ways = np.zeros((len(part), *net.position.shape))
-        each = np.sqrt(part)[:, None, None] * HingeForce.of(hinges).gradient(net.position)
+        each = np.sqrt(part)[:, None, None] * hinges.gradient(net.position)
         np.add.at(ways, (np.arange(len(part))[:, None], hinges.nodes), each)
         ways = ways.reshape(len(part), -1)
         fastest = np.linalg.eigvalsh(ways.T @ ways / 1e-4)[-1] ** power
@@ -182,16 +176,16 @@ def test_a_shell_settles_where_all_forces_balance():
     left = inner_forces(state, 0.0, state.position, np.zeros_like(net.position)).node
     left += state.mass[:, None] * state.gravity
     assert np.abs(left[16:]).max() < 1e-9 * 9.81e-4
-    assert np.abs(forces(HingeForce.of(net.hinges), state.position)).max() > 1e-4
+    assert np.abs(forces(net.hinges, state.position)).max() > 1e-4
 
 
 def test_a_hinge_gives_way_where_a_spring_is_missing_and_others_stay():
     net = shell()
     hinges = net.hinges
     alive = np.ones(net.spring_count, dtype=bool)
-    assert hinges.whole(alive) is hinges
+    assert hinges.intact(alive) is hinges
     alive[20] = False
-    left = hinges.whole(alive)
+    left = hinges.intact(alive)
     torn = {
         hinge for hinge, wall in zip(hinges.walled, hinges.walls, strict=True) if wall == 20
     }
@@ -201,4 +195,4 @@ def test_a_hinge_gives_way_where_a_spring_is_missing_and_others_stay():
     assert 20 not in left.walls
     assert (left.nodes[left.walled] == hinges.nodes[kept][left.walled]).all()
     alive[:] = False
-    assert forces(HingeForce.of(hinges.whole(alive)), shaken(net)) == pytest.approx(0.0)
+    assert forces(hinges.intact(alive), shaken(net)) == pytest.approx(0.0)

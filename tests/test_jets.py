@@ -291,7 +291,7 @@ def test_a_jet_goes_through_a_tear():
     ends = np.unique(np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
     net = net_of((position, triangles), ends=ends)
     state = State.start(net, gravity=np.zeros(3), drag=0.0)
-    state.jets = {"nozzle": jet_in(net)}
+    state.put(jet_in(net).block)
     middle = np.flatnonzero((net.springs.ends == 12).any(axis=1))
     state.alive = state.alive.copy()
     state.alive[middle] = False
@@ -371,10 +371,9 @@ def test_loops_do_the_same_as_the_reference(growth):
     profile = TimeProfile("smooth", 0.0, 2.0)
     jet = jet_in(net, growth=growth, profile=profile, bore=2.0 * BORE)
     torn = rng.uniform(size=len(net.skin)) > 0.05
-    state.jets = {
-        "nozzle": replace(jet, skin=replace(jet.skin, whole=torn)),
-        "other": jet_in(net, growth=growth, profile=profile, bore=0.5 * BORE),
-    }
+    thin = replace(jet_in(net, growth=growth, profile=profile, bore=0.5 * BORE), nozzle="thin")
+    torn_skin = replace(jet, skin=replace(jet.skin, whole=torn))
+    state.put(torn_skin.block, thin.block)
     place = rng.permutation(net.node_count)
     x, v = np.zeros_like(net.position), np.zeros_like(net.position)
     x[place], v[place] = net.position, velocity
@@ -408,7 +407,7 @@ def test_momentum_and_energy_come_from_the_jet():
     """A free sheet takes up J cos θ; a moving nozzle books its own work; nothing is lost."""
     net, _ = membrane(cells=4, stiffness=30.0, mass=2e-5, damping=2e-3)
     bench = Bench(net, 0.02, tolerance=1e-7, ledger=True)
-    bench.state.jets = {"nozzle": jet_in(net, profile=TimeProfile("smooth", 0.0, 0.01))}
+    bench.state.put(jet_in(net, profile=TimeProfile("smooth", 0.0, 0.01)).block)
     bench.move(
         net.body_nodes + np.arange(2), [1e-3, 1e-3, 0.0], TimeProfile("smooth", 0.0, 0.02)
     )
@@ -433,7 +432,7 @@ def test_a_symplectic_method_gives_way_to_one_that_can_follow_a_jet():
     net, rim = membrane(cells=3, stiffness=30.0, mass=2e-5)
     bench = Bench(net, 1e-3, method="srkn11", tolerance=1e-4, fixed=rim)
     bench.state.holders["nozzle"] = np.arange(net.body_nodes, net.node_count)
-    bench.state.jets = {"nozzle": jet_in(net)}
+    bench.state.put(jet_in(net).block)
     ran = bench.run()
     assert [change.method for change in ran.engine.statistics.changes] == ["srkn11", "dop853"]
 
@@ -470,7 +469,7 @@ def test_a_membrane_settles_under_a_jet_and_scipy_agrees(tilt):
         state.holders["fix"] = rim
         state.position = state.position.copy()
         state.position[-1] += [tilt * 0.01, 0.0, 0.0]
-        state.jets = {"nozzle": jet_in(net, flow=3.0 * FLOW)}
+        state.put(jet_in(net, flow=3.0 * FLOW).block)
         solve(state, np.ones(net.node_count, dtype=bool))
         still = np.zeros_like(net.position)
         left = observables.inner_forces(state, 0.0, state.position, still).node
@@ -607,7 +606,7 @@ def test_a_scene_without_a_nozzle_pays_nothing():
     layout.update(State.start(compiled.network, gravity=np.zeros(3), drag=0.0))
     assert layout.fields().address.size == 0
     assert "jets: no nozzle" in list(skipped(compiled))
-    assert compiled_scene(rinsed()).plan.contact is None
+    assert compiled_scene(rinsed()).network.contact is None
 
 
 def test_threads_change_nothing(threads_in_small_nets):

@@ -83,7 +83,7 @@ def touches(seed):
     if played(seed) is None:
         return "never"
     compiled, (_, position, velocity, *_), *_ = played(seed)
-    contact, network = compiled.plan.contact, compiled.network
+    contact, network = compiled.network.contact, compiled.network
     hidden = ((0, 0), (0, network.node_count - network.shown_nodes), (0, 0))
     places, speeds = np.pad(position, hidden), np.pad(velocity, hidden)
     pressed = [by_loops(contact, *at)[0].any() for at in zip(places, speeds, strict=True)]

@@ -114,8 +114,8 @@ simulate {{ duration = 10 ms }}
 
 def contact_of(compiled):
     """Return the contact of a scene that has one."""
-    assert compiled.plan.contact is not None
-    return compiled.plan.contact
+    assert compiled.network.contact is not None
+    return compiled.network.contact
 
 
 def by_loops(contact, position, velocity):

@@ -199,7 +199,5 @@ def test_nothing_happens_on_the_very_line_of_a_rod_or_in_the_centre_of_a_sphere(
 def test_a_situation_counts_contact_among_what_acts():
     compiled = compiled_scene(meeting(COUNT))
     plan = compiled.plan
-    state = State.start(
-        compiled.network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact
-    )
-    assert plan.contact in state.fields
+    state = State.start(compiled.network, gravity=plan.gravity, drag=plan.drag)
+    assert compiled.network.contact in state.fields

@@ -63,7 +63,7 @@ def test_the_tool_touches_and_all_its_forces_are_answered(name):
     moments = np.cross(network.position, total)
     assert np.abs(moments.sum(axis=0)).max() < 1e-14 * np.abs(moments).sum()
     # What twists the tool is what its pressure does to the block about the same point.
-    start = State.start(network, gravity=np.zeros(3), drag=0.0, contact=compiled.plan.contact)
+    start = State.start(network, gravity=np.zeros(3), drag=0.0)
     block, about = slice(network.body_nodes), network.position[tool.nodes].mean(axis=0)
     expected = np.cross(network.position[block] - about, total[block]).sum(axis=0)
     thing = Subject("thing", np.arange(tool.nodes.start, tool.nodes.stop), np.zeros(0, int))

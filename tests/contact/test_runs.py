@@ -129,9 +129,9 @@ def test_what_is_settled_stays_and_friction_begins_anew():
 def test_a_scene_without_contact_pays_nothing():
     without = compiled_scene(pressed(contact="off", tool="", script="").replace("probe", ""))
     plan, network = without.plan, without.network
-    assert plan.contact is None
+    assert network.contact is None
     assert network.node_count == network.body_nodes == network.shown_nodes
-    state = State.start(network, gravity=plan.gravity, drag=plan.drag, contact=plan.contact)
+    state = State.start(network, gravity=plan.gravity, drag=plan.drag)
     assert state.fields == ()
     layout = KernelInputs(network, watched=False, ledger=False)
     layout.update(state)

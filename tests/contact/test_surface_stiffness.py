@@ -37,7 +37,7 @@ simulate {{ duration = {duration}; tolerance = 1e-4 }}
 def pressed(mesh, depth):
     """Return the force on a plane that a body is pressed into by a depth [m]."""
     compiled, _ = compile_request(Request(Source("piece.tis", text_of(mesh))))
-    contact, x = compiled.plan.contact, compiled.network.position.copy()
+    contact, x = compiled.network.contact, compiled.network.position.copy()
     x[: compiled.network.body_nodes, 2] -= 0.1e-3 + depth
     force = np.zeros_like(x)
     contact.add_forces(0.0, x, np.zeros_like(x), force)

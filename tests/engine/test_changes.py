@@ -12,8 +12,8 @@ from tests.engine.test_closed_forms import relaxation
 from tissuec.core.source import Source, Span
 from tissuec.engine.method_trial import MethodTrial, of_other_order
 from tissuec.engine.state import new_progress
-from tissuec.forces import Imposed
 from tissuec.forces.foundation import Bed
+from tissuec.model.blocks import FieldBlock
 
 NOWHERE = Span(Source("", ""), 0, 0)
 
@@ -86,7 +86,7 @@ def stiff_reference(*forces):
         tolerance=1e-8,
         fixed=[0],
     )
-    bench.state.forces = forces
+    bench.state.put(*forces)
     bench.push([25], [0.2, 0.0, 0.0])
     return bench.run().position
 
@@ -96,7 +96,7 @@ def bed():
     home = chain(24, stiffness=100.0, mass=1e-3, damping=20.0).position
     nodes = np.arange(1, len(home))
     field = Bed(nodes, home[nodes], np.full(len(nodes), 0.5), np.zeros(len(nodes)))
-    return Imposed("bed", "foundation", field, NOWHERE)
+    return FieldBlock("the force bed", "foundation", field, NOWHERE)
 
 
 @pytest.mark.parametrize("creeping", [np.inf, 4.0])
@@ -104,7 +104,7 @@ def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
     monkeypatch.setattr("tissuec.engine.method_choice.CREEPING", creeping)
     monkeypatch.setattr("tissuec.engine.method_control.PATIENT", 0.3)
     bench = stiff()
-    bench.state.forces = (bed(),)
+    bench.state.put(bed())
     ran = bench.run()
     assert ran.engine.statistics.method in those(implicit=True)
     far = np.abs(ran.position - stiff_reference(bed())).max()
@@ -113,7 +113,7 @@ def test_automatic_steps_implicitly_where_fields_act(monkeypatch, creeping):
 
 def test_automatic_tries_implicit_steps_where_fields_act_in_long_runs_only(explicit_first):
     bench = stiff(duration=4.0)
-    bench.state.forces = (bed(),)
+    bench.state.put(bed())
     assert [change.method for change in bench.run().engine.statistics.changes] == ["dop853"]
 
 

@@ -18,7 +18,6 @@ from tests.test_jets import jet_in, net_of, plate
 from tissuec.compiled.calls import kernel_on
 from tissuec.core.source import Source, Span
 from tissuec.forces import FORCES, Acted, Field, acts_of, contact, jets
-from tissuec.forces.bending import HingeForce
 from tissuec.forces.contact import Contact
 from tissuec.forces.drag import Drag
 from tissuec.forces.jets import Jet
@@ -68,7 +67,7 @@ def enclosed():
 def bent():
     net = shell(damping=1e-5)
     noise = np.random.default_rng(2).normal(size=net.position.shape)
-    return Example(HingeForce.of(net.hinges), net.position + 1e-3 * noise, 0.01)
+    return Example(net.hinges, net.position + 1e-3 * noise, 0.01)
 
 
 def touching():

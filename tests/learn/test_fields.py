@@ -131,9 +131,9 @@ class OwnBed(Bed, frozen=True):
 
 
 def test_a_force_of_ones_own_gives_its_derivatives(bag):
-    (bed,) = bag.plan.forces
+    bed = next(block for block in bag.network.blocks if block.kind == "foundation")
     own = replace(bed, field=OwnBed(*astuple(bed.field)))
-    scene = replace(bag, plan=replace(bag.plan, forces=(own,)))
+    scene = replace(bag, network=bag.network.with_blocks(own))
     found, expected = (derived(one, "dop853", 5e-4, TIMES)[-1] for one in (scene, bag))
     assert found == pytest.approx(expected, rel=1e-12, abs=1e-12 * np.abs(expected).max())
 

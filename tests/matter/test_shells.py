@@ -8,7 +8,6 @@ from tests.hand_net import start
 from tests.matter.elastic import scene
 from tests.validate.scenes import validated
 from tissuec.core.errors import CompileError
-from tissuec.forces.bending import HingeForce
 from tissuec.mechanics.settling import settle
 
 YOUNG, DENSITY, THICKNESS = 50e3, 1000.0, 2e-3
@@ -21,7 +20,7 @@ def shell(mesh, thickness=THICKNESS, tissue=TISSUE):
 
 
 def bent_energy(network, moved):
-    return float(HingeForce.of(network.hinges).energy(0.0, moved))
+    return float(network.hinges.energy(0.0, moved))
 
 
 PLATE = f"""language 1

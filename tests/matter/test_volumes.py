@@ -190,7 +190,7 @@ def test_kernels_and_energy_ledger_agree_while_it_swells(backend):
     network = network.with_arrays({"damping": np.zeros_like(network.springs.damping)})
     bench = Bench(network, 0.004, tolerance=1e-8, backend=backend, ledger=True)
     swollen = kept(compiled).swollen(0.2, TimeProfile("smooth", 0.0, 0.004))
-    bench.state.enclosures["piece"] = swollen
+    bench.state.put(swollen.block)
     ran = bench.run(0.004)
     energies = np.array(
         [

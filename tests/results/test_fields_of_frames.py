@@ -341,7 +341,7 @@ def test_every_member_has_numbers_of_all_that_it_is_about(name):
     count = {
         "node": network.node_count, "spring": network.spring_count,
         "triangle": len(network.skin),
-        "cell": sum(one.cell_count for one in state.enclosures.values()),
+        "cell": sum(one.item_count for one in state.enclosures.values()),
     }[field.at]  # fmt: skip
     row = (3,) if field.width == 3 else ()
     batch = replace(

@@ -29,7 +29,7 @@ def rivals(problem: BenchProblem, scales: MotionScales) -> tuple[list[BenchSolve
         return [], [SURPRISES]
     if problem.remembers:
         return [], [MEMORY]
-    if problem.plan.contact is not None:
+    if problem.network.contact is not None:
         return [], [CONTACT]
     offers = (_by_scipy(problem, scales), _by_cvode(problem, scales), _by_mujoco(problem))
     solvers = [solver for found, _ in offers for solver in found]

@@ -8,11 +8,11 @@ from tissuec.compiler.drawn_bodies import CHECK_UNITS, Drawing, refuse_sizes
 from tissuec.compiler.materials import MaterialReader
 from tissuec.compiler.poisson import Poisson
 from tissuec.compiler.threads import with_slipping
+from tissuec.forces.bending import Hinges
 from tissuec.forces.branches import NAMES as INELASTIC
 from tissuec.laws import Law
 from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
-from tissuec.model.hinges import Hinges
 from tissuec.model.network import Floats, Indices, Provenance, ThreadBody
 from tissuec.model.springs import Springs
 from tissuec.scene.findings import Findings

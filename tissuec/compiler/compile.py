@@ -33,11 +33,11 @@ from tissuec.core.errors import counted
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.forces import Imposed
+from tissuec.forces.bending import Hinges
 from tissuec.lang.syntax import Expect
 from tissuec.laws import is_open
 from tissuec.meshes.generators import Celled
-from tissuec.model.hinges import Hinges
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import BodyPart, Indices, JointPart, Network, Provenance, numbers_in
 from tissuec.model.springs import NUMBERS, Springs
 from tissuec.results.names import members
@@ -154,6 +154,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
     expects, of_learning = split_expectations(scene.declarations.expects)
     start = _kept_volumes(network, bodies.built)
     plan = _plan(scene, network, conditions, expects, start, is_whole=bodies.are_whole)
+    blocks = _blocks(scene, network, conditions, plan, is_whole=bodies.are_whole)
     fit_problems: tuple[FitProblem, ...] = ()
     if scene.fit_problems or of_learning:
         from tissuec.compiler.fit_problems import (
@@ -163,7 +164,7 @@ def compile_scene(scene: Scene, findings: Findings, bodies: Bodies | None = None
         fit_problems = compile_fit_problems(scene, conditions, of_learning)
     findings.raise_errors()
     assert len(bodies.built) == len(scene.declarations.of("body"))  # only errors leave out any
-    return Compiled(scene, network, plan, groups, fit_problems)
+    return Compiled(scene, network.with_blocks(*blocks), plan, groups, fit_problems)
 
 
 def _refuse_method(scene: Scene, network: Network, findings: Findings) -> None:
@@ -233,6 +234,14 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
     )
     inelastic = inelastic_of([part.memory for part in parts], np.diff(springs).tolist())
 
+    hinges = Hinges.joined(
+        [
+            body.hinges.behind(n, p)
+            for body, n, p in zip(bodies, nodes, springs, strict=False)
+            if body.hinges is not None
+        ]
+    )
+
     def every(
         pick: Callable[[BodyArrays], NDArray[Any]], kind: type, shape: tuple[int, ...] = ()
     ) -> NDArray[Any]:
@@ -257,13 +266,7 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
                 joints, springs[len(bodies) :], springs[len(bodies) + 1 :], strict=False
             )
         ),
-        hinges=Hinges.joined(
-            [
-                body.hinges.behind(n, p)
-                for body, n, p in zip(bodies, nodes, springs, strict=False)
-                if body.hinges is not None
-            ]
-        ),
+        blocks=() if hinges is None else (hinges.block,),
     )
 
 
@@ -369,6 +372,23 @@ def _script(
     return script
 
 
+def _blocks(
+    scene: Scene, network: Network, conditions: Conditions, plan: Plan, *, is_whole: bool
+) -> list[FieldBlock]:
+    """Return contact and forces of a scene; the arguments are those of ``_plan``."""
+    findings, contact = conditions.findings, None
+    with findings.item():
+        tools = [tool for tool in scene.tools.values() if tool.may_touch]
+        settles = any(e.time == 0.0 and isinstance(e.action, Settle) for e in plan.events)
+        contact = contact_of(network, tools, scene.environment, findings, settles=settles)
+    found = [] if contact is None else [contact.block]
+    if scene.forces and is_whole:
+        from tissuec.compiler.forces import force_blocks  # where there are any
+
+        found += force_blocks(scene, network, conditions.groups, findings)
+    return found
+
+
 def _plan(
     scene: Scene,
     network: Network,
@@ -388,16 +408,6 @@ def _plan(
     groups, findings, duration = conditions.groups, conditions.findings, conditions.duration
     single = scene.declarations.single
     script = _script(scene, network, conditions, is_whole=is_whole)
-    contact = None
-    with findings.item():
-        tools = [tool for tool in scene.tools.values() if tool.may_touch]
-        settles = any(e.time == 0.0 and isinstance(e.action, Settle) for e in script.events)
-        contact = contact_of(network, tools, scene.environment, findings, settles=settles)
-    forces: tuple[Imposed, ...] = ()
-    if scene.forces and is_whole:
-        from tissuec.compiler.forces import imposed_forces  # where there are any
-
-        forces = imposed_forces(scene, network, groups, findings)
     ties = (event.action for event in _events(script) if isinstance(event.action, Tie))
     outputs = OutputReader(
         groups, conditions, scene.constants,
@@ -413,14 +423,12 @@ def _plan(
         simulation=scene.simulation,
         gravity=scene.environment.gravity,
         drag=scene.environment.drag,
-        contact=contact,
         events=(*start, *script.events),
         triggers=tuple(script.triggers),
         output=output,
         expectations=tuple(expectations),
         needs_ledger=conditions.needs_ledger or _adds_energy(scene.simulation),
         breakable=_can_break(network, script),
-        forces=forces,
     )
     if outputs.asked and is_whole and not findings.errors:
         from tissuec.compiler.frame_fields import check_fields  # where any are asked for

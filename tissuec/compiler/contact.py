@@ -262,7 +262,7 @@ def _joined(network: Network, law: ContactLaw) -> Indices:
 
 def _warn_of_drawn_touches(contact: "Contact", network: Network, findings: Findings) -> None:
     """Warn of what touches before anything moves: it is pushed apart at once."""
-    contact = contact.with_whole(network.present)
+    contact = contact.intact(network.present)
     pairs = contact.near(network.position, 0.0)
     if len(pairs.node):
         deepest = show(float(contact.places(network.position, pairs).depth.max()), LENGTH)

@@ -4,18 +4,19 @@ import numpy as np
 
 from tissuec.compiler.ambient_damping import skin_areas
 from tissuec.compiler.sets import Groups
-from tissuec.forces import Acted, Imposed
+from tissuec.forces import Acted
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Network
 from tissuec.scene import schema
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import Scene
 
 
-def imposed_forces(
+def force_blocks(
     scene: Scene, network: Network, groups: Groups, findings: Findings
-) -> tuple[Imposed, ...]:
+) -> list[FieldBlock]:
     """Return the forces of a scene; each one that cannot act is rejected by itself."""
-    found: list[Imposed] = []
+    found: list[FieldBlock] = []
     area = skin_areas(network)
     for force in scene.forces.values():
         with findings.item():
@@ -30,5 +31,5 @@ def imposed_forces(
                     f"force {force.name}: {reason}",
                     schema.blamed(reason, force.places, force.target.span),
                 )
-            found.append(Imposed(force.name, force.kind, field, force.span))
-    return tuple(found)
+            found.append(FieldBlock(f"the force {force.name}", force.kind, field, force.span))
+    return found

@@ -159,9 +159,10 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     inner = int(join_nodes_of(network.springs.ends, held).sum())
     if inner:
         yield f"{counted(inner, 'spring')} between held nodes"
-    if plan.contact is None:
+    contact = network.contact
+    if contact is None:
         yield "contact: nothing can be in contact"
-    elif not plan.contact.friction:
+    elif not contact.friction:
         yield "friction: none"
     if not any(tool.kind == "nozzle" for tool in network.tools):
         yield "jets: no nozzle"

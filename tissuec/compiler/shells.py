@@ -7,8 +7,7 @@ import numpy as np
 
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.core.hints import leaving_out
-from tissuec.forces.bending import hinges_at
-from tissuec.model.hinges import Hinges
+from tissuec.forces.bending import Hinges, hinges_at
 from tissuec.model.network import Floats
 from tissuec.model.topology import springs_between
 from tissuec.scene.findings import Findings

@@ -51,7 +51,7 @@ def unheld(compiled: Compiled) -> Iterator[Diagnostic]:
     plan = compiled.plan
     events = plan.every_event
     pushes = [event.action for event in events if isinstance(event.action, Push)]
-    if plan.forces or not (pushes or np.any(plan.gravity)):
+    if compiled.scene.forces or not (pushes or np.any(plan.gravity)):
         return
     loose, held = loose_bodies(compiled.network, plan)
     moved = [(one, _direction(one, plan, pushes)) for one in loose]
@@ -155,7 +155,7 @@ def _is_caught(
     They and the others are taken for balls, seen along the way.
     """
     network, law = compiled.network, compiled.scene.environment.contact
-    if law is None or compiled.plan.contact is None:
+    if law is None or compiled.network.contact is None:
         return False
     has_thread = any(body.thread is not None for body in one.bodies)
     for tool in network.tools:

@@ -35,7 +35,7 @@ def passing_threads(compiled: "Compiled") -> Iterator[Diagnostic]:
             # A thread that is sewn to a body goes into it on purpose.
             if network.are_joined(body, other) or not _are_close(network, body, other):
                 continue
-            if compiled.plan.contact is None:
+            if network.contact is None:
                 text = f"contact is off: {body.name} passes through {other.name}"
                 yield Diagnostic("W411", text, body.span, turning_contact_on(compiled))
             elif (found := _gap(compiled, body, other)) is not None:
@@ -50,7 +50,7 @@ def passing_tools(compiled: "Compiled") -> Iterator[Diagnostic]:
     A ball passes through a triangle of nodes whose circumscribed circle is larger than it; so
     does the end of a capsule.
     """
-    network, contact = compiled.network, compiled.plan.contact
+    network, contact = compiled.network, compiled.network.contact
     if contact is None:
         return
     for tool in network.tools:

@@ -4,9 +4,10 @@ Each file holds the parameters of one effect, its loops over nodes or springs, i
 its stiffness matrix; long loops have a file of their own, whose name ends in ``kernel``.
 Springs come first, with their laws and viscoelastic branches. Every other force is an
 ``Effect``: ``Nodal`` if it acts on each node independently (weight, drag, loads), ``Field`` if
-it depends on positions (volumes, bending, contact, jets, foundations). ``mechanics.state``
-collects them and ``accelerations`` sums them. ``FORCES`` registers the kinds that a ``force``
-block can name.
+it depends on positions (volumes, bending, contact, jets, foundations). Fields are the blocks
+of a net beside its springs, each under a name and a kind (``model.blocks``).
+``mechanics.state`` collects them and ``accelerations`` sums them. ``FORCES`` registers the
+kinds that a ``force`` block can name.
 
 Shared arguments:
     time: Time [s].
@@ -29,11 +30,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from msgspec import Struct, StructMeta
-from msgspec.structs import astuple
+from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
-from tissuec.core.source import Span
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile, tabulated
@@ -316,6 +316,14 @@ class Field(Effect, frozen=True):
         """
         return np.zeros(0, dtype=np.int64)
 
+    def intact(self, alive: NDArray[np.bool_]) -> Self:
+        """Return the field without what cuts and ruptures have taken from it.
+
+        Args:
+            alive: False for springs that were cut or broke, shape (spring,).
+        """
+        return self
+
     # --- what the kernel says of any state ------------------------------------------------
 
     def add_forces(
@@ -357,6 +365,40 @@ class Field(Effect, frozen=True):
                 yield states[k], forces, power
 
 
+class WalledField(Field, frozen=True):
+    """A field with items that act only while all of their springs exist.
+
+    Attributes:
+        walls: Springs that items depend on.
+        walled: The item of each of them, shape of ``walls``.
+    """
+
+    walls: Indices
+    walled: Indices
+
+    @property
+    @abstractmethod
+    def item_count(self) -> int:
+        """Return the number of items."""
+
+    def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
+        """Return the items that have lost a spring, ascending; ``alive`` as in ``Field``."""
+        return np.unique(self.walled[~alive[self.walls]])
+
+    def intact(self, alive: NDArray[np.bool_]) -> Self:
+        """Return the items that have all their springs; ``alive`` as in ``Field``."""
+        lost = self.lost_items(alive)
+        return self.without(lost) if len(lost) else self
+
+    def without(self, items: Indices) -> Self:
+        """Return the field without some items, given by indices of shape (n,)."""
+        stays = np.ones(self.item_count, dtype=bool)
+        stays[items] = False
+        walls = stays[self.walled]
+        walled = (np.cumsum(stays) - 1)[self.walled[walls]]
+        return replace(self.only(np.flatnonzero(stays)), walls=self.walls[walls], walled=walled)
+
+
 class Acted(Struct, frozen=True, eq=False):
     """The nodes that a force acts on, as they are drawn.
 
@@ -386,15 +428,6 @@ class Force(Protocol):
 
 
 FORCES: Family[type[Force]] = Family("tissuec.forces", "force")
-
-
-class Imposed(Struct, frozen=True, eq=False):
-    """A force that a scene describes: its name and kind there, and its field."""
-
-    name: str
-    kind: str
-    field: Field
-    span: Span
 
 
 def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":

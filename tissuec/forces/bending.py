@@ -20,34 +20,75 @@ weight w lets go of triangles that collapse into a line, about which nothing can
 a0 and b0 being the drawn ones; so w is 1 as drawn, and hardly changes while triangles stretch.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from msgspec.structs import astuple
+from msgspec.structs import replace
 
 from tissuec.core.vectors import cross, dot
-from tissuec.forces import Field, Items, Resisting
+from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.bending_kernel import COLLAPSE, TINY, WHOLE, HingeTable, fold
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.kernels.records import BoundaryConditions
-from tissuec.model.hinges import Hinges
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
 
+_COLUMNS = ("nodes", "stiffness", "damping", "drawn", "squares")
 # How e, x_k - x_i and x_l - x_i depend on the four nodes.
 _SPANS = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
 
 
-class HingeForce(Hinges, Field, frozen=True):
-    """The force of hinges."""
+class Hinges(WalledField, frozen=True):
+    """Hinges of walls that resist bending; a hinge that loses a spring gives way.
+
+    Attributes:
+        nodes: i, j, k and l of each, shape (hinge, 4).
+        stiffness: k [N m], shape (hinge,).
+        damping: d [N m s], shape (hinge,).
+        drawn: θ0 [rad], shape (hinge,).
+        squares: a0² and b0² [m⁴], shape (hinge, 2).
+    """
+
+    nodes: Indices
+    stiffness: Floats
+    damping: Floats
+    drawn: Floats
+    squares: Floats
 
     @classmethod
-    def of(cls, hinges: Hinges) -> Self:
-        """Return the force of some hinges."""
-        return cls(*astuple(hinges))
+    def joined(cls, parts: Sequence["Hinges"]) -> "Hinges | None":
+        """Return the hinges of several bodies in one numbering; None without any."""
+        if not parts:
+            return None
+        first = np.cumsum([0, *(part.item_count for part in parts)])
+        walled = [part.walled + start for part, start in zip(parts, first, strict=False)]
+        arrays = {
+            name: np.concatenate([getattr(part, name) for part in parts])
+            for name in (*_COLUMNS, "walls")
+        }
+        return cls(**arrays, walled=np.concatenate(walled))
+
+    def behind(self, nodes: int, springs: int) -> "Hinges":
+        """Return these with the numbers that they have behind other nodes and springs."""
+        return replace(self, nodes=self.nodes + nodes, walls=self.walls + springs)
+
+    @property
+    def block(self) -> FieldBlock:
+        """Return these as a block of a net."""
+        return FieldBlock("bending", "bending", self, None)
+
+    @property
+    def item_count(self) -> int:
+        """Return the number of hinges."""
+        return len(self.nodes)
+
+    def only(self, items: Indices) -> Self:
+        """Return some hinges, by indices of shape (n,), with the walls of all."""
+        return replace(self, **{name: getattr(self, name)[items] for name in _COLUMNS})
 
     def folded(self, position: Floats) -> Floats:
         """Return θ - θ0 [rad], shape (…, hinge).
@@ -239,7 +280,7 @@ def hinges_at(
     """
     e, q, r, a, b = _normals(position[nodes])
     squares = np.stack([dot(a, a), dot(b, b)], axis=1)
-    return Hinges(nodes, stiffness, damping, _angle(e, q, r, a, b), squares, walls, walled)
+    return Hinges(walls, walled, nodes, stiffness, damping, _angle(e, q, r, a, b), squares)
 
 
 def folds(corners: Floats) -> Floats:

@@ -50,6 +50,7 @@ from tissuec.geometry.inclusion import weights
 from tissuec.geometry.nearest import PLANE, TRIANGLE, NearestPlace, places
 from tissuec.kernels.records import BoundaryConditions, ContactTable
 from tissuec.kernels.thread_loops import UNDIVIDED
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -153,7 +154,12 @@ class Contact(Field, frozen=True, dict=True):
     pairs: ContactPairs | None = None
     exhaustive: bool = False
 
-    def with_whole(self, alive: NDArray[np.bool_]) -> "Contact":
+    @property
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock("contact", "contact", self, self.span)
+
+    def intact(self, alive: NDArray[np.bool_]) -> "Contact":
         """Return the same without the faces whose springs are gone.
 
         Args:

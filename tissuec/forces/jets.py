@@ -56,6 +56,7 @@ from tissuec.forces.jets_kernel import (
 )  # fmt: skip
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.kernels.thread_loops import UNDIVIDED
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile
 
@@ -157,6 +158,11 @@ class Jet(Field, frozen=True):
     def loss(self) -> str:
         """Return that it is no elastic force."""
         return "a jet puts energy in"
+
+    @property
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock(f"the jet of {self.nozzle}", "jet", self, self.span)
 
     def torn(self, alive: NDArray[np.bool_]) -> "Jet":
         """Return the same while the springs ``alive``, shape (spring,), are there."""

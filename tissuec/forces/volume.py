@@ -29,17 +29,17 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from tissuec.core.arrays import counted_up
 from tissuec.core.keeping import kept_on_owner
 from tissuec.core.source import Span
 from tissuec.core.vectors import cross
-from tissuec.forces import Field, Items, Resisting
+from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.volume_kernel import CellTable, press
 from tissuec.geometry.parallelograms import parallelograms
 from tissuec.kernels.records import BoundaryConditions
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import BodyPart, Floats, Indices, Network
 from tissuec.model.profiles import TimeProfile
 from tissuec.model.topology import springs_between
@@ -57,8 +57,8 @@ class Swelling(Struct, frozen=True, eq=False):
     profile: TimeProfile
 
 
-class Enclosure(Field, frozen=True):
-    """The enclosed volumes of one body.
+class Enclosure(WalledField, frozen=True):
+    """The enclosed volumes of one body; its items are cells.
 
     Attributes:
         name: Of the body.
@@ -68,8 +68,6 @@ class Enclosure(Field, frozen=True):
         drawn: Drawn volumes [m³], shape (cell,); positive.
         modulus: Bulk modulus K [Pa].
         swellings: Changes that were ordered so far.
-        walls: Springs of the cells: where one is missing, its cell leaks.
-        walled: The cell of each of them, shape of ``walls``.
         span: The sentence.
         share: The part of what is within its faces that belongs to a cell; as much as this does
             a cell grow by.
@@ -81,8 +79,6 @@ class Enclosure(Field, frozen=True):
     drawn: Floats
     modulus: float
     swellings: tuple[Swelling, ...]
-    walls: Indices
-    walled: Indices
     span: Span
     share: float = 1.0
 
@@ -105,36 +101,22 @@ class Enclosure(Field, frozen=True):
         share = 1.0 if part.tetrahedra is None else 0.25
         corners, first, walls, walled = _surfaces(network, part)
         drawn = share * _volumes(network.position, corners, first)
-        return cls(part.name, corners, first, drawn, modulus, (), walls, walled, span, share)
+        return cls(walls, walled, part.name, corners, first, drawn, modulus, (), span, share)
 
     @property
-    def cell_count(self) -> int:
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock(f"the volume of {self.name}", "volume", self, self.span)
+
+    @property
+    def item_count(self) -> int:
         """Return the number of cells."""
         return len(self.drawn)
 
     @property
     def owner(self) -> Indices:
         """Return the cell of each face, shape (face,)."""
-        return np.repeat(np.arange(self.cell_count), np.diff(self.first))
-
-    def lost_items(self, alive: NDArray[np.bool_]) -> Indices:
-        """Return the cells that have lost a spring, ascending.
-
-        Args:
-            alive: False for springs that were cut or broke, shape (spring,).
-        """
-        return np.unique(self.walled[~alive[self.walls]])
-
-    def without(self, cells: Indices) -> "Enclosure":
-        """Return this enclosure without some cells, given by indices of shape (n,)."""
-        stays = np.ones(self.cell_count, dtype=bool)
-        stays[cells] = False
-        number, walls = np.cumsum(stays) - 1, stays[self.walled]
-        return replace(
-            self.only(np.flatnonzero(stays)),
-            walls=self.walls[walls],
-            walled=number[self.walled[walls]],
-        )
+        return np.repeat(np.arange(self.item_count), np.diff(self.first))
 
     def swollen(self, amount: float, profile: TimeProfile) -> "Enclosure":
         """Return this enclosure with a further change of the target volume."""
@@ -195,7 +177,7 @@ class Enclosure(Field, frozen=True):
         cells = np.broadcast_to(self.owner[:, None, None], rows.shape)
         moves = rows >= 0
         entries = self.gradient(position)[moves], (rows[moves], cells[moves])
-        ways = csr_matrix(entries, shape=(3 * size, self.cell_count))
+        ways = csr_matrix(entries, shape=(3 * size, self.item_count))
         return csr_matrix(ways @ diags(np.sqrt(self.modulus / self.drawn)))
 
     def bending(
@@ -268,7 +250,7 @@ class Enclosure(Field, frozen=True):
 
         def resist(moved: Floats, to: Floats) -> None:
             swell = np.einsum("fkc,fkc->f", sides, moved[self.corners])
-            pressure = modulus * np.bincount(owner, swell, self.cell_count)
+            pressure = modulus * np.bincount(owner, swell, self.item_count)
             np.add.at(to, self.corners, pressure[owner, None, None] * sides)
 
         return resist
@@ -303,7 +285,7 @@ class Enclosure(Field, frozen=True):
             corners=np.ascontiguousarray(place[self.corners]),
             first=self.first.astype(np.int64),
             drawn=self.drawn / self.share,
-            modulus=np.full(self.cell_count, self.share * self.modulus),
+            modulus=np.full(self.item_count, self.share * self.modulus),
             share=self.share,
         )
 

@@ -4,7 +4,7 @@ The engine and the reference both step a ``State`` from event to event; events c
 between steps. Arrays are in the order of the network.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct, field
@@ -12,14 +12,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.forces import Effect, Field, Imposed, Nodal
-from tissuec.forces.bending import HingeForce
+from tissuec.forces import Effect, Field, Nodal
 from tissuec.forces.drag import Drag
 from tissuec.forces.load import Load, LoadTerm, total
 from tissuec.forces.rest_length import ChangingRestLengths
 from tissuec.forces.springs import SpringForce
-from tissuec.forces.volume import Enclosure
 from tissuec.forces.weight import Weight
+from tissuec.model.blocks import KINDS, FieldBlock
 from tissuec.model.knots import SURE, Knot
 from tissuec.model.network import Floats, Indices, Network, numbers_in
 from tissuec.model.profiles import TimeProfile
@@ -29,6 +28,7 @@ from tissuec.model.topology import join_nodes_of
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.forces.contact import Contact
     from tissuec.forces.jets import Jet
+    from tissuec.forces.volume import Enclosure
 
 ALL = slice(None)
 
@@ -102,10 +102,7 @@ class State(Struct, eq=False):
             a node held by anybody is no unknown.
         motions: Prescribed motions under way, by the name of the tool or set that moves.
         loads: External forces, by name.
-        enclosures: Volumes that are kept by pressure, by the name of the body.
-        contact: What instruments and threads touch, None where they touch nothing.
-        jets: Of fluid, by the name of the nozzle.
-        forces: What ``force`` blocks describe.
+        blocks: What acts beside springs, by name.
         reelings: Threads that are drawn in or paid out, by the name of the body.
         knots: Knots that were tied, by the name of the body.
         hold_ends: When a hold for an interval ends [s], by the name of the holder.
@@ -125,10 +122,7 @@ class State(Struct, eq=False):
     holders: dict[str, Indices] = field(default_factory=dict[str, Indices])
     motions: dict[str, PrescribedMotion] = field(default_factory=dict[str, PrescribedMotion])
     loads: dict[str, Load] = field(default_factory=dict[str, Load])
-    enclosures: dict[str, Enclosure] = field(default_factory=dict[str, Enclosure])
-    contact: "Contact | None" = None
-    jets: "dict[str, Jet]" = field(default_factory=lambda: {})
-    forces: tuple[Imposed, ...] = ()
+    blocks: dict[str, FieldBlock] = field(default_factory=dict[str, FieldBlock])
     reelings: dict[str, ChangingRestLengths] = field(
         default_factory=dict[str, ChangingRestLengths]
     )
@@ -136,23 +130,13 @@ class State(Struct, eq=False):
     hold_ends: dict[str, float] = field(default_factory=dict[str, float])
 
     @classmethod
-    def start(
-        cls,
-        network: Network,
-        *,
-        gravity: Floats,
-        drag: float,
-        contact: "Contact | None" = None,
-        forces: tuple[Imposed, ...] = (),
-    ) -> "State":
+    def start(cls, network: Network, *, gravity: Floats, drag: float) -> "State":
         """Return the state at 0 s, before any event: all nodes are free, no knot is tied.
 
         Args:
             network: The compiled network.
             gravity: Acceleration [m/s²], shape (3,).
             drag: Ambient damping of each node [N s/m].
-            contact: Contact of instruments and threads, None if there is none.
-            forces: Forces of ``force`` blocks.
         """
         tools: dict[str, Indices] = {
             tool.name: numbers_in(tool.nodes) for tool in network.tools
@@ -168,8 +152,7 @@ class State(Struct, eq=False):
             gravity=np.asarray(gravity, dtype=float),
             drag=drag,
             holders=tools,
-            contact=contact,
-            forces=forces,
+            blocks={block.name: block for block in network.blocks},
         )
 
     @property
@@ -311,40 +294,88 @@ class State(Struct, eq=False):
         first, second = self.position[self.springs.ends[knot.hold]]
         return float(np.linalg.norm(second - first))
 
-    def enclosure(self, body: str) -> Enclosure | None:
+    # --- blocks beside springs --------------------------------------------------------------
+
+    def put(self, *blocks: FieldBlock) -> None:
+        """Add blocks; they replace those of the same names."""
+        self.blocks = self.blocks | {block.name: block for block in blocks}
+
+    def remove(self, *blocks: FieldBlock) -> None:
+        """Remove blocks by their names."""
+        names = {block.name for block in blocks}
+        self.blocks = {name: each for name, each in self.blocks.items() if name not in names}
+
+    @property
+    def without_contact(self) -> "State":
+        """Return the same in which nothing touches."""
+        blocks = {name: b for name, b in self.blocks.items() if b.kind != "contact"}
+        return replace(self, blocks=blocks)
+
+    def of_kind(self, kind: str) -> tuple[Any, ...]:
+        """Return the fields of the blocks of a kind."""
+        return tuple(block.field for block in self.blocks.values() if block.kind == kind)
+
+    @property
+    def enclosures(self) -> "dict[str, Enclosure]":
+        """Return the volumes that are kept by pressure, by the name of the body."""
+        return {each.name: each for each in self.of_kind("volume")}
+
+    @property
+    def jets(self) -> "dict[str, Jet]":
+        """Return the jets of fluid by the name of the nozzle."""
+        return {each.nozzle: each for each in self.of_kind("jet")}
+
+    @property
+    def contact(self) -> "Contact | None":
+        """Return what instruments, bodies and threads touch, None where they touch nothing."""
+        return next(iter(self.of_kind("contact")), None)
+
+    @property
+    def touching(self) -> "Contact | None":
+        """Return what touches now: no thread where it is cut or broken."""
+        contact = self.contact
+        return None if contact is None else contact.intact(self.alive)
+
+    def enclosure(self, body: str) -> "Enclosure | None":
         """Return the volume of a body that is kept, None without one."""
         found = (e for name, e in self.enclosures.items() if name.lower() == body.lower())
         return next(found, None)
 
-    def let_leak(self) -> list[tuple[Enclosure, int]]:
+    def let_leak(self) -> "list[tuple[Enclosure, int]]":
         """Remove torn cells, which keep no pressure; jets pass through tears.
 
         Returns:
             Enclosures as they were, each with the number of cells that it loses.
         """
         found: list[tuple[Enclosure, int]] = []
-        kept: dict[str, Enclosure] = {}
-        for name, enclosure in self.enclosures.items():
+        for enclosure in self.enclosures.values():
             torn = enclosure.lost_items(self.alive)
             if len(torn):
                 found.append((enclosure, len(torn)))
-                enclosure = enclosure.without(torn)
-            if enclosure.cell_count:
-                kept[name] = enclosure
-        self.enclosures = kept
-        self.jets = {name: jet.torn(self.alive) for name, jet in self.jets.items()}
+                left = enclosure.without(torn)
+                (self.put if left.item_count else self.remove)(left.block)
+        self.put(*(jet.torn(self.alive).block for jet in self.jets.values()))
         return found
 
     @property
-    def touching(self) -> "Contact | None":
-        """Return what touches now: no thread where it is cut or broken."""
-        return None if self.contact is None else self.contact.with_whole(self.alive)
+    def named_fields(self) -> dict[str, Field]:
+        """Return what acts on nodes by their places, beside springs, by name."""
+        return {block.name: block.field.intact(self.alive) for block in self.present_blocks}
 
     @property
-    def folding(self) -> HingeForce | None:
-        """Return the hinges of walls: none that has lost a spring."""
-        hinges = self.network.hinges
-        return None if hinges is None else HingeForce.of(hinges.whole(self.alive))
+    def present_blocks(self) -> tuple[FieldBlock, ...]:
+        """Return the blocks in the order in which their forces are added.
+
+        It does not depend on when blocks were added.
+        """
+        rank = {kind: place for place, kind in enumerate(KINDS)}
+        blocks = self.blocks.values()
+        return tuple(sorted(blocks, key=lambda block: rank.get(block.kind, len(rank))))
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """Return what acts on nodes by their places, beside springs."""
+        return tuple(self.named_fields.values())
 
     @property
     def outer(self) -> tuple[Nodal, ...]:
@@ -378,33 +409,16 @@ class State(Struct, eq=False):
                 return "there is viscosity"
         return ""
 
-    @property
-    def fields(self) -> tuple[Field, ...]:
-        """Return what acts on nodes by their places, beside springs."""
-        return tuple(self.named_fields.values())
-
-    @property
-    def named_fields(self) -> dict[str, Field]:
-        """Return ``fields`` by what messages call them."""
-        found: dict[str, Field] = {
-            f"the volume of {name}": each for name, each in self.enclosures.items()
-        }
-        if (folding := self.folding) is not None:
-            found["bending"] = folding
-        if (touching := self.touching) is not None:
-            found["contact"] = touching
-        found |= {f"the jet of {name}": jet for name, jet in self.jets.items()}
-        return found | {force.name: force.field for force in self.forces}
-
     def forget_friction(self, nodes: Indices) -> None:
         """Reset the bristles of friction on some nodes to zero, as at first contact.
 
         Args:
             nodes: Indices, shape (n,).
         """
-        if self.contact is not None and len(self.contact.memory):
-            settled = np.isin(self.contact.nodes, nodes)
-            self.velocity[self.contact.memory[settled]] = 0.0
+        contact = self.contact
+        if contact is not None and len(contact.memory):
+            settled = np.isin(contact.nodes, nodes)
+            self.velocity[contact.memory[settled]] = 0.0
 
     def place_held(self) -> None:
         """Move driven nodes to their paths and set every other held node at rest, at ``time``.

@@ -14,7 +14,7 @@ from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.model.hinges import Hinges
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.springs import COLUMNS, Springs
 
 Floats = NDArray[np.float64]
@@ -176,7 +176,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         memories: Hidden nodes behind all others whose velocities are variables of first order:
             what friction or springs did before. They stay where they are and are no unknowns
             of the motion.
-        hinges: Of walls that resist bending; None where none does.
+        blocks: What acts beside springs from the start: hinges, contact, ``force`` blocks.
         drag: Ambient damping of each node besides that of all alike [N s/m], shape (node,);
             None without any.
         provenance: Origins by array name ("mass", "stiffness", …).
@@ -193,7 +193,7 @@ class Network(Struct, frozen=True, eq=False, dict=True):
     joints: tuple[JointPart, ...] = ()
     tools: tuple[ToolPart, ...] = ()
     memories: tuple[MemoryPart, ...] = ()
-    hinges: Hinges | None = None
+    blocks: tuple[FieldBlock, ...] = ()
     drag: Floats | None = None
 
     def __post_init__(self) -> None:
@@ -229,6 +229,25 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         of_springs = {name: each for name, each in arrays.items() if name in COLUMNS}
         of_nodes = {name: each for name, each in arrays.items() if name not in COLUMNS}
         return replace(self, **of_nodes, springs=replace(self.springs, **of_springs))
+
+    def field(self, kind: str) -> Any:
+        """Return the first field of the blocks of a kind, None without any."""
+        return next((block.field for block in self.blocks if block.kind == kind), None)
+
+    @property
+    def contact(self) -> Any:
+        """Return what can touch, a ``forces.contact.Contact``; None if nothing can."""
+        return self.field("contact")
+
+    @property
+    def hinges(self) -> Any:
+        """Return what resists bending, a ``forces.bending.Hinges``; None if nothing does."""
+        return self.field("bending")
+
+    def with_blocks(self, *blocks: FieldBlock) -> "Network":
+        """Return this with other blocks; they replace those of the same names."""
+        known = {block.name: block for block in (*self.blocks, *blocks)}
+        return replace(self, blocks=tuple(known.values()))
 
     @property
     def shown_nodes(self) -> int:

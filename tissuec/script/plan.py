@@ -9,7 +9,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
-from tissuec.forces import Imposed
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures import Measure, Subject
@@ -18,7 +17,6 @@ from tissuec.script.verbs import Action
 
 if TYPE_CHECKING:  # annotations only: scenes without them load faster
     from tissuec.engine.integrators.procedures import Choices
-    from tissuec.forces.contact import Contact
     from tissuec.geometry.surfaces import Smoothing
 
 AUTOMATIC = "automatic"
@@ -147,14 +145,12 @@ class Plan(Struct, frozen=True, eq=False):
     simulation: Simulation
     gravity: Floats  # [m/s²], shape (3,)
     drag: float  # [N s/m] per node
-    contact: "Contact | None"  # what tools touch
     events: tuple[ScheduledAction, ...]  # ascending in time
     triggers: tuple[Trigger, ...]
     output: Output
     expectations: tuple[Expectation, ...]
     needs_ledger: bool  # whether work and dissipation must be integrated
     breakable: bool  # whether any spring can rupture
-    forces: tuple[Imposed, ...] = ()  # of force blocks
 
     @property
     def every_event(self) -> tuple[ScheduledAction, ...]:
@@ -163,13 +159,7 @@ class Plan(Struct, frozen=True, eq=False):
 
     def start(self, network: Network) -> State:
         """Return the state at 0 s, before any event."""
-        return State.start(
-            network,
-            gravity=self.gravity,
-            drag=self.drag,
-            contact=self.contact,
-            forces=self.forces,
-        )
+        return State.start(network, gravity=self.gravity, drag=self.drag)
 
 
 def without_outputs(plan: Plan) -> Plan:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.validate.contact_search import NearbyContact
-from tissuec.validate.forces import FORMULAS
+from tissuec.validate.forces import FORMULAS, ForceFormula
 from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import ReferenceLaws
@@ -30,6 +30,7 @@ from tissuec.validate.yielding import Yielding
 
 if TYPE_CHECKING:
     from tissuec.mechanics.state import State
+    from tissuec.model.blocks import FieldBlock
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -128,13 +129,7 @@ class Equations:
         self.loads = tuple(state.loads.values())
         touching = state.touching
         self.contact = None if touching is None else NearbyContact(touching)
-        self.fields = (
-            *(VolumeField(each) for each in state.enclosures.values()),
-            *(() if (hinges := state.folding) is None else (Folding(hinges),)),
-            *(JetForce(each, network) for each in state.jets.values()),
-            *(() if self.contact is None else (self.contact,)),
-            *(FORMULAS[force.kind](force.field) for force in state.forces),
-        )
+        self.fields = tuple(self._formula(block, state) for block in state.present_blocks)
         self.bodies, self.memory = network.body_nodes, network.remembering("friction")
         self.gravity, self.drag = state.gravity, state.braking[self.free]
         self.mass = state.mass[self.free]
@@ -171,6 +166,22 @@ class Equations:
         self.yielding = Yielding(state.springs.inelastic, self.springs)
         #: Number of unknowns that bristles and springs remember.
         self.inner = 3 * len(self.memory) + self.yielding.count
+
+    def _formula(self, block: "FieldBlock", state: "State") -> ForceFormula:
+        """Return the independent formula of a block."""
+        field: Any = block.field.intact(state.alive)
+        match block.kind:
+            case "volume":
+                return VolumeField(field)
+            case "bending":
+                return Folding(field)
+            case "jet":
+                return JetForce(field, state.network)
+            case "contact":
+                assert self.contact is not None
+                return self.contact
+            case kind:
+                return FORMULAS[kind](field)
 
     @property
     def stiffness(self) -> Floats:

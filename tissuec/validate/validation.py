@@ -11,7 +11,7 @@ from tissuec.validate.compare import QuantityError
 from tissuec.validate.early_end import end_of_reference, without_later
 from tissuec.validate.engine_run import Observed, observe, output_times, thinned
 from tissuec.validate.events import Matching
-from tissuec.validate.forces import FORMULAS
+from tissuec.validate.forces import BUILT_IN, FORMULAS
 from tissuec.validate.judge import Judge, Verdict
 from tissuec.validate.stepping import ReferenceFailure
 from tissuec.validate.uncertainty import EstimatedReference, Progress, known_reference
@@ -73,11 +73,11 @@ def validate(
     """
     started = clock.monotonic()
     network, plan = compiled.network, compiled.plan
-    for force in plan.forces:
-        if force.kind not in FORMULAS:
+    for block in network.blocks:
+        if block.kind not in (*BUILT_IN, *FORMULAS):
             raise ReferenceFailure(
-                f"the reference has no independent formula for {force.name}: no file in "
-                f'tissuec/validate/forces has a member "{force.kind}"'
+                f"the reference has no independent formula for {block.name}: no file in "
+                f'tissuec/validate/forces has a member "{block.kind}"'
             )
     every = output_times(network, plan)
     times = thinned(every, network.node_count)

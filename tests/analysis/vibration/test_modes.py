@@ -178,9 +178,9 @@ def octahedron(seed=1):
     state.springs = replace(state.springs, rest=rest)
     none = np.zeros(0, dtype=np.int64)
     volume = Enclosure(
-        "net", corners, np.array([0, 8]), np.array([1.1]), 30.0, (), none, none, span()
+        none, none, "net", corners, np.array([0, 8]), np.array([1.1]), 30.0, (), span()
     )
-    state.enclosures = {"net": volume}
+    state.put(volume.block)
     return state
 
 

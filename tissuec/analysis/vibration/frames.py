@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec.structs import replace
 
 from tissuec.analysis.vibration.modes import Mode, Modes
 from tissuec.compiler.compile import Compiled
@@ -82,7 +81,7 @@ def _frames(
     """Yield times, positions, velocities and fields of frames."""
     # The last mode comes to its end, others to where the next one begins.
     count = STEPS + (mode.number == len(modes))
-    state = replace(modes.state, contact=None)
+    state = modes.state.without_contact
     way = _amplitude(state.network, mode) * mode.shape
     before, after = (_fields(state, sign * SLIGHT * way) for sign in (-1.0, 1.0))
     here = _fields(state, 0.0 * way)

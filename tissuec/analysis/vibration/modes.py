@@ -144,14 +144,9 @@ def modes_of(
 
 
 def _net(state: State, chosen: NDArray[np.bool_]) -> _Net:
-    balance = Balance(_bare(state), chosen)
+    balance = Balance(state.without_contact, chosen)
     bars = balance.bars(balance.start)
     return _Net(state, balance, bars, operator_of(balance, bars))
-
-
-def _bare(state: State) -> State:
-    """Return a state without contact, which is no spring about where a net is."""
-    return replace(state, contact=None)
 
 
 def _rigid(net: _Net) -> csc_matrix:
@@ -232,7 +227,7 @@ def _resisted(net: _Net, phi: Floats) -> float:
     braked = float(net.state.braking[net.balance.free] @ (phi**2).sum(axis=1))
     moving = np.zeros_like(net.bars.position)
     moving[net.balance.free] = phi
-    for field in _bare(net.state).fields:
+    for field in net.state.without_contact.fields:
         braked += float(field.powers(net.state.time, net.bars.position, moving)[1])
     return float(viscosity @ closing**2) + braked
 

@@ -26,7 +26,7 @@ _BROKEN = {
 
 def _leaking(enclosure: Enclosure, cells: int) -> str:
     """Return what it means that some cells of an enclosure are torn."""
-    if enclosure.cell_count == 1:
+    if enclosure.item_count == 1:
         return f"the surface of {enclosure.name} is torn and no longer holds pressure"
     torn = counted(cells, "cell")
     verb, holds = ("is", "holds") if cells == 1 else ("are", "hold")

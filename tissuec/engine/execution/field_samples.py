@@ -53,13 +53,13 @@ class FieldSampler:
         state, begin = snapshot.state, 0
         own: dict[str, Floats] = {}
         for enclosure in state.enclosures.values():
-            end = begin + enclosure.cell_count
+            end = begin + enclosure.item_count
             own[enclosure.name], begin = numbers[..., begin:end], end
         parts: list[Floats] = []
         for volume in self._volumes:
-            every = np.zeros((*numbers.shape[:-1], volume.cell_count))
+            every = np.zeros((*numbers.shape[:-1], volume.item_count))
             if volume.name in own:
-                intact = np.ones(volume.cell_count, dtype=bool)
+                intact = np.ones(volume.item_count, dtype=bool)
                 intact[volume.lost_items(state.alive)] = False
                 every[..., intact] = own[volume.name]
             parts.append(every)

@@ -43,8 +43,7 @@ def finer(plan: Plan, factor: float, method: str = "") -> Plan:
     Args:
         plan: The plan.
         factor: Factor that its tolerance is divided by; a fixed step is divided by half of it.
-        method: Another one than that of the plan, if any; what is near is then searched for
-            otherwise, too.
+        method: Another one than that of the plan, if any.
     """
     simulation = replace(plan.simulation, integrator=method or plan.simulation.integrator)
     if simulation.step is None:
@@ -52,11 +51,7 @@ def finer(plan: Plan, factor: float, method: str = "") -> Plan:
         simulation = replace(simulation, tolerance=tolerance)
     else:
         simulation = replace(simulation, step=2.0 * simulation.step / factor)
-    contact = plan.contact
-    if method and contact is not None:
-        contact = replace(contact, exhaustive=True)
-    plan = replace(without_outputs(without_end(plan)), contact=contact)
-    return replace(plan, simulation=simulation)
+    return replace(without_outputs(without_end(plan)), simulation=simulation)
 
 
 def stepped(
@@ -79,7 +74,8 @@ def stepped(
         network: The network.
         plan: The plan of the run.
         times: Times of interest [s], ascending, shape (time,).
-        factor, method: See ``finer``.
+        factor: See ``finer``.
+        method: See ``finer``; with one, what is near is searched for otherwise, too.
         rows: Array to be filled; a new one by default.
         interrupt: Returns whether to stop.
         allowance: What it may cost.
@@ -89,6 +85,9 @@ def stepped(
 
     rows = np.full((len(times), network.node_count, 3), np.nan) if rows is None else rows
     plan = finer(plan, factor, method)
+    contact = network.contact
+    if method and contact is not None:
+        network = network.with_blocks(replace(contact, exhaustive=True).block)
     silent = _Silent(network, plan, times, rows)
     may_cost = allowance or Allowance(lambda: inf)
     run(

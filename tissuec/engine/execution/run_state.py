@@ -88,13 +88,12 @@ def _known(network: Network, plan: Plan) -> list[object]:
     arrays: list[object] = [*astuple(network), *astuple(network.springs)]
     actions = [event.action for event in plan.every_event]
     spans = [action.span for action in actions] + [trigger.span for trigger in plan.triggers]
-    contact = [] if plan.contact is None else [plan.contact]
-    imposed = [*plan.forces, *(force.field for force in plan.forces)]
+    blocks = [*network.blocks, *(block.field for block in network.blocks)]
     memory = network.springs.inelastic
     springs = [network.springs, *([] if memory is None else [memory])]
-    spans += [part.span for part in (*contact, *plan.forces)]
+    spans += [block.span for block in network.blocks if block.span is not None]
     spans += [plan.simulation.span, *(part.span for part in network.parts)]
     spans += [origin.span for part in network.provenance.values() for origin in part.origins]
     sources = {id(span.source): span.source for span in spans}.values()
     arrays = [array for array in arrays if isinstance(array, np.ndarray)]
-    return [network, *arrays, *actions, *contact, *imposed, *springs, *sources]
+    return [network, *arrays, *actions, *blocks, *springs, *sources]

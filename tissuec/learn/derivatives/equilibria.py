@@ -11,11 +11,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.core.source import Source, Span
 from tissuec.core.units import TIME, show
 from tissuec.engine.execution.event_queue import ActionQueue
 from tissuec.engine.failures import overloaded
-from tissuec.forces import Imposed
 from tissuec.kernels.derivative_records import Values
 from tissuec.learn.derivatives.acting import present_fields
 from tissuec.learn.derivatives.event_recording import note
@@ -24,12 +22,11 @@ from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.mechanics.settling import Remark, Unsettled, settle
 from tissuec.mechanics.state import State
+from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import Plan
 from tissuec.script.verbs.motion import EndMotion
 from tissuec.script.verbs.settle import Settle
-
-_NOWHERE = Span(Source("", ""), 0, 0)
 
 
 class Unbalanced(Diverged):
@@ -84,8 +81,7 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
             Unbalanced: There are none.
         """
         leg = self.leg
-        plain = replace(network, hinges=None)  # they are among the fields
-        state = State.start(plain, gravity=leg.gravity, drag=0.0)
+        state = State.start(network, gravity=leg.gravity, drag=0.0)
         state.time, state.alive = leg.start, leg.alive_springs
         state.mass = values.mass
         numbers = {name: getattr(values, name) for name in ("stiffness", "damping", "rest")}
@@ -93,7 +89,7 @@ class EquilibriumStage(Struct, frozen=True, eq=False):
         state.holders = dict(leg.holders)
         state.loads = {str(number): load for number, load in enumerate(leg.loads)}
         fields = present_fields(leg, values).items()
-        state.forces = tuple(Imposed(name, "", field, _NOWHERE) for name, field in fields)
+        state.blocks = {name: FieldBlock(name, "", field, None) for name, field in fields}
         state.position[:] = before + self.way
         state.velocity[:] = 0.0
         _settle(state, self.chosen, self.places)

@@ -48,7 +48,7 @@ def starting_state(plan: "Plan", network: Network) -> "State":
     state = plan.start(network)
     for action in preserves(plan):
         made = action.made(network)
-        state.enclosures = {**state.enclosures, made.name: made}
+        state.put(made.block)
     return state
 
 

@@ -182,18 +182,19 @@ class Parametrisation:
         return self._recompiled(theta).network
 
     def present(self, theta: Floats) -> Compiled:
-        """Return the net with numbers of parameters, and a plan with the contact that follows.
+        """Return the scene with numbers of parameters, and the contact that follows of them.
 
         Raises:
             CompileError: The numbers make no scene.
         """
         found = self._recompiled(theta)
-        if found.plan.contact is None or not self._entries:
+        if found.network.contact is None or not self._entries:
             return found
         scene = found.scene
         tools = [tool for tool in scene.tools.values() if tool.may_touch]
         contact = contact_of(found.network, tools, scene.environment, Findings())
-        return replace(found, plan=replace(found.plan, contact=contact))
+        assert contact is not None
+        return replace(found, network=found.network.with_blocks(contact.block))
 
     def vector(self, theta: Floats) -> Floats:
         """Return the numbers of the net in SI units, shape (number,).

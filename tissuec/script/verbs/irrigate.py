@@ -46,7 +46,7 @@ class EndJet(Struct, frozen=True):
         jet = state.jets.get(self.nozzle)
         if jet is None or jet.profile.stop != self.stop:
             return ()
-        state.jets = {n: jet for n, jet in state.jets.items() if n != self.nozzle}
+        state.remove(jet.block)
         return (LoggedEvent("end", (), f"end of: {sentence(self.span)}", self.span),)
 
 
@@ -141,7 +141,7 @@ class Irrigate(Struct, frozen=True):
         if why := _in_vain(jet, network, state.position):
             text = f"{sentence(self.span)}: {why}"
             logged_events.append(LoggedEvent("note", (), text, self.span))
-        state.jets = {**state.jets, self.nozzle: jet}
+        state.put(jet.block)
         if np.isfinite(stop):
             queue.add(stop, EndJet(self.nozzle, stop, self.span))
         return tuple(logged_events)
@@ -162,7 +162,6 @@ def _in_vain(jet: "Jet", network: Network, position: Floats) -> str:
 
 def stop_irrigating(state: State, target: str) -> bool:
     """End the jets on a set or body, all of them if it is ""; return whether there were any."""
-    kept = {n: jet for n, jet in state.jets.items() if target not in ("", jet.target)}
-    found = len(kept) < len(state.jets)
-    state.jets = kept
-    return found
+    ended = [jet.block for jet in state.jets.values() if target in ("", jet.target)]
+    state.remove(*ended)
+    return bool(ended)

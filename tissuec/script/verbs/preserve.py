@@ -60,7 +60,7 @@ class Preserve(Struct, frozen=True):
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         made = self.made(state.network)
-        state.enclosures = {**state.enclosures, made.name: made}
+        state.put(made.block)
         return (LoggedEvent("preserve", (), sentence(self.span), self.span),)
 
 
@@ -106,7 +106,7 @@ class Inflate(Struct, frozen=True):
         amount = self.volume / float(enclosure.drawn.sum()) - 1.0
         amount -= enclosure.swell(state.time)[0]
         swollen = enclosure.swollen(amount, profile)
-        state.enclosures = {**state.enclosures, swollen.name: swollen}
+        state.put(swollen.block)
         return (LoggedEvent("inflate", (), sentence(self.span), self.span),)
 
 

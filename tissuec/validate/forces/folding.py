@@ -15,7 +15,7 @@ from scipy import sparse
 from tissuec.core.vectors import cross
 
 if TYPE_CHECKING:
-    from tissuec.model.hinges import Hinges
+    from tissuec.forces.bending import Hinges
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

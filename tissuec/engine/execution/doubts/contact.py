@@ -60,7 +60,7 @@ class FewNodes:
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
         """Return the watch of a run; None without contact, such tools or solids."""
-        if plan.contact is None:
+        if network.contact is None:
             return None
         tools = [t for t in network.tools if any(s.kind == "capsule" for s in t.shapes)]
         bodies = [body for body in network.bodies if tools and _is_solid(network, body)]

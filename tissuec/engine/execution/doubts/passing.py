@@ -55,7 +55,7 @@ class Passing:
 
         A thread that a joint sews to a body goes into it on purpose.
         """
-        if plan.contact is None:
+        if network.contact is None:
             return None
         bodies = [body for body in network.bodies if body.thread is None]
         threads = [body for body in network.bodies if body.thread is not None]

@@ -1,0 +1,26 @@
+"""Blocks: what a net consists of beside its nodes and springs."""
+
+from typing import Any
+
+from msgspec import Struct
+
+from tissuec.core.source import Span
+
+#: Kinds of blocks that are no ``force`` blocks, in the order in which their forces are added.
+KINDS = ("volume", "bending", "contact", "jet")
+
+
+class FieldBlock(Struct, frozen=True, eq=False):
+    """Elements that act by the positions of their nodes.
+
+    Attributes:
+        name: What messages call it; no two blocks of a net have the same.
+        kind: One of ``KINDS``, or that of a ``force`` block.
+        field: Nodes and numbers of the elements, with their force: a ``forces.Field``.
+        span: What asks for it; None where several things do.
+    """
+
+    name: str
+    kind: str
+    field: Any
+    span: Span | None
