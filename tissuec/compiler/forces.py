@@ -5,7 +5,7 @@ import numpy as np
 from tissuec.compiler.ambient_damping import skin_areas
 from tissuec.compiler.sets import Groups
 from tissuec.forces import Acted
-from tissuec.model.blocks import FieldBlock
+from tissuec.model.blocks import FieldBlock, name_of_force
 from tissuec.model.network import Network
 from tissuec.scene import schema
 from tissuec.scene.findings import Findings
@@ -31,5 +31,5 @@ def force_blocks(
                     f"force {force.name}: {reason}",
                     schema.blamed(reason, force.places, force.target.span),
                 )
-            found.append(FieldBlock(f"the force {force.name}", force.kind, field, force.span))
+            found.append(FieldBlock(name_of_force(force.name), force.kind, field, force.span))
     return found

@@ -10,6 +10,11 @@ from tissuec.core.source import Span
 KINDS = ("volume", "bending", "contact", "jet")
 
 
+def name_of_force(name: str) -> str:
+    """Return the name of the block of a ``force`` block, which is that of no other kind."""
+    return f"the force {name}"
+
+
 class FieldBlock(Struct, frozen=True, eq=False):
     """Elements that act by the positions of their nodes.
 

@@ -16,6 +16,7 @@ from tissuec.learn.parameters.blocks import ParameterBlock
 from tissuec.learn.parameters.compilations import STEP
 from tissuec.learn.parameters.fields import derivatives_of
 from tissuec.learn.parameters.substitution import recompiled
+from tissuec.model.blocks import name_of_force
 
 
 def not_derived(compiled: Compiled, blocks: Sequence[ParameterBlock]) -> str:
@@ -24,17 +25,23 @@ def not_derived(compiled: Compiled, blocks: Sequence[ParameterBlock]) -> str:
     Args:
         blocks: Of each entry of a fit problem.
     """
-    forces = {force.name: force.field for force in compiled.plan.forces}
     for block in blocks:
-        if not block.is_of_force or isinstance(forces[block.adjust.of].derivatives, str):
+        if not block.is_of_force:
+            continue
+        field = _force(compiled, block.adjust.of)
+        if isinstance(field.derivatives, str):
             continue
         value = float(block.start[0])
         key = block.places[0], block.adjust.what
         moved = recompiled(compiled, {key: value + STEP * (abs(value) or 1.0)}, {})
-        other = next(f.field for f in moved.plan.forces if f.name == block.adjust.of)
-        if _differs(forces[block.adjust.of], other):
+        if _differs(field, _force(moved, block.adjust.of)):
             return block.names[0]
     return ""
+
+
+def _force(compiled: Compiled, name: str) -> Field:
+    """Return the field of a ``force`` block."""
+    return next(b.field for b in compiled.network.blocks if b.name == name_of_force(name))
 
 
 def _differs(field: Field, other: Field) -> bool:
