@@ -43,12 +43,17 @@ WEB = Path(__file__).resolve().parent / "web"
 #: Parts of the script, in order.
 SCRIPTS = (
     "arrays.js", "units.js", "camera.js", "meshes.js", "graphics.js", "normals.js",
-    "fields.js", "sections.js", "cap.js", "instruments.js", "stage.js", "flat.js",
-    "marks.js", "placing.js", "pulls.js", "curves.js", "pairs.js", "panel.js", "legend.js",
-    "cutting.js", "sight.js", "picks.js", "hands.js", "player.js",
+    "fields.js", "sections.js", "cap.js", "instruments.js", "haste.js", "target.js",
+    "lines.js", "skin.js", "stage.js", "flat.js", "marks.js", "placing.js", "pulls.js",
+    "curves.js", "pairs.js", "panel.js", "legend.js", "cutting.js", "sight.js",
+    "picks.js", "hands.js", "player.js",
 )  # fmt: skip
 #: What only readers of the source need: indents and comments.
 _LAYOUT = re.compile(r"^ +(?://.*\n)?|^//.*\n|^/\*.*\*/\n|^\n|  // .*$", re.MULTILINE)
+#: Breaks of lines inside of statements and blocks, in scripts, shaders and styles.
+_BREAKS = re.compile(r"(?<=[;{,(\[])\n|\n(?=[}\])])")
+#: Spaces that style sheets do without.
+_SPACES = re.compile(r"(?<=[:;,{]) | (?=\{)")
 SHADERS = ("shared", "lines", "skin", "section", "solids", "instruments", "arrows", "plane")
 _TENSIONS, _FORCES = 127, 2000  # steps of the scale, either way
 _FRAGMENT = "// ---- fragment\n"
@@ -83,10 +88,10 @@ def render_film(film: PlayerData, trajectory: Trajectory, options: Options = DEF
         credits=html.escape(facts.credits(trajectory)),
         still=still(film, options, field),
         version=html.escape(__version__),
-        style=Template(_compact(_web("player.css"))).substitute(_colours()),
+        style=Template(_style()).substitute(_colours()),
         film=as_script(described | {"arrays": pack.specs}),
         arrays=pack.packed(),
-        script=_compact("\n".join(map(_web, SCRIPTS))),
+        script=_joined(_compact("\n".join(map(_web, SCRIPTS)))),
     )
 
 
@@ -363,10 +368,18 @@ def _compact(text: str) -> str:
     return _LAYOUT.sub("", text)
 
 
+def _joined(text: str) -> str:
+    return _BREAKS.sub("", text)
+
+
+def _style() -> str:
+    return _SPACES.sub("", _joined(_compact(_web("player.css"))))
+
+
 def _shader(name: str) -> str:
     # "// ---- fragment" divides it, so that this comment stays.
     parts = _web(f"{name}.glsl").replace(_RULES, shader_rules()).split(_FRAGMENT)
-    return _FRAGMENT.join(map(_compact, parts))
+    return _FRAGMENT.join(_joined(_compact(part)) for part in parts)
 
 
 def _web(name: str) -> str:

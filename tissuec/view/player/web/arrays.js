@@ -53,13 +53,20 @@ function vectors(array, frame, step, origin) {
 
 // Return the points of an array between two frames, on a cubic if there is time between them.
 function pointsBetween({ film, arrays }, array, [first, second, mixing], origin, span = 0) {
-  const left = 1 - mixing, [from, to] = [first, second].map((frame) => vectors(array, frame, film.step, origin));
+  const places = [first, second].map((frame) => vectors(array, frame, film.step, origin));
   const speeds = span ? [first, second].map((k) => vectors(arrays.velocity, k, film.rate, [0, 0, 0])) : null;
-  return from.map((value, i) => {
-    const way = to[i] - value, straight = value + mixing * way;
-    if (!speeds) return straight;
-    return straight + mixing * left * (left * (span * speeds[0][i] - way) + mixing * (way - span * speeds[1][i]));
-  });
+  return mixed(new Float32Array(array.width), places, mixing, speeds, span);
+}
+
+// Fill a list with numbers between two lists: on a cubic if there are the speeds at both.
+function mixed(found, [from, to], mixing, speeds, span) {
+  const left = 1 - mixing;
+  for (let i = 0; i < found.length; i += 1) {
+    const way = to[i] - from[i];
+    const bend = speeds ? mixing * left * (left * (span * speeds[0][i] - way) + mixing * (way - span * speeds[1][i])) : 0;
+    found[i] = from[i] + mixing * way + bend;
+  }
+  return found;
 }
 
 // Return tables packed column after column as rows, such as the ends of lines.

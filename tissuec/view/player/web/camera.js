@@ -27,6 +27,9 @@ class Camera {
     return [right, cross(eye, right), eye];
   }
 
+  // Return where the eye is.
+  get eye() { return this.target.map((value, k) => value + this.shift[k] + this.distance * this.axes[2][k]); }
+
   turnTo(azimuth, elevation) {
     [this.azimuth, this.elevation] = [azimuth, elevation];
     this.fit();
@@ -65,6 +68,7 @@ class Camera {
 
   // Another shape of the picture: fit again, unless somebody has chosen the view.
   reshape(aspect) {
+    if (aspect === this.aspect) return;
     this.aspect = aspect;
     if (!this.isTouched) this.fit();
   }
@@ -107,6 +111,14 @@ class Camera {
       0, 0, (near + far) / (near - far), -1, 0, 0, (2 * near * far) / (near - far), 0,
     ]);
     return { view, projection };
+  }
+
+  // Return whether the eye is outside of the box of everything that ever moves.
+  get isOutside() {
+    return this.eye.some((value, k) => {
+      const place = value - this.shift[k], all = this.points.map((point) => point[k]);
+      return place < Math.min(...all) || place > Math.max(...all);
+    });
   }
 
   // Return where a point is seen, from -1 to 1 to the right and upwards.

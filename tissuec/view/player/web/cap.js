@@ -5,8 +5,7 @@ const WHOLE = [0, 0, 0, 1];  // a plane in front of which nothing is
 // Return the plane in front of which nothing is drawn, as shaders take it.
 function cutOff(section, camera, view) {
   if (!section) return { cut: WHOLE };
-  const eye = camera.target.map((value, k) => value + camera.shift[k] + camera.distance * camera.axes[2][k]);
-  const { normal, offset } = section.towards(eye), seen = camera.axes.map((axis) => dot(axis, normal));
+  const { normal, offset } = section.towards(camera.eye), seen = camera.axes.map((axis) => dot(axis, normal));
   const near = 1e-6 * camera.distance;  // lest rounding tears what lies in the plane
   return { cut: [...seen, offset + near + dot(seen, view.subarray(12, 15))], normal, isOpen: section.count > 0 };
 }
@@ -42,10 +41,9 @@ class Cap {
     });
   }
 
-  draw(common, section, between, ink) {
-    const { stage, faces, borders } = this, { gl, film, arrays, programs } = stage;
-    const place = pointsBetween(stage, arrays.position, between, film.origin, common.span);
-    const { points, ends, part, triangles, lines } = section.cut(place, common.moment);
+  draw(common, section, ink) {
+    const { stage, faces, borders } = this, { gl, film, programs } = stage;
+    const { points, ends, part, triangles, lines } = section.cut(stage.places.now, common.moment);
     if (!triangles.length) return;
     const values = { ...common, paler: common.withSprings ? film.rules.paler : 0, cut: WHOLE };
     this.fill(faces, points, Int32Array.from(ends), Float32Array.from(part));

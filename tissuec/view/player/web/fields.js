@@ -16,7 +16,7 @@ function span(film, arrays, moment) {
   return { frame, next, mixing: next > frame ? moment - frame : 0, long: isCurved ? film.times[next] - film.times[frame] : 0 };
 }
 
-// Return where a node is at a moment, as place() in shared.glsl.
+// Return where a node is at a moment, as mixed() in arrays.js.
 function placeOf(film, arrays, node, moment) {
   const { frame, next, mixing, long } = span(film, arrays, moment), left = 1 - mixing;
   const [from, to] = [frame, next].map((one) => vectorOf(arrays.position, one, node));

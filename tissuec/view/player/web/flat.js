@@ -26,27 +26,21 @@ class FlatStage {
     this.shades = {};
   }
 
-  resize() {
-    const { canvas } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
-    canvas.width = Math.max(1, Math.round(canvas.clientWidth * ratio));
-    canvas.height = Math.max(1, Math.round(canvas.clientHeight * ratio));
-    return canvas.width / canvas.height;
-  }
-
   finish() {}
 
-  // Draw a moment, counted in frames, as `shown` says.
-  draw(moment, camera, shown, look) {
+  // Draw a moment, counted in frames, as `shown` says, in one of the FORMS.
+  draw(moment, camera, shown, look, form) {
     const { film, arrays, pen, canvas } = this, last = film.times.length - 1;
     const frame = Math.min(Math.floor(moment), last), next = Math.min(frame + 1, last);
     const mixing = next > frame ? moment - frame : 0;
+    fill(canvas, form.scale);
     camera.follow(frame, next, mixing);
     const isCurved = next > frame && arrays.curved.low + arrays.curved.data[frame] > 0;
     const span = isCurved ? film.times[next] - film.times[frame] : 0;
     this.look = look;
     this.showField(shown.field, frame, next, mixing);
     this.axes = camera.axes;
-    this.eye = camera.target.map((value, k) => value + camera.shift[k] + camera.distance * this.axes[2][k]);
+    this.eye = camera.eye;
     this.scale = canvas.height / 2 / camera.half;
     this.nearest = camera.distance / 100;
     this.items = [];

@@ -102,3 +102,28 @@ function bulges(position, triangles, normals, sides, isThere) {
   }
   return found;
 }
+
+// Return whether triangles enclose bodies at all times and look outwards, so that no back is ever seen.
+function isClosed(position, triangles, sides, spans) {
+  const isSame = (s, t) => spans[2 * s] === spans[2 * t] && spans[2 * s + 1] === spans[2 * t + 1];
+  for (let side = 0; side < sides.length; side += 1) {
+    const other = sides[side], face = Math.floor(side / 3);
+    if (other < 0 || triangles[other] !== triangles[following(side)] || !isSame(face, Math.floor(other / 3))) return false;
+  }
+  // The volume of each body, whose triangles are found from one to the next.
+  const faces = faceNormals(position, triangles, () => true), isMet = new Uint8Array(triangles.length / 3);
+  for (let first = 0; first < isMet.length; first += 1) {
+    let volume = 0;
+    for (const open = isMet[first] ? [] : [first]; open.length;) {
+      const t = open.pop(), p = 3 * triangles[3 * t];
+      if (isMet[t]) continue;
+      isMet[t] = 1;
+      for (let k = 0; k < 3; k += 1) {
+        volume += faces[3 * t + k] * (position[p + k] - position[3 * triangles[3 * first] + k]);
+        open.push(Math.floor(sides[3 * t + k] / 3));
+      }
+    }
+    if (volume < 0) return false;
+  }
+  return triangles.length > 0;
+}

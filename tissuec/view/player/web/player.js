@@ -27,7 +27,8 @@ class Player {
     this.loops = true;
     this.speed = film.pace;
     this.drawn = 0;
-    this.part = 1;  // of the springs that are drawn while it plays
+    this.haste = new Haste();
+    this.form = FORMS[0];
     film.curves.forEach((curve, k) => {
       const { data, low } = arrays[`clock ${k}`], { first, step } = curve.clock;
       curve.time = Array.from(data, (value) => first + (low + value) * step);
@@ -91,9 +92,10 @@ class Player {
   }
 
   pause() {
-    if (this.isPlaying && this.part < 1) requestAnimationFrame(() => this.draw());
+    const isToRest = this.isPlaying && this.form !== FORMS[0];
     this.isPlaying = false;
     this.showPlaying();
+    if (isToRest) this.refresh(FORMS[0]);
   }
 
   toggle() { if (this.isPlaying) this.pause(); else this.play(); }
@@ -109,7 +111,7 @@ class Player {
     const before = this.time;
     if (this.last !== null) {
       this.time += ((now - this.last) / 1000) * this.speed;
-      this.adapt(now - this.last);
+      this.haste.take(now - this.last);
     }
     this.last = now;
     if (this.time >= this.range[1]) {
@@ -120,14 +122,9 @@ class Player {
       } else if (this.time > this.range[1] + 0.5 * this.speed) this.time = this.range[0];
     }
     this.happen(before);
-    this.draw();
+    if (!this.isPlaying) return;
+    this.draw(this.haste.form);
     requestAnimationFrame((next) => this.run(next));
-  }
-
-  // Draw fewer of very many springs while it plays, if pictures take too long.
-  adapt(pause) {
-    if (this.stage.lines.count <= MANY) return;
-    this.part = Math.max(0.02, Math.min(1, this.part * (pause > 60 ? 0.7 : pause < 25 ? 1.1 : 1)));
   }
 
   // Tell what happens while playing.
@@ -147,22 +144,32 @@ class Player {
     this.silence = setTimeout(() => caption.classList.remove("seen"), 1000 * SPOKEN);
   }
 
-  // Draw once before the next picture of the screen, however much has changed.
-  refresh() {
+  // Draw once before the next picture of the screen, however much has changed: in full, unless one
+  // picture follows another so fast that they are slow to draw.
+  refresh(form = null) {
     if (this.isPlaying || this.waits) return;
     this.waits = true;
-    requestAnimationFrame(() => {
-      this.waits = false;
-      this.draw();
+    requestAnimationFrame((now) => {
+      if (!this.waits || this.isPlaying) return;
+      const isMoving = now - this.last < STILL;
+      this.last = now;
+      this.draw(form ?? (isMoving ? this.haste.form : FORMS[0]));
+      if (isMoving) requestAnimationFrame((next) => this.haste.take(next - now));
     });
   }
 
-  draw() {
+  draw(form = FORMS[0]) {
+    this.waits = false;
+    clearTimeout(this.rests);
+    if (form !== FORMS[0] && !this.isPlaying) this.rests = setTimeout(() => this.refresh(FORMS[0]), STILL);
+    this.form = form;
+    this.reshape();
     const time = Math.min(this.time, this.range[1]), { shown } = this;
     const [frame, , part] = between(this.film.times, time);
     this.stage.draw(frame + part, this.camera, {
-      ...shown, field: this.chosen, section: this.section.isOn ? this.section : null, reach: this.arrowReach, part: this.isPlaying ? this.part : 1,
-    }, this.look);
+      ...shown, field: this.chosen, section: this.section.isOn ? this.section : null, reach: this.arrowReach,
+    }, this.look, form);
+    this.showLeftOut();
     this.pulls.draw(frame + part, this.camera, shown.results);
     this.showPicks();
     this.drawn += 1;
@@ -181,13 +188,26 @@ class Player {
     this.drawTriad();
   }
 
+  // Say how many of the springs are drawn while something moves.
+  showLeftOut() {
+    const { part } = this.stage.lines, box = byId("fewer");
+    box.hidden = !(part < 1);
+    if (part < 1) box.textContent = `while moving: ${digits(100 * part, 2)} % of the springs`;
+  }
+
   get look() {
     const theme = document.documentElement.dataset.theme;
     return theme === "auto" ? (this.nights.matches ? "dark" : "light") : theme;
   }
 
+  reshape() {
+    const { clientWidth: width, clientHeight: height } = this.stage.canvas;
+    if (width && height) this.camera.reshape(width / height);
+  }
+
   resize() {
-    this.camera.reshape(this.stage.resize());
+    this.haste.reset();
+    this.reshape();
     const box = byId("curves");
     box.classList.toggle("many", box.childElementCount * CHART > box.clientWidth);
     this.marks = placeMarks(byId("marks"), this.film.marks, this.range, this.clock, (time) => {
@@ -222,6 +242,7 @@ class Player {
 
   set(name, value) {
     this.shown[name] = value;
+    this.haste.reset();
     this.showSwitches();
     if (name === "colour") this.showScale();
     if (name === "field") this.showField();
@@ -236,7 +257,7 @@ class Player {
     return {
       time: this.time, frame: Math.round(stop + part), frames: this.stops.length, moment,
       playing: this.isPlaying, speed: this.speed, loops: this.loops, pictures: this.drawn,
-      ...this.stage.count(moment), shown: { ...shown }, look: this.look, section: this.section.state(),
+      form: FORMS.indexOf(this.form), ...this.stage.count(moment), shown: { ...shown }, look: this.look, section: this.section.state(),
       camera: {
         azimuth: camera.azimuth, elevation: camera.elevation, distance: camera.distance,
         target: [...camera.target], aspect: camera.aspect,

@@ -4,9 +4,8 @@ precision highp int;
 precision highp sampler2D;
 // ---- rules
 uniform mat4 view, projection;
-uniform sampler2D place0, place1, rate0, rate1;
+uniform sampler2D places;
 uniform float mixing;  // between the two frames
-uniform float span;  // time between the two frames; 0 where positions go straight
 uniform float moment;  // in frames
 uniform sampler2D value0, value1;
 uniform int ramp;  // row of the colours of the field; -1 without a field
@@ -19,16 +18,7 @@ vec3 blend(sampler2D first, sampler2D second, int i) {
   return mix(texelFetch(first, at, 0).xyz, texelFetch(second, at, 0).xyz, mixing);
 }
 
-// A cubic through positions with the velocities at both frames.
-vec3 place(int i) {
-  vec3 straight = blend(place0, place1, i);
-  if (span <= 0.0) return straight;
-  ivec2 at = texel(i);
-  vec3 way = texelFetch(place1, at, 0).xyz - texelFetch(place0, at, 0).xyz;
-  vec3 begin = span * texelFetch(rate0, at, 0).xyz, end = span * texelFetch(rate1, at, 0).xyz;
-  float left = 1.0 - mixing;
-  return straight + mixing * left * (left * (begin - way) + mixing * (way - end));
-}
+vec3 place(int i) { return texelFetch(places, texel(i), 0).xyz; }
 
 // The number of the field at a node.
 float fieldOf(int node) {

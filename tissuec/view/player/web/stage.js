@@ -1,24 +1,11 @@
 // What is drawn: nets, skins, instruments and arrows, by WebGL 2.
 
-const MANY = 40000;  // triangles that are too small to be rounded, and lines of which some will do
-
-// Put a list in an order without an order, the same each time.
-function shuffle(list) {
-  let seed = 1;
-  for (let i = list.length - 1; i > 0; i -= 1) {
-    seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
-    const k = Math.floor((seed / 2 ** 32) * (i + 1));
-    [list[i], list[k]] = [list[k], list[i]];
-  }
-}
-
 class Stage {
   constructor(canvas, film, arrays) {
     this.canvas = canvas;
     this.film = film;
     this.arrays = arrays;
-    this.gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: true });
-    this.isLost = false;
+    this.gl = canvas.getContext("webgl2", { antialias: false, alpha: true, premultipliedAlpha: true });
     this.prepare();
   }
 
@@ -30,8 +17,9 @@ class Stage {
       if (name !== "shared") this.programs[name] = new Program(gl, film.shaders.shared, source);
     }
     const points = arrays.position.width / 3;
-    this.places = new Field(gl, points, (frame) => vectors(arrays.position, frame, film.step, film.origin));
-    this.rates = new Field(gl, points, (frame) => vectors(arrays.velocity, frame, film.rate, [0, 0, 0]));
+    this.target = new Target(gl);
+    this.places = new Points(gl, points, (frame) => vectors(arrays.position, frame, film.step, film.origin),
+      (frame) => vectors(arrays.velocity, frame, film.rate, [0, 0, 0]));
     const most = film.most.force / film.steps.force;
     this.forces = new Field(gl, film.nodes, (frame) => vectors(arrays.force, frame, most, [0, 0, 0]));
     this.values = new Field(gl, film.nodes, (frame) => this.field.fill(frame), 1);
@@ -39,8 +27,9 @@ class Stage {
     this.values.bind(UNITS.value0);
     this.colours = gl.createTexture();
     this.makeColours("light");
+    this.makeTints();
+    this.skin = new Skin(this);
     this.makeLines();
-    this.makeSkin();
     this.makeSurfaces();
     this.makeSolids();
     this.cap = new Cap(this);
@@ -84,113 +73,27 @@ class Stage {
     return buffer;
   }
 
+  // Tell threads and stitches, which are round, from the other lines.
   makeLines() {
-    const { gl, film, arrays } = this;
+    const { film, arrays } = this;
     const ends = table(arrays.ends, Int32Array), life = lives(arrays["life of lines"]);
     const rest = row(arrays.rest, 0, film.largest.rest / film.steps.level);
     const radius = row(arrays.radius, 0, film.largest.radius / film.steps.level);
-    const law = row(arrays.law, 0);
+    const stitched = row(arrays.stitch, 0), numbers = Array.from(radius.keys()), isTube = (i) => radius[i] > 0 && !stitched[i];
+    // What only filled bodies have: nodes that are not of the skin.
+    const isInside = new Uint8Array(film.nodes);
+    for (const node of table(arrays.cells, Int32Array)) isInside[node] = 1;
+    for (const node of this.skin.nodes) isInside[node] = 0;
     this.lineLife = life;
-    const stitched = row(arrays.stitch, 0);
-    this.isTube = Array.from(radius, (value, i) => value > 0 && !stitched[i]);
-    const own = [], tubes = [], stitches = [];
-    this.isTube.forEach((isTube, i) => (isTube ? tubes : own).push(i));
-    stitched.forEach((isStitch, i) => { if (isStitch) stitches.push(i); });
-    if (own.length > MANY) shuffle(own);  // so that any first part of them is spread evenly
-    const pick = (data, size, chosen) => {
-      const found = new data.constructor(size * chosen.length);
-      chosen.forEach((i, k) => { for (let c = 0; c < size; c += 1) found[size * k + c] = data[size * i + c]; });
-      return found;
-    };
-    const lines = { count: own.length, own, keys: [null, null] };
-    lines.array = gl.createVertexArray();
-    gl.bindVertexArray(lines.array);
-    // Four times the same, for instances of so few corners are slow.
-    const corners = Array.from({ length: 4 * own.length }, (_, i) => own[i >> 2]);
-    this.attribute(1, pick(ends, 2, corners), 2, { whole: true });
-    this.attribute(2, pick(life, 2, corners), 2);
-    this.attribute(3, pick(rest, 1, corners), 1);
-    this.attribute(4, pick(law, 1, corners), 1);
-    lines.tensions = [5, 6].map((place) => {
-      const buffer = gl.createBuffer();
-      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-      gl.bufferData(gl.ARRAY_BUFFER, corners.length, gl.DYNAMIC_DRAW);
-      gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, 1, gl.BYTE, true, 0, 0);
-      return buffer;
+    this.lines = new Lines(this, {
+      own: numbers.filter((i) => !isTube(i)), isInner: (i) => isInside[ends[2 * i]] || isInside[ends[2 * i + 1]],
+      ends, life, rest, law: row(arrays.law, 0),
     });
-    const indices = new Uint32Array(6 * own.length);
-    own.forEach((_, k) => indices.set([0, 1, 2, 1, 3, 2].map((i) => 4 * k + i), 6 * k));
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
-    gl.bindVertexArray(null);
-    this.lines = lines;
-    const round = (chosen) => ({ ends: pick(ends, 2, chosen), life: pick(life, 2, chosen), radius: pick(radius, 1, chosen) });
-    this.tubes = round(tubes);
-    this.stitches = round(stitches);
-    let sum = 0, count = 0;
-    rest.forEach((value) => { if (value > 0) { sum += value; count += 1; } });
-    this.meanRest = count ? sum / count : film.view.size / 20;
-    this.hasInside = own.length > 0;
-  }
-
-  showTensions(first, second) {
-    const { gl, lines, arrays } = this, { data, low, width } = arrays.tension;
-    [first, second].forEach((frame, slot) => {
-      if (lines.keys[slot] === frame) return;
-      const found = new Int8Array(4 * lines.count), start = frame * width;
-      for (let i = 0; i < found.length; i += 1) found[i] = low + data[start + lines.own[i >> 2]];
-      gl.bindBuffer(gl.ARRAY_BUFFER, lines.tensions[slot]);
-      gl.bufferSubData(gl.ARRAY_BUFFER, 0, found);
-      lines.keys[slot] = frame;
-    });
-  }
-
-  makeSkin() {
-    const { gl, film, arrays } = this;
-    const triangles = table(arrays.triangles, Int32Array), life = lives(arrays["life of skin"]);
-    const smooth = arrays.smooth, isSmooth = (i) => smooth.low + smooth.data[i] > 0;
-    this.skinLife = life;
-    // Those that a smooth surface shows too stand last, to be left out together.
-    const order = Array.from({ length: life.length / 2 }, (_, i) => i);
-    order.sort((a, b) => isSmooth(a) - isSmooth(b));
-    const sorted = (data, size) => {
-      const found = new data.constructor(size * order.length);
-      order.forEach((from, to) => found.set(data.subarray(size * from, size * (from + 1)), size * to));
-      return found;
-    };
-    const nodes = sorted(triangles, 3), spans = sorted(life, 2), isFine = order.length > MANY;
-    const held = sorted(lives(arrays["life of patches"]), 2), hollow = sorted(row(arrays.hollow, 0), 1);
-    const shape = { nodes, spans, held, hollow };
-    const isThere = (t, frame) => spans[2 * t] <= frame && frame < spans[2 * t + 1];
-    const known = (field, frame, slot) => field.arrays[field.keys[slot] === frame ? slot : 1 - slot];
-    const lists = isFine ? null : around(nodes, film.nodes), sides = isFine ? null : opposites(nodes);
-    const facing = new Field(gl, isFine ? 1 : nodes.length, (frame, slot) => (isFine ? new Float32Array(3)
-      : cornerNormals(known(this.places, frame, slot), nodes, lists, (t) => isThere(t, frame))));
-    const bulge = new Field(gl, isFine ? 1 : nodes.length, (frame, slot) => (isFine ? new Float32Array(3)
-      : bulges(known(this.places, frame, slot), nodes, known(facing, frame, slot), sides, (t) => isThere(t, frame))));
-    this.skin = {
-      flat: this.faces(1, shape), round: this.faces(film.divisions, shape), facing, bulge, isFine,
-      count: order.length, bare: order.filter((i) => !isSmooth(i)).length,
-    };
-    this.makeTints();
-  }
-
-  // Return an array of triangles that are each drawn in parts.
-  faces(divisions, { nodes, spans, held, hollow }) {
-    const { gl } = this, array = gl.createVertexArray(), { weights, indices } = partsOfTriangle(divisions);
-    gl.bindVertexArray(array);
-    this.attribute(0, new Float32Array(weights), 2);
-    this.attribute(1, nodes, 3, { every: 1, whole: true });
-    if (spans) {
-      this.attribute(2, spans, 2, { every: 1 });
-      this.attribute(3, held, 2, { every: 1 });
-      this.attribute(4, hollow, 1, { every: 1 });
-    }
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(indices), gl.STATIC_DRAW);
-    gl.bindVertexArray(null);
-    return { array, indices: indices.length };
+    const round = (chosen) => ({ ends: picked(ends, 2, chosen), life: picked(life, 2, chosen), radius: picked(radius, 1, chosen) });
+    this.tubes = round(numbers.filter(isTube));
+    this.stitches = round(numbers.filter((i) => stitched[i]));
+    const known = rest.filter((value) => value > 0);
+    this.meanRest = known.length ? known.reduce((sum, value) => sum + value, 0) / known.length : film.view.size / 20;
   }
 
   // Fill a texture with the colours of the nodes.
@@ -210,11 +113,9 @@ class Stage {
     this.surfaces = film.surfaces.map(({ name, pieces }) => pieces.map((piece) => {
       const position = arrays[`${piece.name} position`];
       const triangles = table(arrays[`${piece.name} triangles`], Int32Array);
-      const places = new Field(gl, position.width / 3, (k) => vectors(position, k, film.step, piece.origin));
-      const faces = this.faces(1, { nodes: triangles });
-      const facing = new Field(gl, position.width / 3, (k, slot) => normals(
-        places.arrays[places.keys[slot] === k ? slot : 1 - slot], triangles, () => true,
-      ));
+      const places = new Points(gl, position.width / 3, (k) => vectors(position, k, film.step, piece.origin));
+      const faces = new Faces(this, 1, { nodes: triangles });
+      const facing = new Field(gl, position.width / 3, (k) => normals(places.at(k).place, triangles, () => true));
       return { name, frames: piece.frames, faces, count: triangles.length / 3, places, normals: facing, tint: piece.tint };
     }));
   }
@@ -260,18 +161,8 @@ class Stage {
     gl.bindVertexArray(null);
   }
 
-  resize() {
-    const { canvas, gl } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
-    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
-    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-    gl.viewport(0, 0, width, height);
-    this.ratio = ratio;
-    return width / height;
-  }
-
-  // Draw a moment, counted in frames, as `shown` says.
-  draw(moment, camera, shown, look) {
+  // Draw a moment, counted in frames, as `shown` says, in one of the FORMS.
+  draw(moment, camera, shown, look, form) {
     const { gl, film, arrays } = this;
     if (gl.isContextLost()) return;
     const frame = Math.min(Math.floor(moment), film.times.length - 1);
@@ -283,26 +174,31 @@ class Stage {
     camera.follow(frame, next, mixing);
     const { view, projection } = camera.matrices();
     const { distance } = camera, size = film.view.size;
+    this.ratio = fill(this.canvas, form.scale);
+    const frames = [frame, next, mixing], screen = this.target.begin(form.samples);
+    // A closed skin hides everything inside from an eye outside.
+    const isShut = this.skin.isClosed && shown.surface === "solid" && !shown.section && camera.isOutside;
     const common = {
-      view, projection, mixing, span, moment, distance, mostStrain: film.most.strain || 1,
+      view, projection, mixing, moment, distance, isShut, eye: camera.eye, screen, mostStrain: film.most.strain || 1,
       withSprings: shown.springs && this.lines.count > 0, paper: hexed(isDark ? looks.paper_dark : looks.paper),
       haze: [distance - 0.25 * size, distance + 0.9 * size],
-      screen: [gl.drawingBufferWidth, gl.drawingBufferHeight], ...this.showField(shown.field, frame, next),
+      ...this.showField(shown.field, frame, next),
       ...cutOff(shown.section, camera, view),
     };
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    this.places.show(frame, next).bind(UNITS.place0);
-    if (span) this.rates.show(frame, next).bind(UNITS.rate0);
+    this.places.show(frames, span).bind();
     if (shown.tools) this.drawSolids(common, looks);
-    if (shown.section && shown.surface !== "none") this.cap.draw(common, shown.section, [frame, next, mixing], isDark ? looks.ink_dark : looks.ink);
-    if (shown.surface === "solid") this.drawSkins(common, moment, frame, next, 1);
-    if (shown.springs) this.drawLines(common, frame, next, shown);
+    if (shown.section && shown.surface !== "none") this.cap.draw(common, shown.section, isDark ? looks.ink_dark : looks.ink);
+    if (shown.surface === "solid") this.drawSkins(common, frames, 1, form);
+    this.lines.part = 1;
+    if (shown.springs) this.lines.draw(common, frames, shown, form);
     else this.drawRound(this.seams, common, looks.silk);
     this.drawRound(this.dots, { ...common, ramp: -1 }, isDark ? looks.ink_dark : looks.steel);
     if (shown.forces) this.drawForces(common, frame, next, shown.reach);
-    if (shown.surface === "glass") this.drawSkins(common, moment, frame, next, 0.38);
+    if (shown.surface === "glass") this.drawSkins(common, frames, 0.38, form);
     if (shown.tools) this.drawPlanes(common);
+    this.target.end();
   }
 
   // Have the numbers of a field ready for shaders, and return what these have to know of it.
@@ -314,66 +210,28 @@ class Stage {
     return { ramp: field.isSigned ? 0 : 2, range: field.range };
   }
 
-  drawLines(common, frame, next, shown) {
-    const { gl, lines } = this;
-    if (!lines.count) return;
-    const isCrowded = Math.min(1, 18 / Math.sqrt(lines.count));
-    gl.bindVertexArray(lines.array);
-    this.showTensions(frame, next);
-    const isField = shown.field && !this.skin.count;
-    this.programs.lines.use({
-      ...common, ramp: isField ? common.ramp : -1,
-      width: (0.55 + 1.0 * isCrowded) * 1.25 * this.ratio,
-      nearer: shown.surface === "solid" ? this.film.rules.nearer * this.film.view.size : 0,
-      dashes: this.meanRest / this.film.rules.dashes,
-      colouring: isField ? 3 : ["tension", "strain", "law"].indexOf(shown.colour),
-    });
-    const count = Math.ceil(lines.count * (shown.part || 1));
-    gl.drawElements(gl.TRIANGLES, 6 * count, gl.UNSIGNED_INT, 0);
-  }
-
-  drawSkins(common, moment, frame, next, opacity) {
-    const { film, skin } = this, { looks } = film, isNet = common.withSprings;
+  drawSkins(common, frames, opacity, form) {
+    const { gl, film, skin, places } = this, { looks } = film, isNet = common.withSprings;
     // The skin steps back where springs lie on it, whose colours say something.
     const values = { ...common, opacity, inside: hexed(looks.lumen), steel: hexed(looks.steel), paler: isNet ? film.rules.paler : 0 };
     const isOwn = isNet || common.ramp >= 0 || common.isOpen;  // smooth surfaces have no nodes that fields are known at
-    const shown = isOwn ? [] : this.surfaces.map((pieces) => this.pieceAt(pieces, moment)).filter(Boolean);
-    const count = this.surfaces.length && !isOwn ? skin.bare : skin.count, isRounded = !isNet && !skin.isFine && !common.isOpen;
-    const sides = opacity < 1 ? [this.gl.FRONT, this.gl.BACK] : [null];
+    const shown = isOwn ? [] : this.surfaces.map((pieces) => this.pieceAt(pieces, common.moment)).filter(Boolean);
+    const count = this.surfaces.length && !isOwn ? skin.bare : skin.count;
+    const divisions = isNet || skin.isFine || common.isOpen ? 1 : skin.divisions(form.faces);
+    const sides = opacity < 1 ? [gl.FRONT, gl.BACK] : [common.isShut ? gl.BACK : null];
     for (const side of sides) {
-      if (count) {
-        this.places.show(frame, next).bind(UNITS.place0);
-        skin.facing.show(frame, next).bind(UNITS.normal0);
-        if (isRounded) skin.bulge.show(frame, next).bind(UNITS.bulge0);
-        const own = { byCorner: skin.isFine ? 2 : 1, isRounded: isRounded ? 1 : 0, plain: [0, 0, 0, -1] };
-        this.drawFaces(isRounded ? skin.round : skin.flat, count, { ...values, ...own }, side, opacity);
-      }
+      if (count) skin.draw(count, frames, divisions, values, side);
       for (const { piece, first, second, mixing } of shown) {
-        piece.places.show(first, second).bind(UNITS.place0);
+        piece.places.show([first, second, mixing]).bind();
         piece.normals.show(first, second).bind(UNITS.normal0);
-        this.gl.bindVertexArray(piece.faces.array);
-        this.gl.vertexAttrib2f(2, -1, 1e9);
-        this.gl.vertexAttrib2f(3, 0, 0);
-        this.gl.vertexAttrib1f(4, 1);
-        const own = { mixing, span: 0, byCorner: 0, isRounded: 0, plain: piece.tint };
-        this.drawFaces(piece.faces, piece.count, { ...values, ...own }, side, opacity);
+        gl.bindVertexArray(piece.faces.array);
+        gl.vertexAttrib2f(2, -1, 1e9);
+        gl.vertexAttrib2f(3, 0, 0);
+        gl.vertexAttrib1f(4, 1);
+        piece.faces.draw(piece.count, { ...values, mixing, byCorner: 0, plain: piece.tint }, opacity < 1 ? side : null);
       }
     }
-    this.places.bind(UNITS.place0);
-  }
-
-  drawFaces(faces, count, values, culled, opacity) {
-    const { gl } = this;
-    if (culled !== null) {
-      gl.enable(gl.CULL_FACE);
-      gl.cullFace(culled);
-    }
-    gl.depthMask(opacity === 1);
-    gl.bindVertexArray(faces.array);
-    this.programs.skin.use(values);
-    gl.drawElementsInstanced(gl.TRIANGLES, faces.indices, gl.UNSIGNED_SHORT, 0, count);
-    gl.depthMask(true);
-    gl.disable(gl.CULL_FACE);
+    places.bind();
   }
 
   // Return which piece of a smooth surface is seen, and between which of its frames.
@@ -430,7 +288,7 @@ class Stage {
   }
 
   // Return how many springs and triangles are there at a moment.
-  count(moment) { return { springs: tally(this.lineLife, moment), triangles: tally(this.skinLife, moment) }; }
+  count(moment) { return { springs: tally(this.lineLife, moment), triangles: tally(this.skin.life, moment) }; }
 
   finish() { this.gl.finish(); }
 }
