@@ -69,7 +69,7 @@ def check_fields(
         if not there[at]:
             findings.add(
                 "TIS304",
-                f"the {name} is that of each {_WHAT[at]}, of which the trajectory shows none",
+                f"{name} has a value for each {_WHAT[at]}, but the trajectory contains none",
                 span,
                 hint="for example: at 0 s: preserve volume of BODY with 10 kPa"
                 if at == "cell"

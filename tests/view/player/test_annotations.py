@@ -44,7 +44,7 @@ def test_labels_stand_clear_of_each_other_and_of_scales(sterilisation, size):
     field = FieldValues.of(DERIVED[0], values).ranged((-0.6, 1.2))
     painter = Painter(film, options, size, "sterilisation", forces=True, field=field)
     found = boxes(painter.draw(film.moment_at(0.65)))
-    assert {"above: up to 5 m", "below: from −3 m"} <= {text for text, _ in found}
+    assert {"largest: 5 m", "smallest: −3 m"} <= {text for text, _ in found}
     for k, (text, box) in enumerate(found):
         assert box.x0 >= 0.0 and box.x1 <= size[0], text
         assert box.y0 >= 0.0 and box.y1 <= size[1], text

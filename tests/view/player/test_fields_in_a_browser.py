@@ -147,7 +147,7 @@ def test_ranges_by_hand_are_marked_where_they_clip(opened, shown):
     page.locator("#high").fill("10")
     page.locator("#high").press("Enter")
     assert page.locator("#ticks").inner_text().split() == ["0", "5", "10"]
-    assert page.locator("#clipped").inner_text() == "above: up to 34.5 %"
+    assert page.locator("#clipped").inner_text() == "largest: 34.5 %"
     assert "over" in page.locator("#ramp").get_attribute("class")
     page.evaluate("tissuec.look(-90, 90)")
     page.evaluate("tissuec.draw()")

@@ -82,11 +82,12 @@ def draw_field_legend(
 def _beyond(values: FieldValues, scale: AxisUnit) -> list[str]:
     """Return which numbers the colours do not tell apart, in lines."""
     lines: list[str] = []
+    if values.is_usual and any(values.beyond):
+        lines.append("covers 98 % of the values")
     if values.beyond[1]:
-        start = "> 98 %" if values.is_usual else "above"
-        lines.append(f"{start}: up to {scale.text(values.most)}")
+        lines.append(f"largest: {scale.text(values.most)}")
     if values.beyond[0]:
-        lines.append(f"below: from {scale.text(values.least)}")
+        lines.append(f"smallest: {scale.text(values.least)}")
     return [line.replace("-", "−") for line in lines]
 
 

@@ -58,8 +58,9 @@ const legend = {
   clipped({ divisor, unit, range, usual, extent, beyond }) {
     const text = (value) => `${digits(value / divisor)} ${unit}`.trim();
     const parts = [];
-    if (beyond[1]) parts.push(`${range === usual ? "> 98 %" : "above"}: up to ${text(extent[1])}`);
-    if (beyond[0]) parts.push(`below: from ${text(extent[0])}`);
+    if (range === usual && beyond.includes(true)) parts.push("colours cover 98 % of the values");
+    if (beyond[1]) parts.push(`largest: ${text(extent[1])}`);
+    if (beyond[0]) parts.push(`smallest: ${text(extent[0])}`);
     return parts.join("; ");
   },
 };
