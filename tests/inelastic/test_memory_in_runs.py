@@ -13,9 +13,10 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.stability import damping_radius, spectral_radius
-from tissuec.forces.branches import Inelastic, flat
+from tissuec.forces.branches import flat
 from tissuec.mechanics import observables
 from tissuec.mechanics.settling import settle
+from tissuec.model.inelastic import Inelastic
 from tissuec.validate.equations import Equations
 
 RNG = np.random.default_rng(3)

@@ -12,7 +12,7 @@ from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.spring_parts import SpringParts
 from tissuec.compiler.tissue_parts import TissueParts, part_numbers
 from tissuec.core.errors import Note
-from tissuec.forces.branches import CONSTANTS, LIMIT, VISCOSITY
+from tissuec.model.inelastic import CONSTANTS, LIMIT, VISCOSITY
 from tissuec.model.network import Explained, Floats, Origin, Provenance
 
 

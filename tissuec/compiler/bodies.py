@@ -9,10 +9,10 @@ from tissuec.compiler.materials import MaterialReader
 from tissuec.compiler.poisson import Poisson
 from tissuec.compiler.threads import with_slipping
 from tissuec.forces.bending import Hinges
-from tissuec.forces.branches import NAMES as INELASTIC
 from tissuec.laws import Law
 from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
+from tissuec.model.inelastic import NAMES as INELASTIC
 from tissuec.model.network import Floats, Indices, Provenance, ThreadBody
 from tissuec.model.springs import Springs
 from tissuec.scene.findings import Findings
@@ -37,7 +37,7 @@ class BodyArrays(Struct, frozen=True, eq=False):
     mesh: Mesh
     mass: Floats
     springs: Springs  # numbered within the body
-    memory: dict[str, Floats]  # of springs that relax or yield, by ``forces.branches.NAMES``
+    memory: dict[str, Floats]  # of springs that relax or yield, by ``model.inelastic.NAMES``
     provenance: dict[str, Provenance]
     velocity: Floats
     node_ids: Indices

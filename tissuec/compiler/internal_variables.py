@@ -6,7 +6,7 @@ from math import ceil, sqrt
 import numpy as np
 from msgspec.structs import replace
 
-from tissuec.forces.branches import CONSTANTS, LIMIT, TIMES, VISCOSITY, Inelastic
+from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY, Inelastic
 from tissuec.model.network import SPRINGS, Floats, Network, Origin
 
 Arrays = Mapping[str, Floats]

@@ -17,8 +17,8 @@ from tissuec.compiler.sets import Groups
 from tissuec.compiler.tables import ExplicitBody
 from tissuec.core.errors import counted
 from tissuec.core.units import LENGTH, show
-from tissuec.forces.branches import NAMES as INELASTIC
 from tissuec.meshes.generators import Mesh
+from tissuec.model.inelastic import NAMES as INELASTIC
 from tissuec.model.network import Floats, Indices, Provenance
 from tissuec.model.springs import Springs
 from tissuec.scene.findings import Findings
@@ -35,7 +35,7 @@ class JointArrays(Struct, frozen=True, eq=False):
     joint: Joint
     drawing: Drawing
     springs: Springs
-    memory: dict[str, Floats]  # of springs that relax or yield, by ``forces.branches.NAMES``
+    memory: dict[str, Floats]  # of springs that relax or yield, by ``model.inelastic.NAMES``
     provenance: dict[str, Provenance]
 
 

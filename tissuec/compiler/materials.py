@@ -25,9 +25,9 @@ from tissuec.core.hints import Hint, insertion
 from tissuec.core.names import key_of
 from tissuec.core.units import suggested_unit
 from tissuec.forces.bending import Hinges
-from tissuec.forces.branches import PAIRS, TIMES, VISCOSITY
 from tissuec.laws import Law
 from tissuec.laws.evaluation import Behaviour
+from tissuec.model.inelastic import PAIRS, TIMES, VISCOSITY
 from tissuec.model.network import Explained, Floats, Origin, Provenance
 from tissuec.scene.findings import Findings
 from tissuec.scene.model import AssignedQuantity

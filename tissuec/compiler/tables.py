@@ -27,11 +27,11 @@ from tissuec.core.units import (
     parse_unit,
     show,
 )
-from tissuec.forces.branches import NAMES as INELASTIC
 from tissuec.lang import syntax as s
 from tissuec.lang.tables import ColumnSpec, cell_span, read_rows
 from tissuec.meshes.generators import Mesh
 from tissuec.meshes.generators.explicit import ExplicitMesh, TableError
+from tissuec.model.inelastic import NAMES as INELASTIC
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Body, Tables

@@ -11,9 +11,9 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tissuec.forces.branches import TIMES, VISCOSITY
 from tissuec.laws import LINEAR, VISCOSITY_LAWS, D, Law
 from tissuec.meshes.generators import Mesh, Threaded
+from tissuec.model.inelastic import TIMES, VISCOSITY
 from tissuec.model.network import Floats, Indices, Network, ThreadBody
 
 SLIPPING = Law("slipping knot", LINEAR.elastic, D)

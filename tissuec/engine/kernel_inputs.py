@@ -23,6 +23,7 @@ from tissuec.engine.spring_runs import RunPlaces, are_shared, packed, places_of
 from tissuec.engine.threads import ThreadTeam, useful
 from tissuec.engine.unknowns import new_solver
 from tissuec.forces import Field, acts_of
+from tissuec.forces.branches import table_of
 from tissuec.forces.load import Load
 from tissuec.forces.rest_length import reels
 from tissuec.kernels.records import (
@@ -430,7 +431,7 @@ class KernelInputs:
         network = self.state.network
         nodes = network.remembering(SPRINGS)
         assert self.springs.inelastic is not None
-        return self.springs.inelastic.table(self.place[nodes], network.position[nodes])
+        return table_of(self.springs.inelastic, self.place[nodes], network.position[nodes])
 
     def longest_step(self, looks: int) -> float:
         """Return the largest step that follows motions and loads of the present stretch [s]."""

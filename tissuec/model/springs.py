@@ -1,7 +1,7 @@
 """Springs of a net: their nodes and numbers, one record from the build to the kernels."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from msgspec import Struct
@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from tissuec.core.arrays import behind_one_another, uniform
 from tissuec.laws import LINEAR, Law
 from tissuec.laws.evaluation import Behaviour
-
-if TYPE_CHECKING:  # annotations only
-    from tissuec.forces.branches import Inelastic
+from tissuec.model.inelastic import Inelastic
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -51,7 +49,7 @@ class Springs(Struct, frozen=True, eq=False):
     law: NDArray[np.int32]
     laws: tuple[Law, ...]
     ids: Indices
-    inelastic: "Inelastic | None" = None
+    inelastic: Inelastic | None = None
 
     @property
     def sudden(self) -> Floats:

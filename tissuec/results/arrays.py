@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissuec.core.source import Source, Span
-from tissuec.forces.branches import Inelastic
 from tissuec.laws import Law
 from tissuec.laws.code import parse
+from tissuec.model.inelastic import Inelastic
 from tissuec.model.network import (
     BodyPart,
     Grid,

@@ -9,7 +9,7 @@ from msgspec import Struct
 from tissuec.core import units
 from tissuec.core.names import key_of
 from tissuec.core.units import Dimension
-from tissuec.forces.branches import CONSTANTS, LIMIT, TIMES, VISCOSITY
+from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 
 #: Of branches, by their constants: the shares of the modulus that relax.
 SHARES = tuple(constant.replace("constant", "share") for constant in CONSTANTS)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 if TYPE_CHECKING:
-    from tissuec.forces.branches import Inelastic
+    from tissuec.model.inelastic import Inelastic
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.hand_net import Diary, Refused, chain, make_net, order, start
-from tissuec.forces.branches import NAMES
+from tissuec.model.inelastic import NAMES
 from tissuec.script.verbs.change import PARAMETERS
 
 SETS = {"part": [1, 2]}

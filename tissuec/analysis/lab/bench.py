@@ -12,10 +12,10 @@ from msgspec.structs import replace
 from tissuec.analysis.lab.coupon import BODY, Coupon
 from tissuec.core.source import Source
 from tissuec.engine.execution.signals import interruption
-from tissuec.forces.branches import TIMES
 from tissuec.lang import syntax as s
 from tissuec.lang.parser import parse
 from tissuec.lang.words import written_name
+from tissuec.model.inelastic import TIMES
 from tissuec.model.network import Floats, Network
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory

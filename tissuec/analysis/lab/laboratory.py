@@ -17,7 +17,7 @@ from tissuec.core.hints import did_you_mean
 from tissuec.core.names import key_of
 from tissuec.core.source import Source
 from tissuec.core.units import Dimension, show
-from tissuec.forces.branches import TIMES
+from tissuec.model.inelastic import TIMES
 from tissuec.scene.model import KnownQuantity, Tissue
 from tissuec.scene.quantities import KNOWABLE, YOUNGS_MODULUS
 from tissuec.scene.request import Request

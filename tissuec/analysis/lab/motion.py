@@ -14,7 +14,7 @@ import numpy as np
 from tissuec.analysis.lab.bench import TestBench, Unmeasured
 from tissuec.analysis.lab.coupon import Coupon
 from tissuec.analysis.lab.statics import TensionTest
-from tissuec.forces.branches import TIMES
+from tissuec.model.inelastic import TIMES
 from tissuec.model.network import Floats
 from tissuec.scene.quantities import RETARDATION_TIME, YOUNGS_MODULUS
 

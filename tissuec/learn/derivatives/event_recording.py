@@ -16,7 +16,6 @@ from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
 from tissuec.engine.execution.sampling import SAME
-from tissuec.forces.branches import VISCOSITY
 from tissuec.learn.derivatives.event_schedule import ArrayChange, EventSchedule, Leg, leg_of
 from tissuec.learn.derivatives.motion import Diverged, Motion
 from tissuec.learn.derivatives.stepping import Stepping
@@ -25,6 +24,7 @@ from tissuec.learn.parameters.force_numbers import not_derived
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.mechanics.state import State
+from tissuec.model.inelastic import VISCOSITY
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
 from tissuec.script.verbs import VERBS, Action

@@ -8,10 +8,10 @@ Young's modulus; what a force makes of its numbers may be anything.
 """
 
 from tissuec.compiler.compile import Compiled
-from tissuec.forces.branches import TIMES, VISCOSITY
 from tissuec.learn.parameters.fields import every_field
 from tissuec.learn.parameters.numbers import NO_FIELDS, NumberOrder
 from tissuec.learn.parameters.substitution import Number, Numbers, UsePlace, recompiled
+from tissuec.model.inelastic import TIMES, VISCOSITY
 from tissuec.model.network import Floats
 from tissuec.scene.quantities import (
     POISSONS_RATIO,

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.forces.branches import Inelastic
 from tissuec.kernels.derivative_records import SpringMemory
+from tissuec.model.inelastic import Inelastic
 from tissuec.model.network import Floats, Indices, Network
 
 _NONE: Indices = np.zeros(0, dtype=np.int64)

@@ -14,8 +14,8 @@ from tissuec.core.hints import alternatives
 from tissuec.core.names import key_of
 from tissuec.core.source import Span
 from tissuec.core.units import Dimension
-from tissuec.forces.branches import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
 from tissuec.mechanics.state import State
+from tissuec.model.inelastic import CONSTANTS, LIMIT, NAMES, PAIRS, TIMES, VISCOSITY
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.verbs import VERBS, Action, EventQueue, Group, LoggedEvent, Order
 from tissuec.script.verbs.holding import sentence

@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.units import Dimension
-from tissuec.forces.branches import CONSTANTS, LIMIT, TIMES, VISCOSITY
+from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.view.compare.matching import MatchedIndices
 from tissuec.view.compare.places import SideParts
