@@ -15,7 +15,7 @@ from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run import run
-from tissuec.engine.state import FLOOR
+from tissuec.engine.run_arrays import FLOOR
 from tissuec.validate.reference import reference
 
 FINER = 100.0  # times: the tolerance of what a run is compared with

@@ -16,7 +16,7 @@ from tests.every import every
 from tests.validate.scenes import compiled_scene
 from tissuec.engine.execution.recorder import sample_times
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.state import FLOOR
+from tissuec.engine.run_arrays import FLOOR
 from tissuec.validate.reference import reference
 
 TOLERANCE = 1e-4

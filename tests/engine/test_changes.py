@@ -11,7 +11,7 @@ from tests.engine.running import Bench, chain, pair
 from tests.engine.test_closed_forms import relaxation
 from tissuec.core.source import Source, Span
 from tissuec.engine.method_trial import MethodTrial, of_other_order
-from tissuec.engine.state import new_progress
+from tissuec.engine.run_arrays import new_progress
 from tissuec.forces.foundation import Bed
 from tissuec.model.blocks import FieldBlock
 

@@ -9,9 +9,9 @@ from msgspec.structs import replace
 
 from tests.engine.running import block, chain, pair, tube
 from tissuec.engine import method_choice
+from tissuec.engine.layout import FEW, SMALL, order_nodes
 from tissuec.engine.method import Method
 from tissuec.engine.method_choice import choose
-from tissuec.engine.numbering import FEW, SMALL, number_nodes
 from tissuec.engine.spring_runs import places_of
 from tissuec.engine.stability import (
     damping_radius,
@@ -171,11 +171,11 @@ def test_nodes_of_large_nets_are_numbered_so_that_neighbours_are_near():
     grid = np.stack(np.meshgrid(*[np.arange(16.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
     shuffled = rng.permutation(grid)
     none = np.zeros((0, 2), dtype=np.int32)
-    order = number_nodes(shuffled, none).order
+    order = order_nodes(shuffled, none).order
     assert np.array_equal(np.sort(order), np.arange(len(grid)))
     jumps = np.linalg.norm(np.diff(shuffled[order], axis=0), axis=1)
     assert jumps.mean() < 1.6 < 5.0 < np.linalg.norm(np.diff(shuffled, axis=0), axis=1).mean()
-    assert np.array_equal(number_nodes(grid[:SMALL], none).order, np.arange(SMALL))
+    assert np.array_equal(order_nodes(grid[:SMALL], none).order, np.arange(SMALL))
 
 
 def test_nodes_whose_springs_lie_in_runs_keep_their_places():
@@ -183,7 +183,7 @@ def test_nodes_whose_springs_lie_in_runs_keep_their_places():
     grid = np.stack(np.meshgrid(*[np.arange(16.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
     number = np.arange(len(grid)).reshape(16, 16, 16)
     ends = np.stack([number[:, :, :-1].ravel(), number[:, :, 1:].ravel()], axis=1)
-    assert np.array_equal(number_nodes(grid, ends).order, np.arange(len(grid)))
+    assert np.array_equal(order_nodes(grid, ends).order, np.arange(len(grid)))
 
 
 def tube(rings, sides):
@@ -198,7 +198,7 @@ def tube(rings, sides):
 
 def test_nodes_of_a_small_tube_are_numbered_so_that_runs_have_few_gaps():
     ends, count = tube(rings=16, sides=10), 160
-    order = number_nodes(np.zeros((count, 3)), ends).order
+    order = order_nodes(np.zeros((count, 3)), ends).order
     assert np.array_equal(np.sort(order), np.arange(count))
     place = np.argsort(order)
     drawn = places_of(*np.sort(ends, axis=1).T)
@@ -210,21 +210,21 @@ def test_nodes_of_a_small_tube_are_numbered_so_that_runs_have_few_gaps():
 
 def test_springs_to_nodes_of_tools_change_no_order():
     ends, count = tube(rings=16, sides=10), 160
-    order, runs = number_nodes(np.zeros((count, 3)), ends)
+    order, runs = order_nodes(np.zeros((count, 3)), ends)
     more = np.append(ends, [[3, count + 7]], axis=0).astype(np.int32)
-    found = number_nodes(np.zeros((count, 3)), more)
+    found = order_nodes(np.zeros((count, 3)), more)
     assert np.array_equal(found.order, order)
     assert found.runs is not None and runs is not None
 
 
 def test_nodes_of_a_large_tube_keep_their_places():
     ends, count = tube(rings=FEW // 10 + 1, sides=10), FEW + 10
-    assert np.array_equal(number_nodes(np.zeros((count, 3)), ends).order, np.arange(count))
+    assert np.array_equal(order_nodes(np.zeros((count, 3)), ends).order, np.arange(count))
 
 
 def test_nodes_of_a_small_net_in_runs_without_gaps_keep_their_places():
     ends = tube(rings=10, sides=16)[: 9 * 16]  # along it only
-    assert np.array_equal(number_nodes(np.zeros((160, 3)), ends).order, np.arange(160))
+    assert np.array_equal(order_nodes(np.zeros((160, 3)), ends).order, np.arange(160))
 
 
 def test_runs_import_no_compiler():

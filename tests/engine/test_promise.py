@@ -7,7 +7,7 @@ from tests.engine.running import Bench, block, chain, lifted_tube, pair
 from tests.engine.test_closed_forms import relaxation
 from tests.hand_net import make_net
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.state import new_task
+from tissuec.engine.run_arrays import new_task
 from tissuec.model.profiles import TimeProfile
 
 TIMES = 400

@@ -173,7 +173,7 @@ def test_band_holds_the_entries_of_the_matrix(scene):
             found[column + k, column] = found[column, column + k] = band[column, k]
     # Unknowns stand in the order of their slots.
     order = np.empty(size // 3, dtype=np.int64)
-    order[slot[slot >= 0]] = made.layout.order[slot >= 0]
+    order[slot[slot >= 0]] = made.layout.layout.order[slot >= 0]
     at = (3 * order[:, None] + np.arange(3)).ravel()
     expected = dense(made.state, made.q)[np.ix_(at, at)]
     assert found == pytest.approx(expected, rel=1e-13, abs=1e-13)

@@ -6,7 +6,7 @@ import pytest
 from tests.validate.scenes import compiled_scene
 from tissuec.compiled.calls import Shipped
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.state import new_work
+from tissuec.engine.run_arrays import new_work
 from tissuec.engine.threads import ThreadTeam
 from tissuec.kernels import stages
 

@@ -85,7 +85,7 @@ class Kernel:
 
     def leave(self, state: State, y: Floats) -> None:
         """Set a state to the unknowns at the stop."""
-        free = self._layout.order[self.nodes]
+        free = self._layout.layout.order[self.nodes]
         pairs = y.reshape(-1, 3, 2)
         state.time = self.stop
         state.position[free] = state.network.position[free] + pairs[..., 0]
@@ -99,7 +99,7 @@ class Kernel:
             rows: Unknowns, shape (row, 6 free).
             position: Shape (row, node, 3); only free nodes are written.
         """
-        free = self._layout.order[self.nodes]
+        free = self._layout.layout.order[self.nodes]
         drawn = self._layout.state.network.position[free]
         position[:, free] = drawn + rows.reshape(len(rows), -1, 3, 2)[..., 0]
 

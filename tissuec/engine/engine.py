@@ -211,7 +211,11 @@ class Engine:
         if self._viewed is None:
             raise ValueError("no step is viewed")
         x, v, ledger = self._viewed[0].state(time)
-        return self.stepper.inputs.outwards(x), self.stepper.inputs.outwards(v), ledger
+        return (
+            self.stepper.inputs.outwards(x),
+            self.stepper.inputs.outwards(v),
+            ledger,
+        )
 
     @property
     def viewable(self) -> float:

@@ -58,7 +58,7 @@ def explain(reason: int, work: Work, progress: Progress, inputs: KernelInputs) -
     finite = all(np.isfinite(part).all() for part in (x, v, work.a[progress.current]))
     if reason == UNDERFLOW and finite:
         jump = (work.a[1 - progress.current] - work.a[progress.current]).reshape(-1, 3)
-        node = int(inputs.order[np.argmax(np.einsum("nk,nk->n", jump, jump))])
+        node = int(inputs.layout.order[np.argmax(np.einsum("nk,nk->n", jump, jump))])
         message = "the step size fell below the resolution of time in double precision"
         return Interruption("stuck", progress.time, spring=spring, node=node, message=message)
     if reason == UNSOLVED and finite:

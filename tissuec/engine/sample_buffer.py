@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Samples
-from tissuec.engine.state import glances, new_buffer
+from tissuec.engine.run_arrays import glances, new_buffer
 from tissuec.kernels.records import GLANCES, Progress
 from tissuec.model.network import Floats
 
@@ -21,7 +21,7 @@ class SampleBuffer:
     """
 
     def __init__(self, times: Floats, inputs: KernelInputs, record: Callable[[Samples], None]):
-        self.buffer = new_buffer(times, len(inputs.order), inputs.spring_count)
+        self.buffer = new_buffer(times, len(inputs.layout.order), inputs.spring_count)
         self._inputs, self._record = inputs, record
 
     def make_room(self, steps: int) -> None:

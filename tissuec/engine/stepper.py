@@ -12,8 +12,14 @@ from tissuec.engine.integrators import Integrator
 from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Backend, Method
+from tissuec.engine.run_arrays import (
+    first_step,
+    least_pressure,
+    new_progress,
+    new_task,
+    new_work,
+)
 from tissuec.engine.sample_buffer import SampleBuffer
-from tissuec.engine.state import first_step, least_pressure, new_progress, new_task, new_work
 from tissuec.kernels.records import Task, Work
 from tissuec.mechanics import observables
 from tissuec.mechanics.state import State

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from tissuec.engine.backends import bound_inside
 from tissuec.engine.method import Interruption
-from tissuec.engine.state import arrays_of
+from tissuec.engine.run_arrays import arrays_of
 from tissuec.engine.step_events import RESOLUTION, AcceptedStep, Survey, Watch, bisect
 from tissuec.engine.stepper import Stepper
 from tissuec.kernels.records import GLANCES, Progress

@@ -10,7 +10,7 @@ from tests.engine.running import Bench, pair
 from tests.engine.test_closed_forms import relaxation
 from tests.hand_net import make_net
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.state import slopes
+from tissuec.engine.run_arrays import slopes
 
 OMEGA = np.sqrt(200.0)  # of the pair
 WITHIN = np.linspace(0.0, 1.0, 58)[1:]

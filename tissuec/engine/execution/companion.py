@@ -37,7 +37,7 @@ from tissuec.engine.execution.counterpart import LEAST, MOST, counterpart, fores
 from tissuec.engine.execution.finer_run import USUAL, Allowance, keep, largest, stepped
 from tissuec.engine.execution.recorder import sample_times
 from tissuec.engine.method import Samples, Statistics
-from tissuec.engine.state import FLOOR
+from tissuec.engine.run_arrays import FLOOR
 from tissuec.model.network import BodyPart, Floats, Network
 from tissuec.script.plan import Plan
 

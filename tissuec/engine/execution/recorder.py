@@ -22,7 +22,7 @@ from tissuec.engine.execution.expectations import ExpectationMemory, Expectation
 from tissuec.engine.execution.field_samples import FieldSampler, preserved_bodies
 from tissuec.engine.execution.sampling import SAME, join_times, rows_at
 from tissuec.engine.method import Samples
-from tissuec.engine.state import FLOOR, most_stored
+from tissuec.engine.run_arrays import FLOOR, most_stored
 from tissuec.geometry.surfaces import entries_of
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network

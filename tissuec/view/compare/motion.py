@@ -184,7 +184,7 @@ class _Frames:
 
     @cached_property
     def _moved(self) -> Floats:
-        from tissuec.engine.state import FLOOR
+        from tissuec.engine.run_arrays import FLOOR
 
         position = self.trajectory.position
         first, moved = position[0].astype(float), np.zeros(len(self.times))

@@ -62,7 +62,7 @@ class Errors(Struct, frozen=True):
     def _allowed(self, trajectory: "Trajectory") -> TimeCurve | None:
         """Return what the tolerance allows; None where a fixed step promises nothing."""
         from tissuec.engine.execution.finer_run import USUAL
-        from tissuec.engine.state import FLOOR
+        from tissuec.engine.run_arrays import FLOOR
 
         manifest = trajectory.manifest
         if manifest.get("step") is not None or not len(trajectory.times):

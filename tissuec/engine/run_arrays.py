@@ -269,7 +269,7 @@ def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: flo
         integrator: The integrator.
         duration: Of the run [s].
     """
-    springs, nodes = inputs.springs, len(inputs.order)
+    springs, nodes = inputs.springs, len(inputs.layout.order)
     stiff, viscous = springs.stiffness, springs.damping
     if not inputs.features.straight:
         stiff, viscous = _slopes(inputs)
@@ -289,7 +289,7 @@ def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: flo
 def _slopes(inputs: KernelInputs) -> tuple[Floats, Floats]:
     """Return how stiff [N/m] and how viscous [N s/m] springs are now, shape (spring,)."""
     springs, state = inputs.springs, inputs.state
-    behaviour, ends = springs.behaviour, inputs.order[springs.ends.T]
+    behaviour, ends = springs.behaviour, inputs.layout.order[springs.ends.T]
     r, w = (of[ends[1]] - of[ends[0]] for of in (state.position, state.velocity))
     length = np.sqrt(np.einsum("sk,sk->s", r, r))
     closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
