@@ -17,7 +17,7 @@ from tissuec.cli import companion as command
 from tissuec.compiled import loading
 from tissuec.core.errors import SimulationError, TissueWarning
 from tissuec.core.source import Source
-from tissuec.engine import state
+from tissuec.engine import run_arrays
 from tissuec.engine.execution import companion
 from tissuec.engine.execution.companion import Companion, launcher
 from tissuec.engine.execution.memory_recorder import MemoryRecording
@@ -351,7 +351,7 @@ def test_steps_of_small_motions_are_put_down_to_rounding_no_more_than_tolerances
 ):
     text = BLOCK.replace("SPEED", "1e-3")
     assert promise_of(text).state == "kept"
-    monkeypatch.setattr(state, "LEAST_ROUNDING", state.ROUNDING)
+    monkeypatch.setattr(run_arrays, "LEAST_ROUNDING", run_arrays.ROUNDING)
     assert promise_of(text).state == "broken"  # of the companion, where the run is right
 
 
