@@ -5,20 +5,15 @@
 with p the weight and the external forces of this moment. Jets belong to p as well, though what
 they do depends on x: E takes it as it was where ``freeze`` was called last. Dashpots and drag
 do not act, because nothing moves; branches have given way, and rest lengths stay as they have
-flowed. K has, for each spring of direction u and tension T = f(L - L0),
-
-    f' u uᵀ + T/L (1 - u uᵀ),
-
-both of whose parts are clamped at zero where the exact one would not be positive (J. Teran,
-E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181).
+flowed.
 """
 
-from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.forces.resting_springs import Bars, RestingSprings
 from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
 from tissuec.mechanics.state import State
@@ -28,22 +23,6 @@ if TYPE_CHECKING:
     from tissuec.mechanics.stiffness import Stiffness
 
 ROUNDING = 16.0 * float(np.finfo(float).eps)
-
-
-class Bars(NamedTuple):
-    """State of springs at given positions of the nodes.
-
-    Attributes:
-        direction: Unit vectors, shape (spring, 3); zero where the length is.
-        length: [m], shape (spring,).
-        tension: [N], shape (spring,); zero where the length is.
-        position: Of all nodes of the scene [m], shape (node, 3).
-    """
-
-    direction: Floats
-    length: Floats
-    tension: Floats
-    position: Floats
 
 
 class NodeSprings(NamedTuple):
@@ -71,11 +50,7 @@ class Balance:
 
     Attributes:
         free: The nodes that may move, ascending, shape (free,).
-        ends: Free node at either end of each spring that acts, -1 for one that stays, shape
-            (spring, 2).
-        behaviour: Of these springs.
-        outer_ends: The same as numbers among all nodes of the scene, shape (spring, 2).
-        rest: Their rest lengths with what they flowed [m], shape (spring,).
+        springs: Those that act.
         mass: Of the free nodes [kg], shape (free,).
         load: Weight and external force on each free node [N], shape (free, 3).
     """
@@ -86,13 +61,14 @@ class Balance:
         ends = state.springs.ends
         resists = (state.springs.stiffness > 0.0) | (state.springs.law > 0)
         acts = state.alive & resists & is_free[ends].any(axis=1)
-        self.outer_ends = ends[acts]
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
-        self.ends = number[self.outer_ends]
-        self._springs = np.flatnonzero(acts)
-        self._every = state.springs
-        self.behaviour = state.springs.some(self._springs).behaviour
-        self.rest = rest_lengths(state, state.velocity, np.flatnonzero(acts))
+        self._acting, self._every = np.flatnonzero(acts), state.springs
+        self.springs = RestingSprings(
+            ends=number[ends[acts]],
+            outer_ends=ends[acts],
+            behaviour=state.springs.some(self._acting).behaviour,
+            rest=rest_lengths(state, state.velocity, self._acting),
+        )
         self.mass = state.mass[self.free]
         self.load = applied_forces(state)[self.free]
         self._number, self._time = number, state.time
@@ -127,20 +103,12 @@ class Balance:
         """Return the state of the springs with the free nodes at x [m], shape (free, 3)."""
         position = self._position
         position[self.free] = x
-        reach = position[self.outer_ends[:, 1]] - position[self.outer_ends[:, 0]]
-        length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
-        has_direction = length > 0.0
-        direction = reach / np.where(has_direction, length, 1.0)[:, None]
-        tension = np.where(has_direction, self.behaviour.pull(length - self.rest), 0.0)
-        return Bars(direction, length, tension, position.copy())
+        return self.springs.bars(position)
 
     def force(self, bars: Bars) -> Floats:
         """Return the sum of all forces on the free nodes [N], shape (free, 3)."""
         total = self.load.copy()
-        pull = bars.tension[:, None] * bars.direction
-        for end, sign in ((0, 1.0), (1, -1.0)):
-            moves = self.ends[:, end] >= 0
-            np.add.at(total, self.ends[moves, end], sign * pull[moves])
+        self.springs.add_forces(bars, total)
         if self._fields:
             pressed, rest = np.zeros_like(bars.position), np.zeros_like(bars.position)
             for acting in self._fields:
@@ -152,10 +120,10 @@ class Balance:
         """Return some free nodes, given by numbers of shape (n,), with the springs at them."""
         row = np.full(len(self.free) + 1, -1)  # the last is that of ends that stay
         row[nodes] = np.arange(len(nodes))
-        rows = row[self.ends]
+        rows = row[self.springs.ends]
         springs = np.flatnonzero((rows >= 0).any(axis=1))
-        own = self._every.some(self._springs[springs])
-        chosen = own.behaviour.with_rest(self.rest[springs])
+        own = self._every.some(self._acting[springs])
+        chosen = own.behaviour.with_rest(self.springs.rest[springs])
         return NodeSprings(nodes, springs, rows[springs], chosen)
 
     def force_on(self, star: NodeSprings, x: Floats) -> Floats:
@@ -168,7 +136,7 @@ class Balance:
             return self.force(self.bars(x))[star.nodes]
         position = self._position
         position[self.free] = x
-        first, second = self.outer_ends[star.springs].T
+        first, second = self.springs.outer_ends[star.springs].T
         reach = position[second] - position[first]
         length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
         tension = star.behaviour.pull(length - star.behaviour.rest)
@@ -196,7 +164,7 @@ class Balance:
             x: Positions of the free nodes [m], shape (free, 3).
             bars: The springs at these positions.
         """
-        elastic = self.behaviour.energy(bars.length - self.rest)
+        elastic = self.springs.energy(bars)
         done = self.present_load * (x - self._start)
         pressed = sum(float(e.energy(self._time, bars.position)) for e in self._fields)
         total = float(elastic.sum() - done.sum()) + pressed
@@ -208,10 +176,7 @@ class Balance:
     def noise(self, bars: Bars) -> float:
         """Return what rounding may leave of a force that balances [N]."""
         place = float(np.abs(self._position).max(initial=0.0))
-        steep = np.abs(self.behaviour.slope(bars.length - self.rest))
-        reach = bars.length + self.rest + place
-        noise = ROUNDING * float((steep * reach).max(initial=0.0))
-        return noise + ROUNDING * sum(
+        return ROUNDING * self.springs.noise(bars, place) + ROUNDING * sum(
             acting.noise(self._time, bars.position) for acting in self._fields
         )
 
@@ -234,18 +199,10 @@ class Balance:
         return total.reshape(-1, 3).max(axis=1)
 
     def weakening(self, bars: Bars) -> float:
-        """Return how far below zero pressed springs may bring an eigenvalue of K [N/m].
-
-        Their part of K is -T/L across two nodes each; Gershgorin's bound over the nodes.
-        """
-        pressed = np.maximum(-bars.tension, 0.0) / np.where(bars.length > 0.0, bars.length, 1.0)
-        total = np.zeros(len(self.free))
-        for end in (0, 1):
-            moves = self.ends[:, end] >= 0
-            np.add.at(total, self.ends[moves, end], 2.0 * pressed[moves])
+        """Return a bound on how negative an eigenvalue of K may be [N/m]."""
         where = bars.position, self._number, len(self.free)
         turning = sum(acting.weakening(self._time, *where) for acting in self._fields)
-        return float(total.max(initial=0.0)) + turning
+        return self.springs.weakening(bars, len(self.free)) + turning
 
     def matrix(self, bars: Bars, *, exact: bool) -> "Stiffness":
         """Return K [N/m], shape (3 free, 3 free).
@@ -258,7 +215,7 @@ class Balance:
         from tissuec.mechanics.stiffness import Stiffness
 
         size = len(self.free)
-        own = self.entries(bars, exact=exact)
+        own = self.springs.entries(bars, exact=exact)
         values: list[Floats] = [own[0]]
         rows: list[NDArray[np.integer]] = [own[1]]
         columns: list[NDArray[np.integer]] = [own[2]]
@@ -274,45 +231,3 @@ class Balance:
         where = np.concatenate(rows), np.concatenate(columns)
         total = coo_matrix((np.concatenate(values), where), shape=(3 * size, 3 * size))
         return Stiffness(csc_matrix(total), np.hstack(wide))
-
-    def entries(self, bars: Bars, *, exact: bool) -> tuple[Floats, Indices, Indices]:
-        """Return the contributions of springs to K [N/m], with their rows and columns.
-
-        All three arrays have the shape (entry,); entries of one place add up.
-
-        Args:
-            bars: The springs at the positions of interest.
-            exact: As of ``matrix``.
-        """
-        has_direction = bars.length > 0.0
-        steep = self.behaviour.slope(bars.length - self.rest)
-        if not exact:
-            steep = np.maximum(steep, 0.0)
-        across = bars.tension / np.where(has_direction, bars.length, 1.0)
-        if not exact:
-            across = np.maximum(across, 0.0)
-        # What has no direction resists in all of them.
-        across = np.where(has_direction, across, steep)
-        along = np.where(has_direction, steep - across, 0.0)
-        block = along[:, None, None] * np.einsum("si,sj->sij", bars.direction, bars.direction)
-        block += across[:, None, None] * np.eye(3)
-        moves, sign, row, column = self._blocks
-        return (sign[:, None, None] * block[moves]).ravel(), row, column
-
-    @cached_property
-    def _blocks(self) -> tuple[Indices, Floats, Indices, Indices]:
-        """Return blocks of K: the spring and the sign of each, and where its entries stand."""
-        pairs, signs = ((0, 0), (1, 1), (0, 1), (1, 0)), (1.0, 1.0, -1.0, -1.0)
-        moves = [np.flatnonzero((self.ends[:, pair] >= 0).all(axis=1)) for pair in pairs]
-        counts = [len(each) for each in moves]
-        one, other = (
-            np.concatenate(
-                [self.ends[m, pair[k]] for m, pair in zip(moves, pairs, strict=True)]
-            )
-            for k in (0, 1)
-        )
-        shape = len(one), 3, 3
-        row = np.broadcast_to(3 * one[:, None, None] + np.arange(3)[:, None], shape)
-        column = np.broadcast_to(3 * other[:, None, None] + np.arange(3), shape)
-        sign = np.repeat(signs, counts)
-        return np.concatenate(moves), sign, row.ravel(), column.ravel()

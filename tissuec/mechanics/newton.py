@@ -15,7 +15,8 @@ Shared arguments:
 
 import numpy as np
 
-from tissuec.mechanics.balance import Balance, Bars
+from tissuec.forces.resting_springs import Bars
+from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.rigid import NeutralMotions
 from tissuec.mechanics.stiffness import Factorization, Stiffness
 from tissuec.model.network import Floats
@@ -111,7 +112,7 @@ def downhill(
     Returns:
         The positions, None if the energy falls nowhere along the step.
     """
-    spring = float(np.maximum(bars.length, balance.rest).max(initial=0.0))
+    spring = float(np.maximum(bars.length, balance.springs.rest).max(initial=0.0))
     reach = max(0.5 * spring, 0.1 * float(np.ptp(x, axis=0).max()))
     size = greatest(step)
     part = 1.0 if size <= reach else reach / size

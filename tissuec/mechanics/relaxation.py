@@ -25,7 +25,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import shortest_path
 
-from tissuec.mechanics.balance import Balance, Bars, NodeSprings
+from tissuec.forces.resting_springs import Bars
+from tissuec.mechanics.balance import Balance, NodeSprings
 from tissuec.model.network import Floats
 
 WIDER = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the rest length, where nearby slopes are none
@@ -114,13 +115,13 @@ class Layers:
 
     def __init__(self, balance: Balance):
         self._balance, self._count = balance, len(balance.free)
-        self._ends = balance.ends
-        self.are_curved, self.doubt = not balance.behaviour.is_linear, 1.0
+        self._ends = balance.springs.ends
+        self.are_curved, self.doubt = not balance.springs.behaviour.is_linear, 1.0
         bars = balance.bars(balance.start)
         self._stiffness = self._steepest(bars, 0.0)
         self._pressing = balance.pressing(bars)
-        inner = (balance.ends >= 0).all(axis=1)
-        low, high = balance.ends[inner].T
+        inner = (balance.springs.ends >= 0).all(axis=1)
+        low, high = balance.springs.ends[inner].T
         joined = np.ones(len(low), dtype=np.int8)
         shape = (self._count, self._count)
         self._graph = csr_matrix((joined, (low, high)), shape=shape)
@@ -136,7 +137,7 @@ class Layers:
 
     def _steepest(self, bars: Bars, reach: float) -> Floats:
         """Return the largest slopes of springs within a reach, or within more [N/m]."""
-        behaviour, rest = self._balance.behaviour, self._balance.rest
+        behaviour, rest = self._balance.springs.behaviour, self._balance.springs.rest
         e = bars.length - rest
         if not self.are_curved:
             return behaviour.steepness(e)

@@ -106,7 +106,7 @@ def is_stable(state: State) -> bool:
     if size > DENSE or state.fields:
         return False
     balance = Balance(state, np.ones(state.network.node_count, dtype=bool))
-    values, rows, columns = balance.entries(balance.bars(balance.start), exact=True)
+    values, rows, columns = balance.springs.entries(balance.bars(balance.start), exact=True)
     matrix = np.zeros((size, size))
     np.add.at(matrix, (rows, columns), values)
     diagonal = np.einsum("ii->i", matrix)

@@ -177,10 +177,10 @@ def refuse_falling(balance: Balance) -> None:
     Raises:
         Unsettled: Forces act on such a piece.
     """
-    inner = (balance.ends >= 0).all(axis=1)
-    labels = topology.pieces(len(balance.free), balance.ends[inner])
+    inner = (balance.springs.ends >= 0).all(axis=1)
+    labels = topology.pieces(len(balance.free), balance.springs.ends[inner])
     anchored = np.zeros(int(labels.max(initial=-1)) + 1, dtype=bool)
-    anchored[labels[balance.ends[~inner].max(axis=1)]] = True
+    anchored[labels[balance.springs.ends[~inner].max(axis=1)]] = True
     anchored[labels[balance.touched(balance.bars(balance.start).position)]] = True
     total = np.zeros((len(anchored), 3))
     np.add.at(total, labels, balance.load)

@@ -20,7 +20,8 @@ from tissuec.analysis.vibration.eigen import ZERO, NotFound, count_below, lowest
 from tissuec.analysis.vibration.operator import Operator, operator_of
 from tissuec.core.errors import SimulationError, counted
 from tissuec.core.units import FORCE, show
-from tissuec.mechanics.balance import Balance, Bars
+from tissuec.forces.resting_springs import Bars
+from tissuec.mechanics.balance import Balance
 from tissuec.mechanics.newton import greatest
 from tissuec.mechanics.rigid import Freedom, assembled, rigid_motions
 from tissuec.mechanics.state import State
@@ -219,11 +220,11 @@ def _mode(net: _Net, number: int, kind: Kind, value: float, y: Floats) -> Mode:
 
 def _resisted(net: _Net, phi: Floats) -> float:
     """Return φᵀ D φ [1/s] of dashpots and ambient damping for φ of shape (free, 3)."""
-    ends = net.balance.ends
+    ends = net.balance.springs.ends
     moved = np.where(ends[..., None] >= 0, phi[ends], 0.0)
     closing = np.einsum("sk,sk->s", net.bars.direction, moved[:, 1] - moved[:, 0])
-    elongation = net.bars.length - net.balance.rest
-    viscosity = net.balance.behaviour.sluggishness(elongation, np.zeros(len(ends)))
+    elongation = net.bars.length - net.balance.springs.rest
+    viscosity = net.balance.springs.behaviour.sluggishness(elongation, np.zeros(len(ends)))
     braked = float(net.state.braking[net.balance.free] @ (phi**2).sum(axis=1))
     moving = np.zeros_like(net.bars.position)
     moving[net.balance.free] = phi
@@ -254,8 +255,8 @@ def _notes(
             yield f"contact is ignored: it acts on {counted(touched, 'node')}"
     if state.springs.inelastic is not None:
         yield "springs that relax or yield have the stiffness after complete relaxation"
-    elongation = net.bars.length - net.balance.rest
-    viscosity = net.balance.behaviour.brake_slope(elongation, np.zeros_like(elongation))
+    elongation = net.bars.length - net.balance.springs.rest
+    viscosity = net.balance.springs.behaviour.brake_slope(elongation, np.zeros_like(elongation))
     if not np.isfinite(viscosity).all():
         yield "damping ratios ignore dashpots whose resistance is infinite at rest"
     if count > unknowns:

@@ -17,7 +17,8 @@ from scipy.sparse import csc_matrix, csr_matrix, diags_array, eye_array
 from scipy.sparse.linalg import splu
 
 from tissuec.analysis.vibration.ordering import dissected
-from tissuec.mechanics.balance import Balance, Bars
+from tissuec.forces.resting_springs import Bars
+from tissuec.mechanics.balance import Balance
 from tissuec.model.network import Floats, Indices
 
 SOUND = 1e-6  # of the right-hand side: what a solution may leave of it
