@@ -4,8 +4,9 @@
 
 with p the weight and the external forces of this moment. Jets belong to p as well, though what
 they do depends on x: E takes it as it was where ``freeze`` was called last. Dashpots and drag
-do not act, because nothing moves; branches have given way, and rest lengths stay as they have
-flowed.
+do not act, because nothing moves. K without the parts that may make it indefinite follows
+J. Teran, E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181; for springs
+see ``forces.resting_springs``.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
