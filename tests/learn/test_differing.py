@@ -106,10 +106,10 @@ def test_slopes_beside_a_limit_are_from_one_side():
 
 def test_notes_say_why():
     probe = "tool probe { kind is probe; radius = 3 mm; centre = (10, 15, 9) mm }"
-    compiled = sheet(sets=probe, contact="tools only")
+    compiled = sheet(sets=probe, contact="tools only; friction = 0.1")
     runs = differing(compiled, FELT, [series(fit(compiled, "force", "left"), TIMES)])
     assert runs.notes == (
-        "derivatives are finite differences of whole runs: contact is not smooth",
+        "derivatives are finite differences of whole runs: contact has friction",
     )
 
 

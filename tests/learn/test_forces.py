@@ -10,7 +10,7 @@ from tissuec.core.source import Source
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.foundation import Bed
 from tissuec.forces.foundation_derivatives_kernel import pull_bed, push_bed
-from tissuec.learn.derivatives.event_recording import refusal
+from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.learning import learn
 from tissuec.learn.presets.placing import place
 from tissuec.learn.presets.preset import compose

@@ -6,7 +6,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tests.learn.trials import adjust, differing, fit, moving, series, sheet
-from tissuec.learn.derivatives.event_recording import refusal_of_script
+from tissuec.learn.derivatives.refusals import refusal_of_script
 from tissuec.script.plan import ScheduledAction
 
 TOOLS = """tool tongs { kind is forceps }
@@ -190,8 +190,7 @@ REFUSED = {
         {"tissue": "; relaxing constant = 30 N/m; relaxation time = 20 ms"},
     ),
     "relaxation": ("", {"simulate": "integrator is relaxation; step = 10 ms"}),
-    "contact": ("", {"sets": PROBE, "contact": "tools only"}),
-    "contact of bodies": ("", {"sets": BALL, "contact": "bodies too"}),
+    "friction": ("", {"sets": PROBE, "contact": "tools only; friction = 0.1"}),
     "volumes": (
         "  at 0 s: preserve volume of ball with 10 kPa\n"
         "  at 9 ms: preserve volume of ball with 20 kPa",

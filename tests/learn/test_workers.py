@@ -37,7 +37,7 @@ LEARN = """learn gum {{
 """
 TOUCHED = {
     "tool": "tool ball { kind is probe; radius = 5 mm; centre = (230 mm, 0 mm, 0 mm) }",
-    "contact": "tools only; contact stiffness = 1 N/mm",
+    "contact": "tools only; friction = 0.1; contact stiffness = 1 N/mm",
 }
 
 

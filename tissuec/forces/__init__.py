@@ -275,6 +275,13 @@ class Field(Effect, frozen=True):
         """Return how far nodes may move before the table must be made again [m]."""
         return inf
 
+    def within(self, distance: float) -> Self:
+        """Return the same with a table that holds until a node has moved by a distance [m].
+
+        A field whose ``reach`` is infinite returns itself.
+        """
+        return self
+
     @property
     def changes(self) -> Sequence[tuple[float, TimeProfile]]:
         """Return the amounts that change in time, each with the profile that it follows."""

@@ -44,6 +44,7 @@ from tissuec.core.vectors import norm
 from tissuec.forces import Field, Resisting, in_line, stretches
 from tissuec.forces.contact_kernel import touch
 from tissuec.forces.contact_rows_kernel import COLUMNS, PLACES
+from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.geometry.balls import are_between, in_balls
 from tissuec.geometry.edge_supports import SupportedEdges
 from tissuec.geometry.inclusion import weights
@@ -439,9 +440,13 @@ class Contact(Field, frozen=True, dict=True):
         return touch
 
     @property
-    def derivatives(self) -> str:
-        """Return why there are none."""
-        return "is not smooth"
+    def derivatives(self) -> ForceDerivatives | str:
+        """Return the derivatives, also by the stiffness; there are none of bristles."""
+        from tissuec.forces.contact_derivatives_kernel import pull_contact, push_contact
+
+        if self.friction:
+            return "has friction"
+        return ForceDerivatives(("stiffness",), pull_contact, push_contact)
 
     @property
     def loss(self) -> str:
@@ -452,6 +457,10 @@ class Contact(Field, frozen=True, dict=True):
     def reach(self) -> float:
         """Return how far nodes may go before others are near shapes [m]."""
         return self.stride
+
+    def within(self, distance: float) -> "Contact":
+        """Return the same with a table that holds until a node has moved by a distance [m]."""
+        return replace(self, stride=distance)
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ContactTable:
         """Return shapes and the nodes near them; it holds until one has moved by ``stride``."""

@@ -9,6 +9,7 @@ from tissuec.forces.derivatives import with_numbers
 from tissuec.kernels.derivative_records import ActingFields, Values
 from tissuec.learn.derivatives.event_schedule import Leg
 from tissuec.learn.parameters.fields import Fields, derivatives_of, numbers
+from tissuec.model.network import Floats
 
 
 def present_fields(leg: Leg, values: Values) -> dict[str, Field]:
@@ -27,12 +28,14 @@ def present_fields(leg: Leg, values: Values) -> dict[str, Field]:
     return found
 
 
-def acting_fields(leg: Leg, fields: Fields) -> ActingFields:
+def acting_fields(leg: Leg, fields: Fields, x: Floats) -> ActingFields:
     """Return the fields of a leg for compiled code.
 
     Args:
         leg: The leg, without knots of what fields follow in between.
         fields: As ``present_fields`` returns them.
+        x: Positions from which nodes move by no more than the reach of a field [m], shape
+            (3 node,).
     """
     place = np.arange(leg.network.node_count, dtype=np.int64)
     tables: list[RecordTable] = []
@@ -40,7 +43,7 @@ def acting_fields(leg: Leg, fields: Fields) -> ActingFields:
     counts = [0]
     for field in fields.values():
         acts = acts_of(field.changes, leg.start, leg.stop)
-        table = RecordTable(field.table(place, acts, leg.network.position))
+        table = RecordTable(field.table(place, acts, x.reshape(-1, 3)))
         _, back, forward = derivatives_of(field)
         loops = field.kernel, back, forward
         force, backwards, forwards = (kernel_address(loop, table) for loop in loops)

@@ -17,6 +17,7 @@ from tissuec.learn.derivatives.stepping import Stepping
 from tissuec.learn.derivatives.views import Observable, StateView
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats, Network
+from tissuec.script.plan import Plan
 
 CHANGES = 256  # that are carried through the steps at once
 
@@ -39,7 +40,7 @@ class DynamicModel:
         looks: tuple[Observable, ...],
         stepping: Stepping,
         step: float,
-        choose: Callable[[Network], ChosenMethod] | None = None,
+        choose: Callable[[Network, Plan], ChosenMethod] | None = None,
     ):
         self.shaping, self.series, self.looks, self.stepping = shaping, series, looks, stepping
         self.step, self.choose = step, choose
@@ -72,18 +73,19 @@ class DynamicModel:
         self._theta, self._schedule = theta.copy(), None
         self._motion, self._known = None, None
         if self.choose is not None:
-            self.stepping, self.step = self.choose(self.shaping.network(theta))
+            present = self.shaping.present(theta)
+            self.stepping, self.step = self.choose(present.network, present.plan)
 
     def _frozen(self) -> EventSchedule:
         """Return what happens up to the limit; gone through no further than that."""
         if self._schedule is None or self._schedule.stop < self._stop:
             assert self._theta is not None, "freeze comes first"
             compiled = self.shaping.compiled
-            freezer = EventRecorder(compiled.plan, self.stepping, self.shaping.order, self.step)
-            vector, network = self.shaping.vector(self._theta), compiled.network
             if compiled.plan.triggers or compiled.plan.breakable:
-                network = self.shaping.network(self._theta)
-            self._schedule = freezer.schedule(network, vector, self._stop)
+                compiled = self.shaping.present(self._theta)
+            freezer = EventRecorder(compiled.plan, self.stepping, self.shaping.order, self.step)
+            vector = self.shaping.vector(self._theta)
+            self._schedule = freezer.schedule(compiled.network, vector, self._stop)
         return self._schedule.until(self._stop)
 
     def limit(self, stop: float) -> None:

@@ -24,7 +24,7 @@ class Equilibrium(Struct, eq=False, dict=True):
 
     @cached_property
     def act(self) -> LegForces:
-        return act_on(self.stand.leg, self.laws, self.view.values)
+        return act_on(self.stand.leg, self.laws, self.view.values, self.view.x)
 
     @cached_property
     def state(self) -> NodeState:

@@ -19,16 +19,12 @@ from tissuec.engine.execution.sampling import SAME
 from tissuec.learn.derivatives.event_schedule import ArrayChange, EventSchedule, Leg, leg_of
 from tissuec.learn.derivatives.motion import Diverged, Motion
 from tissuec.learn.derivatives.stepping import Stepping
-from tissuec.learn.parameters.fields import every_field, preserves
-from tissuec.learn.parameters.force_numbers import not_derived
 from tissuec.learn.parameters.numbers import NumberOrder
-from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.mechanics.state import State
-from tissuec.model.inelastic import VISCOSITY
 from tissuec.model.network import Floats, Indices, Network
-from tissuec.script.plan import RELAXATION, Plan, ScheduledAction
-from tissuec.script.verbs import VERBS, Action
-from tissuec.script.verbs.change import ChangeMemory, ChangeMotion, ChangeParameter
+from tissuec.script.plan import Plan, ScheduledAction
+from tissuec.script.verbs import Action
+from tissuec.script.verbs.change import ChangeMotion, ChangeParameter
 
 _NONE: Floats = np.zeros(0)
 
@@ -160,78 +156,3 @@ def _before_knots(state: State, until: float) -> float:
     profiles = (profile for field in state.fields for _, profile in field.changes)
     knots = (knot for profile in profiles for knot in profile.knots.tolist())
     return min([until, *(knot for knot in knots if state.time < knot)])
-
-
-def refusal(shaping: Parametrisation, *, at_rest: bool = False) -> str:
-    """Return why the motion, or the net at rest, has no exact derivatives; empty if it has.
-
-    Args:
-        shaping: What is learnt, of which scene.
-        at_rest: Whether equilibria are meant.
-    """
-    plan, network = shaping.compiled.plan, shaping.compiled.network
-    if reason := refusal_of_script(plan, network, at_rest=at_rest):
-        return reason
-    if shaping.moves and any(preserves(plan)):
-        return "start positions change the volumes that are preserved"
-    if (
-        network.springs.inelastic is not None
-        and network.springs.inelastic.has(VISCOSITY).any()
-        and shaping.order.sizes["constants"]
-        and not at_rest
-    ):
-        return "constants of laws are learned beside yielding"
-    if name := not_derived(shaping.compiled, shaping.blocks):
-        return f"the {name} has no exact derivatives"
-    return ""
-
-
-def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
-    """Return why no learning of a scene has exact derivatives; empty if it may have them.
-
-    Args:
-        plan: The plan.
-        network: The network.
-        at_rest: Whether equilibria are meant.
-    """
-    actions = [event.action for event in plan.every_event]
-    if at_rest and plan.triggers:
-        return "the script waits for a condition"
-    for kind in dict.fromkeys(type(action).__module__ for action in actions):
-        verb = kind.removeprefix("tissuec.script.verbs.")
-        if verb not in _DERIVED and not (at_rest and verb == "settle"):
-            return _UNKNOWN.get(verb, f"the verb {_word(kind)} has no exact derivatives")
-    for name, field in every_field(plan, network).items():
-        if isinstance(field.derivatives, str):
-            return f"{name} {field.derivatives}"
-    names = [action.group.name for action in preserves(plan)]
-    if len(set(names)) < len(names):
-        return "a volume is preserved by one pressure after another"
-    if any(isinstance(action, ChangeMemory) for action in actions):
-        return "the script changes how springs relax or yield"
-    if plan.simulation.integrator == RELAXATION:
-        return "the net is in equilibrium all the time"
-    if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):
-        return "a spin is set during the script"
-    return ""
-
-
-def _word(module: str) -> str:
-    """Return the verb that a module defines, or the name of the module if it defines none."""
-    words = (word for word, verb in VERBS.items() if verb.__module__ == module)
-    return next(words, module.rpartition(".")[2])
-
-
-#: Verbs whose effect is derived, by their modules.
-_DERIVED = (
-    *("change", "close", "cut", "fix", "free", "grasp", "hold", "motion"),
-    *("move", "open", "preserve", "pull", "push", "release", "stop"),
-)
-#: Why the effect of others is not.
-_UNKNOWN = {
-    "irrigate": "a jet acts",
-    "tie": "knots can slip",
-    "tighten": "a thread is tightened",
-    "settle": "the net settles during the script",
-    "turn": "nodes are turned",
-}

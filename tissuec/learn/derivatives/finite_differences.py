@@ -19,9 +19,9 @@ from tissuec.engine.execution.run import run
 from tissuec.engine.execution.signals import interruption
 from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.engine_run import ObservingRecorder
-from tissuec.learn.derivatives.event_recording import refusal
 from tissuec.learn.derivatives.model import measured, slots_of
 from tissuec.learn.derivatives.motion import Diverged
+from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.model.network import Floats
 from tissuec.script.plan import RELAXATION, Simulation, without_outputs

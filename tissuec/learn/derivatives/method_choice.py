@@ -31,7 +31,7 @@ class ChosenMethod(NamedTuple):
 
 
 def choose(
-    name: str, step: float | None, network: Network, *, plan: Plan, duration: float, laws: Laws,
+    name: str, step: float | None, network: Network, plan: Plan, *, duration: float, laws: Laws,
 ) -> ChosenMethod:  # fmt: skip
     """Return the method and step of a motion.
 
@@ -41,7 +41,7 @@ def choose(
         step: Step size [s]; None: so that errors are small compared with those of any
             measurement.
         network: With numbers in its laws.
-        plan: The plan of the experiment.
+        plan: The plan of the experiment, with numbers in its forces.
         duration: Of the experiment [s].
         laws: With variables for the constants that are learnt.
     """
@@ -51,7 +51,7 @@ def choose(
     rate = max(rate, state.acting.giving(state.position))
     if name == AUTOMATIC:
         explicit = duration * rate / swing(INTEGRATORS["dop853"].order) <= MOST
-        explicit |= network.springs.inelastic is not None
+        explicit |= network.springs.inelastic is not None or network.contact is not None
         name = "dop853" if explicit else "esdirk43"
     member = INTEGRATORS[name]
     if step is None:

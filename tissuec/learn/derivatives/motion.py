@@ -8,7 +8,7 @@ is stepped again, one stretch after the other, so that N steps need the memory o
 """
 
 from collections.abc import Callable, Iterator
-from math import ceil, sqrt
+from math import ceil, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,8 @@ from tissuec.learn.derivatives.event_schedule import EventSchedule, Leg
 from tissuec.learn.derivatives.stepping import LegForces, Stepping, StepStates, act_on
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.model.network import Floats, Indices
+
+REACHED = 0.5  # of a reach, between steps: stages of a step may be further away
 
 
 class Diverged(Exception):
@@ -101,7 +103,7 @@ class Motion:
         # Of the last motion: its numbers, the beginning of every stretch, and the last one.
         self._vector: Floats = np.zeros(0)
         self._kept: list[NodeState] = []
-        self._trail: StepStates | None = None
+        self._last: tuple[LegForces, StepStates] | None = None
 
     def forward(self, vector: Floats) -> SampledStates:
         """Return the states at ``times``; stores what ``backward`` needs.
@@ -112,12 +114,12 @@ class Motion:
         count = 3 * self.order.sizes["mass"]
         found = SampledStates(*np.empty((2, len(self.times), count)))
         self._vector, self._kept = vector, []
-        for stretch, trail in self._trails(vector, keep=True):
+        for stretch, act, trail in self._trails(vector, keep=True):
             end = state_at(-1, trail.states)
             if not (np.isfinite(end.x).all() and np.isfinite(end.v).all()):
                 raise Diverged(_last_finite(trail))
             _look(trail, stretch.between, found)
-            self._trail = trail
+            self._last = act, trail
         return found
 
     def backward(self, by_x: Floats, by_v: Floats) -> Floats:
@@ -132,17 +134,18 @@ class Motion:
         order = self.order
         gradient = np.zeros(order.size)
         due = NodeState(*np.zeros((3, by_x.shape[1])))
-        act = self._act(self._vector, self.schedule.legs[-1])
+        assert self._last is not None, "forward comes first"
+        act, trail = self._last
         by = _nothing(act.forces.values)
         for number in range(len(self.stretches) - 1, -1, -1):
             stretch = self.stretches[number]
             leg = self.schedule.legs[stretch.leg]
-            if act.leg is not leg:
-                act = self._act(self._vector, leg)
-                by = _nothing(act.forces.values)
-            trail = self._trail if number == len(self.stretches) - 1 else None
-            if trail is None:
-                trail = self.stepping.run(act, stretch.times, self._kept[number])
+            if number < len(self.stretches) - 1:
+                start = self._kept[number]
+                if act.leg is not leg:
+                    act = self._act(self._vector, leg, start.x)
+                    by = _nothing(act.forces.values)
+                act, trail = self._run(self._vector, act, stretch, start)
             entering = _enter(trail.states, stretch.between, by_x, by_v)
             self.stepping.back(act, trail, entering, due, by)
             due.x[:] += entering.x[0]
@@ -175,17 +178,14 @@ class Motion:
             for name in ("position", "velocity")
         )
         moved = NodeState(*(part.ravel() for part in (tx, tv, np.zeros_like(tx))))
-        seeds, act = None, None
-        for stretch, trail in self._trails(vector, keep=False):
+        seeds = None
+        for stretch, act, trail in self._trails(vector, keep=False):
             leg = self.schedule.legs[stretch.leg]
             if stretch.first:
-                act, seeds = (
-                    self._act(vector, leg),
-                    order.seeds(change, leg.factors, leg.numbers),
-                )
+                seeds = order.seeds(change, leg.factors, leg.numbers)
                 tv[np.repeat(leg.stopped, 3)] = 0.0
                 self.stepping.begin_change(act, state_at(0, trail.states), seeds, moved)
-            assert act is not None and seeds is not None
+            assert seeds is not None
             self._change(act, trail, seeds, moved, stretch.between, visit)
 
     # --- parts --------------------------------------------------------------------------------
@@ -223,27 +223,52 @@ class Motion:
 
     def _trails(
         self, vector: Floats, *, keep: bool
-    ) -> Iterator[tuple[StepInterval, StepStates]]:
-        """Yield all stretches with their states, from the first to the last."""
+    ) -> Iterator[tuple[StepInterval, LegForces, StepStates]]:
+        """Yield all stretches, what acts and their states, from the first to the last."""
         order, act = self.order, None
         x, v = order.array(vector, "position").copy(), order.array(vector, "velocity").copy()
         state = NodeState(x, v, np.zeros_like(x))
         for stretch in self.stretches:
             leg = self.schedule.legs[stretch.leg]
             if stretch.first:
-                act = self._act(vector, leg)
+                act = self._act(vector, leg, state.x)
                 begun = np.where(np.repeat(leg.stopped, 3), leg.given.ravel(), state.v)
                 state = NodeState(state.x, begun, self.stepping.begin(act, state.x, begun))
             assert act is not None
             if keep:
                 self._kept.append(state)
-            trail = self.stepping.run(act, stretch.times, state)
-            act.raise_failures()
-            yield stretch, trail
+            act, trail = self._run(vector, act, stretch, state)
+            yield stretch, act, trail
             state = trail.last
 
-    def _act(self, vector: Floats, leg: Leg) -> LegForces:
-        return act_on(leg, self.stepping.laws, leg.present(self.order.values(vector)))
+    def _run(
+        self, vector: Floats, act: LegForces, stretch: StepInterval, start: NodeState
+    ) -> tuple[LegForces, StepStates]:
+        """Return what acts near the states of a stretch, and these.
+
+        Fields that look for what is near look as far as nodes move on the stretch.
+
+        Args:
+            vector: Numbers in SI units, shape (number,).
+            act: What acts on the leg.
+            stretch: The stretch.
+            start: Its first state.
+        """
+        reach = act.reach
+        while True:
+            if reach < inf:
+                act = self._act(vector, act.leg, start.x, reach)
+            trail = self.stepping.run(act, stretch.times, start)
+            act.raise_failures()
+            if reach == inf or not REACHED * reach < (way := _farthest(trail)) < inf:
+                return act, trail
+            reach = 2.0 * way / REACHED
+
+    def _act(
+        self, vector: Floats, leg: Leg, x: Floats, reach: float | None = None
+    ) -> LegForces:
+        values = leg.present(self.order.values(vector))
+        return act_on(leg, self.stepping.laws, values, x, reach)
 
     def _change(
         self,
@@ -317,6 +342,12 @@ def _mixed(
         return found
 
     return weighed(between.of_x[:, k]), weighed(between.of_v[:, k])
+
+
+def _farthest(trail: StepStates) -> float:
+    """Return how far nodes are from where they are at first, at most [m]."""
+    away = (trail.states.x - trail.states.x[0]).reshape(len(trail.times), -1, 3)
+    return float(np.sqrt(np.square(away).sum(axis=2).max(initial=0.0)))
 
 
 def _nothing(values: Values) -> Values:

@@ -52,7 +52,7 @@ class Support:
     def _pulled(self, view: StateView) -> tuple[Forces, NodeState]:
         """Return what acts, and the state with the forces in place of accelerations."""
         leg = view.leg
-        fields = acting_fields(leg, present_fields(leg, view.values))
+        fields = acting_fields(leg, present_fields(leg, view.values), view.x)
         links, memory = self._of(leg)
         forces = tabulated(Forces(self.laws, links, view.values, fields, memory))
         at = NodeState(view.x, view.v, np.empty_like(view.x))

@@ -17,9 +17,9 @@ from tissuec.learn.data.experiment import Series
 from tissuec.learn.derivatives.displacement_control import TravelledDistance
 from tissuec.learn.derivatives.equilibria import EquilibriumStage, Unbalanced, stands
 from tissuec.learn.derivatives.equilibrium import Equilibrium
-from tissuec.learn.derivatives.event_recording import refusal
 from tissuec.learn.derivatives.model import measured, slots_of
 from tissuec.learn.derivatives.observables import pull, push
+from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.derivatives.response import UnresistedMotion
 from tissuec.learn.derivatives.views import Observable, StateView
 from tissuec.learn.parameters.parametrisation import Parametrisation

@@ -5,6 +5,7 @@ of what ``run`` computes, discretisation included.
 """
 
 from collections.abc import Iterator
+from math import inf
 from typing import NamedTuple, Protocol, cast
 
 from msgspec import Struct
@@ -50,22 +51,33 @@ class LegForces(Struct, frozen=True, eq=False):
     forces: Forces
     fields: tuple[Field, ...] = ()
 
+    @property
+    def reach(self) -> float:
+        """Return how far nodes may be from where this was made [m]."""
+        return min((field.reach for field in self.fields), default=inf)
+
     def raise_failures(self) -> None:
         """Raise the error of a loop of a field that runs as Python, if there was one."""
         for table in cast("tuple[RecordTable, ...]", self.forces.fields.kept):
             raise_failure(table)
 
 
-def act_on(leg: Leg, laws: Laws, values: Values) -> LegForces:
-    """Return everything that acts on a leg.
+def act_on(
+    leg: Leg, laws: Laws, values: Values, x: Floats, reach: float | None = None
+) -> LegForces:
+    """Return everything that acts on a leg, while nodes are near some places.
 
     Args:
         leg: The leg.
         laws: Laws of springs.
         values: Numbers in SI units as they are on this leg, shapes as in ``Values``.
+        x: The places [m], shape (3 node,).
+        reach: How far nodes may be from there [m]; None: as far as suits fields.
     """
     fields = present_fields(leg, values)
-    acting = acting_fields(leg, fields)
+    if reach is not None:
+        fields = {name: field.within(reach) for name, field in fields.items()}
+    acting = acting_fields(leg, fields, x)
     forces = Forces(laws, leg.links(values), values, acting, leg.memory)
     return LegForces(leg, tabulated(forces), tuple(fields.values()))
 

@@ -13,12 +13,12 @@ from tissuec.engine.integrators import INTEGRATORS
 from tissuec.learn.data.experiment import Experiment
 from tissuec.learn.data.reading import check_times, read_experiment
 from tissuec.learn.derivatives.dynamic_model import DynamicModel
-from tissuec.learn.derivatives.event_recording import refusal
 from tissuec.learn.derivatives.kernels import compiled_laws
 from tissuec.learn.derivatives.method_choice import choose
 from tissuec.learn.derivatives.model import Model
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.derivatives.observables import look_of
+from tissuec.learn.derivatives.refusals import refusal
 from tissuec.learn.fit.problem import FittedExperiment, Problem
 from tissuec.learn.parameters.parametrisation import Parametrisation
 from tissuec.learn.vocabulary.model import WordsModel
@@ -208,20 +208,23 @@ class _ExperimentScene(Struct, frozen=True, eq=False):
             choose,
             fit_problem.integrator,
             fit_problem.step,
-            plan=plan,
             duration=stop,
             laws=laws,
         )
-        return DynamicModel(shaping, series, known, *chosen(self.compiled.network), chosen)
+        first = chosen(self.compiled.network, plan)
+        return DynamicModel(shaping, series, known, *first, chosen)
 
     def _refuse_method(self) -> None:
-        """Reject a method that would not step what springs remember."""
-        name, network = self.fit_problem.integrator, self.compiled.network
-        if network.springs.inelastic is None or not (
-            name in INTEGRATORS and INTEGRATORS[name].implicit
-        ):
+        """Reject a method that would not step what springs remember, or contact."""
+        name, compiled = self.fit_problem.integrator, self.compiled
+        what = ""
+        if compiled.network.contact is not None:
+            what = "contact"
+        if compiled.network.springs.inelastic is not None:
+            what = "springs that relax or yield"
+        if not what or name not in INTEGRATORS or not INTEGRATORS[name].implicit:
             return
-        message = f"{name} does not support springs that relax or yield"
+        message = f"in learning, {name} does not support {what}"
         hint = "write integrator is automatic, or an explicit one such as dop853"
         raise CompileError([Diagnostic("TIS306", message, self.fit_problem.span, hint)])
 

@@ -19,6 +19,7 @@ from tissuec.laws.formula import Constant, Formula, Variable, replaced
 from tissuec.laws.partial import constant_name
 from tissuec.learn.parameters.blocks import ParameterBlock, block_of
 from tissuec.learn.parameters.compilations import Compilations
+from tissuec.learn.parameters.drawn_volumes import change_of_volumes, put_volumes
 from tissuec.learn.parameters.entries import Entries
 from tissuec.learn.parameters.fields import Fields, every_field
 from tissuec.learn.parameters.numbers import NumberOrder
@@ -207,12 +208,17 @@ class Parametrisation:
         self.order.array(vector, "constants")[:] = [
             block.value(theta[self._part(block)])[number] for block, number in self._constants
         ]
-        return self._entries.put(self.order, vector, theta)
+        vector = self._entries.put(self.order, vector, theta)
+        return put_volumes(self.order, vector) if self.moves else vector
 
     def change(self, theta: Floats) -> sparse.csr_matrix:
         """Return the derivative of the numbers by the parameters, shape (number, parameter)."""
-        entries = self._entries.change(self.order, self.vector(theta), self.size)
-        return sparse.csr_matrix(entries + self._of_constants(theta) + self._of_tissues(theta))
+        vector = self.vector(theta)
+        entries = self._entries.change(self.order, vector, self.size)
+        found = entries + self._of_constants(theta) + self._of_tissues(theta)
+        if self.moves:
+            found = found + change_of_volumes(self.order, vector, sparse.csr_matrix(found))
+        return sparse.csr_matrix(found)
 
     # --- parts --------------------------------------------------------------------------------
 

@@ -1,0 +1,105 @@
+"""Reasons why a scene has no exact derivatives by what is learnt."""
+
+from tissuec.learn.parameters.fields import every_field, preserves
+from tissuec.learn.parameters.force_numbers import not_derived
+from tissuec.learn.parameters.parametrisation import Parametrisation
+from tissuec.model.inelastic import VISCOSITY
+from tissuec.model.network import Network
+from tissuec.script.plan import RELAXATION, Plan
+from tissuec.script.verbs import VERBS
+from tissuec.script.verbs.change import ChangeMemory, ChangeMotion
+from tissuec.script.verbs.preserve import Inflate
+
+
+def refusal(shaping: Parametrisation, *, at_rest: bool = False) -> str:
+    """Return why the motion, or the net at rest, has no exact derivatives; empty if it has.
+
+    Args:
+        shaping: What is learnt, of which scene.
+        at_rest: Whether equilibria are meant.
+    """
+    plan, network = shaping.compiled.plan, shaping.compiled.network
+    if reason := refusal_of_script(plan, network, at_rest=at_rest):
+        return reason
+    if shaping.moves and any(isinstance(e.action, Inflate) for e in plan.every_event):
+        return "start positions change the volumes that are inflated"
+    if (
+        network.springs.inelastic is not None
+        and network.springs.inelastic.has(VISCOSITY).any()
+        and shaping.order.sizes["constants"]
+        and not at_rest
+    ):
+        return "constants of laws are learned beside yielding"
+    if reason := _of_contact(shaping, at_rest=at_rest):
+        return reason
+    if name := not_derived(shaping.compiled, shaping.blocks):
+        return f"the {name} has no exact derivatives"
+    return ""
+
+
+def _of_contact(shaping: Parametrisation, *, at_rest: bool) -> str:
+    """Return why contact has no exact derivatives by what is learnt."""
+    compiled = shaping.compiled
+    contact, law = compiled.network.contact, compiled.scene.environment.contact
+    if contact is None or law is None:
+        return ""
+    if shaping.moves:
+        return "start positions change what can touch"
+    if at_rest and contact.points.min() < compiled.network.body_nodes:
+        return "bodies touch one another"
+    follows = law.stiffness is None and law.surface_stiffness is None
+    arrays = {block.array for block in shaping.blocks if block.group is not None}
+    if follows and ("stiffness" in arrays or shaping.order.sizes["constants"]):
+        return "the contact stiffness follows from springs whose numbers or laws are learned"
+    return ""
+
+
+def refusal_of_script(plan: Plan, network: Network, *, at_rest: bool = False) -> str:
+    """Return why no learning of a scene has exact derivatives; empty if it may have them.
+
+    Args:
+        plan: The plan.
+        network: The network.
+        at_rest: Whether equilibria are meant.
+    """
+    actions = [event.action for event in plan.every_event]
+    if at_rest and plan.triggers:
+        return "the script waits for a condition"
+    for kind in dict.fromkeys(type(action).__module__ for action in actions):
+        verb = kind.removeprefix("tissuec.script.verbs.")
+        if verb not in _DERIVED and not (at_rest and verb == "settle"):
+            return _UNKNOWN.get(verb, f"the verb {_word(kind)} has no exact derivatives")
+    for name, field in every_field(plan, network).items():
+        if isinstance(field.derivatives, str):
+            return f"{name} {field.derivatives}"
+    names = [action.group.name for action in preserves(plan)]
+    if len(set(names)) < len(names):
+        return "a volume is preserved by one pressure after another"
+    if any(isinstance(action, ChangeMemory) for action in actions):
+        return "the script changes how springs relax or yield"
+    if plan.simulation.integrator == RELAXATION:
+        return "the net is in equilibrium all the time"
+    if any(isinstance(action, ChangeMotion) and action.is_spin for action in actions):
+        return "a spin is set during the script"
+    return ""
+
+
+def _word(module: str) -> str:
+    """Return the verb that a module defines, or the name of the module if it defines none."""
+    words = (word for word, verb in VERBS.items() if verb.__module__ == module)
+    return next(words, module.rpartition(".")[2])
+
+
+#: Verbs whose effect is derived, by their modules.
+_DERIVED = (
+    *("change", "close", "cut", "fix", "free", "grasp", "hold", "motion"),
+    *("move", "open", "preserve", "pull", "push", "release", "stop"),
+)
+#: Why the effect of others is not.
+_UNKNOWN = {
+    "irrigate": "a jet acts",
+    "tie": "knots can slip",
+    "tighten": "a thread is tightened",
+    "settle": "the net settles during the script",
+    "turn": "nodes are turned",
+}
