@@ -1,5 +1,7 @@
 """What moves is drawn more simply where drawing is slow, and in full as soon as it rests."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,9 +10,11 @@ from tests.view.player.conftest import Show, grid
 from tests.view.player.test_cells import BLOCK, LATTICE
 from tests.view.player.test_player_in_a_browser import pixels, state
 from tissuec.results.trajectory import Trajectory
+from tissuec.view.player import page as player_page
 from tissuec.view.player.page import render
 
 pytest.importorskip("playwright", reason="a browser is driven by playwright")
+WEB = Path(player_page.__file__).parent / "web"
 # A browser in which pictures take long, as its clock says; it counts what they contain.
 SLOW = """<script>
   const request = requestAnimationFrame;
@@ -91,6 +95,23 @@ def test_what_is_turned_is_simple_until_it_rests(slow, shown):
     )
     assert simple
     page.wait_for_function("tissuec.state().then(({ form }) => form === 0)")
+
+
+def test_pictures_are_tried_in_full_again_after_many_quick_ones_but_only_twice(page):
+    script = (WEB / "haste.js").read_text(encoding="utf-8")
+    levels = page.evaluate(
+        script
+        + """;
+        const haste = new Haste(), found = [];
+        for (let i = 0; i < 4; i += 1) {
+          for (let k = 0; k < 3; k += 1) haste.take(50);  // of something else, or by themselves
+          found.push(haste.level);
+          for (let k = 0; k < 500; k += 1) haste.take(15);
+          found.push(haste.level);
+        }
+        found"""
+    )
+    assert levels == [1, 0, 1, 0, 1, 1, 2, 2]
 
 
 def test_springs_in_a_closed_skin_are_drawn_only_where_they_can_be_seen(slow, tmp_path):
