@@ -27,7 +27,7 @@ FAMILIES = {
     "formats": ("tests/imports/test_imported.py", "organ.off"),
     "tools": ("tests/contact/test_instruments.py", "spatula"),
     "measures": ("tests/script/measures", "spread"),
-    "forces": ("tests/forces/test_fields.py", "magnet"),
+    "forces": ("tests/forces/test_fields.py", "magnet or area"),
     "spring": ("tests/laws", "saturating"),
     "integrators": ("tests/engine/test_conservation.py", BOGACKI),
     "surfaces": ("tests/geometry/surfaces", ""),
@@ -131,6 +131,8 @@ def test_tables_list_the_examples_once_they_are_regenerated(extended):
         "shrink SET",
         "spread(A)",
         "is magnet`",
+        "is area elasticity`",
+        "`membrane tension`",
         "is saturating`",
     ):
         assert member in language, member

@@ -198,7 +198,7 @@ for file in files:
     except SystemExit as end:
         assert not end.code, file
 """
-VALIDATED = {"magnet.tis", "limit.tis"}
+VALIDATED = {"magnet.tis", "limit.tis", "drop.tis"}
 
 
 @pytest.mark.parametrize(

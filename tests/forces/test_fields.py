@@ -12,7 +12,7 @@ from tests.contact.scenes import contact_with
 from tests.derivatives import slopes
 from tests.engine.running import Bench
 from tests.hand_net import make_net
-from tests.test_enclosures import ball as breathing
+from tests.test_enclosures import RADIUS, ball
 from tests.test_hinges import shell
 from tests.test_jets import jet_in, net_of, plate
 from tissuec.compiled.calls import kernel_on
@@ -59,7 +59,7 @@ class Example(Struct, frozen=True):
 
 
 def enclosed():
-    net, found = breathing()
+    net, found = ball()
     noise = np.random.default_rng(1).normal(size=net.position.shape)
     return Example(found.swollen(0.2, RISING), net.position * (1.0 + 0.1 * noise), 0.02)
 
@@ -87,9 +87,19 @@ def blowing():
 def on_some(kind, *entries):
     """Return an example of a force on some nodes."""
     points = np.random.default_rng(6).uniform(size=(9, 3))
-    acted = Acted(np.arange(2, 7), points[2:7], np.ones(5), np.linspace(0.1, 0.5, 5))
+    own = np.arange(2, 7), points[2:7], np.ones(5), np.linspace(0.1, 0.5, 5)
+    acted = Acted(*own, np.zeros((0, 3), dtype=np.int32), np.zeros((0, 2), dtype=np.int32))
     moved = points + 0.1 * np.random.default_rng(7).normal(size=points.shape)
     return Example(FORCES[kind](*entries).on(acted), moved, 1.0, balances=False)
+
+
+def on_triangles(kind, *entries):
+    """Return an example of a force on some of the triangles of a sphere."""
+    net = ball()[0]
+    own = np.arange(30), net.position[:30], net.mass[:30], np.ones(30)
+    field = FORCES[kind](*entries).on(Acted(*own, net.skin, net.springs.ends))
+    noise = np.random.default_rng(7).normal(size=net.position.shape)
+    return Example(field, net.position * (1.0 + 0.1 * noise), RADIUS, is_bounded=True)
 
 
 def alone(kind, *numbers):

@@ -1,7 +1,7 @@
 """Values of options that several words make up."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import isfinite
 from typing import Any, cast
 
@@ -28,6 +28,18 @@ class OptionReader(click.ParamType):  # pyright: ignore[reportMissingTypeArgumen
             return self.read(value) if isinstance(value, str) else value
         except ValueError as error:
             self.fail(str(error), param, ctx)
+
+
+class LateChoice(click.Choice):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer click only
+    """One of some words that are found when the option is used or explained."""
+
+    def __init__(self, find: Callable[[], Iterable[str]]):
+        self._find, self.case_sensitive = find, True
+
+    @property
+    def choices(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]  # found late
+        """Return the words."""
+        return tuple(self._find())
 
 
 class TimeArgument(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer click only

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 from msgspec import Struct
 
-from tissuec.cli.arguments import OptionReader, Pair, TimeArgument
+from tissuec.cli.arguments import LateChoice, OptionReader, Pair, TimeArgument
 from tissuec.cli.common import (
     DONE,
     Command,
@@ -120,7 +120,7 @@ def _named_behind(name: str, result: Path, others: Iterable[str]) -> str:
 )
 @click.option(
     "--field",
-    type=click.Choice((TISSUE, *known_fields())),
+    type=LateChoice(lambda: (TISSUE, *known_fields())),
     help="Colour the skin by this field; by its tissues if not given.",
 )
 @click.option(

@@ -433,5 +433,6 @@ def _plan(
     if outputs.asked and is_whole and not findings.errors:
         from tissuec.compiler.frame_fields import check_fields  # where any are asked for
 
-        check_fields(outputs.asked, network, plan, findings)
+        kinds = {force.kind for force in scene.forces.values()}
+        check_fields(outputs.asked, network, plan, kinds, findings)
     return plan

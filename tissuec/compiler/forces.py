@@ -21,7 +21,8 @@ def force_blocks(
     for force in scene.forces.values():
         with findings.item():
             nodes = np.unique(groups.nodes(force.target).indices)
-            acted = Acted(nodes, network.position[nodes], network.mass[nodes], area[nodes])
+            own = nodes, network.position[nodes], network.mass[nodes], area[nodes]
+            acted = Acted(*own, network.skin, network.springs.ends)
             try:
                 field = force.entries.on(acted)
             except ValueError as error:

@@ -1,6 +1,6 @@
 """Fields that a trajectory is asked for: ``trajectory with [pressure, …] every 10 ms``."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -46,7 +46,11 @@ def asked_fields(names: Sequence[s.Name], findings: Findings) -> dict[str, Span]
 
 
 def check_fields(
-    asked: Mapping[str, Span], network: Network, plan: Plan, findings: Findings
+    asked: Mapping[str, Span],
+    network: Network,
+    plan: Plan,
+    kinds: Collection[str],
+    findings: Findings,
 ) -> None:
     """Report fields that are about nothing that the frames show.
 
@@ -54,6 +58,7 @@ def check_fields(
         asked: Fields by name, with their places.
         network: The network.
         plan: Of the run.
+        kinds: Of the forces of the scene.
         findings: Takes the errors.
     """
     shown = np.zeros(network.node_count, dtype=bool)
@@ -65,8 +70,15 @@ def check_fields(
         "cell": bool(preserved_bodies(network, plan)),
     }
     for name, span in asked.items():
-        at = FIELDS[name].at
-        if not there[at]:
+        at, kind = FIELDS[name].at, FIELDS[name].of_force
+        if kind and kind not in kinds:
+            findings.add(
+                "TIS304",
+                f"the {name} is that of forces of the kind {kind}, of which the scene has none",
+                span,
+                hint=f"for example: force NAME {{ kind is {kind}; acts on BODY; … }}",
+            )
+        elif not there[at]:
             findings.add(
                 "TIS304",
                 f"{name} has a value for each {_WHAT[at]}, but the trajectory contains none",

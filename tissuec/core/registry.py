@@ -45,7 +45,8 @@ class Family(Mapping[str, T], Generic[T]):
 
         return enter
 
-    def _complete_members(self) -> dict[str, Any]:
+    def _own(self) -> dict[str, Any]:
+        """Return the members, all of which are imported."""
         if not self._complete:
             with _filling:
                 # Begun already: a module looks up members while it is imported.
@@ -64,10 +65,10 @@ class Family(Mapping[str, T], Generic[T]):
             self._begun = False
 
     def __getitem__(self, name: str) -> T:
-        return self._complete_members()[name]
+        return self._own()[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(sorted(self._complete_members()))
+        return iter(sorted(self._own()))
 
     def __len__(self) -> int:
-        return len(self._complete_members())
+        return len(self._own())

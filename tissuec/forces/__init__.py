@@ -26,7 +26,7 @@ Shared arguments:
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from math import inf
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from msgspec import Struct, StructMeta
@@ -34,6 +34,7 @@ from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
 from tissuec.core.registry import Family
+from tissuec.core.units import Dimension
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.network import Floats, Indices
 from tissuec.model.profiles import TimeProfile, tabulated
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 
     from tissuec.forces.derivatives import ForceDerivatives
     from tissuec.forces.load import Load
+    from tissuec.forces.triangles import SkinTriangles
 
 #: Time that a kernel takes for each number of its field, by measuring the shipped ones [s].
 SECONDS = 5e-9
@@ -414,24 +416,76 @@ class Acted(Struct, frozen=True, eq=False):
         position: [m], shape (n, 3).
         mass: [kg], shape (n,).
         area: Of the skin that each stands for [m²], shape (n,); zero inside of a body.
+        skin: Triangles of the skin of the whole network, shape (triangle, 3).
+        ends: Nodes of each spring of the network, shape (spring, 2).
     """
 
     nodes: Indices
     position: Floats
     mass: Floats
     area: Floats
+    skin: NDArray[np.integer]
+    ends: NDArray[np.integer]
+
+    @property
+    def triangles(self) -> "SkinTriangles":
+        """Return the triangles of the skin all of whose corners are among the nodes.
+
+        Raises:
+            ValueError: There is none.
+        """
+        from tissuec.forces.triangles import Areas, SkinTriangles  # where a force needs them
+
+        rows = np.flatnonzero(np.isin(self.skin, self.nodes).all(axis=1))
+        if not len(rows):
+            raise ValueError(
+                "it acts on the triangles of surfaces, but these nodes are the corners of none"
+            )
+        corners = self.skin[rows].astype(np.int64)
+        drawn = Areas.at(np.searchsorted(self.nodes, corners), self.position).area
+        return SkinTriangles(corners, rows, drawn, self.ends)
 
 
-class Force(Protocol):
-    """Interface of members of ``FORCES``; their fields are entries in the language."""
+class ForceOutput(Struct, frozen=True, eq=False):
+    """Numbers of a force at nodes or triangles, which a scene can record in trajectories.
 
+    Attributes:
+        name: As in ``trajectory with NAME``.
+        at: What has a number.
+        dimension: Of the numbers.
+        text: What they are, such as "tension of each triangle of a film".
+        numbers: Takes a field of the force, times [s] of shape (…), and positions [m] of shape
+            (…, node, 3). It returns the nodes, or the rows of the skin, shape (n,), and their
+            numbers in the SI unit, shape (…, n). Several forces at the same place add up.
+        signed: Whether numbers below 0 have a meaning of their own; colours then part at 0.
+        remark: Further sentences for the reference.
+    """
+
+    name: str
+    at: Literal["node", "triangle"]
+    dimension: Dimension
+    text: str
+    numbers: Callable[[Any, Floats | float, Floats], tuple[Indices, Floats]]
+    signed: bool = False
+    remark: str = ""
+
+
+class Force(Struct, metaclass=_Abstract, frozen=True, eq=False):
+    """Base of the members of ``FORCES``; their fields are entries in the language.
+
+    Attributes:
+        outputs: What trajectories can contain of it.
+    """
+
+    outputs: ClassVar[tuple[ForceOutput, ...]] = ()
+
+    @abstractmethod
     def on(self, acted: Acted) -> Field:
         """Return the field on some nodes.
 
         Raises:
             ValueError: It cannot act on them, and why, as the end of a sentence about it.
         """
-        ...
 
 
 FORCES: Family[type[Force]] = Family("tissuec.forces", "force")

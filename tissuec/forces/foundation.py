@@ -12,12 +12,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.core import units
 from tissuec.core.fields import Real
-from tissuec.forces import FORCES, Acted, Field, Resisting, diagonal
+from tissuec.forces import FORCES, Acted, Field, Force, Resisting, diagonal
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.foundation_kernel import BedTable, hold
 from tissuec.kernels.records import BoundaryConditions, Floats
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @FORCES.member("foundation")
-class Foundation(Struct, frozen=True, eq=False):
+class Foundation(Force, frozen=True, eq=False):
     """Holds a surface at its drawn place, as the tissue around a body does.
 
     Attributes:

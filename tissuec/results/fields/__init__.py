@@ -5,7 +5,8 @@ run. Everything else goes over the family: the columns of files and their size, 
 Python, tables, blocks, colours of pages and plots, and the reference.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
@@ -13,6 +14,7 @@ from msgspec import Struct
 
 from tissuec.core.registry import Family
 from tissuec.core.units import Dimension, si_unit
+from tissuec.forces import FORCES, ForceOutput
 from tissuec.forces.volume import Enclosure
 from tissuec.model.network import Floats
 from tissuec.script.measures.snapshot import Snapshot
@@ -33,6 +35,7 @@ class FrameField:
         always: Whether each trajectory contains it; a scene asks for the others.
         stored: Name of its array in files; its own name if empty.
         remark: Further sentences for the reference.
+        of_force: The kind of the forces that it is about, if it is an output of these.
     """
 
     at: ClassVar[Place]
@@ -43,6 +46,7 @@ class FrameField:
     always: ClassVar[bool] = False
     stored: ClassVar[str] = ""
     remark: ClassVar[str] = ""
+    of_force: ClassVar[str] = ""
 
     @staticmethod
     def sample(snapshot: Snapshot) -> Floats:
@@ -56,7 +60,70 @@ class FrameField:
         raise NotImplementedError
 
 
-FIELDS: Family[type[FrameField]] = Family("tissuec.results.fields", "frame field")
+class FrameFields(Family[type[FrameField]]):
+    """Fields by name: members of the family, and the outputs that forces declare.
+
+    Forces take long to import. They are imported where all fields are asked for, or one that
+    is no member.
+    """
+
+    @property
+    def always(self) -> tuple[str, ...]:
+        """Return the names of the fields that each trajectory contains, in order."""
+        return tuple(name for name in sorted(self._own()) if self._own()[name].always)
+
+    def __getitem__(self, name: str) -> type[FrameField]:
+        return self._own()[name] if name in self._own() else self._of_forces()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted({*self._own(), *self._of_forces()}))
+
+    def __len__(self) -> int:
+        return len({*self._own(), *self._of_forces()})
+
+    def _of_forces(self) -> dict[str, type[FrameField]]:
+        """Return the outputs of all forces as fields.
+
+        Raises:
+            ValueError: Two fields have the same name.
+        """
+        found: dict[str, type[FrameField]] = {}
+        for kind, force in FORCES.items():
+            for output in force.outputs:
+                if output.name in self._own() or output.name in found:
+                    raise ValueError(f"two fields of frames are called {output.name!r}")
+                found[output.name] = _field_of(kind, output)
+        return found
+
+
+@cache
+def _field_of(kind: str, output: ForceOutput) -> type[FrameField]:
+    """Return an output of the forces of a kind as a field."""
+
+    class OfForce(FrameField):
+        at = output.at
+        dimension = output.dimension
+        text = output.text
+        signed = output.signed
+        remark = output.remark
+        of_force = kind
+
+        @staticmethod
+        def sample(snapshot: Snapshot) -> Floats:
+            state = snapshot.state
+            places = len(state.network.skin if output.at == "triangle" else state.position)
+            found = np.zeros((*np.shape(snapshot.time), places))
+            for field in state.of_kind(kind):
+                acting = field.intact(state.alive)
+                where, numbers = output.numbers(acting, snapshot.time, snapshot.position)
+                # Its rows are places: a node may have several numbers.
+                np.add.at(np.moveaxis(found, -1, 0), where, np.moveaxis(numbers, -1, 0))
+            return found
+
+    return OfForce
+
+
+FIELDS = FrameFields("tissuec.results.fields", "frame field")
 
 
 class FieldChannel(Struct, frozen=True):
@@ -118,8 +185,7 @@ def always_recorded() -> tuple[FieldChannel, ...]:
 
 def channels(asked: Iterable[str]) -> tuple[FieldChannel, ...]:
     """Return the channels of a trajectory for which a scene asks for some fields by name."""
-    always = (name for name, field in FIELDS.items() if field.always)
-    return tuple(FieldChannel.of(name) for name in (*always, *asked))
+    return tuple(FieldChannel.of(name) for name in (*FIELDS.always, *asked))
 
 
 def over_cells(snapshot: Snapshot, of: Callable[[Enclosure], Floats]) -> Floats:
