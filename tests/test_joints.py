@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from tests.engine.running import set_pace
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out
 from tissuec.compiler.checks import check_all
 from tissuec.compiler.joints import nearest_pairs
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.engine.stepper import CALL_SPRINGS
 from tissuec.mechanics import observables
 from tissuec.pipeline import compile_request, simulate
 from tissuec.results.trajectory import Trajectory
@@ -350,7 +350,7 @@ def test_a_seam_agrees_with_scipy(more):
 
 
 def test_a_run_that_is_interrupted_while_sewing_goes_on_to_the_same_end(monkeypatch):
-    monkeypatch.setitem(CALL_SPRINGS, "compiled", 2000)
+    set_pace(monkeypatch, "compiled", 2000)
     text = wound(DRAWN, "0.06 s")
     _, _, whole = ran(text)
     _, recording, first = ran(text, interrupt=lambda: True)

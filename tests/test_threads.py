@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.engine.running import set_pace
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import carried_out
 from tissuec.core.errors import CompileError
-from tissuec.engine.stepper import CALL_SPRINGS
 from tissuec.geometry.intersections import crossings
 from tissuec.geometry.nearest import CAPSULE
 from tissuec.mechanics import observables
@@ -128,7 +128,7 @@ def test_tightening_agrees_with_scipy():
 
 
 def test_a_run_that_is_interrupted_while_tightening_goes_on_to_the_same_end(monkeypatch):
-    monkeypatch.setitem(CALL_SPRINGS, "compiled", 500 * PIECES)
+    set_pace(monkeypatch, "compiled", 500 * PIECES)
     text = around_rod(script=TIGHTENED, duration="0.02 s").replace(
         "to 0.1 s: tighten", "to 0.02 s: tighten"
     )

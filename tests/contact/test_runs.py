@@ -5,11 +5,11 @@ import pytest
 
 import tissuec
 from tests.contact.scenes import bodies, play
+from tests.engine.running import set_pace
 from tests.validate.scenes import compiled_scene, quantity, validated
 from tests.whole_runs import AfterAsking, carried_out, every_array
 from tissuec.compiler.prediction import skipped
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.engine.stepper import CALL_SPRINGS
 from tissuec.mechanics.state import State
 
 PRESSED = """language 1
@@ -75,7 +75,7 @@ def test_a_run_resumed_between_two_lists_of_what_is_near_counts_its_steps_the_sa
     count, monkeypatch
 ):
     # Methods contend by these counts, so what is resumed must not list at other times.
-    monkeypatch.setitem(CALL_SPRINGS, "compiled", 50_000)
+    set_pace(monkeypatch, "compiled", 50_000)
     compiled = compiled_scene(pressed(script=FAR, viscosity="0.2 N*s/m"))
     whole, _ = carried_out(compiled)
     first, before = carried_out(compiled, interrupt=AfterAsking(count))

@@ -2,9 +2,11 @@
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from tests.hand_net import make_net, span
 from tissuec.compiled.record_tables import RecordTable
+from tissuec.engine.backends import BACKENDS
 from tissuec.engine.engine import Engine
 from tissuec.engine.integrators import INTEGRATORS
 from tissuec.engine.kernel_inputs import KernelInputs
@@ -14,8 +16,12 @@ from tissuec.forces.load import Load, LoadTerm
 from tissuec.mechanics.state import PrescribedMotion, PrescribedRotation, State
 from tissuec.model.profiles import TimeProfile
 
-BACKENDS = ("interpreted", "compiled")
 EVERLASTING = TimeProfile("constant", 0.0, np.inf)
+
+
+def set_pace(monkeypatch, backend, springs):
+    """Have the loop over steps come back after some evaluations of springs."""
+    monkeypatch.setitem(BACKENDS, backend, replace(BACKENDS[backend], pace=springs))
 
 
 class Ran(Struct):

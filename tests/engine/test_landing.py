@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from tests.engine.members import MEMBERS, ON_BACKENDS, affordable, brakes, those
-from tests.engine.running import BACKENDS, Bench, block, chain, lifted_tube, pair
+from tests.engine.running import BACKENDS, Bench, block, chain, lifted_tube, pair, set_pace
 from tests.hand_net import make_net
 from tissuec.engine.backends import default_backend
 from tissuec.engine.integrators import INTEGRATORS
-from tissuec.engine.stepper import CALL_SPRINGS
 from tissuec.model.profiles import TimeProfile
 
 
@@ -238,7 +237,7 @@ def test_run_resumed_from_any_checkpoint_gives_the_same_bytes(method, backend):
 
 
 def test_pause_is_offered_between_steps_also_while_a_condition_is_watched(monkeypatch):
-    monkeypatch.setitem(CALL_SPRINGS, "interpreted", 100 * 4)
+    set_pace(monkeypatch, "interpreted", 100 * 4)
     bench = Bench(pair(), 0.01, method="velocity verlet", step=1e-5, backend="interpreted")
     asked = []
 

@@ -7,7 +7,7 @@ where they are, the shape, and the strides.
 """
 
 import ctypes
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache, cached_property
 from inspect import signature as parameters
 from typing import Any
@@ -109,6 +109,19 @@ class Operation(Shipped):
             self._found[place] = self._kind(place)
         return self._found[place]
 
+    def by(self, function: Callable[..., Any], net: Net) -> "InPython":
+        """Return a function of Python with the same arguments, for compiled code to call it.
+
+        Args:
+            function: The function.
+            net: What it is given.
+        """
+        return InPython(function, tuple(self._fields.values()), net, self._result)
+
+
+def _is_record(field: RecordField) -> bool:
+    return field.kind not in (float, int, np.ndarray)
+
 
 def _kinds(field: RecordField) -> list[Any]:
     """Return the types of the words of an argument."""
@@ -128,6 +141,7 @@ VECTORS = {
 
 # --- kernels of fields -----------------------------------------------------------------------
 
+_NUMBER = RecordField(0, float)
 _VECTOR = RecordField(0, np.ndarray, np.dtype(float), 1)
 
 
@@ -140,36 +154,63 @@ def _of_fields(vectors: int) -> Any:
 
 
 class InPython:
-    """A loop of a field that is not shipped, for compiled code to call it as Python.
+    """A function that is not shipped, such as a loop of a field, which compiled code calls.
 
-    It is slow, but needs no compiler. An error in it cannot pass through compiled code: forces
-    become no numbers, and ``failure`` is what it was.
+    It is slow, but needs no compiler. An error in it cannot pass through compiled code: all
+    arrays but positions and velocities, which come first, become no numbers, and ``failure`` is
+    what it was.
 
     Args:
-        made_from: See ``tissuec.forces.Field.kernel``.
-        record: What it is given.
+        made_from: The function; see ``tissuec.forces.Field.kernel``.
+        fields: Its arguments: numbers, arrays of them, and the record.
+        record: What it is given as such.
+        result: Type of what it returns.
 
     Attributes:
         address: Where it is.
+
+    Raises:
+        TypeError: It takes another record, too.
     """
 
-    def __init__(self, made_from: Callable[..., None], record: Any):
-        self._made_from, self._record = made_from, record
+    def __init__(
+        self,
+        made_from: Callable[..., Any],
+        fields: Sequence[RecordField],
+        record: Any,
+        result: type | None = None,
+    ):
+        if any(_is_record(one) and one.kind is not type(record) for one in fields):
+            raise TypeError(f"{made_from.__name__} takes more than one record")
+        self._made_from, self._fields, self._record = made_from, fields, record
         self.failure: Exception | None = None
-        self._called = _of_fields(len(parameters(made_from).parameters) - 2)(self._call)
+        kinds = [kind for field in fields for kind in _kinds(field)]
+        self._called = ctypes.CFUNCTYPE(_RESULTS[result], *kinds)(self._call)
         self.address = ctypes.cast(self._called, ctypes.c_void_p).value or 0
 
-    def _call(self, time: float, *words: Any) -> None:
-        vectors = [
-            np.frombuffer((ctypes.c_double * count).from_address(place))
-            for place, count in zip(words[4::7], words[2::7], strict=False)
-        ]
+    def _call(self, *words: Any) -> Any:
+        values = list(self._values(words))
         try:
-            self._made_from(time, *vectors, self._record)
+            return self._made_from(*values)
         except Exception as error:
             self.failure = self.failure or error
-            for vector in vectors[2:]:
-                vector[:] = np.nan
+            arrays = [v for v, one in zip(values, self._fields, strict=True) if one.dtype]
+            for array in arrays[2:]:
+                array[:] = np.nan
+            return False
+
+    def _values(self, words: Sequence[Any]) -> Iterator[Any]:
+        """Yield the arguments; arrays are views."""
+        place = 0
+        for field in self._fields:
+            own = words[place : place + len(_kinds(field))]
+            place += len(own)
+            if field.dtype is not None:
+                count, start, shape = own[2], own[4], own[5 : 5 + field.axes]
+                memory = (ctypes.c_char * (count * field.dtype.itemsize)).from_address(start)
+                yield np.frombuffer(memory, field.dtype).reshape(shape)
+            else:
+                yield self._record if _is_record(field) else own[0]
 
 
 def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
@@ -181,7 +222,9 @@ def kernel_address(kernel: Callable[..., None], table: RecordTable) -> int:
     bundle = of_field(kernel)
     if kernel.__module__.startswith("tissuec.forces.") and is_shipped(bundle):
         return address(bundle, kernel.__name__)
-    called = InPython(kernel, table.record)
+    vectors = len(parameters(kernel).parameters) - 2
+    fields = (_NUMBER, *(vectors * (_VECTOR,)), RecordField(0, type(table.record)))
+    called = InPython(kernel, fields, table.record)
     table.called = (*table.called, called)
     return called.address
 

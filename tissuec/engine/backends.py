@@ -1,22 +1,24 @@
-"""The two backends: the loop over steps as compiled code that is shipped, or interpreted.
+"""Backends: the loop over steps as compiled code that is shipped, or interpreted.
 
 Methods that are not shipped, such as those of users, are interpreted. Operations on nets are
-compiled for both: an interpreted loop calls them by their addresses.
+compiled for both: an interpreted loop calls them by their addresses. A further backend, as an
+experiment has it, is an entry of ``BACKENDS``: a loop, and operations in Python.
 """
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 from msgspec import Struct
 
 from tissuec.compiled.binding import Binder
+from tissuec.compiled.record_tables import RecordTable
 from tissuec.engine import step, step_inside
 from tissuec.engine.integrators import Integrator
-from tissuec.engine.method import Backend
 from tissuec.engine.operations import OPERATIONS, Features, operations
-from tissuec.kernels.records import Operations, Progress, Task
+from tissuec.kernels.records import Net, Operations, Progress, Task
 
 
 class Inside(Struct, frozen=True):
@@ -31,19 +33,15 @@ Drive = Callable[[Progress, Task, Any, Any, Any], int]
 
 
 @cache
-def bound_drive(integrator: type[Integrator], backend: Backend) -> Drive:
-    """Return the loop over steps of an integrator.
-
-    It takes the net as a table; if it is compiled, all records.
-    """
-    return (_compiled_drive if backend == "compiled" else _interpreted_drive)(integrator)
+def bound_drive(integrator: type[Integrator], backend: str) -> Drive:
+    """Return the loop over steps of an integrator, of a member of ``BACKENDS``."""
+    return BACKENDS[backend].drive(integrator)
 
 
 def _compiled_drive(integrator: type[Integrator]) -> Drive:
     """Return the shipped loop over steps."""
     from tissuec.compiled.bundles import of_method
     from tissuec.compiled.loading import address
-    from tissuec.compiled.record_tables import RecordTable
 
     function = ctypes.CFUNCTYPE(ctypes.c_int64, *(ctypes.c_void_p for _ in range(5)))
     enter = function(address(of_method(integrator), "drive"))
@@ -60,8 +58,6 @@ def _compiled_drive(integrator: type[Integrator]) -> Drive:
 
 def _interpreted_drive(integrator: type[Integrator]) -> Drive:
     """Return the loop over steps as Python."""
-    from tissuec.compiled.record_tables import RecordTable
-
     bound = interpreter(integrator).bind(step.drive)
 
     def drive(now: Progress, task: Task, work: Any, net: Any, buffer: Any) -> int:
@@ -70,6 +66,45 @@ def _interpreted_drive(integrator: type[Integrator]) -> Drive:
         return int(bound(now, task, RecordTable(work), net, RecordTable(buffer)))
 
     return drive
+
+
+class LoopBackend(Struct, frozen=True):
+    """How the loop over steps runs, and what it calls.
+
+    Attributes:
+        drive: Returns the loop of an integrator. It takes the net as a table.
+        takes_tables: Whether it takes the other records as tables, too.
+        pace: Evaluations of springs after which it comes back to be asked for a pause, in about
+            0.2 s.
+        operations: Functions in Python that replace compiled operations, by name; see
+            ``with_python``.
+    """
+
+    drive: Callable[[type[Integrator]], Drive]
+    takes_tables: bool
+    pace: int
+    operations: Mapping[str, Callable[..., Any]] = MappingProxyType({})
+
+
+BACKENDS = {
+    "compiled": LoopBackend(_compiled_drive, takes_tables=True, pace=40_000_000),
+    "interpreted": LoopBackend(_interpreted_drive, takes_tables=False, pace=2_000_000),
+}
+
+
+def with_python(net: Net, replaced: Mapping[str, Callable[..., Any]]) -> RecordTable:
+    """Return the table of a net, some of whose operations are functions of Python.
+
+    Args:
+        net: With the addresses of all operations.
+        replaced: Functions by the names of the operations that they replace. They take the same
+            arguments, arrays and numbers as they are, and the record of the net.
+    """
+    called = {name: OPERATIONS[name].by(function, net) for name, function in replaced.items()}
+    addresses = {name: each.address for name, each in called.items()}
+    table = RecordTable(net._replace(operations=net.operations._replace(**addresses)))
+    table.called = tuple(called.values())
+    return table
 
 
 @cache
@@ -124,7 +159,7 @@ def method_names(integrator: type[Integrator]) -> dict[str, Any]:
     return replaced | {"REFINES": len(integrator.embedded_x) > 0}
 
 
-def default_backend(integrator: type[Integrator]) -> Backend:
+def default_backend(integrator: type[Integrator]) -> str:
     """Return the backend of an integrator: compiled, unless it is not shipped with tissuec."""
     from tissuec.compiled.bundles import of_method
     from tissuec.compiled.loading import is_shipped

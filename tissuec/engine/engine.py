@@ -12,7 +12,7 @@ import numpy as np
 from tissuec.engine import failures
 from tissuec.engine.backends import default_backend
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.engine.method import Backend, Interruption, Method, Samples, Statistics
+from tissuec.engine.method import Interruption, Method, Samples, Statistics
 from tissuec.engine.method_choice import MethodChoice
 from tissuec.engine.method_control import MethodControl
 from tissuec.engine.sample_buffer import SampleBuffer
@@ -74,10 +74,10 @@ class Engine:
         sample_times: Floats,
         record: Callable[[Samples], None],
         *,
-        backend: Backend | None = None,
+        backend: str | None = None,
     ):
         self.network, self.method = network, method
-        self.backend: Backend | None = backend
+        self.backend = backend
         inputs = KernelInputs(
             network,
             watched=method.watch_strength,

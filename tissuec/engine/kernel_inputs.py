@@ -144,8 +144,13 @@ class KernelInputs:
         """Return whether the matrix of implicit steps has a narrow band."""
         return not self.solver().scratch.size
 
-    def net(self, integrator: type[Integrator]) -> Net:
-        """Return what acts, without operations on it."""
+    def net(self, integrator: type[Integrator], *, plain: bool = False) -> Net:
+        """Return what acts, without operations on it.
+
+        Args:
+            integrator: What steps it.
+            plain: Whether springs have their numbers also by themselves where they are in runs.
+        """
         springs, nodes, near = (
             self.springs,
             len(self.layout.order),
@@ -155,7 +160,7 @@ class KernelInputs:
         needed = self.features
         # Springs in runs have numbers of their own there; explicit steps need these, too, only
         # to look for what breaks.
-        alone = not needed.in_runs or needed.watched or integrator.implicit
+        alone = plain or not needed.in_runs or needed.watched or integrator.implicit
         numbers = slice(None) if alone else slice(0)
         return Net(
             first=np.searchsorted(low, np.arange(nodes + 1)).astype(np.uint64),

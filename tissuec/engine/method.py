@@ -8,7 +8,6 @@ from msgspec import Struct, field
 from tissuec.engine.integrators.procedures import Choices
 from tissuec.model.network import Floats, Indices
 
-Backend = Literal["interpreted", "compiled"]
 Kind = Literal["reached", "paused", "viewed", "ruptured", "triggered", "diverged", "stuck"]
 
 
@@ -102,7 +101,7 @@ class Statistics(Struct, frozen=True):
 
     method: str
     reason: str
-    backend: Backend
+    backend: str
     accepted: int
     rejected: int
     evaluations: int

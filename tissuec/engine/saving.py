@@ -2,12 +2,12 @@
 
 import json
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from msgspec.structs import asdict, astuple
 
-from tissuec.engine.method import Backend, MethodChange
+from tissuec.engine.method import MethodChange
 from tissuec.engine.method_choice import MethodChoice
 from tissuec.engine.method_control import MethodControl
 from tissuec.engine.method_trial import MethodTrial
@@ -72,7 +72,7 @@ def restore_stepper(stepper: Stepper, state: State, kept: Mapping[str, Any]) -> 
     inputs, present = stepper.inputs, asdict(stepper.progress)
     numbers = {name: type(value)(kept[name]) for name, value in present.items()}
     stepper.progress = Progress(**numbers | {"filled": 0, "current": 0})
-    stepper.backend = cast(Backend, str(kept["tier"]))
+    stepper.backend = str(kept["tier"])
     _restore_arrays(stepper, state, kept)
     stepper.asked = stepper.evaluations
     segment = float(kept["segment"])

@@ -7,11 +7,11 @@ from msgspec.structs import replace
 
 from tissuec.compiled.calls import raise_failure
 from tissuec.compiled.record_tables import RecordTable
-from tissuec.engine.backends import bound_drive, loop_operations
+from tissuec.engine.backends import BACKENDS, bound_drive, loop_operations, with_python
 from tissuec.engine.integrators import Integrator
 from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.engine.kernel_inputs import KernelInputs
-from tissuec.engine.method import Backend, Method
+from tissuec.engine.method import Method
 from tissuec.engine.run_arrays import (
     first_step,
     least_pressure,
@@ -25,9 +25,6 @@ from tissuec.mechanics import observables
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
 from tissuec.script.plan import DEFAULT_TOLERANCE
-
-# Spring evaluations after which the loop comes back to be asked for a pause: about 0.2 s.
-CALL_SPRINGS: dict[Backend, int] = {"interpreted": 2_000_000, "compiled": 40_000_000}
 
 
 class Stepper:
@@ -53,7 +50,7 @@ class Stepper:
     """
 
     integrator: type[Integrator]
-    backend: Backend
+    backend: str
     work: Work
     task: Task
 
@@ -179,7 +176,7 @@ class Stepper:
 
     def call_limit(self) -> int:
         """Return the evaluations after which a call comes back, by default."""
-        return self.asked + CALL_SPRINGS[self.backend] // (len(self.inputs.springs.ids) + 100)
+        return self.asked + BACKENDS[self.backend].pace // (len(self.inputs.springs.ids) + 100)
 
     def call(self, hold: int, evaluations: int) -> int:
         """Run the loop over steps once; return why it came back.
@@ -191,13 +188,13 @@ class Stepper:
         task = self.task._replace(until=self.inputs.until, evaluations=evaluations, hold=hold)
         self.buffer.make_room(hold)
         work, net, buffer = self.work, self.acting(), self.buffer.buffer
-        if self.backend == "compiled":
+        if BACKENDS[self.backend].takes_tables:
             work, buffer = self.table(work), self.table(buffer)
         drive = bound_drive(self.integrator, self.backend)
         self.update()  # a copy, which the loop changes
         with self.inputs.team:
             reason = drive(self.progress, task, work, net, buffer)
-        for table in net.fields.kept:
+        for table in (net, *net.fields.kept):
             raise_failure(table)
         return reason
 
@@ -211,8 +208,9 @@ class Stepper:
                     self.listed_around = inputs.outwards(self.work.x[self.progress.current])
                 inputs.around = self.listed_around
             called = loop_operations(self.integrator, needed)
-            net = inputs.net(self.integrator)
-            self._net = RecordTable(net._replace(operations=called))
+            in_python = BACKENDS[self.backend].operations
+            net = inputs.net(self.integrator, plain=bool(in_python))
+            self._net = with_python(net._replace(operations=called), in_python)
         return self._net
 
     def forget_net(self) -> None:
