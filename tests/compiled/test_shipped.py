@@ -3,10 +3,13 @@
 import ctypes
 import re
 import shutil
+import sys
+from pathlib import Path
 
 import pytest
 
 from tissuec.compiled import loading, sources
+from tissuec.compiled.binding import Binder
 from tissuec.compiled.bundles import BUNDLES
 from tissuec.compiled.loading import ENDING, INDEX, SHIPPED, called_by, machine_code
 from tissuec.compiled.sources import SOURCES, digest_of_sources
@@ -59,11 +62,18 @@ def test_comments_and_docstrings_are_no_part_of_the_digest(tmp_path, monkeypatch
 
 
 def test_sources_are_complete():
-    # What the loop over steps calls of other modules of its folder is shipped with it.
-    for source in (PACKAGE / "engine").glob("step_*.py"):
-        if f"engine/{source.name}" in SOURCES:
-            called = re.findall(r"^from tissuec\.engine\.(step_\w+)", source.read_text(), re.M)
-            assert {f"engine/{name}.py" for name in called} <= {*SOURCES}
+    known = {path for pattern in SOURCES for path in PACKAGE.glob(pattern)}
+    for part in (part for parts in bundles().values() for part in parts):
+        binder = Binder({"share": None} | part.replaced)
+        binder.bind(part.function)
+        for function in binder.copied:
+            assert Path(function.__code__.co_filename) in known, function
+        # Constants of other modules count, too.
+        modules = {sys.modules[function.__module__] for function in binder.copied}
+        for module in modules:
+            text = Path(module.__file__).read_text(encoding="utf-8")
+            for name in re.findall(r"^from tissuec\.(geometry\.\w+|forces\.\w+) ", text, re.M):
+                assert PACKAGE / f"{name.replace('.', '/')}.py" in known, (module, name)
 
 
 def test_every_operation_every_method_and_every_field_is_shipped():

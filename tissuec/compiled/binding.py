@@ -37,6 +37,11 @@ class Binder:
         """Return which of the replaced names a function uses, directly or not."""
         return self._copy(function)[1]
 
+    @property
+    def copied(self) -> frozenset[Function]:
+        """Return the functions that were bound, with those that they call."""
+        return frozenset(self._copies)
+
     def _copy(self, function: Function) -> tuple[FunctionType, frozenset[str]]:
         """Return the copy and which replacements it depends on, directly or not."""
         if function in self._copies:

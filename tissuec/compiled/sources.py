@@ -7,9 +7,14 @@ from typing import cast
 
 from tissuec.core.resources import PACKAGE
 
+#: What is translated, and what tells how.
 SOURCES = (
-    "compiled/*.ll",
-    "compiled/*.py",
+    "compiled/binding.py",
+    "compiled/bundles.py",
+    "compiled/export.py",
+    "compiled/numba_types.py",
+    "compiled/record_tables.py",
+    "compiled/team.*",
     "engine/codegen/*.py",
     "engine/integrators/*.py",
     "engine/operations.py",
@@ -18,8 +23,12 @@ SOURCES = (
     "engine/step_inside.py",
     "engine/step.py",
     "engine/step_refined.py",
-    "forces/*.py",
+    "forces/*_kernel.py",
+    "forces/accelerations.py",
+    "geometry/nearest.py",
     "kernels/*.py",
+    "laws/code.py",
+    "laws/partial.py",
 )
 _DOCUMENTED = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 
