@@ -63,7 +63,7 @@ def measure(net: Net, loops: ctypes.CDLL) -> list[str]:
     runs = {method: Stepping(compiled, method) for method in METHODS}
     first = runs[METHODS[0]]
     timed = {"C loop": Loop(loops.one_by_one, *one_by_one(first), first).time}
-    if first.engine.stepper.inputs.places.is_worthwhile:
+    if first.engine.stepper.inputs.acting.places.is_worthwhile:
         timed["C vectors"] = Loop(loops.in_runs, *in_runs(first), first).time
     for method, run in runs.items():
         timed[method] = partial(run.time, time.process_time)
@@ -140,7 +140,7 @@ def in_runs(run: Stepping) -> Arguments:
     """Return what ``Loop`` takes for springs in runs."""
     stepper = run.engine.stepper
     inputs, work, now = stepper.inputs, stepper.work, stepper.progress.current
-    springs, found, nodes = inputs.springs, inputs.places, len(inputs.inverse_mass)
+    springs, found, nodes = inputs.springs, inputs.acting.places, len(inputs.inverse_mass)
     row = (nodes + 2 * LANES) // LINE * LINE + LINE
 
     def filled(values: Floats, nothing: float) -> Floats:

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from tests.random_scenes import random_scene
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
-from tissuec.engine import state
+from tissuec.engine import run_arrays
 from tissuec.engine.execution.companion import Companion
 from tissuec.engine.execution.memory_recorder import MemoryRecording
 from tissuec.engine.execution.recorder import Recorder
@@ -112,5 +112,5 @@ def test_samples_within_long_steps_keep_the_promise(seed, tolerance, monkeypatch
     exact = positions(compiled, 1e-12)
     assert error(positions(compiled, tolerance), exact) < tolerance
     # Fast motions that die away are followed by steps whose polynomials are no good for them.
-    monkeypatch.setattr(state, "INSIDE", np.inf)
+    monkeypatch.setattr(run_arrays, "INSIDE", np.inf)
     assert error(positions(compiled, tolerance), exact) > 2.0 * tolerance

@@ -56,13 +56,14 @@ class KernelInputs:
     Attributes:
         layout: Places of nodes and springs.
         inwards, outwards: Of the layout.
+        acting: The springs that act.
         team: The threads that share loops.
     """
 
     def __init__(self, network: Network, *, watched: bool, ledger: bool, threads: int = 1):
         self.layout = layout_of(network, threads)
         self.inwards, self.outwards = self.layout.inwards, self.layout.outwards
-        self._acting = ActingSprings(self.layout, watched=watched, ledger=ledger)
+        self.acting = ActingSprings(self.layout, watched=watched, ledger=ledger)
         self.watched, self.ledger = watched, ledger
         self.start = self.until = 0.0
         self.spring_count = network.spring_count
@@ -72,7 +73,7 @@ class KernelInputs:
     @property
     def springs(self) -> Springs:
         """Return the springs that act; see ``ActingSprings``."""
-        return self._acting.springs
+        return self.acting.springs
 
     def update(self, state: State) -> None:
         """Update everything that acts in a state, but not positions and velocities."""
@@ -82,7 +83,7 @@ class KernelInputs:
         for nodes in driven:
             self.moved[nodes] = True
         self.held = state.held | self.moved
-        self._acting.update(state, self.held, self.moved)
+        self.acting.update(state, self.held, self.moved)
         inverse = np.where(self.held, 0.0, 1.0 / state.mass)
         self.inverse_mass = self.inwards(inverse)
         push, steady = np.zeros((2, len(inverse), 3))
@@ -107,27 +108,27 @@ class KernelInputs:
     def features(self) -> Features:
         """Return the features that the stepping code needs."""
         return Features(
-            viscous=self._acting.is_viscous,
+            viscous=self.acting.is_viscous,
             watched=self.watched,
-            crushed=self._acting.is_crushed,
+            crushed=self.acting.is_crushed,
             ledger=self.ledger,
             banded=self._solver is not None and not self._solver.scratch.size,
             # Whatever may be drawn in, lest a second variant is compiled when it is.
             reeled=self.state.network.can_be_drawn_in,
             touched=self.state.contact is not None,
             inelastic=self.springs.inelastic is not None,
-            cornered=self._acting.has_corners,
-            laws=self._acting.laws,
+            cornered=self.acting.has_corners,
+            laws=self.acting.laws,
             in_runs=self._are_in_runs,
         )
 
     @property
     def _are_in_runs(self) -> bool:
         """Return whether springs are taken in runs: linear ones of constant lengths."""
-        changing = self._acting.laws or self.springs.inelastic is not None
+        changing = self.acting.laws or self.springs.inelastic is not None
         if changing or self.state.network.can_be_drawn_in:
             return False
-        return self._acting.places.is_worthwhile
+        return self.acting.places.is_worthwhile
 
     def solver(self) -> Solver:
         """Return arrays for the matrix of implicit steps, without a matrix in them."""
@@ -154,7 +155,7 @@ class KernelInputs:
         springs, nodes, near = (
             self.springs,
             len(self.layout.order),
-            self._acting.near(integrator),
+            self.acting.near(integrator),
         )
         low, high = springs.ends.T
         needed = self.features
@@ -189,7 +190,7 @@ class KernelInputs:
         self, integrator: type[Integrator], needed: Features, near: dict[str, Floats]
     ) -> dict[str, Any]:
         """Return what only some scenes have, None for what a scene has nothing of."""
-        fields, acting = self.fields(), self._acting
+        fields, acting = self.fields(), self.acting
         kept = cast(tuple[RecordTable, ...], fields.kept)
         touches = (table.record for table in kept if type(table.record) is ContactTable)
         return {
@@ -197,7 +198,7 @@ class KernelInputs:
             "touches": next(touches, None),
             "internal": self.internal() if needed.inelastic else None,
             "runs": acting.runs(near, self.team.parts) if needed.in_runs else None,
-            "chunks": self._acting.chunks()
+            "chunks": self.acting.chunks()
             if not needed.in_runs or integrator.implicit
             else None,
             "fields": fields,
