@@ -126,3 +126,10 @@ def test_a_run_that_is_gone_on_with_keeps_the_force():
 def test_there_are_exact_derivatives():
     compiled = compiled_scene(sheet())
     assert not refusal_of_script(compiled.plan, compiled.network)
+
+
+def test_a_force_may_have_the_name_of_another_effect():
+    text = SHEET.format(damping=DAMPING, script="").replace("force bed", "force bending")
+    text = text.replace("thickness = 1 mm", "thickness = 1 mm; bending is elastic")
+    fields = state_at_start(compiled_scene(text)).named_fields
+    assert {type(field).__name__ for field in fields.values()} == {"Hinges", "Bed"}
