@@ -86,7 +86,9 @@ class Bed(Field, frozen=True):
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…)."""
-        return 0.5 * (self._moved(position) ** 2).sum(axis=-1) @ self.stiffness
+        squares = (self._moved(position) ** 2).sum(axis=-1)
+        # No product of matrices, whose last bits depend on how many states there are.
+        return np.asarray((0.5 * self.stiffness * squares).sum(axis=-1))
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
