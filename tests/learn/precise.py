@@ -47,7 +47,7 @@ def _leg(leg, numbers, count, x, v, times, found):
         force = -(onto @ ((c * (length - rest) + d * closing)[:, None] * n))
         for load in leg.loads:
             np.add.at(force, load.nodes, load.at(time).astype(LONG))
-        a = (force - leg.drag[:, None] * v) / numbers["mass"][:, None] + leg.gravity
+        a = (force - leg.drag * v) / numbers["mass"][:, None] + leg.gravity
         return np.where(free[:, None], a, LONG(0.0))
 
     start = {m: m.at(inside[0])[0] for m in leg.motions}
