@@ -49,7 +49,7 @@ class AdjustReader:
                 if not isinstance(name, s.Name):
                     clauses.reject("TIS312", "the adjusted quantity must be a name", name.span)
                 with self.findings.item():
-                    found.append(limited(self._own(name), clauses, name.span))
+                    found.append(limited(self._own(name, ()), clauses, name.span))
             return found
         name = without(item.name, ADJUST)
         if name is None or item.phrase is not None:
@@ -57,8 +57,8 @@ class AdjustReader:
         if name.key == WORDS:
             return [self._words(item)]
         clauses = self._clauses(item, ("of", "of", "per", *LIMITING))
-        names = clauses.names("of")
-        found_one = self._found(name, names, clauses) if names else self._own(name)
+        names, per = clauses.names("of"), clauses.names("per")
+        found_one = self._found(name, names, per) if names else self._own(name, per)
         return [limited(found_one, clauses, item.span)]
 
     def _clauses(
@@ -93,11 +93,11 @@ class AdjustReader:
             WORDS, scale.name, "word", NONE, None, scale.dimension, -inf, inf, None, item.span
         )
 
-    def _own(self, name: s.Name) -> Found:
+    def _own(self, name: s.Name, per: Sequence[s.Name]) -> Found:
         """Return something of the tissue or force that the block has the name of."""
         tissue = None if name.key in PLACED else self.targets.tissue(self.fit_problem)
         if tissue is None and (force := self.targets.force(self.fit_problem)) is not None:
-            return self._of_force(name, force)
+            return self._of_force(name, force, per)
         self._refuse_breaking(name)
         if tissue is None:
             self.findings.pass_over_doubtful(self.fit_problem.key)
@@ -108,16 +108,16 @@ class AdjustReader:
                 "TIS304", f"the owner of the {name.text} is missing: {why}", name.span,
                 hint=f"write: adjust {name.text} of …",
             )  # fmt: skip
+        self._refuse_per(per, f"{tissue.name} is a tissue")
         return self._of_tissue(name, tissue)
 
-    def _found(self, name: s.Name, names: list[s.Name], clauses: Clauses) -> Found:
+    def _found(self, name: s.Name, names: list[s.Name], per: list[s.Name]) -> Found:
         """Return something of a tissue or force, or of nodes and springs."""
-        per = clauses.names("per")
         is_tissue = len(names) == 1 and not per and name.key not in PLACED
         tissue = self.targets.tissue(names[0]) if is_tissue else None
         force = self.targets.force(names[0]) if len(names) == 1 and tissue is None else None
         if force is not None:
-            return self._of_force(name, force, per[0] if per else None)
+            return self._of_force(name, force, per)
         self._refuse_breaking(name)
         if tissue is not None:
             return self._of_tissue(name, tissue)
@@ -134,6 +134,16 @@ class AdjustReader:
                 f"the {name.key} cannot be learned: a rupture is not differentiable",
                 name.span,
                 hint="compare runs with different values instead",
+            )
+
+    def _refuse_per(self, per: Sequence[s.Name], what: str) -> None:
+        """Reject a division of what has one number."""
+        if per:
+            self.findings.reject(
+                "TIS801",
+                f"per {per[0].text} belongs to a set, body or region; {what}",
+                per[0].span,
+                hint=Hint("remove it", Edit("", _clause("per", per[0]))),
             )
 
     def _refuse_tissue(self, name: s.Name, names: list[s.Name], per: list[s.Name]) -> None:
@@ -183,16 +193,10 @@ class AdjustReader:
             self.findings.reject("TIS801", message, name.span)
         return Found(found.name, tissue.name, "tissue", NONE, found.kind)
 
-    def _of_force(self, name: s.Name, force: WrittenForce, per: s.Name | None = None) -> Found:
+    def _of_force(self, name: s.Name, force: WrittenForce, per: Sequence[s.Name]) -> Found:
         """Return a number of a force."""
         entries = entries_of(type(force.entries))
-        if per is not None:
-            self.findings.reject(
-                "TIS801",
-                f"per {per.text} belongs to a set, body or region; {force.name} is a force",
-                per.span,
-                hint=Hint("remove it", Edit("", _clause("per", per))),
-            )
+        self._refuse_per(per, f"{force.name} is a force")
         numbers = [key for key, entry in entries.items() if isinstance(entry.kind, Real)]
         if name.key not in entries:
             self.findings.pass_over_doubtful(name.key)
