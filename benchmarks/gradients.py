@@ -18,6 +18,7 @@ import numpy as np
 
 from benchmarks.publishing import publish, write_option
 from tests.learn.test_motion import motion_of
+from tests.learn.trials import difference
 from tissuec.core.markdown import table
 from tissuec.core.source import Source
 from tissuec.learn.derivatives.motion import Motion
@@ -83,12 +84,13 @@ def main(*, alone: tuple[str, str] | None, write: bool) -> None:
 def row(effect: str) -> tuple[str, ...]:
     """Return the row of an effect."""
     motion, vector = motion_with(effect)
+    ones = np.ones((len(TIMES), 3 * motion.order.sizes["mass"]))
     run, gradient = (memory(effect, what) for what in (RUN, GRADIENT))
     return (
         effect,
         str(np.count_nonzero(vector)),
         f"{error(motion, vector):.0e}",
-        f"{cost(motion, vector):.1f}",
+        f"{cost(motion, vector, ones):.1f}",
         f"{run:.0f}, {gradient:.0f}",
     )
 
@@ -120,34 +122,23 @@ def error(motion: Motion, vector: Floats) -> float:
     exact: list[float] = []
     for _ in range(DIRECTIONS):
         way = random.standard_normal(len(vector)) * np.abs(vector)
-        slopes = [difference(motion, vector, size * way, weights) / size for size in SIZES]
+        slopes = [difference(motion, vector, way, weights, step=size) for size in SIZES]
         exact.append(float(gradient @ way))
         found.append(min(abs(exact[-1] - slope) for slope in slopes))
     return max(found) / float(np.sqrt(np.mean(np.square(exact))))
 
 
-def difference(motion: Motion, vector: Floats, way: Floats, weights: Floats) -> float:
-    """Return the change of Σ weights · x along a way by differences of sixth order.
+def cost(motion: Motion, vector: Floats, weights: Floats, repeats: int = REPEATS) -> float:
+    """Return the time of a gradient, with its run, over that of the run: the median.
 
     Args:
-        motion: The motion.
+        motion: The motion, which has been computed before.
         vector: Its numbers in SI units, shape (number,).
-        way: Their changes, shape (number,).
-        weights: Of positions, shape (time, 3 node).
+        weights: Of positions and velocities, shape (time, 3 node).
+        repeats: How often both are timed.
     """
-
-    def value(factor: float) -> float:
-        return float((motion.forward(vector + factor * way).x * weights).sum())
-
-    parts = (1, 45.0), (2, -9.0), (3, 1.0)
-    return sum(w * (value(k) - value(-k)) for k, w in parts) / 60.0
-
-
-def cost(motion: Motion, vector: Floats) -> float:
-    """Return the time of a gradient, with its run, over that of the run."""
-    weights = np.ones((len(TIMES), 3 * motion.order.sizes["mass"]))
     ratios: list[float] = []
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         began = time.process_time()
         motion.forward(vector)
         forward = time.process_time() - began

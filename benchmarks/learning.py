@@ -8,11 +8,11 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from statistics import median
 
 import click
 import numpy as np
 
+from benchmarks.gradients import cost
 from benchmarks.publishing import DOCS, publish, write_option
 from tests.learn import test_learning as known
 from tests.learn.making import motion
@@ -61,14 +61,7 @@ def cost_of_gradient() -> float:
     weights = np.random.default_rng(0).standard_normal((SAMPLES, 480))
     moved.forward(vector)
     moved.backward(weights, weights)
-    ratios: list[float] = []
-    for _ in range(REPEATS):
-        began = time.perf_counter()
-        moved.forward(vector)
-        forward = time.perf_counter() - began
-        moved.backward(weights, weights)
-        ratios.append((time.perf_counter() - began) / forward)
-    return median(ratios)
+    return cost(moved, vector, weights, REPEATS)
 
 
 def all_springs(folder: Path) -> Iterator[tuple[str, str]]:

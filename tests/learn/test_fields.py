@@ -6,6 +6,7 @@ from msgspec.structs import astuple, replace
 from scipy import sparse
 
 from tests.learn.test_motion import motion_of
+from tests.learn.trials import difference
 from tests.validate.scenes import compiled_scene
 from tissuec.compiler.initial_state import state_at_start
 from tissuec.forces import acts_of
@@ -94,16 +95,6 @@ def test_all_numbers_have_their_derivatives(bag):
         way[part] = (size or 0.01) * random.standard_normal(way[part].size)
         found = difference(motion, vector, way, weights)
         assert gradient @ way == pytest.approx(found, rel=1e-7, abs=1e-14), name
-
-
-def difference(motion, vector, way, weight, step=2e-2):
-    """Return the derivative of a weighted sum along a way by differences of sixth order."""
-
-    def value(factor):
-        return float((motion.forward(vector + factor * way).x * weight).sum())
-
-    parts = (1, 45.0), (2, -9.0), (3, 1.0)
-    return sum(w * (value(k * step) - value(-k * step)) for k, w in parts) / (60.0 * step)
 
 
 def hold_slowly(time, x, v, f, power, bed):

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tests.learn.precise import LONG, positions
-from tests.learn.trials import sheet
+from tests.learn.trials import difference, sheet
 from tests.learn.tubes import tube
 from tissuec.compiler.compile import Compiled
 from tissuec.engine.integrators import INTEGRATORS
@@ -164,15 +164,8 @@ def check_derivatives(scene, name):
         size = {"rest": 0.02, "position": 0.005, "velocity": 0.05}.get(array, 1.0)
         typical = float(np.abs(vector[part]).max()) or 1.0
         way[part] = size * typical * random.standard_normal(part.stop - part.start) * 0.1
-
-        def value(factor, way=way):
-            return float((motion.forward(vector + factor * way).x * weight).sum())
-
-        h = 1e-2
-        difference = sum(
-            w * (value(k * h) - value(-k * h)) for k, w in ((1, 45.0), (2, -9.0), (3, 1.0))
-        ) / (60.0 * h)  # fmt: skip
-        assert gradient @ way == pytest.approx(difference, rel=2e-6), array
+        found = difference(motion, vector, way, weight, step=1e-2)
+        assert gradient @ way == pytest.approx(found, rel=2e-6), array
 
 
 def test_memory_grows_with_the_root_of_the_steps(scene):

@@ -15,8 +15,10 @@ from tissuec.learn.derivatives.dynamic_model import DynamicModel
 from tissuec.learn.derivatives.finite_differences import FiniteDifferenceModel
 from tissuec.learn.derivatives.kernels import compiled_laws
 from tissuec.learn.derivatives.method_choice import choose
+from tissuec.learn.derivatives.motion import Motion
 from tissuec.learn.derivatives.observables import look_of
 from tissuec.learn.parameters.parametrisation import Parametrisation
+from tissuec.model.network import Floats
 from tissuec.pipeline import compile_request
 from tissuec.scene.request import Request
 from tissuec.script.fit_problem import Adjust, Data, Fit
@@ -153,3 +155,15 @@ def experiment(all_series) -> Experiment:
     return Experiment(
         "sheet.csv", "", tuple(all_series), Data(Path("sheet.csv"), (), False, span())
     )
+
+
+def difference(
+    motion: Motion, vector: Floats, way: Floats, weight: Floats, step: float = 2e-2
+) -> float:
+    """Return the derivative of a weighted sum of places along a way, of sixth order."""
+
+    def value(factor: float) -> float:
+        return float((motion.forward(vector + factor * way).x * weight).sum())
+
+    parts = (1, 45.0), (2, -9.0), (3, 1.0)
+    return sum(w * (value(k * step) - value(-k * step)) for k, w in parts) / (60.0 * step)

@@ -26,8 +26,8 @@ _RESULTS = {None: None, float: ctypes.c_double, bool: ctypes.c_uint8}
 class Shipped:
     """A function of a bundle.
 
-    It is no function of Python, so that ``compiled.binding`` leaves it as it is. It takes
-    records as they are or as ``RecordTable``, and lets other threads run meanwhile.
+    ``compiled.binding`` leaves it unchanged, because it is not a Python function. Records are
+    passed as they are or as ``RecordTable``. Other threads run during a call.
 
     Args:
         made_from: What it was translated from.

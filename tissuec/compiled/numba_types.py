@@ -153,7 +153,7 @@ def as_compiled(function: Callable[..., Any]) -> Signature:
 
 @cache
 def caller(name: str, own: Signature) -> Callable[..., Any]:
-    """Return what calls an operation of the net that it is given, in compiled code.
+    """Compiled code that calls an operation of a net by the address in the net.
 
     Args:
         name: A field of ``records.Operations``.

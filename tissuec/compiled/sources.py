@@ -7,7 +7,7 @@ from typing import cast
 
 from tissuec.core.resources import PACKAGE
 
-#: What is translated, and what tells how.
+#: The translated files, and those that translate them.
 SOURCES = (
     "compiled/binding.py",
     "compiled/bundles.py",

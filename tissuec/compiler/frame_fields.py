@@ -74,7 +74,7 @@ def check_fields(
         if kind and kind not in kinds:
             findings.add(
                 "TIS304",
-                f"the {name} is that of forces of the kind {kind}, of which the scene has none",
+                f"the {name} is that of forces of the kind {kind}, but the scene has none",
                 span,
                 hint=f"for example: force NAME {{ kind is {kind}; acts on BODY; … }}",
             )

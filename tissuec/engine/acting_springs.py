@@ -185,12 +185,12 @@ def _acting(state: State, held: Bools, moved: Bools) -> Bools:
     ends = state.springs.ends
     acting = state.alive & ~join_nodes_of(ends, held)
     if moved.any():
-        # Driven nodes feel them, whoever asks for that: steps shall not depend on it.
+        # Driven nodes feel them, even if nobody asks for it: steps must not depend on that.
         one, other = moved[ends.T]
         acting |= state.alive & (one | other)
     if state.springs.inelastic is not None:
         acting |= state.alive & state.springs.inelastic.remembers
-    # Whoever draws them in does work on them, also where their ends are held.
+    # Drawing them in does work on them, even where both ends are held.
     for reeling in state.reelings.values():
         acting[reeling.springs] = state.alive[reeling.springs]
     return acting

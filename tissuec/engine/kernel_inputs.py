@@ -146,11 +146,11 @@ class KernelInputs:
         return not self.solver().scratch.size
 
     def net(self, integrator: type[Integrator], *, plain: bool = False) -> Net:
-        """Return what acts, without operations on it.
+        """Return the record that kernels read, without operations.
 
         Args:
             integrator: What steps it.
-            plain: Whether springs have their numbers also by themselves where they are in runs.
+            plain: Whether springs in runs also have their numbers in the arrays of all springs.
         """
         springs, nodes, near = (
             self.springs,

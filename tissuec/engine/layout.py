@@ -119,7 +119,7 @@ def _threads(
 
 
 def _are_sorted(low: Places, high: Places) -> bool:
-    """Return whether springs stand by their lower and then by their upper ends."""
+    """Return whether springs are sorted by their lower and then by their upper ends."""
     upwards, same = low[1:] > low[:-1], low[1:] == low[:-1]
     return bool((upwards | (same & (high[1:] >= high[:-1]))).all())
 

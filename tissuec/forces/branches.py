@@ -78,10 +78,10 @@ def tightened(
 
 
 def table_of(inelastic: Inelastic, nodes: Indices, home: Floats) -> InternalVariables:
-    """Return what kernels are given, of the springs that act, by places of nodes.
+    """Return the record that kernels read.
 
     Args:
-        inelastic: Of those springs.
+        inelastic: Of the springs that act, with places of nodes.
         nodes: Places of the nodes that variables are kept in, shape (m,).
         home: Where these stay [m], shape (m, 3).
     """

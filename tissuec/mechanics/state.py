@@ -327,12 +327,12 @@ class State(Struct, eq=False):
 
     @property
     def contact(self) -> "Contact | None":
-        """Return what instruments, bodies and threads touch, None where they touch nothing."""
+        """The contact of instruments, bodies and threads; None if nothing can touch."""
         return next(iter(self.of_kind("contact")), None)
 
     @property
     def touching(self) -> "Contact | None":
-        """Return what touches now: no thread where it is cut or broken."""
+        """The contact without faces that were cut or torn; None if nothing can touch."""
         contact = self.contact
         return None if contact is None else contact.intact(self.alive)
 
@@ -359,7 +359,7 @@ class State(Struct, eq=False):
 
     @property
     def named_fields(self) -> dict[str, Field]:
-        """Return what acts on nodes by their places, beside springs, by name."""
+        """The fields that act beside springs, by name, without what was cut or torn."""
         return {block.name: block.field.intact(self.alive) for block in self.present_blocks}
 
     @property
@@ -374,7 +374,7 @@ class State(Struct, eq=False):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """Return what acts on nodes by their places, beside springs."""
+        """The fields that act beside springs, in the order in which they are added."""
         return tuple(self.named_fields.values())
 
     @property

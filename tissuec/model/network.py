@@ -231,17 +231,17 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return replace(self, **of_nodes, springs=replace(self.springs, **of_springs))
 
     def field(self, kind: str) -> Any:
-        """Return the first field of the blocks of a kind, None without any."""
+        """The field of the first block of a kind; None if there is none."""
         return next((block.field for block in self.blocks if block.kind == kind), None)
 
     @property
     def contact(self) -> Any:
-        """Return what can touch, a ``forces.contact.Contact``; None if nothing can."""
+        """The ``forces.contact.Contact`` of all that can touch; None if nothing can."""
         return self.field("contact")
 
     @property
     def hinges(self) -> Any:
-        """Return what resists bending, a ``forces.bending.Hinges``; None if nothing does."""
+        """The ``forces.bending.Hinges`` of walls that resist bending; None without any."""
         return self.field("bending")
 
     def with_blocks(self, *blocks: FieldBlock) -> "Network":

@@ -6,12 +6,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.compiler.compile import Compiled
+from tissuec.model.blocks import KINDS
 from tissuec.script.verbs.end import without_end
 from tissuec.validate.compare import QuantityError
 from tissuec.validate.early_end import end_of_reference, without_later
 from tissuec.validate.engine_run import Observed, observe, output_times, thinned
 from tissuec.validate.events import Matching
-from tissuec.validate.forces import BUILT_IN, FORMULAS
+from tissuec.validate.forces import FORMULAS
 from tissuec.validate.judge import Judge, Verdict
 from tissuec.validate.stepping import ReferenceFailure
 from tissuec.validate.uncertainty import EstimatedReference, Progress, known_reference
@@ -74,7 +75,7 @@ def validate(
     started = clock.monotonic()
     network, plan = compiled.network, compiled.plan
     for block in network.blocks:
-        if block.kind not in (*BUILT_IN, *FORMULAS):
+        if block.kind not in (*KINDS, *FORMULAS):
             raise ReferenceFailure(
                 f"the reference has no independent formula for {block.name}: no file in "
                 f'tissuec/validate/forces has a member "{block.kind}"'

@@ -57,7 +57,7 @@ SIGNATURES: dict[str, Signature] = OF_LAWS | {
 
 
 def _called(name: str) -> Callable[..., Any]:
-    """Return what calls an operation of the net that it is given."""
+    """Compiled code that calls an operation of a net."""
     return caller(name, SIGNATURES[name])
 
 
@@ -80,7 +80,7 @@ def bundles() -> dict[str, list[Exported]]:
 
 
 def _loops_of_fields() -> Iterator[Callable[..., Any]]:
-    """Yield the loops of ``tissuec.forces``, which their arguments tell from others."""
+    """Yield the loops of ``tissuec.forces``, recognised by their first arguments."""
     for module in iter_modules(forces.__path__):
         members = vars(import_module(f"{forces.__name__}.{module.name}")).values()
         for member in filter(isfunction, members):
@@ -103,7 +103,7 @@ def _derivative(name: str) -> Exported:
 
 
 def _member_of(module: ModuleType) -> Callable[[str], Exported]:
-    """Return what finds a function of a module by its name."""
+    """Return a function that finds the functions of a module by name."""
 
     def found(name: str) -> Exported:
         function = vars(module)[name]

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from tissuec.forces.volume import Enclosure
-from tissuec.learn.parameters.fields import numbers
+from tissuec.learn.parameters.fields import numbered
 from tissuec.learn.parameters.numbers import NumberOrder
 from tissuec.model.network import Floats
 
@@ -54,9 +54,8 @@ def change_of_volumes(
 
 
 def _drawn(order: NumberOrder) -> Iterator[tuple[slice, Enclosure]]:
-    """Yield where the drawn volumes of each enclosure stand, behind its modulus."""
-    start = order.places["fields"].start
-    for field in order.fields.values():
+    """Yield the places of the drawn volumes of each enclosure, which follow its modulus."""
+    first = order.places["fields"].start
+    for _, field, part in numbered(order.fields):
         if isinstance(field, Enclosure):
-            yield slice(start + 1, start + 1 + len(field.drawn)), field
-        start += len(numbers(field))
+            yield slice(first + part.start + 1, first + part.stop), field

@@ -76,6 +76,15 @@ def numbers(field: Field) -> Floats:
     return numbers_of(field, derivatives_of(field).columns)
 
 
+def numbered(fields: Fields) -> Iterator[tuple[str, Field, slice]]:
+    """Yield the name of each field, the field, and where its numbers are among those of all."""
+    start = 0
+    for name, field in fields.items():
+        stop = start + len(numbers(field))
+        yield name, field, slice(start, stop)
+        start = stop
+
+
 def acting_numbers(state: "State", fields: Fields) -> ActingNumbers:
     """Return which numbers of all fields those of the fields of a state are.
 
@@ -83,10 +92,10 @@ def acting_numbers(state: "State", fields: Fields) -> ActingNumbers:
         fields: All fields, whole.
     """
     acting = state.named_fields
-    places, start = [np.zeros(0, dtype=np.int64)], 0
-    for name, field in fields.items():
+    places, total = [np.zeros(0, dtype=np.int64)], 0
+    for name, field, part in numbered(fields):
         if name in acting:
             lost = field.lost_items(state.alive)
-            places.append(start + places_of(field, derivatives_of(field).columns, lost))
-        start += len(numbers(field))
-    return ActingNumbers(np.concatenate(places), start)
+            places.append(part.start + places_of(field, derivatives_of(field).columns, lost))
+        total = part.stop
+    return ActingNumbers(np.concatenate(places), total)

@@ -1,7 +1,7 @@
-"""Numbers of forces whose effect derivatives do not tell.
+"""Numbers of forces that exact derivatives do not cover.
 
-A field tells how its forces depend on some of its columns. A number of a force block that is in
-others, such as an exponent, has no exact derivatives.
+A field has derivatives by some of its columns. A number of a force block that enters others,
+such as an exponent, has no exact derivatives.
 """
 
 from collections.abc import Sequence

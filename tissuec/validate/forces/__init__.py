@@ -61,8 +61,6 @@ class ForceFormula(Protocol):
         ...
 
 
-#: Kinds of blocks whose formulas are not among ``FORMULAS``: they need more than their block.
-BUILT_IN = ("volume", "bending", "jet", "contact")
 #: Under the names of the members of ``tissuec.forces.FORCES``.
 FORMULAS: Family[Callable[[Any], ForceFormula]] = Family(
     "tissuec.validate.forces", "force formula"

@@ -3,7 +3,7 @@
 const SLOW = 40;  // milliseconds from one picture to the next that are too many
 const QUICK = 20;  // milliseconds that leave room for better pictures
 const LASTING = 120;  // quick pictures in a row after which better ones are tried
-const TRIES = 2;  // how often; where pictures are slow by themselves, more would be seen
+const TRIES = 2;  // how often; if pictures themselves are slow, each try is visible
 const STILL = 200;  // milliseconds without a new picture, after which nothing moves
 // Samples of each pixel, size of pictures, and the most faces and springs.
 const FORMS = [

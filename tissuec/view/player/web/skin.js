@@ -4,7 +4,7 @@ class Skin {
   constructor(stage) {
     const { gl, film, arrays } = stage, triangles = table(arrays.triangles, Int32Array), life = lives(arrays["life of skin"]);
     const smooth = arrays.smooth, isSmooth = (i) => smooth.low + smooth.data[i] > 0;
-    // Those that a smooth surface shows too stand last, to be left out together.
+    // Those that a smooth surface shows as well come last, to be left out together.
     const order = Array.from({ length: life.length / 2 }, (_, i) => i);
     order.sort((a, b) => isSmooth(a) - isSmooth(b));
     const nodes = picked(triangles, 3, order), spans = picked(life, 2, order);
@@ -55,7 +55,7 @@ class Skin {
   }
 }
 
-// Triangles that are each drawn in parts. Parts of all stand behind one another, for instances of so
+// Triangles that are each drawn in parts. The parts of all triangles follow one another, for instances of so
 // few corners are slow.
 class Faces {
   constructor(stage, divisions, { nodes, spans, held, hollow }) {
