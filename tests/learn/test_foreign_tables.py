@@ -178,6 +178,11 @@ def test_groups_of_thousands_are_never_decimals(text, tmp_path):
     assert "write d" in caught.value.diagnostics[0].hint
 
 
+def test_no_thousands_begin_with_a_zero(tmp_path):
+    found = experiment(tmp_path, 't_s,Force\n0,"0,875"\n1,"-0,125"\n', fit("force", "Force"))
+    assert found.series[0].values.tolist() == [0.875, -0.125]
+
+
 @pytest.mark.parametrize("mark", ["-9999", "-999.25", "-999.0", "99999", "1e30", "-32768"])
 def test_numbers_that_stand_for_gaps_are_asked_about(mark, tmp_path):
     text = f"t_s,Force\n0,1\n1,2.5\n2,{mark}\n3,4\n"

@@ -64,9 +64,12 @@ def remedy(cell: str) -> str:
 
 
 def is_ambiguous(cell: str) -> bool:
-    """Return whether a cell with a comma can be a decimal or a number of thousands: "1,234"."""
+    """Return whether a cell with a comma can be a decimal or a number of thousands: "1,234".
+
+    No thousands begin with a zero: "0,234" is a decimal.
+    """
     grouped = _GROUPED.fullmatch(cell)
-    return grouped is not None and grouped[1] == ","
+    return grouped is not None and grouped[1] == "," and not cell.lstrip("+-").startswith("0")
 
 
 def gap_mark(values: Floats) -> int | None:
