@@ -19,7 +19,7 @@ from msgspec import Struct
 from tissuec.model.network import Floats, Indices
 
 
-class Shape(Struct, frozen=True, eq=False):
+class ElementShape(Struct, frozen=True, eq=False):
     """A shape of elements.
 
     Attributes:
@@ -50,7 +50,7 @@ class Shape(Struct, frozen=True, eq=False):
 
 
 class Measures(Struct, frozen=True, eq=False):
-    """Elements of one shape as they are drawn.
+    """SolidElements of one shape as they are drawn.
 
     Attributes:
         gradients: ∂N_a/∂X at each point [1/m], shape (element, point, node, 3).
@@ -62,7 +62,7 @@ class Measures(Struct, frozen=True, eq=False):
     volume: Floats
 
     @classmethod
-    def of(cls, shape: Shape, corners: Floats) -> "Measures":
+    def of(cls, shape: ElementShape, corners: Floats) -> "Measures":
         """Return the measures of elements.
 
         Args:
@@ -77,7 +77,7 @@ class Measures(Struct, frozen=True, eq=False):
         return cls(np.ascontiguousarray(gradients), volume * shape.weights)
 
 
-def _hexahedron() -> Shape:
+def _hexahedron() -> ElementShape:
     sides = np.array(
         [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1],
          [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float,
@@ -91,16 +91,17 @@ def _hexahedron() -> Shape:
     quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
     triangles = [[q[0], q[i], q[i + 1]] for q in quads for i in (1, 2)]
     edges = [(a, b) for a, b in combinations(range(8), 2) if (sides[a] != sides[b]).sum() == 1]
-    return Shape(
+    return ElementShape(
         "hexahedron", gradients, np.ones(8), np.prod(factors, axis=2), np.array(edges),
         np.array(triangles), np.repeat(np.arange(6), 2),
     )  # fmt: skip
 
 
-def _wedge() -> Shape:
+def _wedge() -> ElementShape:
     slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
     inner = np.array([[1.0, 1.0], [4.0, 1.0], [1.0, 4.0]]) / 6.0
-    gradients, lumped = [], []
+    gradients: list[Floats] = []
+    lumped: list[Floats] = []
     for height in (-1.0 / np.sqrt(3.0), 1.0 / np.sqrt(3.0)):
         for s, t in inner:
             flat = np.array([1.0 - s - t, s, t])
@@ -116,7 +117,7 @@ def _wedge() -> Shape:
         [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5],
     ]  # fmt: skip
     edges = [(0, 1), (1, 2), (0, 2), (3, 4), (4, 5), (3, 5), (0, 3), (1, 4), (2, 5)]
-    return Shape(
+    return ElementShape(
         "wedge", np.array(gradients), np.full(6, 1.0 / 6.0), np.array(lumped), np.array(edges),
         np.array(triangles), np.array([0, 1, 2, 2, 3, 3, 4, 4]),
     )  # fmt: skip
@@ -127,7 +128,7 @@ MIDDLES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
 _OUTWARD = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 
 
-def _tetrahedron() -> Shape:
+def _tetrahedron() -> ElementShape:
     near, far = (5.0 + 3.0 * np.sqrt(5.0)) / 20.0, (5.0 - np.sqrt(5.0)) / 20.0
     slopes = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     gradients = np.empty((4, 10, 3))
@@ -153,7 +154,7 @@ def _tetrahedron() -> Shape:
                 (min(p, q), max(p, q)) for p, q in zip(one, one[1:] + one[:1], strict=True)
             }
     lumped = np.tile([1.0 / 36.0] * 4 + [4.0 / 27.0] * 6, (4, 1))
-    return Shape(
+    return ElementShape(
         "tetrahedron", gradients, np.full(4, 1.0 / 24.0), lumped, np.array(sorted(edges)),
         np.array(triangles), np.repeat(np.arange(4), 4), local=2.0,
     )  # fmt: skip

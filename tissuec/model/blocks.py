@@ -7,7 +7,7 @@ from msgspec import Struct
 from tissuec.core.source import Span
 
 #: Kinds of blocks that are no ``force`` blocks, in the order in which their forces are added.
-KINDS = ("volume", "bending", "contact", "jet")
+KINDS = ("elements", "volume", "bending", "contact", "jet")
 
 
 def name_of_force(name: str) -> str:

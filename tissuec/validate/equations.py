@@ -22,6 +22,7 @@ from scipy import sparse
 
 from tissuec.validate.contact_search import NearbyContact
 from tissuec.validate.forces import FORMULAS, ForceFormula
+from tissuec.validate.forces.elements import ElementSolid
 from tissuec.validate.forces.folding import Folding
 from tissuec.validate.forces.jets import JetForce
 from tissuec.validate.forces.laws import ReferenceLaws
@@ -171,6 +172,8 @@ class Equations:
         """Return the independent formula of a block."""
         field: Any = block.field.intact(state.alive)
         match block.kind:
+            case "elements":
+                return ElementSolid(field, state.network.position)
             case "volume":
                 return VolumeField(field)
             case "bending":

@@ -1,0 +1,293 @@
+"""Solid elements against energies, closed forms, and formulas of the reference."""
+
+import numpy as np
+import pytest
+
+from tests.derivatives import forces, slopes, stiffness
+from tissuec.core.source import Source, Span
+from tissuec.forces.elements import SolidElements, SolidMaterial
+from tissuec.geometry.elements import MIDDLES, SHAPES, Measures
+from tissuec.laws.solid import SOLID_LAWS
+from tissuec.laws.solid.exponential import SolidExponential
+from tissuec.laws.solid.mooney_rivlin import MooneyRivlin
+from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.solid.veronda_westmann import VerondaWestmann
+from tissuec.laws.solid.yeoh import Yeoh
+from tissuec.validate.forces.elements import SLOPES, ElementSolid
+
+LAWS = (NeoHookean(), MooneyRivlin(0.3), Yeoh(0.6, 1.8), SolidExponential(0.4),
+        VerondaWestmann(0.3))  # fmt: skip
+SPAN = Span(Source("scene", ""), 0, 0)
+SHEAR, BULK = 2e3, 3e4  # [Pa]
+_SIX = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6],
+                 [0, 5, 1, 6]])  # fmt: skip
+_TWO = np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]])
+
+
+def mesh(name, cells=2, displaced=0.15, seed=3):
+    """Return places and nodes of elements in a cube of 20 mm with displaced inner nodes."""
+    count = cells + 1
+    number = np.arange(count**3).reshape(count, count, count)
+    steps = np.linspace(0.0, 0.02, count)
+    position = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0),
+               (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]  # fmt: skip
+    hexes = np.stack(
+        [number[i:cells + i, j:cells + j, k:cells + k].ravel() for i, j, k in corners], axis=1
+    )  # fmt: skip
+    inner = ((position > 1e-9) & (position < 0.02 - 1e-9)).all(axis=1)
+    moved = np.random.default_rng(seed).uniform(-1.0, 1.0, position.shape)
+    position = position + displaced * 0.02 / cells * moved * inner[:, None]
+    if name == "hexahedron":
+        return position, hexes
+    if name == "wedge":
+        return position, hexes[:, _TWO].reshape(-1, 6)
+    tets = hexes[:, _SIX].reshape(-1, 4)
+    edges, place = np.unique(
+        np.sort(tets[:, MIDDLES].reshape(-1, 2), axis=1), axis=0, return_inverse=True
+    )
+    middles = len(position) + place.reshape(-1, 6)
+    return np.concatenate([position, position[edges].mean(axis=1)]), np.hstack([tets, middles])
+
+
+def solid(name, law, *, viscosity=0.0, **more):
+    """Return elements of two materials, and where their nodes are drawn."""
+    position, nodes = mesh(name, **more)
+    count = len(nodes)
+    part = 1.0 + (np.arange(count) % 2)
+    material = SolidMaterial(
+        SHEAR * part, BULK * part, viscosity * part, np.zeros(count, dtype=np.int64), (law,)
+    )
+    ends = np.unique(
+        np.sort(nodes[:, SHAPES[name].edges].reshape(-1, 2), axis=1), axis=0
+    ).astype(np.int32)
+    made = SolidElements.of("liver", SHAPES[name], nodes, position, material, ends, 0, SPAN)
+    return made, position
+
+
+def deformed(position, size, seed=5):
+    """Return places of a strained state, with parts that no element can follow."""
+    random = np.random.default_rng(seed)
+    turn = np.array([[1.2, 0.3, -0.1], [-0.2, 0.9, 0.2], [0.1, 0.1, 1.05]])
+    return position @ turn.T + size * random.uniform(-1.0, 1.0, position.shape)
+
+
+CASES = [(name, law) for name in SHAPES for law in LAWS]
+NAMES = [f"{name}, {type(law).__name__}" for name, law in CASES]
+
+
+@pytest.mark.parametrize(("name", "law"), CASES, ids=NAMES)
+@pytest.mark.parametrize("size", [5e-4, 6e-3], ids=["strained", "inside out"])
+def test_forces_and_matrices_follow_from_the_energy(name, law, size):
+    made, drawn = solid(name, law, cells=1)
+    position = deformed(drawn, size)
+    assert abs(made.energy(0.0, drawn)) < 1e-12 * made.spread(0.0, drawn)
+    count = len(position)
+    by_energy = slopes(lambda x: made.energy(0.0, x), position, range(count), 1e-8)
+    found = forces(made, position)
+    np.testing.assert_allclose(found, by_energy, atol=2e-6 * np.abs(found).max())
+    matrix = made.matrix(0.0, position, np.arange(count), count).toarray()
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-14 * np.abs(matrix).max())
+    for column in range(0, 3 * count, 7):
+        by_force = stiffness(made, position, column, 1e-9)
+        np.testing.assert_allclose(
+            matrix[:, column], by_force, atol=3e-6 * np.abs(matrix).max()
+        )
+    clamped = made.matrix(0.0, position, np.arange(count), count, exact=False).toarray()
+    lowest = float(np.linalg.eigvalsh(clamped)[0])
+    assert lowest > -1e-13 * np.abs(clamped).max()
+
+
+@pytest.mark.parametrize(("name", "law"), CASES, ids=NAMES)
+def test_the_reference_agrees_by_formulas_of_its_own(name, law):
+    made, drawn = solid(name, law, viscosity=1.5)
+    reference = ElementSolid(made, drawn)
+    for size in (5e-4, 1.5e-3):
+        position = deformed(drawn, size)
+        velocity = np.random.default_rng(2).normal(size=position.shape)
+        found, own = forces(made, position, velocity), np.zeros_like(position)
+        reference.add_forces(0.0, position, velocity, own)
+        np.testing.assert_allclose(found, own, atol=1e-11 * np.abs(own).max())
+        count = len(position)
+        matrices = [
+            one.matrix(0.0, position, np.arange(count), count).toarray()
+            for one in (made, reference)
+        ]
+        np.testing.assert_allclose(*matrices, atol=1e-11 * np.abs(matrices[0]).max())
+        assert made.energy(0.0, position) == pytest.approx(
+            reference.energy(0.0, position), rel=1e-11
+        )
+        lost = made.powers(0.0, position, velocity)[1]
+        assert lost == pytest.approx(reference.dissipated(0.0, position, velocity), rel=1e-12)
+
+
+def test_the_reference_has_a_formula_for_every_law():
+    assert {member.__name__ for member in SOLID_LAWS.values()} == set(SLOPES)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_viscous_forces_are_those_of_their_matrix(name):
+    made, drawn = solid(name, NeoHookean(), viscosity=1.5)
+    position, count = deformed(drawn, 5e-4), len(drawn)
+    velocity = np.random.default_rng(2).normal(size=position.shape)
+    braking = forces(made, position, velocity) - forces(made, position)
+    _, matrix = made.damping_matrices(position, velocity, np.arange(count), count)
+    np.testing.assert_allclose(
+        braking.ravel(), -matrix @ velocity.ravel(), atol=1e-12 * np.abs(braking).max()
+    )
+    power = velocity.ravel() @ (matrix @ velocity.ravel())
+    assert made.powers(0.0, position, velocity)[1] == pytest.approx(power, rel=1e-12)
+    # Nothing flows in a body that turns.
+    turning = np.cross(np.array([3.0, 1.0, 2.0]), position)
+    still = forces(made, position, turning) - forces(made, position)
+    assert np.abs(still).max() < 1e-12 * np.abs(braking).max()
+
+
+# --- patches --------------------------------------------------------------------------------
+
+#: Stretches of unit volume: uniaxial, equibiaxial, planar, and a simple shear.
+STRETCHES = {
+    "uniaxial": np.diag([1.4, 1.4**-0.5, 1.4**-0.5]),
+    "pressed": np.diag([0.7, 0.7**-0.5, 0.7**-0.5]),
+    "equibiaxial": np.diag([1.2, 1.2, 1.2**-2]),
+    "planar": np.diag([1.3, 1.0, 1.0 / 1.3]),
+    "shear": np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+}
+
+
+def uniform(made, drawn, deformation):
+    """Return σ = P Fᵀ / J of a uniform strain, from the forces on the boundary [Pa].
+
+    Virtual work: Σ f ⊗ X over all nodes is -V P.
+    """
+    found = forces(made, drawn @ deformation.T)
+    piola = -np.einsum("ax,ak->xk", found, drawn) / float(made.volume.sum())
+    return found, piola @ deformation.T / np.linalg.det(deformation)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("way", STRETCHES)
+def test_uniform_strain_is_in_equilibrium_in_any_mesh(name, way):
+    position, nodes = mesh(name, cells=3, displaced=0.25)
+    count = len(nodes)
+    material = SolidMaterial(
+        np.full(count, SHEAR), np.full(count, BULK), np.zeros(count),
+        np.zeros(count, dtype=np.int64), (Yeoh(0.6, 1.8),),
+    )  # fmt: skip
+    none = np.zeros((0, 2), dtype=np.int32)
+    made = SolidElements.of("cube", SHAPES[name], nodes, position, material, none, 0, SPAN)
+    found, _ = uniform(made, position, 1.1 * STRETCHES[way])
+    inner = ((position > 1e-9) & (position < 0.02 - 1e-9)).all(axis=1)
+    # The forces on a node are sums of as many terms of the size of the largest one.
+    assert np.abs(found[inner]).max() < 1e-12 * np.abs(found).max() * np.sqrt(count)
+
+
+def principal(law, b):
+    """Return σ but for a pressure of a solid without change of volume, from B = F Fᵀ [Pa].
+
+    σ = 2 μ (ψ1 B - ψ2 B⁻¹) (A. E. Green, W. Zerna, Theoretical Elasticity, 1968).
+    """
+    inverse = np.linalg.inv(b)
+    i1, i2 = np.trace(b), np.trace(inverse)
+    match law:
+        case NeoHookean():
+            first, second = 0.5, 0.0
+        case MooneyRivlin(share=s):
+            first, second = 0.5 * (1.0 - s), 0.5 * s
+        case Yeoh(second=c, third=d):
+            first, second = 0.5 + c * (i1 - 3.0) + 1.5 * d * (i1 - 3.0) ** 2, 0.0
+        case SolidExponential(stiffening=k):
+            first, second = 0.5 * np.exp(k * (i1 - 3.0)), 0.0
+        case VerondaWestmann(stiffening=k):
+            first, second = np.exp(k * (i1 - 3.0)), -0.5
+    assert i2 >= 3.0 - 1e-12
+    return 2.0 * SHEAR * (first * b - second * inverse)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("way", STRETCHES)
+@pytest.mark.parametrize(("name", "cells"), [("hexahedron", 1), ("hexahedron", 10),
+                                             ("tetrahedron", 3), ("wedge", 4)])  # fmt: skip
+def test_each_law_gives_its_stress_in_any_mode(name, cells, way, law):
+    position, nodes = mesh(name, cells=cells, displaced=0.2)
+    count = len(nodes)
+    material = SolidMaterial(
+        np.full(count, SHEAR), np.full(count, 1e3 * SHEAR), np.zeros(count),
+        np.zeros(count, dtype=np.int64), (law,),
+    )  # fmt: skip
+    none = np.zeros((0, 2), dtype=np.int32)
+    made = SolidElements.of("cube", SHAPES[name], nodes, position, material, none, 0, SPAN)
+    f = STRETCHES[way]
+    _, stress = uniform(made, position, f)
+    expected = principal(law, f @ f.T)
+    for one in (stress, expected):
+        one -= np.trace(one) / 3.0 * np.eye(3)
+    # Rounding of volumes by 1e-16 costs K 1e-16.
+    np.testing.assert_allclose(stress, expected, atol=1e-9 * SHEAR)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_pressure_follows_from_the_bulk_modulus(name):
+    made, drawn = solid(name, NeoHookean(), displaced=0.0)
+    _, stress = uniform(made, drawn, 1.02 * np.eye(3))
+    mean = 1.5 * BULK * (1.02**3 - 1.0)  # half of the elements have K, half have 2 K
+    np.testing.assert_allclose(stress, mean * np.eye(3), rtol=1e-12, atol=1e-9 * mean)
+
+
+# --- shapes ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_volumes_and_masses_add_up(name):
+    position, nodes = mesh(name, cells=3, displaced=0.25)
+    measured = Measures.of(SHAPES[name], position[nodes])
+    assert measured.volume.sum() == pytest.approx(0.02**3, rel=1e-14)
+    np.testing.assert_allclose(SHAPES[name].lumped.sum(axis=1), 1.0, rtol=1e-15)
+    assert (SHAPES[name].lumped > 0.0).all()
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_triangles_enclose_the_volume(name):
+    position, nodes = mesh(name, cells=1, displaced=0.0)
+    a, b, c = np.moveaxis(position[nodes[:, SHAPES[name].triangles]], 2, 0)
+    enclosed = np.einsum("etk,etk->e", a, np.cross(b, c)) / 6.0
+    volume = Measures.of(SHAPES[name], position[nodes]).volume.sum(axis=1)
+    np.testing.assert_allclose(enclosed, volume, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_elements_that_are_inside_out_are_refused(name):
+    position, nodes = mesh(name, cells=1)
+    turned = nodes.copy()
+    # Corners 0 and 1 change places, and of a tetrahedron what lies between them and the others.
+    swapped = [0, 1, 5, 6, 7, 8] if name == "tetrahedron" else [0, 1]
+    turned[0, swapped] = turned[0, [swapped[k ^ 1] for k in range(len(swapped))]]
+    material = SolidMaterial(*np.full((3, len(nodes)), 1e3), np.zeros(len(nodes), int),
+                             (NeoHookean(),))  # fmt: skip
+    none = np.zeros((0, 2), dtype=np.int32)
+    with pytest.raises(ValueError, match=f"{name} 0 is flat or inside out"):
+        SolidElements.of("cube", SHAPES[name], turned, position, material, none, 0, SPAN)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_cut_edge_takes_its_elements(name):
+    made, _ = solid(name, NeoHookean())
+    alive = np.ones(made.walls.max() + 1, dtype=bool)
+    alive[made.walls[5]] = False
+    gone = np.unique(made.walled[made.walls == made.walls[5]])
+    np.testing.assert_array_equal(made.lost_items(alive), gone)
+    assert made.intact(alive).item_count == made.item_count - len(gone)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_what_is_turned_inside_out_pushes_back(name):
+    made, drawn = solid(name, NeoHookean(), displaced=0.0)
+    centre = drawn.mean(axis=0)
+    last = None
+    for part in (0.5, 0.2, 0.05, -0.2, -0.8):
+        pressed = np.where(np.arange(3) == 2, centre + part * (drawn - centre), drawn)
+        upper = np.abs(drawn[:, 2] - 0.02) < 1e-9
+        push = float(forces(made, pressed)[upper, 2].sum())
+        assert push > 0.0
+        assert last is None or push > last
+        last = push

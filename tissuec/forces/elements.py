@@ -1,0 +1,405 @@
+"""Solid elements: finite elements that follow laws of solids at any strain.
+
+An element has nodes at x_a, drawn at X_a, and points of quadrature of the volume w (see
+``geometry.elements``). With F = Σ x_a ⊗ ∂N_a/∂X and J = det F at each point, it stores
+
+    E = Σ w (μ ψ(g I1, g² I2) + K0/2 (J - 1)²) + (K - K0) V/2 (M - 1)²,    M = Σ w J / V,
+
+where g = J^(-2/3), I1 = tr FᵀF, I2 = |cof F|², and ψ is the law of the solid
+(``laws.solid``). The volume is kept in the mean of an element, so that it does not lock
+where little can change its volume (J. C. Simo, R. L. Taylor, K. S. Pister, Comput. Meth. Appl.
+Mech. Eng. 51:177, 1985). K0 is nothing in hexahedra and wedges; in tetrahedra, where a mean
+alone leaves bending without resistance, it is 2 μ, or K if that is less. Below J = 1/5, g goes
+on along its tangent: elements that are turned inside out have a finite energy and push back.
+
+The forces on nodes are -Σ w P ∂N_a/∂X with
+
+    P = s F + t cof F - 2 μ g² ψ2 F FᵀF,    s = 2 μ (g ψ1 + g² ψ2 I1),
+    t = μ g' (ψ1 I1 + 2 g ψ2 I2) + (K - K0)(M - 1) + K0 (J - 1),
+
+ψ1 and ψ2 being the derivatives of ψ, and g' = dg/dJ. What flows resists with the stress 2 η D
+of a liquid, D being the rate of strain without its trace:
+
+    P = 2 η/J' dev sym(Ḟ cof Fᵀ) cof F,    J' = max(J, 1/5).
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.source import Span
+from tissuec.forces import Items, Resisting, WalledField
+from tissuec.forces.elements_kernel import LEAST, ElementTable, press_elements
+from tissuec.forces.solid_strain import (
+    DERIVATIVES,
+    Derivative,
+    EnergySlopes,
+    SolidStrain,
+    by_first,
+    by_second,
+    energy,
+)
+from tissuec.geometry.elements import ElementShape, Measures
+from tissuec.kernels.records import BoundaryConditions
+from tissuec.laws.solid import SolidLaw
+from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.model.blocks import FieldBlock
+from tissuec.model.network import Floats, Indices
+from tissuec.model.topology import springs_between
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+_BLOCK = 2048  # elements whose matrices are in memory at a time
+_ALIKE = 1e-12  # relative difference of gradients that is rounding
+_SECONDS = 3.5e-9  # of one evaluation of a point, for each of its nodes
+_COLUMNS = ("nodes", "row", "shear", "bulk", "local", "viscosity", "law")
+
+
+class SolidMaterial(NamedTuple):
+    """What elements are made of, element by element.
+
+    Attributes:
+        shear, bulk: Initial shear and bulk modulus [Pa], shape (element,).
+        viscosity: [Pa s], shape (element,).
+        law: Number of the law, shape (element,).
+        laws: Members of ``laws.solid.SOLID_LAWS``.
+    """
+
+    shear: Floats
+    bulk: Floats
+    viscosity: Floats
+    law: Indices
+    laws: tuple[SolidLaw, ...]
+
+
+class SolidElements(WalledField, frozen=True):
+    """Solid elements of one shape; an element that loses an edge is gone.
+
+    Attributes:
+        name: Of the body.
+        shape: Of all elements.
+        nodes: ElementShape (element, node).
+        drawn: Gradients and volumes as drawn, one row for all elements that are alike.
+        row: Of each element in ``drawn``, shape (element,).
+        shear, bulk, local: μ, K - K0 and K0 [Pa], shape (element,).
+        viscosity: η [Pa s], shape (element,).
+        law: Number of the law, shape (element,).
+        laws: The first is neo-Hookean.
+        span: What asks for the elements.
+    """
+
+    name: str
+    shape: ElementShape
+    nodes: Indices
+    drawn: Measures
+    row: Indices
+    shear: Floats
+    bulk: Floats
+    local: Floats
+    viscosity: Floats
+    law: Indices
+    laws: tuple[SolidLaw, ...]
+    span: Span
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        shape: ElementShape,
+        nodes: Indices,
+        position: Floats,
+        material: SolidMaterial,
+        ends: NDArray[np.int32],
+        first_spring: int,
+        span: Span,
+    ) -> Self:
+        """Return elements as they are drawn.
+
+        Args:
+            name: Of the body.
+            shape: Of all of them.
+            nodes: ElementShape (element, node).
+            position: Of all nodes as drawn [m], shape (node, 3).
+            material: What they are made of.
+            ends: Nodes of the springs of the body, shape (spring, 2).
+            first_spring: Number of the first of these.
+            span: What asks for them.
+
+        Raises:
+            ValueError: An element is flat or inside out as drawn.
+        """
+        drawn, row = _measured(shape, position[nodes])
+        is_flat = np.any(drawn.volume <= 0.0, axis=1)
+        flat = np.flatnonzero(np.asarray(is_flat)[row])
+        if len(flat):
+            raise ValueError(f"{shape.name} {flat[0]} is flat or inside out")
+        local = np.minimum(shape.local * material.shear, material.bulk)
+        pairs = nodes[:, shape.edges].reshape(-1, 2)
+        walls, which = springs_between(ends, pairs)
+        laws = (NeoHookean(), *material.laws)
+        numbers = {law: k for k, law in reversed(list(enumerate(laws)))}
+        law = np.array([numbers[law] for law in material.laws], dtype=np.int64)[material.law]
+        return cls(
+            first_spring + walls, which // len(shape.edges), name, shape, nodes, drawn, row,
+            material.shear, material.bulk - local, local, material.viscosity, law, laws, span,
+        )  # fmt: skip
+
+    @property
+    def block(self) -> FieldBlock:
+        """Return this as a block of a net."""
+        return FieldBlock(
+            f"the {self.shape.name} elements of {self.name}", "elements", self, self.span
+        )
+
+    @property
+    def item_count(self) -> int:
+        """Return the number of elements."""
+        return len(self.nodes)
+
+    def only(self, items: Indices) -> Self:
+        """Return some elements, by indices of shape (n,), with the walls of all."""
+        return replace(self, **{name: getattr(self, name)[items] for name in _COLUMNS})
+
+    def items(self, place: Indices) -> Items:
+        """Return the nodes of the elements."""
+        count = self.nodes.shape[1]
+        return Items(place[self.nodes].ravel(), count * np.arange(self.item_count + 1))
+
+    @property
+    def volume(self) -> Floats:
+        """Return the volumes as drawn [m³], shape (element,)."""
+        return self.drawn.volume.sum(axis=1)[self.row]
+
+    def deformations(self, position: Floats) -> Floats:
+        """Return F at the points of all elements, shape (…, element, point, 3, 3).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        return np.einsum(
+            "...eax,eqay->...eqxy", position[..., self.nodes, :], self.drawn.gradients[self.row]
+        )
+
+    # --- energy and matrix --------------------------------------------------------------------
+
+    def energy(self, time: Floats | float, position: Floats) -> Floats:
+        """Return the stored energy [J], shape (…)."""
+        return self.energies(position).sum(axis=-1)
+
+    def energies(self, position: Floats) -> Floats:
+        """Return the energy of each element [J], shape (…, element).
+
+        Args:
+            position: Of all nodes [m], shape (…, node, 3).
+        """
+        found = np.empty((*position.shape[:-2], self.item_count))
+        for part in self._parts():
+            own = self.only(part)
+            strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
+            stored = own.shear[:, None] * own._of_laws(strain, energy)
+            stored += 0.5 * own.local[:, None] * (strain.j - 1.0) ** 2
+            volume = weight.sum(axis=-1)
+            mean = (weight * strain.j).sum(axis=-1) / volume
+            found[..., part] = (weight * stored).sum(axis=-1)
+            found[..., part] += 0.5 * own.bulk * volume * (mean - 1.0) ** 2
+        return found
+
+    def matrix(
+        self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True
+    ) -> "coo_matrix":
+        """Return ∂²E/∂x∂x [N/m], shape (3 size, 3 size).
+
+        Without ``exact``, negative eigenvalues of ∂P/∂F at each point count as zero. (J. Teran,
+        E. Sifakis, G. Irving, R. Fedkiw, Symp. Computer Animation 2005, p. 181.)
+        """
+        from scipy.sparse import coo_matrix, csr_matrix
+
+        total = csr_matrix((3 * size, 3 * size))
+        for part in self._parts():
+            own = self.only(part)
+            values = own._element_matrices(position, exact=exact)
+            place = (3 * number[own.nodes][..., None] + np.arange(3)).reshape(len(part), -1)
+            place[np.repeat(number[own.nodes] < 0, 3, axis=1)] = -1
+            rows = np.broadcast_to(place[:, :, None], values.shape)
+            columns = np.broadcast_to(place[:, None, :], values.shape)
+            moves = (rows >= 0) & (columns >= 0)
+            entries = values[moves], (rows[moves], columns[moves])
+            total = total + csr_matrix(entries, shape=(3 * size, 3 * size))
+        return coo_matrix(total)
+
+    def _element_matrices(self, position: Floats, *, exact: bool) -> Floats:
+        """Return ∂²E/∂x∂x of each element [N/m], shape (element, 3 node, 3 node)."""
+        strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
+        volume = weight.sum(axis=-1)
+        mean = (weight * strain.j).sum(axis=-1) / volume
+        slopes = self.drawn.gradients[self.row]
+        slopes_of = [self.shear[:, None] * self._of_laws(strain, each) for each in DERIVATIVES]
+        swollen = self.local[:, None] * (strain.j - 1.0)
+        pressure = self.bulk[:, None] * (mean[:, None] - 1.0) + swollen
+        local = np.broadcast_to(self.local[:, None], strain.j.shape)
+        stiff = strain.second_derivatives(EnergySlopes.of(slopes_of, pressure, local))
+        if not exact:
+            value, way = np.linalg.eigh(stiff)
+            stiff = np.einsum("eqik,eqk,eqjk->eqij", way, np.maximum(value, 0.0), way)
+        count = self.nodes.shape[1]
+        stiff = (
+            stiff.reshape(*stiff.shape[:2], 3, 3, 3, 3) * weight[..., None, None, None, None]
+        )
+        half = np.einsum("eqxkyl,eqbl->eqxkby", stiff, slopes)
+        values = np.einsum("eqxkby,eqak->eaxby", half, slopes)
+        swell = np.einsum("eq,eqxk,eqak->eax", weight, strain.cofactors, slopes)
+        values += np.einsum("e,eax,eby->eaxby", self.bulk / volume, swell, swell)
+        return values.reshape(len(values), 3 * count, 3 * count)
+
+    def damping_matrices(
+        self, position: Floats, velocity: Floats, number: Indices, size: int
+    ) -> "tuple[coo_matrix, coo_matrix] | None":
+        """Return minus the derivatives of viscous forces; see ``Field``.
+
+        By positions, the change of their direction is left out, which leaves both positive.
+        """
+        if not self.viscosity.any():
+            return None
+        from scipy.sparse import coo_matrix
+
+        slow = self._viscous(position, number, size)
+        return coo_matrix(slow.shape), slow
+
+    def _viscous(self, position: Floats, number: Indices, size: int) -> "coo_matrix":
+        """Return minus the derivative of viscous forces by velocities [N s/m]."""
+        from scipy.sparse import coo_matrix, csr_matrix
+
+        total = csr_matrix((3 * size, 3 * size))
+        for part in self._parts():
+            own = self.only(part)
+            strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
+            # Σ_k cof F_xk ∂N_a/∂X_k, so that Ḟ cof Fᵀ = Σ v_a ⊗ that.
+            way = np.einsum("eqxk,eqak->eqax", strain.cofactors, own.drawn.gradients[own.row])
+            thick = weight * own.viscosity[:, None] / np.maximum(strain.j, LEAST)
+            inner = np.einsum("eq,eqak,eqbk->eab", thick, way, way)
+            values = np.einsum("eab,xy->eaxby", inner, np.eye(3))
+            values += np.einsum("eq,eqay,eqbx->eaxby", thick, way, way)
+            values -= (2.0 / 3.0) * np.einsum("eq,eqax,eqby->eaxby", thick, way, way)
+            place = 3 * number[own.nodes][..., None] + np.arange(3)
+            place[number[own.nodes] < 0] = -1
+            rows = np.broadcast_to(place[:, :, :, None, None], values.shape)
+            columns = np.broadcast_to(place[:, None, None, :, :], values.shape)
+            moves = (rows >= 0) & (columns >= 0)
+            entries = values[moves], (rows[moves], columns[moves])
+            total = total + csr_matrix(entries, shape=(3 * size, 3 * size))
+        return coo_matrix(total)
+
+    # --- bounds -------------------------------------------------------------------------------
+
+    def stiffening(self, time: float, position: Floats) -> Resisting:
+        """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""
+        count = len(position)
+        matrix = self.matrix(time, position, np.arange(count), count, exact=False).tocsr()
+
+        def resist(moved: Floats, to: Floats) -> None:
+            to += (matrix @ moved.ravel()).reshape(-1, 3)
+
+        return resist
+
+    def braking(self, position: Floats) -> Resisting | None:
+        """Return the viscous matrix as an operator [N s/m]; see ``Effect``."""
+        if not self.viscosity.any():
+            return None
+        count = len(position)
+        matrix = self._viscous(position, np.arange(count), count).tocsr()
+
+        def resist(moved: Floats, to: Floats) -> None:
+            to += (matrix @ moved.ravel()).reshape(-1, 3)
+
+        return resist
+
+    def spread(self, time: float, position: Floats) -> float:
+        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+        return float(((self.shear + self.bulk + self.local) * self.volume).sum())
+
+    def noise(self, time: float, position: Floats) -> float:
+        """Return a force whose digits rounding spoils [N]."""
+        slope = np.abs(self.drawn.gradients).max(axis=(1, 2, 3))[self.row]
+        return float(
+            ((self.shear + self.bulk + self.local) * self.volume * slope).max(initial=0.0)
+        )
+
+    @property
+    def seconds(self) -> float:
+        """Return an estimate of the time of one evaluation [s]."""
+        points, count = self.shape.gradients.shape[:2]
+        return _SECONDS * self.item_count * points * count
+
+    # --- for the engine -----------------------------------------------------------------------
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """Return the scalar loops."""
+        return press_elements
+
+    def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ElementTable:
+        """Return what holds anywhere."""
+        points, count = self.shape.gradients.shape[:2]
+        used, row = np.unique(self.row, return_inverse=True)
+        gradients = self.drawn.gradients[used].reshape(len(used), points, 3 * count)
+        is_curved = bool(self.law.any())
+        first, second = (0, 0) if not is_curved else _addresses(self.laws)
+        return ElementTable(
+            nodes=np.ascontiguousarray(place[self.nodes]),
+            row=row.astype(np.int64),
+            gradients=np.ascontiguousarray(gradients),
+            weight=np.ascontiguousarray(self.drawn.volume[used]),
+            shear=self.shear, bulk=self.bulk, local=self.local, viscosity=self.viscosity,
+            law=self.law,
+            is_curved=is_curved, is_viscous=bool(self.viscosity.any()),
+            by_first=first, by_second=second,
+            points=np.zeros((points, 29)), own=np.zeros((3, 3 * count)),
+        )  # fmt: skip
+
+    # --- parts --------------------------------------------------------------------------------
+
+    def _parts(self) -> Iterator[Indices]:
+        """Yield the numbers of all elements, a block at a time."""
+        for first in range(0, self.item_count, _BLOCK):
+            yield np.arange(first, min(first + _BLOCK, self.item_count))
+
+    def _of_laws(self, strain: "SolidStrain", what: Derivative) -> Floats:
+        """Return a function of laws at points, shape (…, element, point).
+
+        Args:
+            strain: At the points.
+            what: Returns the formula of a law.
+        """
+        found = np.empty(strain.j.shape)
+        for number in np.unique(self.law):
+            own = self.law == number
+            values = {"i1": strain.first[..., own, :], "i2": strain.second[..., own, :]}
+            found[..., own, :] = what(self.laws[int(number)]).at(values)
+        return found
+
+
+def _addresses(laws: Sequence[SolidLaw]) -> tuple[int, int]:
+    """Return where the compiled slopes of laws by the first and second invariant are."""
+    from tissuec.compiled.laws import slope_addresses
+
+    first, second = slope_addresses(tuple((by_first(law), by_second(law)) for law in laws))
+    return first, second
+
+
+def _measured(shape: ElementShape, corners: Floats) -> tuple[Measures, Indices]:
+    """Return the measures of elements, and the row of each: a single one if all are alike.
+
+    Args:
+        shape: Of all of them.
+        corners: Positions of their nodes as drawn [m], shape (element, node, 3).
+    """
+    if not len(corners):
+        return Measures.of(shape, corners), np.zeros(0, dtype=np.int64)
+    own = corners - corners[:, :1]
+    if np.abs(own - own[0]).max() <= _ALIKE * max(float(np.abs(corners).max()), 1e-300):
+        return Measures.of(shape, corners[:1]), np.zeros(len(corners), dtype=np.int64)
+    return Measures.of(shape, corners), np.arange(len(corners))

@@ -1,0 +1,216 @@
+"""The forces of solid elements as scalar loops; for the equations see ``forces.elements``."""
+
+from ctypes import CFUNCTYPE, c_double, c_int
+from typing import NamedTuple
+
+from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
+
+#: Ratio of volumes below which the isochoric energy is continued with a constant slope, so that
+#: it has a value where an element is inverted.
+LEAST = 0.2
+_LARGEST = 4.0  # up to which the iteration for a root converges
+
+
+class ElementTable(NamedTuple):
+    """SolidElements of one shape as the kernel reads them."""
+
+    nodes: IntegerRows  # shape (element, node)
+    row: Integers  # of their gradients, shape (element,)
+    gradients: Stack  # ∂N/∂X by node and component [1/m], shape (row, point, 3 node)
+    weight: Rows  # volume of each point [m³], shape (row, point)
+    shear: Floats  # [Pa], shape (element,)
+    bulk: Floats  # that acts on the volume of the element [Pa], shape (element,)
+    local: Floats  # that acts at points [Pa], shape (element,)
+    viscosity: Floats  # [Pa s], shape (element,)
+    law: Integers  # shape (element,)
+    is_curved: bool  # whether any law is not neo-Hookean
+    is_viscous: bool
+    by_first: int  # address of the slope of laws by the first invariant
+    by_second: int  # by the second one
+    points: Rows  # scratch: F, cofactors, J, I1 and P of each point, shape (point, 29)
+    own: Rows  # scratch: positions, velocities and forces of the nodes, shape (3, 3 node)
+
+
+def call_law(address: int, law: int, i1: float, i2: float) -> float:
+    """Return a function of the invariants at an address; compiled code calls it directly.
+
+    Args:
+        address: Of the function.
+        law: Index of the law.
+        i1, i2: Isochoric invariants.
+    """
+    return float(CFUNCTYPE(c_double, c_int, c_double, c_double)(address)(law, i1, i2))
+
+
+def press_elements(
+    time: float, x: Floats, v: Floats, f: Floats, power: Floats, solid: ElementTable
+) -> None:
+    """Add the forces of elements to those on nodes, and the power that they dissipate.
+
+    Args:
+        solid: The elements.
+    """
+    at, flow, push = solid.own[0], solid.own[1], solid.own[2]
+    for e in range(solid.nodes.shape[0]):
+        row = solid.row[e]
+        for a in range(solid.nodes.shape[1]):
+            i = 3 * solid.nodes[e, a]
+            for k in range(3):
+                at[3 * a + k] = x[i + k]
+                push[3 * a + k] = 0.0
+                if solid.is_viscous:
+                    flow[3 * a + k] = v[i + k]
+        total = volume = 0.0
+        for q in range(solid.points.shape[0]):
+            weight = solid.weight[row, q]
+            volume += weight
+            total += weight * deform(at, solid.gradients[row, q], solid.points[q])
+        swell = solid.bulk[e] * (total / volume - 1.0)
+        for q in range(solid.points.shape[0]):
+            slopes, here, weight = (
+                solid.gradients[row, q],
+                solid.points[q],
+                solid.weight[row, q],
+            )
+            stress(e, swell + solid.local[e] * (here[18] - 1.0), here, solid)
+            if solid.is_viscous:
+                power[1] += weight * resist(solid.viscosity[e], flow, slopes, here)
+            pull(-weight, slopes, here, push)
+        for a in range(solid.nodes.shape[1]):
+            i = 3 * solid.nodes[e, a]
+            for k in range(3):
+                f[i + k] += push[3 * a + k]
+
+
+def pull(weight: float, slopes: Floats, here: Floats, push: Floats) -> None:
+    """Add a multiple of P ∂N/∂X at a point to the forces on the nodes of an element.
+
+    Args:
+        weight: The factor [m³].
+        slopes: ∂N/∂X there [1/m], flat, shape (3 node,).
+        here: The state there; see ``deform``.
+        push: Forces [N], flat, shape (3 node,).
+    """
+    p0, p1, p2 = weight * here[20], weight * here[21], weight * here[22]
+    p3, p4, p5 = weight * here[23], weight * here[24], weight * here[25]
+    p6, p7, p8 = weight * here[26], weight * here[27], weight * here[28]
+    for a in range(slopes.size // 3):
+        n0, n1, n2 = slopes[3 * a], slopes[3 * a + 1], slopes[3 * a + 2]
+        push[3 * a] += p0 * n0 + p1 * n1 + p2 * n2
+        push[3 * a + 1] += p3 * n0 + p4 * n1 + p5 * n2
+        push[3 * a + 2] += p6 * n0 + p7 * n1 + p8 * n2
+
+
+def stress(e: int, pressure: float, here: Floats, solid: ElementTable) -> None:
+    """Set P of an element at a point.
+
+    Args:
+        e: Number of the element.
+        pressure: What the change of volume costs, per J [Pa].
+        here: The state there, shape (29,); see ``deform``.
+        solid: The elements.
+    """
+    shear, j, i1 = solid.shear[e], here[18], here[19]
+    g, by_j = isochoric(j)
+    first, second, i2 = 0.5, 0.0, 0.0
+    if solid.is_curved and solid.law[e] > 0:
+        for k in range(9, 18):
+            i2 += here[k] * here[k]
+        first = call_law(solid.by_first, solid.law[e], g * i1, g * g * i2)
+        second = call_law(solid.by_second, solid.law[e], g * i1, g * g * i2)
+    s = shear * (2.0 * g * first + 2.0 * g * g * second * i1)
+    t = shear * by_j * (first * i1 + 2.0 * g * second * i2) + pressure
+    for k in range(9):
+        here[20 + k] = s * here[k] + t * here[9 + k]
+    if second != 0.0:
+        f0, f1, f2, f3, f4 = here[0], here[1], here[2], here[3], here[4]
+        f5, f6, f7, f8 = here[5], here[6], here[7], here[8]
+        u = -2.0 * shear * g * g * second
+        b0, b1 = u * (f0 * f0 + f1 * f1 + f2 * f2), u * (f0 * f3 + f1 * f4 + f2 * f5)
+        b2, b4 = u * (f0 * f6 + f1 * f7 + f2 * f8), u * (f3 * f3 + f4 * f4 + f5 * f5)
+        b5, b8 = u * (f3 * f6 + f4 * f7 + f5 * f8), u * (f6 * f6 + f7 * f7 + f8 * f8)
+        for k in range(3):
+            here[20 + k] += b0 * here[k] + b1 * here[3 + k] + b2 * here[6 + k]
+            here[23 + k] += b1 * here[k] + b4 * here[3 + k] + b5 * here[6 + k]
+            here[26 + k] += b2 * here[k] + b5 * here[3 + k] + b8 * here[6 + k]
+
+
+def resist(viscosity: float, flow: Floats, slopes: Floats, here: Floats) -> float:
+    """Add the viscous part of P at a point; return the power that it dissipates [W/m³].
+
+    Args:
+        viscosity: [Pa s].
+        flow: Velocities of the nodes [m/s], flat, shape (3 node,).
+        slopes: ∂N/∂X there [1/m], flat, shape (3 node,).
+        here: The state there; see ``deform``.
+    """
+    d0 = d1 = d2 = d3 = d4 = d5 = d6 = d7 = d8 = 0.0
+    for a in range(slopes.size // 3):
+        n0, n1, n2 = slopes[3 * a], slopes[3 * a + 1], slopes[3 * a + 2]
+        v0, v1, v2 = flow[3 * a], flow[3 * a + 1], flow[3 * a + 2]
+        d0, d1, d2 = d0 + v0 * n0, d1 + v0 * n1, d2 + v0 * n2
+        d3, d4, d5 = d3 + v1 * n0, d4 + v1 * n1, d5 + v1 * n2
+        d6, d7, d8 = d6 + v2 * n0, d7 + v2 * n1, d8 + v2 * n2
+    c0, c1, c2, c3, c4 = here[9], here[10], here[11], here[12], here[13]
+    c5, c6, c7, c8 = here[14], here[15], here[16], here[17]
+    # The symmetric part of Ḟ cof Fᵀ without its trace: J times the rate of strain.
+    e0, e4 = d0 * c0 + d1 * c1 + d2 * c2, d3 * c3 + d4 * c4 + d5 * c5
+    e8 = d6 * c6 + d7 * c7 + d8 * c8
+    e1 = 0.5 * (d0 * c3 + d1 * c4 + d2 * c5 + d3 * c0 + d4 * c1 + d5 * c2)
+    e2 = 0.5 * (d0 * c6 + d1 * c7 + d2 * c8 + d6 * c0 + d7 * c1 + d8 * c2)
+    e5 = 0.5 * (d3 * c6 + d4 * c7 + d5 * c8 + d6 * c3 + d7 * c4 + d8 * c5)
+    third = (e0 + e4 + e8) / 3.0
+    e0, e4, e8 = e0 - third, e4 - third, e8 - third
+    thick = 2.0 * viscosity / max(here[18], LEAST)
+    for k in range(3):
+        here[20 + k] += thick * (e0 * here[9 + k] + e1 * here[12 + k] + e2 * here[15 + k])
+        here[23 + k] += thick * (e1 * here[9 + k] + e4 * here[12 + k] + e5 * here[15 + k])
+        here[26 + k] += thick * (e2 * here[9 + k] + e5 * here[12 + k] + e8 * here[15 + k])
+    square = e0 * e0 + e4 * e4 + e8 * e8 + 2.0 * (e1 * e1 + e2 * e2 + e5 * e5)
+    return float(thick * square)
+
+
+def deform(at: Floats, slopes: Floats, place: Floats) -> float:
+    """Set F, its cofactors, J and I1 = tr FᵀF at a point of an element; return J.
+
+    Args:
+        at: Positions of the nodes [m], flat, shape (3 node,).
+        slopes: ∂N/∂X there [1/m], flat, shape (3 node,).
+        place: Set, in this order; P follows, shape (29,).
+    """
+    f0 = f1 = f2 = f3 = f4 = f5 = f6 = f7 = f8 = 0.0
+    for a in range(at.size // 3):
+        n0, n1, n2 = slopes[3 * a], slopes[3 * a + 1], slopes[3 * a + 2]
+        x0, x1, x2 = at[3 * a], at[3 * a + 1], at[3 * a + 2]
+        f0, f1, f2 = f0 + x0 * n0, f1 + x0 * n1, f2 + x0 * n2
+        f3, f4, f5 = f3 + x1 * n0, f4 + x1 * n1, f5 + x1 * n2
+        f6, f7, f8 = f6 + x2 * n0, f7 + x2 * n1, f8 + x2 * n2
+    c0, c1, c2 = f4 * f8 - f5 * f7, f5 * f6 - f3 * f8, f3 * f7 - f4 * f6
+    c3, c4, c5 = f2 * f7 - f1 * f8, f0 * f8 - f2 * f6, f1 * f6 - f0 * f7
+    c6, c7, c8 = f1 * f5 - f2 * f4, f2 * f3 - f0 * f5, f0 * f4 - f1 * f3
+    j = f0 * c0 + f1 * c1 + f2 * c2
+    place[0], place[1], place[2], place[3], place[4] = f0, f1, f2, f3, f4
+    place[5], place[6], place[7], place[8], place[9] = f5, f6, f7, f8, c0
+    place[10], place[11], place[12], place[13], place[14] = c1, c2, c3, c4, c5
+    place[15], place[16], place[17], place[18] = c6, c7, c8, j
+    place[19] = (
+        f0 * f0 + f1 * f1 + f2 * f2 + f3 * f3 + f4 * f4 + f5 * f5 + f6 * f6 + f7 * f7 + f8 * f8
+    )
+    return j
+
+
+def isochoric(j: float) -> tuple[float, float]:
+    """Return g = J^(-2/3) and its derivative, continued by a tangent below ``LEAST``."""
+    near = max(j, LEAST)
+    if near > _LARGEST:
+        root = near ** (-1.0 / 3.0)
+    else:
+        # A rational start is within 8 %; two rounds of fifth order leave rounding.
+        root = (1.0 + (near - 1.0) / 3.0) / (1.0 + 2.0 * (near - 1.0) / 3.0)
+        for _ in range(2):
+            r = 1.0 - near * root * root * root
+            root *= 1.0 + r * (
+                1.0 / 3.0 + r * (2.0 / 9.0 + r * (14.0 / 81.0 + r * (35.0 / 243.0)))
+            )
+    slope = -2.0 / 3.0 * root * root / near
+    return root * root + slope * (j - near), slope

@@ -1,0 +1,166 @@
+"""Strain of solids at points, and what their energy changes by with it."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from tissuec.forces.elements_kernel import LEAST
+from tissuec.laws.formula import Formula
+from tissuec.laws.solid import SolidLaw
+from tissuec.model.network import Floats
+
+Derivative = Callable[[SolidLaw], Formula]
+
+
+@cache
+def energy(law: SolidLaw) -> Formula:
+    """Return the energy of a law."""
+    return law.energy()
+
+
+@cache
+def by_first(law: SolidLaw) -> Formula:
+    """Return the derivative of the energy by i1."""
+    return energy(law).slope("i1")
+
+
+@cache
+def by_second(law: SolidLaw) -> Formula:
+    """Return the derivative of the energy by i2."""
+    return energy(law).slope("i2")
+
+
+@cache
+def by_first_twice(law: SolidLaw) -> Formula:
+    """Return the second derivative of the energy by i1."""
+    return by_first(law).slope("i1")
+
+
+@cache
+def by_both(law: SolidLaw) -> Formula:
+    """Return the derivative of the energy by i1 and i2."""
+    return by_first(law).slope("i2")
+
+
+@cache
+def by_second_twice(law: SolidLaw) -> Formula:
+    """Return the second derivative of the energy by i2."""
+    return by_second(law).slope("i2")
+
+
+#: First and second derivatives, in the order of ``EnergySlopes``.
+DERIVATIVES: tuple[Derivative, ...] = (
+    by_first, by_second, by_first_twice, by_both, by_second_twice,
+)  # fmt: skip
+
+
+class EnergySlopes(NamedTuple):
+    """What an energy μ ψ(i1, i2) + h(J) changes by, each of shape (…) [Pa].
+
+    Attributes:
+        by_first, by_second: μ ∂ψ/∂i1 and μ ∂ψ/∂i2.
+        by_first_twice, by_both, by_second_twice: Second derivatives of μ ψ.
+        pressure: dh/dJ.
+        local: d²h/dJ².
+    """
+
+    by_first: Floats
+    by_second: Floats
+    by_first_twice: Floats
+    by_both: Floats
+    by_second_twice: Floats
+    pressure: Floats
+    local: Floats
+
+    @classmethod
+    def of(cls, slopes: Sequence[Floats], pressure: Floats, local: Floats) -> "EnergySlopes":
+        """Return those with the first five in the order of ``DERIVATIVES``.
+
+        Args:
+            slopes: Of the law, times μ [Pa], each of shape (…).
+            pressure: dh/dJ [Pa], shape (…).
+            local: d²h/dJ² [Pa], shape (…).
+        """
+        first, second, first_twice, both, second_twice = slopes
+        return cls(first, second, first_twice, both, second_twice, pressure, local)
+
+
+class SolidStrain:
+    """Strain at points.
+
+    Args:
+        deformation: F, shape (…, 3, 3).
+
+    Attributes:
+        f, cofactors: F and cof F, shape (…, 3, 3).
+        j: det F, shape (…).
+        g, by_j, by_j_twice: Of J^(-2/3), continued below ``LEAST``, and its derivatives.
+        i1, i2: tr FᵀF and |cof F|², shape (…).
+        first, second: Invariants without the change of volume, shape (…).
+    """
+
+    def __init__(self, deformation: Floats):
+        self.f = f = deformation
+        a, b, c = f[..., 0, :], f[..., 1, :], f[..., 2, :]
+        self.cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-2)
+        self.j = np.einsum("...k,...k->...", a, self.cofactors[..., 0, :])
+        near = np.maximum(self.j, LEAST)
+        is_near = self.j < LEAST
+        power = near ** (-2.0 / 3.0)
+        self.by_j = -2.0 / 3.0 * power / near
+        self.g = power + self.by_j * (self.j - near)
+        self.by_j_twice = np.where(is_near, 0.0, 10.0 / 9.0 * power / near**2)
+        self.i1 = np.einsum("...ij,...ij->...", f, f)
+        self.i2 = np.einsum("...ij,...ij->...", self.cofactors, self.cofactors)
+        self.first, self.second = self.g * self.i1, self.g**2 * self.i2
+
+    def second_derivatives(self, of: EnergySlopes) -> Floats:
+        """Return ∂²/∂F∂F of the energy per volume [Pa], shape (…, 9, 9).
+
+        Args:
+            of: Derivatives of the energy at these points.
+        """
+        f, c, g, slope, bend = self.f, self.cofactors, self.g, self.by_j, self.by_j_twice
+        right, left = (
+            np.einsum("...ka,...kb->...ab", f, f),
+            np.einsum("...ak,...bk->...ab", f, f),
+        )
+        d = 2.0 * (self.i1[..., None, None] * f - f @ right)
+        a = (2.0 * g)[..., None, None] * f + (slope * self.i1)[..., None, None] * c
+        b = (g * g)[..., None, None] * d + (2.0 * g * slope * self.i2)[..., None, None] * c
+
+        def outer(weight: Floats, one: Floats, other: Floats) -> Floats:
+            return np.einsum("...,...ij,...kl->...ijkl", weight, one, other)
+
+        def both(weight: Floats, one: Floats, other: Floats) -> Floats:
+            return outer(weight, one, other) + outer(weight, other, one)
+
+        found = outer(of.by_first_twice, a, a) + outer(of.by_second_twice, b, b)
+        found += both(of.by_both, a, b)
+        same = np.einsum("ik,jl->ijkl", np.eye(3), np.eye(3))
+        found += (2.0 * of.by_first * g)[..., None, None, None, None] * same
+        found += both(2.0 * of.by_first * slope, f, c)
+        turning = of.by_first * slope * self.i1 + of.pressure
+        by_c = of.by_first * bend * self.i1 + of.local
+        if of.by_second.any():
+            w = of.by_second * g * g
+            found += outer(4.0 * w, f, f)
+            found += (2.0 * w * self.i1)[..., None, None, None, None] * same
+            found -= np.einsum("...,ik,...lj->...ijkl", 2.0 * w, np.eye(3), right)
+            found -= np.einsum("...,...il,...kj->...ijkl", 2.0 * w, f, f)
+            found -= np.einsum("...,...ik,jl->...ijkl", 2.0 * w, left, np.eye(3))
+            found += both(2.0 * of.by_second * g * slope, d, c)
+            by_c = by_c + 2.0 * of.by_second * (slope**2 + g * bend) * self.i2
+            turning = turning + 2.0 * of.by_second * g * slope * self.i2
+        found += outer(by_c, c, c)
+        # ∂cof F/∂F: two cyclic permutations of F itself.
+        found += np.einsum("...,ikm,jln,...mn->...ijkl", turning, _SIGNS, _SIGNS, f)
+        return found.reshape(*found.shape[:-4], 9, 9)
+
+
+#: The permutation symbol.
+_SIGNS = np.zeros((3, 3, 3))
+for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    _SIGNS[_i, _j, _k], _SIGNS[_i, _k, _j] = 1.0, -1.0
