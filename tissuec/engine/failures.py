@@ -1,11 +1,10 @@
 """Reasons why a run cannot continue, and the spring or node that causes it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.method import Interruption
-from tissuec.forces.branches import flat, tightened
+from tissuec.forces.springs import measured, stretched
 from tissuec.kernels.records import UNDERFLOW, UNSOLVED, Progress, Work
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices
@@ -17,14 +16,8 @@ def overloaded(state: State) -> Indices:
     """Return the intact springs that tension or pressure breaks now, ascending, shape (n,)."""
     breaks = np.isfinite(state.springs.strength) | np.isfinite(state.springs.crush)
     able = np.flatnonzero(state.alive & breaks)
-    low, high = state.springs.ends[able].T
-    r = state.position[high] - state.position[low]
-    w = state.velocity[high] - state.velocity[low]
-    length = np.sqrt(np.einsum("sk,sk->s", r, r))
-    closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
-    springs, velocity = state.springs.some(able), flat(state.velocity)
-    stretch = length - springs.rest
-    tension = tightened(springs.behaviour, springs.inelastic, stretch, closing, velocity)
+    springs = state.springs.some(able)
+    tension = stretched(springs, state.position, state.velocity).tension
     torn, crushed = tension > springs.strength, -tension > springs.crush
     return able[torn | crushed]
 
@@ -41,7 +34,8 @@ def is_flight(work: Work, progress: Progress, inputs: KernelInputs) -> bool:
     if not (np.isfinite(x).all() and np.isfinite(v).all()):
         return False
     size = max(inputs.state.network.extent, float(inputs.springs.rest.max(initial=0.0)))
-    return bool((_lengths(x, inputs.springs.ends) <= MONSTROUS * size).all())
+    length, _ = measured(inputs.springs.ends, x.reshape(-1, 3))
+    return bool((length <= MONSTROUS * size).all())
 
 
 def explain(reason: int, work: Work, progress: Progress, inputs: KernelInputs) -> Interruption:
@@ -68,22 +62,12 @@ def explain(reason: int, work: Work, progress: Progress, inputs: KernelInputs) -
     return Interruption("diverged", progress.time, spring=spring, message=message)
 
 
-def _lengths(x: Floats, ends: NDArray[np.integer]) -> Floats:
-    r = x.reshape(-1, 3)[ends[:, 1]] - x.reshape(-1, 3)[ends[:, 0]]
-    return np.sqrt(np.einsum("sk,sk->s", r, r))
-
-
 def _culprit(x: Floats, v: Floats, inputs: KernelInputs) -> int | None:
     """Return the first spring of undefined tension, or else that of the largest."""
     springs = inputs.springs
     if not len(springs.ids):
         return None
-    length, (low, high) = _lengths(x, springs.ends), springs.ends.T
-    r = x.reshape(-1, 3)[high] - x.reshape(-1, 3)[low]
-    w = v.reshape(-1, 3)[high] - v.reshape(-1, 3)[low]
-    closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
-    stretch = length - springs.rest
-    tension = np.abs(tightened(springs.behaviour, springs.inelastic, stretch, closing, v))
+    tension = np.abs(stretched(springs, x.reshape(-1, 3), v.reshape(-1, 3)).tension)
     undefined = np.flatnonzero(~np.isfinite(tension))
     if len(undefined):
         return int(springs.ids[undefined].min())

@@ -13,6 +13,7 @@ from tissuec.engine.integrators import Integrator
 from tissuec.engine.integrators.procedures import PropagationChoices
 from tissuec.engine.kernel_inputs import KernelInputs
 from tissuec.engine.unknowns import no_solver
+from tissuec.forces.springs import measured
 from tissuec.kernels.records import GLANCES, Buffer, Progress, Tableau, Task, Team, Work
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Network
@@ -289,9 +290,8 @@ def first_step(inputs: KernelInputs, integrator: type[Integrator], duration: flo
 def _slopes(inputs: KernelInputs) -> tuple[Floats, Floats]:
     """Return how stiff [N/m] and how viscous [N s/m] springs are now, shape (spring,)."""
     springs, state = inputs.springs, inputs.state
-    behaviour, ends = springs.behaviour, inputs.layout.order[springs.ends.T]
-    r, w = (of[ends[1]] - of[ends[0]] for of in (state.position, state.velocity))
-    length = np.sqrt(np.einsum("sk,sk->s", r, r))
-    closing = np.einsum("sk,sk->s", r, w) / np.where(length > 0.0, length, 1.0)
+    behaviour, ends = springs.behaviour, inputs.layout.order[springs.ends].astype(np.int32)
+    length, closing = measured(ends, state.position, state.velocity)
+    assert closing is not None, "there are velocities"
     elongation = length - springs.rest
     return behaviour.steepness(elongation, closing), behaviour.sluggishness(elongation, closing)

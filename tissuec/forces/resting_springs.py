@@ -61,8 +61,7 @@ class RestingSprings(Struct, frozen=True, eq=False, dict=True):
         Args:
             position: Of all nodes of the scene [m], shape (node, 3).
         """
-        reach = position[self.outer_ends[:, 1]] - position[self.outer_ends[:, 0]]
-        length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
+        reach, length = reached(self.outer_ends, position)
         has_direction = length > 0.0
         direction = reach / np.where(has_direction, length, 1.0)[:, None]
         tension = np.where(has_direction, self.behaviour.pull(length - self.rest), 0.0)
@@ -145,3 +144,14 @@ class RestingSprings(Struct, frozen=True, eq=False, dict=True):
         column = np.broadcast_to(3 * other[:, None, None] + np.arange(3), shape)
         sign = np.repeat(signs, counts)
         return np.concatenate(moves), sign, row.ravel(), column.ravel()
+
+
+def reached(ends: NDArray[np.integer], position: Floats) -> tuple[Floats, Floats]:
+    """Return what leads along springs [m], shape (spring, 3), and how far, shape (spring,).
+
+    Args:
+        ends: Node pair of each spring, shape (spring, 2).
+        position: Of all nodes [m], shape (node, 3).
+    """
+    reach = position[ends[:, 1]] - position[ends[:, 0]]
+    return reach, np.sqrt(np.einsum("sk,sk->s", reach, reach))

@@ -53,15 +53,7 @@ class SpringForce(Struct, frozen=True, eq=False):
 
     def pull(self, position: Floats, velocity: Floats) -> SpringPull:
         """Return lengths and tensions."""
-        springs, behaviour = self.springs, self.springs.behaviour
-        length, closing = measured(
-            springs.ends, position, velocity if behaviour.is_viscous else None
-        )
-        stretch, own = length - springs.rest, flat(velocity)
-        if closing is None:
-            tension = pulled(behaviour, springs.inelastic, stretch, own)
-        else:
-            tension = tightened(behaviour, springs.inelastic, stretch, closing, own)
+        length, tension = stretched(self.springs, position, velocity)
         return SpringPull(length, np.where(self.alive & (length > 0.0), tension, 0.0))
 
     def add_forces(self, position: Floats, pull: SpringPull, to: Floats) -> None:
@@ -153,6 +145,24 @@ class SpringForce(Struct, frozen=True, eq=False):
             add(ends, direction, along, beside, moved, to)
 
         return resist
+
+
+def stretched(springs: Springs, position: Floats, velocity: Floats) -> SpringPull:
+    """Return lengths and tensions of springs that all act, as laws say at zero length, too.
+
+    Args:
+        springs: The springs.
+        position: Of all nodes [m], shape (…, node, 3).
+        velocity: Of all nodes [m/s], shape as ``position``.
+    """
+    behaviour, memory = springs.behaviour, springs.inelastic
+    length, closing = measured(
+        springs.ends, position, velocity if behaviour.is_viscous else None
+    )
+    stretch, own = length - springs.rest, flat(velocity)
+    if closing is None:
+        return SpringPull(length, pulled(behaviour, memory, stretch, own))
+    return SpringPull(length, tightened(behaviour, memory, stretch, closing, own))
 
 
 def measured(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tissuec.forces.resting_springs import Bars, RestingSprings
+from tissuec.forces.resting_springs import Bars, RestingSprings, reached
 from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
 from tissuec.mechanics.state import State
@@ -137,9 +137,7 @@ class Balance:
             return self.force(self.bars(x))[star.nodes]
         position = self._position
         position[self.free] = x
-        first, second = self.springs.outer_ends[star.springs].T
-        reach = position[second] - position[first]
-        length = np.sqrt(np.einsum("sk,sk->s", reach, reach))
+        reach, length = reached(self.springs.outer_ends[star.springs], position)
         tension = star.behaviour.pull(length - star.behaviour.rest)
         pull = (tension / np.where(length > 0.0, length, np.inf))[:, None] * reach
         total = self.load[star.nodes]
