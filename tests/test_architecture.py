@@ -49,6 +49,7 @@ RARE = (
     "tissuec.compiler.matter",
     "tissuec.matter", "tissuec.meshes.repair", "tissuec.meshes.filling",
     "tissuec.learn", "tissuec.validate", "tissuec.bench", "tissuec.view.plots",
+    "tissuec.engine.integrators.derivatives_kernel",
     "tissuec.view.player", "tissuec.view.report", "tissuec.lsp", "tissuec.view.compare",
     "scipy.sparse.csgraph", "numba",
 )  # fmt: skip

@@ -44,8 +44,8 @@ def partial_address(name: str, laws: tuple[Law, ...], constants: int) -> int:
     """Return the address of a function of ``laws.partial.formulas``, compiled for some laws.
 
     In C, it is ``double name(int law, double …, void *laws, void *values)``, where values are
-    the table of a ``kernels.sensitivity.Values``; the second argument of ``by_constant`` is
-    ``int number``.
+    the table of a ``kernels.derivative_records.Values``; the second argument of
+    ``by_constant`` is ``int number``.
 
     Args:
         name: Name of the function.

@@ -137,7 +137,7 @@ OF_LAWS = {
     **dict.fromkeys(("brake", "brake_by_e", "brake_side", "brake_slope"), _DASHPOT),
 }
 _TABLES = RecordType(Laws), RecordType(Values)
-#: Laws with their derivatives, for learning; fields of ``kernels.sensitivity.Laws``.
+#: Laws with their derivatives, for learning; fields of ``kernels.derivative_records.Laws``.
 PARTIALS: dict[str, Signature] = {
     name: NUMBER(*[WHOLE] * (2 if name == "by_constant" else 1), *[NUMBER] * len(of), *_TABLES)
     for name, of in ARGUMENTS.items()

@@ -17,6 +17,7 @@ _filling = RLock()
 class Family(Mapping[str, T], Generic[T]):
     """A mapping from names to members, filled by importing the modules of a package.
 
+    Modules whose names end in ``_kernel`` have no members; those that use them import them.
     Plug-ins of other packages add members, too; see ``core.plugins``. The thread that looks up
     a member first imports them all; others wait until they are there.
 
@@ -58,7 +59,8 @@ class Family(Mapping[str, T], Generic[T]):
         self._begun = True
         try:
             for module in pkgutil.iter_modules(import_module(self.package).__path__):
-                import_module(f"{self.package}.{module.name}")
+                if not module.name.endswith("_kernel"):
+                    import_module(f"{self.package}.{module.name}")
             plugins.load(self.kind)
             self._complete = True
         finally:

@@ -1,7 +1,8 @@
 """Forces, one file for each effect.
 
 Each file holds the parameters of one effect, its loops over nodes or springs, its energy and
-its stiffness matrix; long loops have a file of their own, whose name ends in ``kernel``.
+its stiffness matrix; long loops have a file of their own, whose name ends in ``kernel``, and
+the derivatives that learning needs one that ends in ``derivatives_kernel``.
 Springs come first, with their laws and viscoelastic branches. Every other force is an
 ``Effect``: ``Nodal`` if it acts on each node independently (weight, drag, loads), ``Field`` if
 it depends on positions (volumes, bending, contact, jets, foundations). Fields are the blocks

@@ -227,19 +227,10 @@ def reeled(time: float, x: Floats, v: Floats, net: Net) -> float:
     """Return the power of springs on the actuators that change their rest lengths [W]."""
     power, reels = 0.0, net.reels
     for k in range(reels.spring.size):
-        s, i, j = int(reels.spring[k]), 3 * reels.low[k], 3 * reels.high[k]
-        r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
-        length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
-        power += pull_at(s, length, v, net) * reel_rate(k, time, reels, net.acts)
+        s, low, high = int(reels.spring[k]), reels.low[k], reels.high[k]
+        e, _ = stretching(s, np.uint64(3 * low), np.uint64(3 * high), x, v, net)
+        power += pull_of(s, e, v, net) * reel_rate(k, time, reels, net.acts)
     return float(power)
-
-
-def pull_at(s: int, length: float, v: Floats, net: Net) -> float:
-    """Return the force of a spring and its branches at a length, without viscosity [N]."""
-    e = length - net.rest[s]
-    if net.inelastic:
-        e -= flowed(s, v, net.internal)
-    return pull_of(s, e, v, net)
 
 
 def pull_of(s: int, e: float, v: Floats, net: Net) -> float:
@@ -260,17 +251,9 @@ def tension(x: Floats, v: Floats, out: Floats, net: Net) -> None:
     """
     first, other = net.first, net.other
     for node in range(first.size - 1):
-        i = 3 * node
+        i = np.uint64(3 * node)
         for s in range(first[node], first[node + 1]):
-            j = other[s]
-            r0, r1, r2 = x[j] - x[i], x[j + 1] - x[i + 1], x[j + 2] - x[i + 2]
-            length = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
-            e = length - net.rest[s]
-            if net.inelastic:
-                e -= flowed(s, v, net.internal)
-            closing = (
-                r0 * (v[j] - v[i]) + r1 * (v[j + 1] - v[i + 1]) + r2 * (v[j + 2] - v[i + 2])
-            ) / (length + TINY)
+            e, closing = stretching(s, i, np.uint64(other[s]), x, v, net)
             braking = net.damping[s] * closing
             if net.law[s] > 0:
                 braking = brake(net.law[s], e, closing, net.damping[s], net.rest[s], net)
@@ -286,10 +269,8 @@ def resistance(
         q: Step size times coefficient of the implicit method [s].
     """
     law, rest, inverse = net.law[s], net.rest[s], 1.0 / (length + TINY)
-    closing = 0.0
-    for k in range(3):
-        closing += (x[j + k] - x[i + k]) * (v[j + k] - v[i + k]) * inverse
-    e, damping = length - rest, net.damping[s]
+    e, closing = stretching(s, np.uint64(i), np.uint64(j), x, v, net)
+    damping = net.damping[s]
     steep = slope(law, e, net.stiffness[s], rest, net)
     steep += brake_by_e(law, e, closing, damping, rest, net)
     steep = max(steep, 0.0)

@@ -104,7 +104,7 @@ class Values(NamedTuple):
 
 
 class SpringMemory(NamedTuple):
-    """Springs that remember and act; see ``kernels.memory_sensitivity``.
+    """Springs that remember and act; see ``forces.branches_derivatives_kernel``.
 
     Attributes:
         low, high: Their nodes, shape (n,).
@@ -200,27 +200,63 @@ class Seeds(NamedTuple):
     room: Rows  # scratch, shape (3, change)
 
 
-class Response(NamedTuple):
-    """A spring's tension, and the derivatives of its force.
+class Reach(NamedTuple):
+    """What leads from the lower node of a spring to the upper one.
 
     Attributes:
-        e, w: Elongation [m] and its rate [m/s].
-        n0, n1, n2: Direction from the lower node to the upper one.
-        l0, l1, l2: Of the tension by the upper node's place [N/m].
+        length: L [m].
+        inverse: 1/L [1/m], 0 at zero length.
+        n0, n1, n2: Direction, 0 at zero length.
+        u0, u1, u2: Velocity of the upper node less that of the lower one [m/s].
+        w: Rate of the length [m/s].
+    """
+
+    length: float
+    inverse: float
+    n0: float
+    n1: float
+    n2: float
+    u0: float
+    u1: float
+    u2: float
+    w: float
+
+
+class Slopes(NamedTuple):
+    """Derivatives of f(e) and g(e, w) of a spring.
+
+    Attributes:
+        steep, thick: f' [N/m], and ∂g/∂e [N/m].
+        brisk: ∂g/∂w [N s/m].
+        by_c, by_rest: Of f, by c and L0.
+        by_d, braked: Of g, by d and L0.
+    """
+
+    steep: float
+    thick: float
+    brisk: float
+    by_c: float
+    by_rest: float
+    by_d: float
+    braked: float
+
+
+class Response(NamedTuple):
+    """The derivatives of a spring's force.
+
+    Attributes:
+        z: What leads from its lower node to the upper one.
+        e: Elongation [m].
         across: T / L, of the force by a place across the spring [N/m].
+        steep: Of the tension by the elongation [N/m].
         brisk: ∂g/∂w, of the tension by the upper node's velocity along the spring [N s/m].
         by_c, by_d, by_rest: Of the tension by c, d and L0.
     """
 
+    z: Reach
     e: float
-    w: float
-    n0: float
-    n1: float
-    n2: float
-    l0: float
-    l1: float
-    l2: float
     across: float
+    steep: float
     brisk: float
     by_c: float
     by_d: float

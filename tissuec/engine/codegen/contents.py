@@ -35,12 +35,17 @@ from tissuec.compiled.sources import digest_of_sources
 from tissuec.compiled.team import CALLED_BY_THREADS
 from tissuec.engine import step, step_inside
 from tissuec.engine.backends import method_names, operations_of
-from tissuec.engine.integrators import INTEGRATORS, banded, iterative
+from tissuec.engine.integrators import INTEGRATORS, banded, derivatives_kernel, iterative
 from tissuec.engine.operations import FUNCTIONS, LAWS
 from tissuec.engine.rate import Unknowns, rate
-from tissuec.forces import pairs_kernel, runs_kernel
+from tissuec.forces import (
+    accelerations_derivatives_kernel,
+    pairs_kernel,
+    runs_kernel,
+    springs_derivatives_kernel,
+)
 from tissuec.forces.runs_kernel import springs_in_runs
-from tissuec.kernels import rasterizing, sensitivity, spring_geometry, stages, stepping, vectors
+from tissuec.kernels import rasterizing, spring_geometry, stages, vectors
 from tissuec.kernels.records import Operations
 
 #: Arguments that share no memory with others, by function.
@@ -50,6 +55,12 @@ OF_LOOPS = (
     ("time", "x", "v", "f", "power"),
     ("time", "x", "v", "weight", "by_x", "by_v", "by"),
     ("time", "x", "v", "dx", "dv", "dn", "df", "room"),
+)
+#: What has the functions for learning.
+OF_DERIVATIVES = (
+    accelerations_derivatives_kernel,
+    springs_derivatives_kernel,
+    derivatives_kernel,
 )
 #: The operations on a net, as C calls them; fields of ``records.Operations``.
 SIGNATURES: dict[str, Signature] = OF_LAWS | {
@@ -95,7 +106,7 @@ def _loops_of_fields() -> Iterator[Callable[..., Any]]:
 
 def _derivative(name: str) -> Exported:
     """Return a function for learning."""
-    function = vars(sensitivity).get(name) or vars(stepping)[name]
+    function = next(vars(module)[name] for module in OF_DERIVATIVES if name in vars(module))
     called = {each: partial_caller(each) for each in PARTIALS} | {
         "call_force": field_caller(),
         "call_pull_back": field_caller(6),

@@ -1,4 +1,4 @@
-"""Explicit methods with their derivatives; see ``kernels.stepping``."""
+"""Explicit methods with their derivatives; see ``engine.integrators.derivatives_kernel``."""
 
 from collections.abc import Iterator
 

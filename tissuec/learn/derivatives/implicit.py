@@ -15,8 +15,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from tissuec.core.units import TIME, show
+from tissuec.engine.integrators.derivatives_kernel import (
+    Steps,
+    length_of,
+    moment_of,
+    state,
+    time_of,
+)
 from tissuec.kernels.derivative_records import Laws, NodeState, NodeStates, Seeds, Values
-from tissuec.kernels.stepping import Steps, length_of, moment_of, state, time_of
 from tissuec.learn.derivatives.kernels import (
     acceleration,
     begin_dues,

@@ -16,8 +16,8 @@ from msgspec import Struct
 from scipy import sparse
 
 from tissuec.core.units import TIME, show
+from tissuec.engine.integrators.derivatives_kernel import state as state_at
 from tissuec.kernels.derivative_records import NodeState, NodeStates, Seeds, Values
-from tissuec.kernels.stepping import state as state_at
 from tissuec.learn.derivatives.event_schedule import EventSchedule, Leg
 from tissuec.learn.derivatives.stepping import LegForces, Stepping, StepStates, act_on
 from tissuec.learn.parameters.numbers import NumberOrder

@@ -4,8 +4,8 @@ import numpy as np
 
 from tissuec.compiled.record_tables import tabulated
 from tissuec.engine.integrators import INTEGRATORS
+from tissuec.engine.integrators.derivatives_kernel import Steps
 from tissuec.kernels.derivative_records import Laws, NodeState, NodeStates, Seeds, Values
-from tissuec.kernels.stepping import Steps
 from tissuec.learn.derivatives.kernels import acceleration, pull_back, push_forward
 from tissuec.learn.derivatives.stepping import LegForces, StepStates
 from tissuec.model.network import Floats

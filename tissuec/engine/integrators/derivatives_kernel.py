@@ -1,4 +1,4 @@
-"""Steps by a tableau, forwards, backwards and with many changes of the state at once.
+"""Steps by a tableau with their derivatives: forwards, backwards, with many changes at once.
 
 Free nodes move as ``Tableau`` says; driven ones go on from where they are by what is
 prescribed, and others stay. Backwards, derivatives by the result become derivatives by the
@@ -23,9 +23,13 @@ Shared arguments:
 
 from typing import NamedTuple
 
+from tissuec.forces.accelerations_derivatives_kernel import (
+    acceleration,
+    pull_back,
+    push_forward,
+)
 from tissuec.kernels.derivative_records import Forces, NodeState, NodeStates, Seeds, Values
 from tissuec.kernels.records import Floats, Integers, Rows, Tableau
-from tissuec.kernels.sensitivity import acceleration, pull_back, push_forward
 from tissuec.kernels.thread_loops import PIECE
 from tissuec.kernels.vectors import accumulate, scale
 
