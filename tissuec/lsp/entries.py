@@ -14,7 +14,6 @@ from tissuec.forces import FORCES
 from tissuec.fuzzy.operators import CHOICES
 from tissuec.geometry.surfaces import SURFACES
 from tissuec.lang.words import RESERVED
-from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
 from tissuec.lsp.terms import (
     CHOICE,
     ENTRY,
@@ -35,7 +34,7 @@ from tissuec.scene.bodies import AXIAL, BENDING, BODY_ENTRIES, CIRCUMFERENTIAL, 
 from tissuec.scene.entries import default_in_words, form_of, kind_in_words
 from tissuec.scene.idle_words import CONCLUDED
 from tissuec.scene.joints import JOINT_ENTRIES
-from tissuec.scene.laws import FORMS, LAW_KINDS
+from tissuec.scene.laws import BY_ENTRY, FORMS, LAW_KINDS
 from tissuec.scene.learn_entries import METHODS, learn_schema
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.schema import Entry, entries_of
@@ -115,9 +114,8 @@ def entries(block: BlockKind) -> Terms:
             return _meant("surface", {}, kind=members(SURFACES)) | _of_kind(SURFACES, kind)
         case BlockKind("mesh", kind):
             return _of_kind(MESHES, kind)
-        case BlockKind("spring law" | "viscosity law", kind):
-            family = SPRING_LAWS if block.kind == "spring law" else VISCOSITY_LAWS
-            return _of_kind(family, kind)
+        case BlockKind("spring law" | "viscosity law" | "solid law", kind):
+            return _of_kind(BY_ENTRY[block.kind].family, kind)
         case BlockKind("environment"):
             return _entries(settings.EnvironmentEntries)
         case BlockKind("simulate"):

@@ -197,7 +197,7 @@ def _made_of() -> Rule:
 
 def _tissue(known: Mapping[str, Term]) -> list[Rule]:
     own = rule(rf"{START}({RUN})", {1: "entry"})
-    laws = _inner("spring law", "viscosity law")
+    laws = _inner("spring law", "viscosity law", "solid law")
     return [_named("known", v.KNOWN_TERMS), _entries(known), own, laws]
 
 

@@ -11,6 +11,7 @@ from tissuec.core.markdown import code, described, fenced
 from tissuec.core.units import LENGTH, NUMBER, PRESSURE, describe, show
 from tissuec.forces import FORCES
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.laws.solid import SOLID_LAWS
 from tissuec.lsp.terms import (
     CHOICE,
     ENTRY,
@@ -119,7 +120,9 @@ def adjusted() -> Terms:
         if name in DIMENSIONS
     }
     found[WORDS] = Term(WORDS, ENTRY, "The words of a quantity or property.", "", " of ")
-    laws = (law for family in (SPRING_LAWS, VISCOSITY_LAWS) for law in family.values())
+    laws = (
+        law for family in (SPRING_LAWS, VISCOSITY_LAWS, SOLID_LAWS) for law in family.values()
+    )
     constants = (name for law in laws for name in entries_of(law))
     about = "A constant of a law, to be learned."
     found = {name: Term(name, ENTRY, about, "", " of ") for name in constants} | found

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable, Mapping
 from tissuec.core.names import key_of
 from tissuec.lang.tree import Statement
 from tissuec.laws import SPRING_LAWS, VISCOSITY_LAWS
+from tissuec.laws.solid import SOLID_LAWS
 from tissuec.lsp import study
 from tissuec.lsp.entries import entries
 from tissuec.lsp.phrases import Phrase
@@ -104,7 +105,7 @@ def _adjusted_elsewhere(view: View) -> Collection[str]:
         return ()
     laws = [law for tissue in view.words.tissues.values() for law in tissue.laws.values()]
     own = {name for law in laws if law.law is not None for name in entries_of(type(law.law))}
-    families = (SPRING_LAWS, VISCOSITY_LAWS)
+    families = (SPRING_LAWS, VISCOSITY_LAWS, SOLID_LAWS)
     every = {name for family in families for law in family.values() for name in entries_of(law)}
     of_forces = set(numbers_of_forces())
     if any(view.of_kind("force")):

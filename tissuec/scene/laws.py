@@ -1,8 +1,8 @@
-"""Laws of springs and dashpots in a tissue: by name with entries, or as a free formula."""
+"""Laws of a tissue: by name with entries, or as a free formula."""
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
@@ -33,6 +33,7 @@ from tissuec.laws.formula import (
     extent,
     variables,
 )
+from tissuec.laws.solid import SOLID_LAWS, SolidLaw
 from tissuec.scene import schema
 from tissuec.scene.declarations import Declarations, Declared
 from tissuec.scene.expressions import Scope
@@ -85,11 +86,19 @@ class Form(Struct, frozen=True):
 
 
 class LawKind(Struct, frozen=True):
-    """Syntax of one of the two laws of a tissue: by name after ``word``, or as a formula."""
+    """Syntax of one of the laws of a tissue: by name after ``word``, or as a formula.
 
-    family: Family[type[SpringLaw]] | Family[type[ViscosityLaw]]
+    Attributes:
+        family: Of the laws with a name.
+        word: Of the entry.
+        forms: As a formula; there may be none.
+        formula: Returns what a law with a name does.
+    """
+
+    family: Family[type[SpringLaw]] | Family[type[ViscosityLaw]] | Family[type[SolidLaw]]
     word: str
-    forms: tuple[Form, ...]
+    forms: tuple[Form, ...] = ()
+    formula: Callable[[Any], Formula] = operator.methodcaller("force")
 
 
 _MEANINGS = {"e": "the elongation", "w": "the speed", "strain": "the strain"}
@@ -113,7 +122,13 @@ LAW_KINDS = (
         "viscosity law",
         (Form("viscous force", units.FORCE, _LENGTHENING + _SPEED, _VISCOUS | _REST),),
     ),
+    LawKind(SOLID_LAWS, "solid law", formula=operator.methodcaller("energy")),
 )
+_EXAMPLE = {
+    "spring law": "linear",
+    "viscosity law": "linear",
+    "solid law": "yeoh { second = 0.5 }",
+}
 #: Every free formula, by what it is called.
 FORMS = {form.name: form for kind in LAW_KINDS for form in kind.forms}
 #: The kind of law that an entry of a tissue writes, by its name.
@@ -179,23 +194,19 @@ def read_law(kind: LawKind, item: Entry, scope: Scope) -> WrittenLaw:
         return _named(kind, item, scope)
     is_word = isinstance(item, s.Assign) and isinstance(item.value, s.Name)
     if is_word and item.name.key == kind.word:
-        schema.refuse_sign(item, scope, example=f"{kind.word} is linear")
+        schema.refuse_sign(item, scope, example=f"{kind.word} is {_EXAMPLE[kind.word]}")
+    forms = FORMS.get(item.name.key), *kind.forms
+    others = [f', or "{form.heads[0]} = …"' for form in forms if form is not None]
     scope.findings.reject(
         "TIS312",
         f"wrong form of {kind.word}",
         item.span,
-        hint=f'write "{kind.word} is …", or "{_form_of(kind, item).heads[0]} = …"',
+        hint=f'write "{kind.word} is …"{others[0] if others else ""}',
     )
 
 
-def _form_of(kind: LawKind, item: Entry) -> Form:
-    """Return the free formula that an entry is called like."""
-    assert not isinstance(item, s.Rule | s.Timed | s.Expect), "an entry of a law has a name"
-    return FORMS.get(item.name.key, kind.forms[0])
-
-
 def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLaw:
-    name = schema.word_of(item, scope, example=f"{kind.word} is linear")
+    name = schema.word_of(item, scope, example=f"{kind.word} is {_EXAMPLE[kind.word]}")
     if name.key not in kind.family:
         scope.findings.reject(
             "TIS305",
@@ -208,7 +219,7 @@ def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLa
     law, _ = schema.build(
         kind.family[name.key], items, scope, what=f"{kind.word} {name.key}", where=where
     )
-    return WrittenLaw(name.key, law.force(), item.span, law)
+    return WrittenLaw(name.key, kind.formula(law), item.span, law)
 
 
 def _free(form: Form, item: s.Function, scope: Scope) -> WrittenLaw:

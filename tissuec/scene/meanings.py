@@ -46,6 +46,7 @@ ENTRIES = {
         "known": "Evidence from a source on a quantity, as a range or a number.",
         "spring law": "The law of the springs by name, instead of linear springs.",
         "viscosity law": "The law of the dashpots by name, instead of linear dashpots.",
+        "solid law": "The law of bodies made of elements by name, instead of neo-Hookean ones.",
         "spring force": "A formula for the force of a spring as a function of its "
         "elongation e.",
         "stress": "A formula for the nominal stress of a bar as a function of its strain.",

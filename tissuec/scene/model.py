@@ -11,6 +11,7 @@ from tissuec.forces import Force
 from tissuec.lang import syntax as s
 from tissuec.laws import SpringLaw, ViscosityLaw
 from tissuec.laws.formula import Formula
+from tissuec.laws.solid import SolidLaw
 from tissuec.meshes.generators import Generator
 from tissuec.model.network import Floats
 from tissuec.scene.declarations import Declarations
@@ -102,7 +103,7 @@ class PropertyFact(Struct, frozen=True):
 
 
 class WrittenLaw(Struct, frozen=True):
-    """A law of springs or dashpots as a tissue has it.
+    """A law of springs, dashpots or solids as a tissue has it.
 
     Attributes:
         name: Of the law, or the formula as written.
@@ -112,10 +113,10 @@ class WrittenLaw(Struct, frozen=True):
     name: str
     force: Formula
     span: Span
-    law: SpringLaw | ViscosityLaw | None = None
+    law: SpringLaw | ViscosityLaw | SolidLaw | None = None
 
 
-#: What replaces linear springs and dashpots, by "spring law" and "viscosity law".
+#: Laws that are not the usual ones, by "spring law", "viscosity law" and "solid law".
 WrittenLaws: TypeAlias = Mapping[str, WrittenLaw]
 
 

@@ -10,7 +10,7 @@ from tissuec.laws.formula import Formula
 from tissuec.laws.solid import I1, I2, SOLID_LAWS
 
 
-@SOLID_LAWS.member("Mooney-Rivlin")
+@SOLID_LAWS.member("mooney rivlin")
 class MooneyRivlin(Struct, frozen=True):
     """The energy μ ((1 - s) (I1 - 3) + s (I2 - 3))/2. (M. Mooney, J. Appl. Phys. 11:582, 1940.)
 

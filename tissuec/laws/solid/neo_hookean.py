@@ -6,7 +6,7 @@ from tissuec.laws.formula import Formula
 from tissuec.laws.solid import I1, SOLID_LAWS
 
 
-@SOLID_LAWS.member("neo-Hookean")
+@SOLID_LAWS.member("neo hookean")
 class NeoHookean(Struct, frozen=True):
     """The energy μ (I1 - 3)/2, which does not stiffen.
 

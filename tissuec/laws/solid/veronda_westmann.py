@@ -10,7 +10,7 @@ from tissuec.laws.formula import Formula, exp
 from tissuec.laws.solid import I1, I2, SOLID_LAWS
 
 
-@SOLID_LAWS.member("Veronda-Westmann")
+@SOLID_LAWS.member("veronda westmann")
 class VerondaWestmann(Struct, frozen=True):
     """The energy μ ((exp(k (I1 - 3)) - 1)/k - (I2 - 3)/2).
 

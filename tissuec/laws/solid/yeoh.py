@@ -10,7 +10,7 @@ from tissuec.laws.formula import Formula
 from tissuec.laws.solid import I1, SOLID_LAWS
 
 
-@SOLID_LAWS.member("Yeoh")
+@SOLID_LAWS.member("yeoh")
 class Yeoh(Struct, frozen=True):
     """The energy μ (z + c2 z² + c3 z³)/2 with z = I1 - 3.
 
