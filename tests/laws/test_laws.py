@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, with_modulus
+from tissuec.laws import LINEAR, SPRING_LAWS, STRAIN, VISCOSITY_LAWS, Law, with_modulus
 from tissuec.laws.evaluation import Behaviour
-from tissuec.laws.formula import Variable, apply
+from tissuec.laws.formula import Variable, apply, exp
+from tissuec.laws.uniaxial import OfTension
 
 C, D, REST = 20.0, 0.3, 0.01
 MODULUS = 10e3
@@ -165,3 +166,15 @@ def test_a_law_that_overflows_is_infinite_and_warns_nobody():
         found = behaviour(law, 2)
         assert np.isinf(found.pull(np.array([1.0, 2.0]))).all()
         assert not np.isfinite(found.energy(np.array([1.0, 2.0]))).any()
+
+
+@pytest.mark.parametrize("stiffening", [2.0, 8.0, 20.0])
+def test_a_solid_follows_its_curve_of_tension(stiffening):
+    stress = MODULUS / stiffening * (exp(stiffening * STRAIN) - 1.0)
+    by_i1 = OfTension(stress, MODULUS).energy().slope("i1")
+    stretch = np.linspace(1.0005, min(4.0, 1.0 + 12.0 / stiffening), 1001)
+    # σ = 2 (λ - λ⁻²) μ ψ1 of an incompressible solid, μ being E/3.
+    found = by_i1.at({"i1": stretch**2 + 2.0 / stretch}) * MODULUS / 3.0
+    found *= 2.0 * (stretch - stretch**-2)
+    expected = stress.at({"strain": stretch - 1.0})
+    np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-6 * MODULUS)

@@ -1,8 +1,8 @@
 """The law of an incompressible solid from its curve of stress in uniaxial tension.
 
 Of all solids with that curve, it is the one whose energy depends on I1 alone. Stretched by λ,
-its nominal stress is σ = 2 (λ - λ⁻²) dW/dI1 at I1 = λ² + 2/λ, so that W = ∫ σ dλ. (R. S. Rivlin,
-D. W. Saunders, Phil. Trans. Roy. Soc. A 243:251, 1951.) Compression, shear and equibiaxial
+its nominal stress is σ = 2 (λ - λ⁻²) dW/dI1 at I1 = λ² + 2/λ, so that W = ∫ σ dλ. (R. S.
+Rivlin, D. W. Saunders, Phil. Trans. A 243:251, 1951.) Compression, shear and equibiaxial
 tension follow from it.
 """
 
