@@ -125,10 +125,15 @@ def pull_ends(low: int, high: int, tension: float, z: Reach, a: Floats) -> None:
         z: What leads from one to the other.
         a: Forces on all nodes [N], added to, shape (3 node,).
     """
+    # A loop over the three components would keep them in memory.
     i, j = 3 * low, 3 * high
-    for axis, direction in enumerate((z.n0, z.n1, z.n2)):
-        a[i + axis] += tension * direction
-        a[j + axis] -= tension * direction
+    f0, f1, f2 = tension * z.n0, tension * z.n1, tension * z.n2
+    a[i] += f0
+    a[i + 1] += f1
+    a[i + 2] += f2
+    a[j] -= f0
+    a[j + 1] -= f1
+    a[j + 2] -= f2
 
 
 def response(s: int, forces: Forces, at: NodeState) -> Response:
@@ -197,12 +202,18 @@ def pull_from_ends(
     h0 = of_e * n0 + turned * (z.u0 - z.w * n0) + across * (weights[0] - along * n0)
     h1 = of_e * n1 + turned * (z.u1 - z.w * n1) + across * (weights[1] - along * n1)
     h2 = of_e * n2 + turned * (z.u2 - z.w * n2) + across * (weights[2] - along * n2)
-    for axis, place in enumerate((h0, h1, h2)):
-        due.x[i + axis] -= place
-        due.x[j + axis] += place
-    for axis, direction in enumerate((n0, n1, n2)):
-        due.v[i + axis] -= of_w * direction
-        due.v[j + axis] += of_w * direction
+    due.x[i] -= h0
+    due.x[i + 1] -= h1
+    due.x[i + 2] -= h2
+    due.x[j] += h0
+    due.x[j + 1] += h1
+    due.x[j + 2] += h2
+    due.v[i] -= of_w * n0
+    due.v[i + 1] -= of_w * n1
+    due.v[i + 2] -= of_w * n2
+    due.v[j] += of_w * n0
+    due.v[j + 1] += of_w * n1
+    due.v[j + 2] += of_w * n2
 
 
 def push_forward_springs(
