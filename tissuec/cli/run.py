@@ -354,13 +354,15 @@ def _tell(
     settings.say(f"  {net}; {wording.stepping(facts)}")
     for note in outcome.notes:
         settings.say(f"  note: {note}")
-    slipped: set[str] = set()
+    known: set[str] = set()
     doubted = {doubt.what for doubt in outcome.doubts}
     for time, logged_event in outcome.logged_events:
-        # What slips once may go on doing so in many small steps.
-        is_first = logged_event.kind == "slip" and logged_event.cause not in slipped
-        if is_first:
-            slipped.add(logged_event.cause)
+        # What slips or leaks once may continue to do so in many small steps.
+        subjects = {"slip": logged_event.cause, "leak": logged_event.span.place}
+        subject = subjects.get(logged_event.kind)
+        is_first = subject is not None and subject not in known
+        if subject is not None:
+            known.add(subject)
         is_note = logged_event.kind == "note" and logged_event.cause not in doubted
         if settings.verbose or is_first or is_note or logged_event.kind == "trigger":
             springs = _springs(network, logged_event.springs)

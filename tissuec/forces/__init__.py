@@ -395,6 +395,10 @@ class WalledField(Field, frozen=True):
         """Return the items that have lost a spring, ascending; ``alive`` as in ``Field``."""
         return np.unique(self.walled[~alive[self.walls]])
 
+    def lost_walls(self, alive: NDArray[np.bool_]) -> Indices:
+        """Return the springs that items have lost, shape (n,); ``alive`` as in ``Field``."""
+        return self.walls[~alive[self.walls]]
+
     def intact(self, alive: NDArray[np.bool_]) -> Self:
         """Return the items that have all their springs; ``alive`` as in ``Field``."""
         lost = self.lost_items(alive)

@@ -67,7 +67,8 @@ class Enclosure(WalledField, frozen=True):
         first: Where each cell begins among them and, last, where all end, shape (cell + 1,).
         drawn: Drawn volumes [m³], shape (cell,); positive.
         modulus: Bulk modulus K [Pa].
-        swellings: Changes that were ordered so far.
+        swellings: What the volumes should differ by from the drawn ones: where they were when
+            the latest change was ordered, and this change.
         span: The sentence.
         share: The part of what is within its faces that belongs to a cell; as much as this does
             a cell grow by.
@@ -118,9 +119,20 @@ class Enclosure(WalledField, frozen=True):
         """Return the cell of each face, shape (face,)."""
         return np.repeat(np.arange(self.item_count), np.diff(self.first))
 
-    def swollen(self, amount: float, profile: TimeProfile) -> "Enclosure":
-        """Return this enclosure with a further change of the target volume."""
-        return replace(self, swellings=(*self.swellings, Swelling(amount, profile)))
+    def swollen(self, amount: float, profile: TimeProfile, since: float = 0.0) -> "Enclosure":
+        """Return this enclosure with another target volume in place of its present target.
+
+        Args:
+            amount: How much more than drawn should be enclosed in the end, as a part of it.
+            profile: Leads there from what should be enclosed now.
+            since: Present time [s].
+        """
+        present = self.swell(since)[0]
+        change = Swelling(amount - present, profile)
+        if not present:
+            return replace(self, swellings=(change,))
+        so_far = Swelling(present, TimeProfile("constant", 0.0, np.inf))
+        return replace(self, swellings=(so_far, change))
 
     def swell(self, time: float) -> tuple[float, float]:
         """Return how much more than drawn should be enclosed, as a part of it, and its rate."""

@@ -4,12 +4,11 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from tissuec.core.errors import counted
 from tissuec.engine.execution.buckling import unstable_rest
 from tissuec.engine.execution.failure_messages import explain_action
+from tissuec.engine.execution.leaks import leaking, torn_by
 from tissuec.engine.execution.recorder import Recorder
 from tissuec.engine.execution.run_state import RunState
-from tissuec.forces.volume import Enclosure
 from tissuec.mechanics import observables
 from tissuec.model.network import Floats, Indices, Network
 from tissuec.script.measures.snapshot import EnergyBalance, Snapshot
@@ -22,15 +21,6 @@ _BROKEN = {
     "rupture": ("strength", "the tension exceeded the breaking force"),
     "crush": ("crush", "the compression exceeded the crushing force"),
 }
-
-
-def _leaking(enclosure: Enclosure, cells: int) -> str:
-    """Return what it means that some cells of an enclosure are torn."""
-    if enclosure.item_count == 1:
-        return f"the surface of {enclosure.name} is torn and no longer holds pressure"
-    torn = counted(cells, "cell")
-    verb, holds = ("is", "holds") if cells == 1 else ("are", "hold")
-    return f"{torn} of {enclosure.name} {verb} torn and no longer {holds} pressure"
 
 
 class EventHandler:
@@ -177,15 +167,19 @@ class EventHandler:
 
     def _carry_out(self) -> None:
         state, queue = self.run_state.state, self.run_state.queue
+        log = self.run_state.logged_events
         try:
             for action in queue.due(state.time):
                 for logged_event in action.apply(state, queue):
                     self._log(logged_event)
         except ActionFailed as failure:
-            self.failure = explain_action(failure, state)
+            self.failure = explain_action(
+                failure, state, torn_by(failure.springs, state.time, log)
+            )
         state.place_held()
         for enclosure, cells in state.let_leak():
-            self._log(LoggedEvent("leak", (), _leaking(enclosure, cells), enclosure.span))
+            cause = leaking(enclosure, cells, state, log)
+            self._log(LoggedEvent("leak", (), cause, enclosure.span))
 
     def _rupture(self, springs: Indices) -> None:
         state = self.run_state.state

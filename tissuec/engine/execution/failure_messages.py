@@ -29,13 +29,19 @@ def explain(failure: "Interruption", state: State) -> str:
     return "; ".join(parts)
 
 
-def explain_action(failure: ActionFailed, state: State) -> str:
-    """Return which order could not be carried out, where, when and why."""
+def explain_action(failure: ActionFailed, state: State, torn: str = "") -> str:
+    """Return which order could not be carried out, where, when and why.
+
+    Args:
+        failure: The order.
+        state: At that time.
+        torn: What broke the springs of the failure before, beginning with a semicolon.
+    """
     time = show(state.time, TIME, digits=6)
     parts = [
         f"the run stopped at {time}",
-        failure.message,
-        describe_node(state, failure.node),
+        f"{failure.message}{torn}",
+        *([] if failure.node is None else [describe_node(state, failure.node)]),
         f"requested in {failure.span.place}",
     ]
     return "; ".join(parts)

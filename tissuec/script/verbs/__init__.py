@@ -9,6 +9,7 @@ ask before a run, actions answer by methods of their own: ``Demanding``, ``Break
 from collections.abc import Container, Sequence
 from typing import ClassVar, NoReturn, Protocol, TypeGuard, TypeVar, runtime_checkable
 
+import numpy as np
 from msgspec import Struct
 
 from tissuec.core.registry import Family
@@ -114,13 +115,15 @@ class ActionFailed(Exception):
 
     Attributes:
         message: What failed and why, in words that a node can follow.
-        node: The one to name.
+        node: The one to name; None if there is none.
         span: The sentence.
+        springs: Those that broke before, so that it cannot be carried out, shape (n,).
     """
 
-    def __init__(self, message: str, node: int, span: Span):
+    def __init__(self, message: str, node: int | None, span: Span, springs: Sequence[int] = ()):
         super().__init__(message)
         self.message, self.node, self.span = message, node, span
+        self.springs = np.array(springs, dtype=np.int64)
 
 
 class Group(Struct, frozen=True, eq=False):

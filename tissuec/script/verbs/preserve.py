@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from tissuec.core import units
 from tissuec.core.source import Span
+from tissuec.core.units import VOLUME, show
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network
@@ -30,7 +31,10 @@ class Preserve(Struct, frozen=True):
     modulus is written as a pressure, or in words: gentle (1 kPa), firm (10 kPa) or hard
     pressure (100 kPa). The enclosed fluid has no mass and no weight. A surface with a torn edge
     leaks. It then has no pressure; its energy is counted as *switched*. In a lattice, only
-    cells that lose a spring leak.
+    cells that lose a spring leak. The event log says when a body leaks, and what tore it.
+
+    Another ``preserve`` of the same body replaces the first: the target is the drawn volume
+    again, also after ``inflate``.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
@@ -60,8 +64,14 @@ class Preserve(Struct, frozen=True):
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         made = self.made(state.network)
+        old = state.enclosure(self.group.name)
         state.put(made.block)
-        return (LoggedEvent("preserve", (), sentence(self.span), self.span),)
+        text = sentence(self.span)
+        happened = LoggedEvent("preserve", (), text, self.span)
+        if old is None:
+            return (happened,)
+        replaced = LoggedEvent("note", (), _replacing(old, made, state.time), self.span)
+        return happened, replaced
 
 
 @VERBS.member("inflate")
@@ -70,7 +80,8 @@ class Inflate(Struct, frozen=True):
 
     This is the target volume. The actual volume and the pressure follow from the stiffness of
     the wall. The body must preserve its volume. For a lattice, it is the volume of all intact
-    cells together.
+    cells together. Another ``inflate`` of the same body replaces one that is under way: the
+    target changes from its value at that time.
     """
 
     forms: ClassVar[tuple[str, ...]] = (
@@ -99,15 +110,37 @@ class Inflate(Struct, frozen=True):
             ActionFailed: The volume is not preserved, or it leaks.
         """
         enclosure = state.enclosure(self.group.name)
-        if enclosure is None:
-            message = f"the volume of {self.group.name} is not preserved, or it leaks"
-            raise ActionFailed(message, int(self.group.indices[0]), self.span)
+        drawn = 0.0 if enclosure is None else float(enclosure.intact(state.alive).drawn.sum())
+        if enclosure is None or not drawn:
+            raise self._failed(state)
         (profile,), _ = schedule(queue, (self.profile,), state.time, self.duration)
-        amount = self.volume / float(enclosure.drawn.sum()) - 1.0
-        amount -= enclosure.swell(state.time)[0]
-        swollen = enclosure.swollen(amount, profile)
+        swollen = enclosure.swollen(self.volume / drawn - 1.0, profile, state.time)
         state.put(swollen.block)
         return (LoggedEvent("inflate", (), sentence(self.span), self.span),)
+
+    def _failed(self, state: State) -> ActionFailed:
+        """Return that nothing here keeps a volume, and which springs it has lost."""
+        name = self.group.name
+        message = f"{name} cannot be inflated: nothing preserves its volume yet"
+        whole = Enclosure.of(state.network, name, 1.0, self.span)
+        torn = whole.lost_walls(state.alive)
+        if len(whole.lost_items(state.alive)) < whole.item_count:
+            return ActionFailed(message, None, self.span)
+        what = "its surface is" if whole.item_count == 1 else "all its cells are"
+        message = f"{name} cannot be inflated: {what} torn"
+        return ActionFailed(message, None, self.span, torn.tolist())
+
+
+def _replacing(old: Enclosure, new: Enclosure, time: float) -> str:
+    """Return what another order to preserve a volume changes at a time [s]."""
+    text = f"replaced: {sentence(old.span)}"
+    swell = old.swell(time)[0]
+    if not old.swellings:
+        return text
+    target, drawn = (
+        show(float(v), VOLUME) for v in ((old.drawn * (1.0 + swell)).sum(), new.drawn.sum())
+    )
+    return f"{text}; the target is the drawn volume of {drawn} again, no longer {target}"
 
 
 def _expect_volume(order: Order) -> None:
