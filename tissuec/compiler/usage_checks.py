@@ -16,7 +16,7 @@ from tissuec.core.hints import Edit, Hint, leaving_out
 from tissuec.core.source import Span
 from tissuec.core.units import suggested_unit
 from tissuec.lang import syntax as s
-from tissuec.lang.walk import walk
+from tissuec.lang.walk import names_in, walk
 from tissuec.mechanics.state import State
 from tissuec.model.network import Indices
 from tissuec.scene.declarations import Declarations
@@ -75,10 +75,14 @@ def vain_overrides(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W501: a parameter that nothing uses, so that ``--set`` would do nothing."""
-    constants = compiled.scene.constants
+    """W501: a parameter that nothing uses, so that ``--set`` would do nothing.
+
+    A scene does not have to use all params of files, unless they are set.
+    """
+    constants, replaced = compiled.scene.constants, _replaced(compiled)
     for key, declared in compiled.scene.declarations.of("param").items():
-        if key not in constants.used:
+        is_own = declared.item.span.source is compiled.scene.source
+        if key not in constants.used | replaced and (is_own or key in constants.overrides):
             yield Diagnostic(
                 "W501",
                 f'the param "{declared.name.text}" is never used',
@@ -90,9 +94,11 @@ def unused_parameters(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
-    """W502: a set that no sentence names."""
+    """W502: a set that no sentence names; files may declare more than a scene needs."""
+    known = compiled.groups.used | _replaced(compiled)
     for key, declared in compiled.scene.declarations.of("set").items():
-        if key not in compiled.groups.used and isinstance(declared.item, s.Assign):
+        is_own = declared.item.span.source is compiled.scene.source
+        if key not in known and is_own and isinstance(declared.item, s.Assign):
             yield Diagnostic(
                 "W502",
                 f'the set "{declared.name.text}" is never used',
@@ -102,6 +108,17 @@ def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
                     declared.item.span,
                 ),
             )
+
+
+def _replaced(compiled: Compiled) -> set[str]:
+    """Return what entries use that ``--set`` has replaced, by lower-case name."""
+    entries = compiled.scene.declarations.replaced
+    return {
+        name.key
+        for entry in entries
+        for name in names_in(entry)
+        if name is not getattr(entry, "name", None)
+    }
 
 
 def idle_shapes(compiled: Compiled) -> Iterator[Diagnostic]:

@@ -88,6 +88,8 @@ class Declarations(Struct):
     needs: dict[str, tuple[s.Name, ...]] = field(default_factory=dict[str, tuple[s.Name, ...]])
     #: Where the scene itself uses a file, by the name of that file.
     uses: dict[str, Span] = field(default_factory=dict[str, Span])
+    #: Entries that ``--set`` has replaced, as they are written.
+    replaced: tuple[s.Item, ...] = ()
 
     def copy(self) -> "Declarations":
         """Return declarations of which some can be replaced."""

@@ -139,8 +139,12 @@ def override_entry(override: Override, declarations: Declarations, findings: Fin
     """
     home = _home(override, declarations, findings)
     inner, path = _place(home, override.item, findings)
+    key = override.item.name.key
+    rival = _RIVALS.get(key, "") if home.kind == "simulate" else ""
+    replaced = [at for at in _written(inner, key) if at == path]
+    replaced += _written(inner, rival) if rival else ()
+    declarations.replaced += tuple(_item_at(inner, at) for at in replaced)
     block = _with(inner, path, override.item)
-    rival = _RIVALS.get(override.item.name.key, "") if home.kind == "simulate" else ""
     if rival:
         kept = (i for i in block.items if not (isinstance(i, Entry) and i.name.key == rival))
         block = replace(block, items=tuple(kept))
