@@ -93,6 +93,8 @@ def command(
     _print_params(words)
     for one in tissues:
         _print_tissue(one)
+    if tissue is None:
+        _print_forces(words)
     for body in bodies or ():
         _print_body(body)
     if plan is not None:
@@ -163,6 +165,20 @@ def _print_tissue(tissue: "Tissue") -> None:
         echo(f"  {line}")
     for name, reason in tissue.missing.items():
         echo(f"  {name:<17}none: {reason}")
+
+
+def _print_forces(words: "ResolvedProgram") -> None:
+    from tissuec.scene.force_numbers import numbers_of
+
+    for name, force in numbers_of(words.forces).items():
+        head = f"force {name}: {force.kind} on {force.acts_on}"
+        echo(f"\n{head:<40}{force.place}")
+        cells = [
+            (entry, given.shown, given.how, given.text, given.place)
+            for entry, given in force.entries.items()
+        ]
+        for line in fitted(cells, COLUMNS, 3, line_width(sys.stdout) - 2):
+            echo(f"  {line}")
 
 
 def _cells(row: "ProvenanceRow") -> Iterator[tuple[str, ...]]:

@@ -7,6 +7,7 @@ from tissuec.compiler.compile import Compiled
 from tissuec.compiler.profile_tables import table_texts
 from tissuec.core.data import as_data
 from tissuec.engine.integrators.procedures import stated
+from tissuec.scene.force_numbers import numbers_of
 from tissuec.scene.request import Request
 from tissuec.script.plan import Plan
 from tissuec.script.tools import HandTool, NamedTool
@@ -92,6 +93,7 @@ def manifest_of(compiled: Compiled, request: Request) -> Mapping[str, Any]:
         "plan": {"skipped": list(skipped(compiled))},
         "tissues": _tissues_of(compiled),
         "tools": _tools_of(compiled),
+        "forces": as_data(numbers_of(compiled.scene.forces)),
     }
 
 

@@ -7,10 +7,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tissuec.core.data import as_data
-from tissuec.core.units import LENGTH, show
+from tissuec.core.units import LENGTH, show, si_unit
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.scene.evidence import KNOWN, UNVERIFIED
+from tissuec.scene.force_numbers import ForceNumbers, numbers_of
 from tissuec.scene.model import AssignedQuantity, KnownQuantity, Tissue
 from tissuec.scene.quantities import Spread
 from tissuec.scene.resolve import ResolvedProgram
@@ -118,14 +119,30 @@ def _at(place: str) -> Reason:
 
 
 def as_dict(words: ResolvedProgram, tissues: list[Tissue]) -> dict[str, Any]:
-    """Return params and tissues as plain data."""
+    """Return params, tissues and forces as plain data."""
     return {
         "params": {
             p.name: {"value": p.value.amount, "overridden": p.overridden}
             for p in words.constants.parameters()
         },
         "tissues": {tissue.name: _tissue(tissue) for tissue in tissues},
+        "forces": {name: _force(force) for name, force in numbers_of(words.forces).items()},
     }
+
+
+def _force(force: ForceNumbers) -> dict[str, Any]:
+    entries = {
+        name: {
+            "value": entry.value,
+            "unit": None if entry.dimension is None else si_unit(entry.dimension),
+            "shown": entry.shown,
+            "how": entry.how,
+            "text": entry.text,
+            "place": entry.place,
+        }
+        for name, entry in force.entries.items()
+    }
+    return as_data(force) | {"entries": entries}
 
 
 def _tissue(tissue: Tissue) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from tissuec.scene.joints import read_joint
 from tissuec.scene.laws import read_laws
 from tissuec.scene.learning import read_learn_blocks
 from tissuec.scene.members import read_force, read_tool
-from tissuec.scene.model import Environment, Scene, Tissue, WrittenLaws
+from tissuec.scene.model import Environment, Scene, Tissue, WrittenForce, WrittenLaws
 from tissuec.scene.parameters import Constants
 from tissuec.scene.settings import read_environment, read_simulation
 from tissuec.scene.study_block import read_studies
@@ -26,13 +26,14 @@ from tissuec.script.plan import AUTOMATIC, Simulation
 
 
 class ResolvedProgram(Struct, frozen=True):
-    """A program without bodies: numbers, vocabulary, laws, tissues."""
+    """A program without bodies: numbers, vocabulary, laws, tissues, forces."""
 
     declarations: Declarations
     constants: Constants
     vocabulary: Vocabulary
     laws: dict[str, WrittenLaws]
     tissues: dict[str, Tissue]
+    forces: dict[str, WrittenForce]
 
 
 def resolve_words(
@@ -41,7 +42,7 @@ def resolve_words(
     overrides: Sequence[str] = (),
     declarations: Declarations | None = None,
 ) -> ResolvedProgram:
-    """Return numbers, vocabulary and tissues of a program, which need not be a complete scene.
+    """Return what of a program needs no bodies; it need not be a complete scene.
 
     Args:
         program: The program.
@@ -56,7 +57,10 @@ def resolve_words(
     vocabulary = read_vocabulary(declarations, constants)
     laws = read_laws(declarations, constants)
     tissues = read_tissues(declarations, vocabulary, constants)
-    return ResolvedProgram(declarations, constants, vocabulary, laws, tissues)
+    forces = declarations.read_each(
+        "force", lambda d: read_force(d.name, d.item, declarations, constants), findings
+    )
+    return ResolvedProgram(declarations, constants, vocabulary, laws, tissues, forces)
 
 
 def resolve(
@@ -88,9 +92,6 @@ def resolve(
         findings,
     )
     tools = declarations.read_each("tool", lambda d: read_tool(d.name, d.item, scope), findings)
-    forces = declarations.read_each(
-        "force", lambda d: read_force(d.name, d.item, declarations, scope), findings
-    )
     _check_parts(program, declarations, findings)
     environment, simulation = _settings(program, declarations, scope, findings)
     scope.evaluate_all()
@@ -109,7 +110,7 @@ def resolve(
         bodies=bodies,
         joints=joints,
         tools=tools,
-        forces=forces,
+        forces=words.forces,
         environment=environment,
         simulation=simulation,
         fit_problems=fit_problems,

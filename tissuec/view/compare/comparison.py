@@ -11,6 +11,7 @@ from tissuec.model.network import Indices
 from tissuec.results.trajectory import Trajectory
 from tissuec.view.compare.curves import Curves, compare_curves
 from tissuec.view.compare.events import EventComparison, compare_events
+from tissuec.view.compare.forces import FORCE, compare_forces, forces_alone
 from tissuec.view.compare.matching import MatchedIndices, match_nodes, match_springs
 from tissuec.view.compare.motion import MotionDifference, compare_motions
 from tissuec.view.compare.parameters import QuantityDifference, compare_parameters
@@ -30,12 +31,12 @@ class StatedDifference(Struct, frozen=True):
 
 
 class Leftover(Struct, frozen=True):
-    """Nodes or springs of a part that the other side does not have.
+    """Nodes or springs of a part, or a force, that the other side does not have.
 
     Attributes:
         side: "a" or "b".
-        part: The body, joint or tool.
-        what: "node" or "spring".
+        part: The body, joint, tool or ``force`` block.
+        what: "node", "spring" or "force".
         count: How many.
         total: Of so many of that part.
         ids: The first ones, as the scene numbers them.
@@ -100,7 +101,7 @@ def compare(a: Side, b: Side) -> Comparison:
     found = Comparison(
         a, b, tuple(compare_texts(a, b)), tuple(changed_files(a.files, b.files)),
         _facts(a.settings, b.settings), nodes, springs, _leftovers(a, b, nodes, springs),
-        tuple(compare_parameters(a, b, nodes, springs)),
+        (*compare_parameters(a, b, nodes, springs), *compare_forces(a, b)),
         compare_events(a, b, springs) if alike else None,
     )  # fmt: skip
     if a.trajectory is None or b.trajectory is None:
@@ -153,6 +154,7 @@ def _leftovers(
         found += _by_part(which, "node", alone, body, places.bodies, network.node_ids)
         names = [part.name for part in network.parts]
         found += _by_part(which, "spring", springs_alone, part, names, network.springs.ids)
+    found += [Leftover(side, name, FORCE, 1, 1, ()) for side, name in forces_alone(a, b)]
     return tuple(found)
 
 

@@ -43,15 +43,16 @@ class QuantityDifference(Struct, frozen=True):
 
     Attributes:
         quantity: Such as "spring constant".
-        part: Such as "oviduct", "scar of liver", or "liver | scar of liver" between these.
-        what: "node" or "spring".
+        part: Such as "oviduct", "scar of liver", or "liver | scar of liver" between these; of a
+            ``force`` block its name.
+        what: "node", "spring" or "force".
         count: How many differ.
         total: How many there are in both.
         relative: Largest relative difference.
         worst: The node or spring where it is: "14 of oviduct".
-        a, b: The numbers there; three for vectors, and for laws their names.
+        a, b: The numbers there; three for vectors, and for laws and words their names.
         range_a, range_b: Least and largest of those that differ; empty for vectors and laws.
-        dimension: Of the numbers; None for laws.
+        dimension: Of the numbers; None for laws and words.
         from_a, from_b: What gave them, at most ``MOST_ORIGINS`` places.
     """
 

@@ -11,6 +11,7 @@ from tissuec.model.network import Network, Provenance
 from tissuec.pipeline import compile_request
 from tissuec.results.recording import Event, NamedGroup
 from tissuec.results.trajectory import Trajectory
+from tissuec.scene.force_numbers import ForceNumbers, numbers_in, numbers_of
 from tissuec.scene.request import Request
 from tissuec.script.plan import ScheduledAction as Scripted
 
@@ -32,6 +33,7 @@ class Side(Struct, frozen=True, eq=False):
         groups: Sets, regions and tools.
         settings: What is to be done: integrator, tolerance, duration, overrides, …
         events: What happens in it: of a scene what is scripted, of a result what happened.
+        forces: What ``force`` blocks say; None of results that do not contain it.
         trajectory: Of a result.
     """
 
@@ -45,6 +47,7 @@ class Side(Struct, frozen=True, eq=False):
     groups: tuple[NamedGroup, ...]
     settings: Mapping[str, Any]
     events: tuple[Event, ...]
+    forces: Mapping[str, ForceNumbers] | None
     trajectory: Trajectory | None
 
 
@@ -75,6 +78,7 @@ def of_result(trajectory: Trajectory) -> Side:
         groups=trajectory.groups,
         settings={name: manifest.get(name) for name in names},
         events=trajectory.events,
+        forces=numbers_in(manifest),
         trajectory=trajectory,
     )
 
@@ -103,6 +107,7 @@ def of_scene(request: Request) -> Side:
             "duration": simulation.duration,
         },
         events=tuple(map(_scripted, compiled.plan.events)),
+        forces=numbers_of(scene.forces),
         trajectory=None,
     )
 

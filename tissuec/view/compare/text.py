@@ -11,6 +11,7 @@ from tissuec.results.wording import net, span
 from tissuec.view.compare.comparison import Comparison, Leftover, StatedDifference
 from tissuec.view.compare.curves import Curves, LogDifference
 from tissuec.view.compare.events import BREAKING, EventComparison, EventEntry, MatchedEvent
+from tissuec.view.compare.forces import FORCE
 from tissuec.view.compare.motion import MotionDifference
 from tissuec.view.compare.parameters import QuantityDifference, SourcePlace, shortened
 from tissuec.view.compare.places import SideParts
@@ -32,7 +33,7 @@ def as_text(found: Comparison) -> list[str]:
         "text": _texts((*found.texts, *found.files)),
         "settings": _facts(found.settings),
         "nodes and springs": _leftovers(found.leftovers),
-        "parameters": _changes(found.changes),
+        "parameters": (*_forces_alone(found.leftovers), *_changes(found.changes)),
         _events_title(found): _logged_events(found),
         "logs": _curves(found.curves),
         "motion": _motion(found),
@@ -114,6 +115,8 @@ def _value(value: Any) -> str:
 
 def _leftovers(leftovers: Sequence[Leftover]) -> Iterator[str]:
     for one in leftovers:
+        if one.what == FORCE:
+            continue
         if one.count == one.total:
             every = f"all {one.count} {one.what}s" if one.count > 1 else f"the one {one.what}"
             yield f"only in {one.side}: {every} of {one.part}"
@@ -127,11 +130,20 @@ def _leftovers(leftovers: Sequence[Leftover]) -> Iterator[str]:
         )
 
 
+def _forces_alone(leftovers: Sequence[Leftover]) -> Iterator[str]:
+    for one in leftovers:
+        if one.what == FORCE:
+            yield f"only in {one.side}: the force {one.part}"
+
+
 def _changes(changes: Sequence[QuantityDifference]) -> Iterator[str]:
     for change in changes:
         of = "all" if change.count == change.total else f"{change.count} of"
-        things = f"{of} {counted(change.total, change.what)}"
-        yield f"{change.quantity} of {change.part}: {things}, {_sizes(change)}"
+        things = f"{of} {counted(change.total, change.what)}, "
+        head = f"{change.quantity} of {change.part}: {things}"
+        if change.what == FORCE:
+            head = f"{change.quantity} of the force {change.part}: "
+        yield f"{head}{_sizes(change)}"
         for which, given in (("a", change.from_a), ("b", change.from_b)):
             if change.from_a != change.from_b or which == "a":
                 side = which if change.from_a != change.from_b else "both"
@@ -164,7 +176,7 @@ def _percent(part: float) -> str:
 
 
 def _origin(given: SourcePlace) -> str:
-    return f"{given.place}, {given.how}: {given.text}"
+    return f"{given.place}, {given.how}" + (f": {given.text}" if given.text else "")
 
 
 # --- events -----------------------------------------------------------------------------------
