@@ -9,6 +9,8 @@ import pytest
 from tissuec.compiled import loading
 from tissuec.core import progress
 from tissuec.core.progress import RunProgress, compiling
+from tissuec.learn.fit.learning import LearnProgress
+from tissuec.learn.report.passes import Passes
 
 
 class Terminal(io.StringIO):
@@ -47,6 +49,22 @@ def test_the_line_does_not_wrap_and_tells_the_time_in_a_narrow_terminal(
     lines = terminal.getvalue().replace("\x1b[2K", "").split("\r")
     assert max(map(len, lines)) < columns
     assert any("500 ms of 2 s" in one and " left" in one for one in lines)
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_a_learning_writes_lines_to_a_file_now_and_then(monkeypatch, shown):
+    file = impatient(monkeypatch, io.StringIO())
+    monkeypatch.setattr(progress, "LOGGED_EVERY", 0.05)
+    with Passes("learn gum", shown=shown) as line:
+        for number in (1, 2):
+            for _ in range(3):
+                line.at(LearnProgress(number, 10, 1.0, 3.0, 60.0, None, 5.0))
+            time.sleep(0.06)
+        line.at(LearnProgress(3, 10, 1.0, 3.0, 60.0, None, 5.0))
+    lines = file.getvalue().splitlines()
+    passes = [text.split(",")[0] for text in lines]
+    expected = [f"learn gum: pass {number} of at most 10" for number in (2, 3)]
+    assert passes == (expected if shown else [])
 
 
 def until(condition, seconds):

@@ -114,6 +114,9 @@ def test_a_failed_expectation_exits_with_1(here, call):
     code, _, err = call(Learner(), "scene.tis", "-q")
     assert code == 1
     assert err.splitlines()[1] == "       error(held out) = 4.2 %"
+    assert err.splitlines()[2].startswith("FAILED: 1 expectation failed; no preset is written")
+    assert not (here / "learned/gum.tis").exists()
+    assert call(Learner(), "scene.tis", "-q", "--anyway")[0] == 1
     assert (here / "learned/gum.tis").exists()
 
 
@@ -156,7 +159,11 @@ def test_passes_that_ran_out_exit_with_1(here, call):
     changes = {"converged": False, "reason": "200 passes are over"}
     code, out, err = call(Learner(**changes), "scene.tis")
     assert code == 1 and "NOT CONVERGED, 200 passes are over" in out
-    assert "FAILED: 200 passes are over" in err
+    assert "FAILED: 200 passes are over; increase passes, or start closer" in err
+    assert "no preset is written (to write it: --anyway)" in err
+    assert not (here / "learned/gum.tis").exists()
+    code, out, err = call(Learner(**changes), "scene.tis", "--anyway")
+    assert code == 1 and "FAILED: 200 passes are over" in err and "no preset" not in err
     assert "# end        NOT CONVERGED: 200 passes" in (here / "learned/gum.tis").read_text()
 
 

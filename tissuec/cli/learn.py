@@ -24,7 +24,7 @@ from tissuec.cli.common import (
     tell_mistakes,
     worker_options,
 )  # fmt: skip
-from tissuec.core.errors import CompileError
+from tissuec.core.errors import CompileError, counted
 from tissuec.core.hints import did_you_mean
 from tissuec.engine.execution.signals import SIGNALLED, exit_code
 from tissuec.results import wording
@@ -96,10 +96,11 @@ def command(
 
     NAME selects one block; without it, all blocks are fitted in order. The results are printed
     with confidence intervals and written as a preset, which any scene can use. After an
-    interruption, the same command resumes. Exit code: 0 done; 1 an expectation failed, the
-    passes ran out, or the fit failed (the data does not identify all parameters, or the error
-    is too large; with --strict, a result that a note doubts), and no preset is written; 2 the
-    text or the data is wrong; 3 the motion could not be computed; 130 interrupted.
+    interruption, the same command resumes. Exit code: 0 done; 1 the fit failed, and no preset
+    is written unless with --anyway: an expectation failed, the passes ran out, the data does
+    not identify all parameters, or the error is too large (with --strict, also if a note doubts
+    the result); 2 the text or the data is wrong; 3 the motion could not be computed; 130
+    interrupted.
     """
     from tissuec.pipeline import compile_request
     from tissuec.scene.request import Request
@@ -212,12 +213,11 @@ def _carry_out(
 
 
 def _learn(task: _Task, wishes: LearnOptions, settings: Settings) -> tuple[int, dict[str, Any]]:
-    from tissuec.learn.fit.expectations import judged
     from tissuec.learn.fit.learning import learn, rehearsal
     from tissuec.learn.fit.session import prepare
     from tissuec.learn.presets.placing import refuse_others
     from tissuec.learn.presets.preset import compose
-    from tissuec.learn.report.data import as_dict, is_identified
+    from tissuec.learn.report.data import as_dict
     from tissuec.learn.report.passes import Passes
     from tissuec.learn.report.words import differences, drifts
 
@@ -249,27 +249,43 @@ def _learn(task: _Task, wishes: LearnOptions, settings: Settings) -> tuple[int, 
         _tell(learnt, moved, settings)
         if wishes.diff:
             click.echo("".join(differences(scene, learnt.words)), nl=False)
-    doubt = learnt.failure
-    if not doubt and not is_identified(learnt):
-        doubt = "the data does not identify all parameters"
-    if not doubt and request.strict and learnt.doubts:
-        doubt = learnt.doubts[0]
+    doubt = _doubt(learnt, strict=request.strict)
     may_write = wishes.anyway or not doubt
     document["written"] = _write(
         learnt, compiled, request, target if may_write else None, wishes, settings
     )
     if may_write:
         state.unlink(missing_ok=True)
-    if not may_write and not settings.json:
-        lost = "" if target is None else "; no preset is written (to write it: --anyway)"
+    # What the data leaves open is no failure for those who want it anyway.
+    fine = may_write and not _doubt(learnt, identified=True)
+    if doubt and not fine and not settings.json:
+        is_lost = target is not None and not may_write
+        lost = "; no preset is written (to write it: --anyway)" if is_lost else ""
         echo(f"FAILED: {doubt}{lost}", err=True)
-    fine = (
-        may_write
-        and not learnt.failure
-        and learnt.converged
-        and all(one.holds for one in judged(learnt))
-    )
     return DONE if fine else FAILED, document
+
+
+def _doubt(learnt: "Learnt", *, strict: bool = False, identified: bool = False) -> str:
+    """Return why what was learnt should not be used, empty if it can be.
+
+    Args:
+        learnt: What was learnt.
+        strict: Whether what a note doubts is a failure.
+        identified: Whether to take parameters as identified.
+    """
+    from tissuec.learn.fit.expectations import judged
+    from tissuec.learn.report.data import is_identified
+
+    if learnt.failure:
+        return learnt.failure
+    if not identified and not is_identified(learnt):
+        return "the data does not identify all parameters"
+    if strict and learnt.doubts:
+        return learnt.doubts[0]
+    if not learnt.converged:
+        return f"{learnt.reason}; increase passes, or start closer to the solution"
+    failed = sum(not verdict.holds for verdict in judged(learnt))
+    return f"{counted(failed, 'expectation')} failed" if failed else ""
 
 
 def _keep_others(target: Path, compiled: "Compiled", *, force: bool) -> None:
@@ -325,11 +341,6 @@ def _tell(learnt: "Learnt", moved: Any, settings: Settings) -> None:
     if verdicts:
         states = ["holds" if verdict.holds else "fails" for verdict in verdicts]
         settings.say(f"expectations: {wording.expectations(states)}")
-    if not learnt.converged:
-        echo(
-            f"FAILED: {learnt.reason}; increase passes, or start closer to the solution",
-            err=True,
-        )
 
 
 # --- derivatives ------------------------------------------------------------------------------

@@ -144,5 +144,6 @@ def _place(span: Span | None) -> dict[str, Any]:
 
 
 def counted(number: int, what: str) -> str:
-    """Return a number with its noun: ``1 spring``, ``2 springs``."""
-    return f"{number} {what}{'' if number == 1 else 's'}"
+    """Return a number with its noun: ``1 spring``, ``2 springs``, ``2 passes``."""
+    ending = "es" if what.endswith(("s", "x", "ch", "sh")) else "s"
+    return f"{number} {what}{'' if number == 1 else ending}"

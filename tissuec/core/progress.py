@@ -12,17 +12,19 @@ from tissuec.core.units import TIME, show
 
 FIRST_AFTER = 0.5  # [s]: short runs need no progress
 EVERY = 0.2  # [s]
+LOGGED_EVERY = 30.0  # [s]: whole lines in a file
 SILENCE = 1.0  # [s]: a run that steps tells its time more often than that
 LOADER = "tissuec.compiled.loading"  # which translates what is shipped, the first time
 WIDTH = 24
 
 
 class ProgressLine:
-    """A line on stderr that is rewritten; nothing at all off a terminal.
+    """A line on stderr that is rewritten; off a terminal nothing, or a new line now and then.
 
     Args:
         meanwhile: Tells what goes on while nothing else is heard, "" for nothing.
         anywhere: Whether it is also shown off a terminal, such as in a notebook.
+        logged: Whether new lines are written off a terminal, such as to a file.
     """
 
     def __init__(
@@ -32,12 +34,14 @@ class ProgressLine:
         shown: bool,
         meanwhile: Callable[[], str] | None = None,
         anywhere: bool = False,
+        logged: bool = False,
     ):
         self.name = printable(name)
         self.is_terminal = sys.stderr.isatty()
-        self.shown = shown and (anywhere or self.is_terminal)
+        self.is_logged = logged and not (anywhere or self.is_terminal)
+        self.shown = shown and (anywhere or self.is_terminal or self.is_logged)
         self.widest = 0
-        self.next = clock.monotonic() + FIRST_AFTER
+        self.next = clock.monotonic() + (LOGGED_EVERY if self.is_logged else FIRST_AFTER)
         self.written = False
         self.heard = clock.monotonic()
         self.ended = Event()
@@ -53,6 +57,11 @@ class ProgressLine:
         now = clock.monotonic()
         self.heard = now
         if not self.shown or now < self.next:
+            return
+        if self.is_logged:
+            self.next = now + LOGGED_EVERY
+            sys.stderr.write(f"{line(now)}\n")
+            sys.stderr.flush()
             return
         self.next = now + EVERY
         self._write(line(now))

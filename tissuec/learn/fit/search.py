@@ -18,7 +18,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from tissuec.core.errors import TissueError
+from tissuec.core.errors import TissueError, counted
 from tissuec.learn.derivatives.motion import Diverged
 from tissuec.learn.fit.horizons import FAR, NEAR, WHOLE, Horizons, limit
 from tissuec.learn.fit.optimiser import InfiniteError, Optimiser
@@ -299,7 +299,7 @@ class Search:
 
     def _ended(self, state: SearchState) -> SearchState:
         """Return the end of a search whose passes are over, at the best that it found."""
-        state = replace(state, reason=f"stopped after {state.passes} passes")
+        state = replace(state, reason=f"stopped after {counted(state.passes, 'pass')}")
         if state.refined:
             return state
         whole = replace(state, horizon=WHOLE)

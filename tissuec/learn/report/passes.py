@@ -1,11 +1,18 @@
 """The progress line of a learning."""
 
+from tissuec.core.errors import counted
 from tissuec.core.progress import ProgressLine, minutes
 from tissuec.learn.fit.learning import LearnProgress
 
 
 class Passes(ProgressLine):
-    """The line of a learning: passes, the part of the data in use, errors, time left."""
+    """The line of a learning: passes, the part of the data in use, errors, time left.
+
+    Until it ends, a learning writes nothing that can be read, so files get lines, too.
+    """
+
+    def __init__(self, name: str, *, shown: bool):
+        super().__init__(name, shown=shown, logged=True)
 
     def at(self, progress: LearnProgress) -> None:
         """Show where a learning stands, if it is time to."""
@@ -13,7 +20,7 @@ class Passes(ProgressLine):
 
     def _text(self, at: LearnProgress) -> str:
         if at.fits is not None:
-            return f"{at.fits} fits to simulated data, {at.seconds:.0f} s"
+            return f"{counted(at.fits, 'fit')} to simulated data, {at.seconds:.0f} s"
         parts = [f"pass {at.passes} of at most {at.most}"]
         if at.horizon < 1.0:
             parts.append(f"first {100 * at.horizon:.0f} % of the data")

@@ -68,8 +68,10 @@ def _blind(learnt: Learnt) -> Iterator[str]:
 
 def _effort(learnt: Learnt) -> Iterator[str]:
     yield f"error function: {learnt.first_error:.4g} before, {learnt.error:.4g} after"
-    passes = "1 pass" if learnt.passes == 1 else f"{learnt.passes} passes"
-    evaluations = counted(learnt.evaluations, "evaluation")
+    passes, evaluations = (
+        counted(learnt.passes, "pass"),
+        counted(learnt.evaluations, "evaluation"),
+    )
     yield f"method: {learnt.method}; {passes}, {evaluations}, {learnt.wall_time:.1f} s"
     if learnt.stepping:
         known = f"halving the step changes predictions by {learnt.stepping_error:.1e}"
