@@ -120,7 +120,7 @@ MISTAKES = {
         "viscosity = 10 mPa*s",
         "TIS502",
         "10 mPa*s",
-        "write a unit like mN*s/m",
+        "write a force per speed, such as 10 mN*s/m",
     ),
     "product for a quotient": M(
         "spring constant = 40 N/m",

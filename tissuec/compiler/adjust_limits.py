@@ -10,8 +10,9 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core.fields import Real
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
-from tissuec.core.units import NUMBER, Dimension, show
+from tissuec.core.units import NUMBER, Dimension, show, suggested_unit
 from tissuec.lang import syntax as s
 from tissuec.model.network import Floats, Indices
 from tissuec.scene.learn_clauses import Clauses
@@ -50,16 +51,31 @@ def limited(found: Found, clauses: Clauses, span: Span) -> Adjust:
     low = _within(clauses, "from", found, least, most)
     high = _within(clauses, "to", found, least, most)
     if low >= high:
-        clauses.findings.reject(
-            "TIS308",
-            f"the lower limit of {found.what} is not below the upper one",
-            (clauses.get("from") or clauses.all[0]).value.span,
-        )
+        _refuse_limits(clauses, found.what)
     prior = _prior(clauses, found, (low, high))
     return Adjust(
         found.what, found.of, found.per, found.members, along, dimension, low, high, prior,
         span,
     )  # fmt: skip
+
+
+def _refuse_limits(clauses: Clauses, what: str) -> NoReturn:
+    """Reject limits of which the lower one is not below the upper one."""
+    low, high = clauses.get("from"), clauses.get("to")
+    message, place, hint = (
+        f"the lower limit of {what} is not below the upper one",
+        None,
+        Hint(""),
+    )
+    if low is not None and high is not None:
+        place = low.value.span
+        texts = low.value.span.text, high.value.span.text
+        if texts[0] != texts[1] and low.span.end <= high.span.start:
+            limits = f"from {texts[1]} to {texts[0]}"
+            hint = Hint(f"write: {limits}", Edit(limits, low.span.to(high.span)))
+        else:
+            hint = Hint("write a lower limit that is below the upper one")
+    clauses.findings.reject("TIS308", message, place or clauses.all[0].value.span, hint=hint)
 
 
 def _within(clauses: Clauses, word: str, found: Found, least: float, most: float) -> float:
@@ -69,7 +85,8 @@ def _within(clauses: Clauses, word: str, found: Found, least: float, most: float
         return least if word == "from" else most
     if not least <= given <= most:
         clause = clauses.get(word)
-        limits = ((least, "at least"), (most, "at most"))
+        lower = "at least" if found.kind.above is None else "above"
+        limits = ((least, lower), (most, "at most"))
         allowed = " and ".join(
             f"{how} {show(limit, found.kind.dimension)}"
             for limit, how in limits
@@ -77,7 +94,8 @@ def _within(clauses: Clauses, word: str, found: Found, least: float, most: float
         )
         clauses.findings.reject(
             "TIS308",
-            f"{found.what} is {allowed}",
+            f"{found.what} must be {allowed}, which excludes the limit "
+            f"{show(given, found.kind.dimension)}",
             clause.value.span if clause else clauses.where,
         )
     return given
@@ -94,9 +112,12 @@ def _prior(
     if around is None or by is None:
         there, other = (by, "around") if around is None else (around, "by")
         assert there is not None
+        unit, text = suggested_unit(dimension), there.span.one_line
+        value = found.kind.example or f"1 {unit}".rstrip()
+        whole = f"around {value} {text}" if around is None else f"{text} by 10 %"
         clauses.findings.reject(
             "TIS304", f'"{there.word}" needs "{other}"', there.span,
-            hint="for example: around 20 N/m by 30 %",
+            hint=Hint(f"for example: {whole}", Edit(whole)),
         )  # fmt: skip
     part = clauses.above_zero("by", NUMBER, what="the expected relative deviation")
     assert part is not None
@@ -107,7 +128,8 @@ def _prior(
     assert value is not None
     if value == 0.0:
         message = "a relative deviation from 0 is not possible"
-        clauses.findings.reject("TIS308", message, around.value.span)
+        hint = "write another expected value, or limits: from … to …"
+        clauses.findings.reject("TIS308", message, around.value.span, hint=hint)
     if not limits[0] <= value <= limits[1]:
         _outside(clauses, around, what, dimension, limits)
     return value, part

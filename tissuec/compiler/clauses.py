@@ -1,11 +1,11 @@
 """The clauses of a sentence: words with a value behind them, such as ``by 2 mm``."""
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from typing import NoReturn
 
 import numpy as np
 
-from tissuec.core.hints import Edit, Hint, one_left
+from tissuec.core.hints import Edit, Hint, one_left, proposal
 from tissuec.core.source import Span
 from tissuec.core.units import NUMBER, Dimension, suggested_unit
 from tissuec.lang import syntax as s
@@ -116,6 +116,32 @@ class ClauseReader:
         )
         return float(value.amount)
 
+    def positive(
+        self,
+        word: str,
+        dimension: Dimension,
+        *,
+        what: str,
+        example: str,
+        words: Sequence[str] = (),
+    ) -> float:
+        node = self._clause(word).value
+        if words and isinstance(node, s.Name) and not self.scope.has(node):
+            self.scope.findings.reject(
+                "TIS305", f'there is no {what} called "{node.text}"', node.span,
+                hint=Hint(f"words: {', '.join(words)}", *map(Edit, words)),
+            )  # fmt: skip
+        number = self.number(word, dimension)
+        if number > 0.0:
+            return number
+        match node:
+            case s.Signed(operand=s.Number() | s.Quantity() as plain) if number < 0.0:
+                hint = proposal(f"{word} {plain.span.text}")
+            case _:
+                hint = Hint(f"for example: {example}", Edit(example))
+        message = f"the {what} must be above 0, not {node.span.one_line}"
+        self.reject("TIS308", message, hint=hint, word=word)
+
     def direction(self, word: str) -> Floats:
         value = self._value(word)
         if not value.is_vector or value.dimension != NUMBER:
@@ -155,9 +181,22 @@ class ClauseReader:
 
     def _name(self, word: str) -> s.Name:
         value = self._clause(word).value
+        if isinstance(value, s.Listing) and all(isinstance(n, s.Name) for n in value.items):
+            message = f"{self.verb} takes one name after {word}"
+            self.reject("TIS312", message, word=word, hint=self._one_each(value))
         if not isinstance(value, s.Name):
             self.reject("TIS312", f"{word} needs a name", word=word)
         return value
+
+    def _one_each(self, listed: s.Listing) -> Hint:
+        """Return the hint to write a sentence for each of some names."""
+        text, place = self.span.text, listed.span
+        start, end = place.start - self.span.start, place.end - self.span.start
+        each = [f"{text[:start]}{name.span.text}{text[end:]}" for name in listed.items]
+        is_alone = self.span.source.text[: self.span.start].rstrip().endswith(":")
+        written = "; ".join(each)
+        edit = Edit(f"{{ {written} }}" if is_alone else written, self.span)
+        return Hint(f"write: {written}", edit)
 
     def _value(self, word: str) -> Value:
         return self.scope.evaluate(self._clause(word).value)

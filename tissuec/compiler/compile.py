@@ -368,7 +368,7 @@ def _script(
         if not (is_whole and shaped and isinstance(action, Demanding)):
             continue
         if flaw := action.flaw(network):
-            findings.add("TIS309", flaw, action.span)
+            findings.add("TIS309", flaw, action.span, hint=getattr(flaw, "hint", ""))
     return script
 
 

@@ -110,9 +110,25 @@ class Conditions:
             self.findings.reject(
                 "TIS312", "a condition compares single numbers, not vectors", node.span
             )
+        self._check_limits(node, readings)
         self._doubt_signs(node, readings)
         self._doubt_equality(node, readings)
         return CompiledCondition(node, readings, self.scope)
+
+    def _check_limits(
+        self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]
+    ) -> None:
+        """Reject limits of which the lower one is above the upper one, if none is measured."""
+        for part in walk(node):
+            if not isinstance(part, s.Between):
+                continue
+            limits = part.low, part.high
+            inside = (one for one in walk(limits) if isinstance(one, s.Call | s.Name))
+            if any(place_of(one) in readings for one in inside):
+                continue
+            low, high = (self.scope.number(limit) for limit in limits)
+            if low.amount > high.amount:
+                self.scope.refuse_reversed(part.low.span, part.high.span)
 
     def _doubt_signs(
         self, node: s.Expression, readings: Mapping[Place, ObservedMeasure]

@@ -18,12 +18,18 @@ from tissuec.core.units import Dimension
 
 
 class Real(Struct, frozen=True):
-    """A number with a dimension. ``above``/``at_least``/``at_most`` are limits in SI units."""
+    """A number with a dimension.
+
+    Attributes:
+        above, at_least, at_most: Limits in SI units.
+        example: A usual amount, such as "20 kPa/m", for hints; by default one of its units.
+    """
 
     dimension: Dimension
     above: float | None = None
     at_least: float | None = None
     at_most: float | None = None
+    example: str = ""
 
 
 class Whole(Struct, frozen=True):

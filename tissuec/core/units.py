@@ -266,7 +266,7 @@ def written_unit(dimension: Dimension) -> str:
 
 def suggested_unit(dimension: Dimension) -> str:
     """Return the unit to propose where one was forgotten: ``mm`` rather than ``m``."""
-    return "mm" if dimension == LENGTH else written_unit(dimension)
+    return {LENGTH: "mm", VOLUME: "ml"}.get(dimension) or written_unit(dimension)
 
 
 def show(value: float, dimension: Dimension, *, digits: int = 3) -> str:

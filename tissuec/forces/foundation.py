@@ -35,8 +35,10 @@ class Foundation(Force, frozen=True, eq=False):
         damping: pressure per velocity
     """
 
-    stiffness: Annotated[float, Real(units.AREAL_STIFFNESS, above=0.0)]
-    damping: Annotated[float, Real(units.AREAL_VISCOSITY, at_least=0.0)] = 0.0
+    stiffness: Annotated[float, Real(units.AREAL_STIFFNESS, above=0.0, example="20 kPa/m")]
+    damping: Annotated[
+        float, Real(units.AREAL_VISCOSITY, at_least=0.0, example="20 Pa*s/m")
+    ] = 0.0
 
     def on(self, acted: Acted) -> Field:
         """Return the bed of some nodes.

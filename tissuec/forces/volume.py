@@ -36,6 +36,7 @@ from tissuec.core.source import Span
 from tissuec.core.vectors import cross
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.derivatives import ForceDerivatives
+from tissuec.forces.free_edges import where_open
 from tissuec.forces.volume_kernel import CellTable, press
 from tissuec.geometry.parallelograms import parallelograms
 from tissuec.kernels.records import BoundaryConditions
@@ -339,7 +340,7 @@ def _surface(network: Network, part: BodyPart) -> tuple[Indices, Indices, Indice
     if not len(triangles):
         raise ValueError(f"{part.name} has no surface")
     if len(loose):
-        raise ValueError(f"the surface of {part.name} is open: {len(loose)} edges are free")
+        raise ValueError(f"the surface of {part.name} is open: {where_open(network, loose)}")
     first = np.array([0, len(triangles)])
     drawn = _volumes(network.position, triangles[:, [0, 1, 2, 2]], first)[0]
     if drawn < 0.0:

@@ -13,10 +13,12 @@ from tissuec.core.errors import Diagnostic, Note
 from tissuec.core.hints import Edit, Hint, did_you_mean, leaving_out
 from tissuec.core.source import Span
 from tissuec.core.units import ALL_UNITS, SYMBOLS, alternatives_of, converted, near_unit
+from tissuec.lang.adjusted_lists import adjusted_list
 from tissuec.lang.habits import habit, inches
 from tissuec.lang.mistake import CHARACTER, ENDS, Mistake
 from tissuec.lang.token_names import expected, shown
 from tissuec.lang.tokens import Token, number_and_unit
+from tissuec.lang.unopened import begins_block
 from tissuec.lang.words import CONTINUING, RESERVED, STARTING, TIME_WORDS
 from tissuec.lang.wrong_sign import (
     BINDERS,
@@ -195,9 +197,12 @@ def _colon_for_equal(m: Mistake) -> Diagnostic | None:
 def _colon_for_brace(m: Mistake) -> Diagnostic | None:
     """Recognise the head of a block that ends with a colon, and is indented below."""
     name = m.words_before
-    if m.found.type != "COLON" or not name or m.after or m.first in TIMES | {"WHEN"}:
+    if m.found.type != "COLON" or not name or m.first in TIMES | {"WHEN"}:
         return None
-    hint = f'write "{name} {{", and "}}" at the end of the block'
+    if m.after and not (len(m.before) > 1 and begins_block(m.before[0].text)):
+        return None
+    edits = [Edit(" {")] if m.after else []
+    hint = Hint(f'write "{name} {{", and "}}" at the end of the block', *edits)
     return m.finding("TIS312", "a block is enclosed in braces", hint)
 
 
@@ -501,11 +506,12 @@ _KINDS = (
     is_for_equal,
     is_before_number,
     equal_for_is,
-    _colon_for_equal,
     _colon_for_brace,
+    _colon_for_equal,
     _named_argument,
     _and_for_semicolon,
     _if_for_when,
+    adjusted_list,
     habit,
     inches,
     _missing_colon,

@@ -106,7 +106,17 @@ _HABITS = (
         rf"(?P<wrong>(?:[<>]=?|up to|at least|at most) ?(?P<number>{_AMOUNT}))$",
         "one number is needed here, not a limit", r"\g<number>",
     ),
+    Habit(
+        rf"^adjust {_WORDS}.*? (?P<wrong>between (?P<low>{_AMOUNT}) and (?P<high>{_AMOUNT}))$",
+        'limits of a parameter have the form "from … to …"', r"from \g<low> to \g<high>",
+    ),
+    Habit(
+        rf"^adjust {_WORDS}.*? around {_AMOUNT}(?P<wrong> ?(?:\+/-|±|,|within)? ?"
+        rf"(?P<part>{_NUMBER} ?%))$",
+        'a deviation is given with "by"', r" by \g<part>",
+    ),
     # sets and files
+    Habit(rf"^(?P<wrong>on) {_WORDS}$", "a force acts on a set or a body", "acts on"),
     Habit(
         rf"{_TIMED}(?P<wrong>(?P<verb>[a-z]+) \[(?P<names>{_WORDS}(?:, ?{_WORDS})*)\])",
         "an action takes the name of one set", None, "union",
@@ -325,6 +335,8 @@ def habit(m: Mistake) -> Diagnostic | None:
 def _union(place: Span, text: str, verb: str, names: str) -> Hint:
     """Return the hint to do something to each of several sets."""
     union = f"set both = [{names}]"
+    if verb == "inflate":  # a union is no body
+        return Hint("give each body an action of its own")
     if verb not in _EACH:
         return Hint(f'give the union a name: "{union}"')
     parts = re.split(r",| and ", names)

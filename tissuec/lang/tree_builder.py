@@ -12,6 +12,7 @@ from tissuec.lang.characters import CURLY, SUSPECT, odd_character
 from tissuec.lang.rows import find_rows
 from tissuec.lang.tokens import Token, tokens, without_odd_characters
 from tissuec.lang.tree import Statement, Tree
+from tissuec.lang.unopened import head_of
 from tissuec.lang.words import CONTINUING
 
 #: More problems than this are not reported at once.
@@ -278,20 +279,35 @@ class _TreeBuilder:
     def _unmatched(self, token: Token) -> None:
         # Of more, nobody would be told, so that the search would be in vain.
         is_told = len(self.problems) + len(self.strays) < MOST_PROBLEMS
+        if token.text == "}" and is_told and (place := self._unopened_here(token)) is not None:
+            self._never_opened(*place, token)
+            return
         if token.text == "}" and is_told and (head := self._unopened()) is not None:
             self.unopened.add(head.start)
-            start, end = head.parts[0].start, head.parts[-1].stop
-            text = self.source.text[start:end]
-            message = 'a "{" is missing: this block is never opened'
-            hint = Hint(f"write {text} {{", Edit(" {", Span(self.source, end, end)))
-            note = Note("the block ends", Span(self.source, token.start, token.stop))
-            self._report("TIS101", message, start, end, hint, note)
+            self._never_opened(head.parts[0].start, head.parts[-1].stop, token)
             return
         if token.text == "}":
             if len(self.strays) < MOST_PROBLEMS:
                 self.strays.append(token.start)  # told at the end, by all lines
             return
         self._stray(token.text[0], token.start)
+
+    def _never_opened(self, start: int, end: int, token: Token) -> None:
+        """Report a block without its opening brace, by the offsets of its head."""
+        message = 'a "{" is missing: this block is never opened'
+        text = self.source.text[start:end]
+        hint = Hint(f"write {text} {{", Edit(" {", Span(self.source, end, end)))
+        note = Note("the block ends", Span(self.source, token.start, token.stop))
+        self._report("TIS101", message, start, end, hint, note)
+
+    def _unopened_here(self, token: Token) -> tuple[int, int] | None:
+        """Return the offsets of a head without a brace at the beginning of the present line."""
+        line = self.source.text.rfind("\n", 0, token.start) + 1
+        here = [one for one in self.statements if one.parts and one.parts[0].start >= line]
+        if not here or here[0].is_head:
+            return None
+        end = head_of(here[0].parts, self.source.text)
+        return None if end is None else (here[0].parts[0].start, end)
 
     def _stray(self, sign: str, place: int) -> None:
         self._report(

@@ -12,6 +12,7 @@ from tissuec.core.hints import Edit, Hint, alternatives, did_you_mean, leaving_o
 from tissuec.core.source import Span
 from tissuec.core.units import SYMBOLS
 from tissuec.lang import syntax as s
+from tissuec.lang.unopened import begins_block
 from tissuec.lang.version import first_line
 from tissuec.scene.findings import Findings
 from tissuec.scene.imports import Program
@@ -334,6 +335,10 @@ def _reject_assigned(item: s.Assign, findings: Findings) -> NoReturn:
         message = f'{word} is followed by a text in quotes, without "="'
         findings.reject("TIS312", message, item.span, hint=hint)
     text, span = item.name.text, item.name.span
+    if begins_block(text.split()[0]) and " " in text:
+        message = "a block is enclosed in braces"
+        hint = 'put "{" behind the name of the block, and "}" behind its last entry'
+        findings.reject("TIS312", message, span, hint=hint)
     findings.reject(
         "TIS303",
         f'"{text}" cannot be set here',

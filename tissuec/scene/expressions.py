@@ -13,10 +13,12 @@ from tissuec.core.source import Span
 from tissuec.core.units import (
     ACCELERATION,
     ALL_UNITS,
+    DIMENSION_NAMES,
     LENGTH,
     NUMBER,
     STANDARD_GRAVITY,
     SYMBOLS,
+    VOLUME,
     Dimension,
     Unit,
     UnitError,
@@ -457,8 +459,13 @@ def _with_unit_of(dimension: Dimension, span: Span) -> Hint:
     There is an edit only where the prefix can stay, so that no number becomes another.
     """
     unit = suggested_unit(dimension)
-    hint = f"write a unit like {unit}" if unit else "write a number without a unit"
     amount = _AMOUNT.match(span.text)
+    number = amount[0] if amount else "1"
+    wanted = DIMENSION_NAMES.get(dimension, ("a number",))[0]
+    wanted = wanted if wanted.startswith(("a ", "an ")) else f"a {wanted}"
+    hint = f"write {wanted}, such as {number} {unit}".rstrip()
+    if not unit:
+        hint = "write a number without a unit"
     if amount is None:
         return Hint(hint)
     written = span.text[amount.end() :].strip()
@@ -470,9 +477,9 @@ def _with_unit_of(dimension: Dimension, span: Span) -> Hint:
         return Hint(f'1 g is {STANDARD_GRAVITY} {unit}: write "{text}"', Edit(text, span))
     if not _is_unit(written) or (kept := keeping_prefix(written, dimension)) is None:
         return Hint(hint)
-    if dimension == LENGTH and kept != unit:
+    if dimension in (LENGTH, VOLUME) and kept != unit:
         return Hint(hint)  # nobody means metres
-    hint = hint.replace(f"like {unit}", f"like {kept}") if unit else hint
+    hint = f"write {wanted}, such as {number} {kept}" if unit else hint
     return Hint(hint, Edit(f"{amount[0]} {kept}".rstrip(), span))
 
 

@@ -54,7 +54,7 @@ def _target(
     near = (i for i in block.items if isinstance(i, s.Sentence))
     item = next((i for i in near if i.name.key.startswith("acts ")), None)
     if item is None:
-        item, others = _single(what, "acts", example, block, block.items, scope)
+        item, others = _single(what, "acts", example, block, block.items, scope, "acts on")
         match item:
             case s.Sentence(phrase=None, clauses=(s.Clause("on", s.Name() as name),)):
                 return name, others
@@ -119,12 +119,23 @@ def _single(
     block: s.Block,
     items: Sequence[s.Item],
     scope: Scope,
+    called: str = "",
 ) -> tuple[s.Sentence | s.Assign, list[s.Item]]:
-    """Return the entry of a block with this name, and all other items."""
+    """Return the entry of a block with this name, and all other items.
+
+    Args:
+        what: The block, in messages.
+        key: Name of the entry.
+        example: How it could be written.
+        block: The block.
+        items: Of the block, without those that have been read.
+        scope: Of the scene.
+        called: The entry, in messages, if not by its name.
+    """
     written = [i for i in items if isinstance(i, s.Sentence | s.Assign) and i.name.key == key]
     if not written:
         scope.findings.reject(
-            "TIS304", f'{what} needs "{key}"', block.head,
+            "TIS304", f'{what} needs "{called or key}"', block.head,
             hint=schema.missing(example, block.head),
         )  # fmt: skip
     for again in written[1:]:

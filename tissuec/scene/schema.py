@@ -55,8 +55,9 @@ class Entry(Struct, frozen=True):
     def example(self) -> str:
         """Return how the entry could be written."""
         match self.kind:
-            case Real(dimension=dimension):
-                return f"{self.name} = 1 {suggested_unit(dimension)}".rstrip()
+            case Real(dimension=dimension, example=example):
+                amount = example or f"1 {suggested_unit(dimension)}".rstrip()
+                return f"{self.name} = {amount}"
             case Whole(at_least=low):
                 return f"{self.name} = {max(low, 10)}"
             case OneOf(words=words):

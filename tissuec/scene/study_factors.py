@@ -254,6 +254,8 @@ class FactorReader:
             low, high = in_unit(bounds.low, ends[0], unit), in_unit(bounds.high, ends[1], unit)
             if not low < high:
                 message = "the lower limit is not below the upper limit"
+                if low > high:
+                    self.scope.refuse_reversed(bounds.low.span, bounds.high.span)
                 self.findings.reject("TIS308", message, bounds.span)
         return Distribution(kind, tuple(numbers), low, high), unit
 

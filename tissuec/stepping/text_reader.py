@@ -143,7 +143,7 @@ class TextReader:
         shaped = all(tool.entries is not None for tool in tools.values())
         with self._reporting():
             for span, flaw in flaws:
-                self._findings.add("TIS309", flaw, span)
+                self._findings.add("TIS309", flaw, span, hint=getattr(flaw, "hint", ""))
             self._findings.extend(
                 check_holds(every, plan.triggers, network.tools, shaped=shaped)
             )

@@ -63,6 +63,21 @@ class Action(Protocol):
         ...
 
 
+class Flaw(str):
+    """Why an action can never be done, with a remedy.
+
+    Attributes:
+        hint: The remedy; empty if none is known.
+    """
+
+    hint: str = ""
+
+    def __new__(cls, text: str, hint: str = "") -> "Flaw":
+        flaw = super().__new__(cls, text)
+        flaw.hint = hint
+        return flaw
+
+
 @runtime_checkable
 class Demanding(Protocol):
     """An action that only some networks support, which is checked before any run."""
@@ -71,7 +86,7 @@ class Demanding(Protocol):
     def span(self) -> Span: ...
 
     def flaw(self, network: Network) -> str:
-        """Return why it can never be done, empty if it can."""
+        """Return why it can never be done, empty if it can; a ``Flaw`` has a remedy, too."""
         ...
 
 
@@ -201,6 +216,26 @@ class Order(Protocol):
 
     def number(self, word: str, dimension: Dimension) -> float:
         """Return the number of a clause in SI units."""
+        ...
+
+    def positive(
+        self,
+        word: str,
+        dimension: Dimension,
+        *,
+        what: str,
+        example: str,
+        words: Sequence[str] = (),
+    ) -> float:
+        """Return the number of a clause in SI units, which must be above 0.
+
+        Args:
+            word: Word of the clause.
+            dimension: Dimension of the number.
+            what: Name of the number in messages, such as "volume".
+            example: The clause as it could be written, such as "to 5 ml".
+            words: Words that can stand for the number, for hints.
+        """
         ...
 
     def direction(self, word: str) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from tissuec.core import units
-from tissuec.core.hints import Edit, Hint, insertion
+from tissuec.core.hints import Hint, insertion
 from tissuec.core.source import Span
 from tissuec.mechanics.state import State
 from tissuec.model.network import Floats, Indices, Network, numbers_in
@@ -93,10 +93,7 @@ class Irrigate(Struct, frozen=True):
             order.reject(
                 "TIS304", "the nozzle is missing", hint=f"add: through …, with {NOZZLE}"
             )
-        flow = order.number("with", units.FLOW)
-        if flow <= 0.0:
-            hint = Hint(f"for example: {FLOW}", Edit(FLOW))
-            order.reject("TIS308", "a flow must be above 0", word="with", hint=hint)
+        flow = order.positive("with", units.FLOW, what="flow", example=FLOW)
         group = order.nodes() if order.words else None
         opening = cast(Opening, order.entries_of_tool("through", "nozzle"))
         profile = order.profiles(default="constant")[0]

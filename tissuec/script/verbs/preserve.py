@@ -5,16 +5,26 @@ from typing import ClassVar, Self
 from msgspec import Struct
 
 from tissuec.core import units
+from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.core.units import VOLUME, show
 from tissuec.forces.volume import Enclosure
 from tissuec.mechanics.state import State
 from tissuec.model.network import Network
 from tissuec.model.profiles import TimeProfile
-from tissuec.script.verbs import VERBS, ActionFailed, EventQueue, Group, LoggedEvent, Order
+from tissuec.script.verbs import (
+    VERBS,
+    ActionFailed,
+    EventQueue,
+    Flaw,
+    Group,
+    LoggedEvent,
+    Order,
+)
 from tissuec.script.verbs.holding import sentence
 from tissuec.script.verbs.motion import schedule
 
+EXAMPLE = "with 10 kPa"
 #: Bulk moduli in words [Pa].
 FIRMNESS = {"gentle pressure": 1e3, "firm pressure": 1e4, "hard pressure": 1e5}
 
@@ -56,11 +66,19 @@ class Preserve(Struct, frozen=True):
 
     def flaw(self, network: Network) -> str:
         """Return why a body cannot keep its volume, empty if it can."""
-        try:
-            self.made(network)
-        except ValueError as error:
-            return str(error)
-        return ""
+        why = _flaw(network, self.group.name, self.span)
+        return why and Flaw(why, self._instead(network))
+
+    def _instead(self, network: Network) -> str:
+        """Return which other bodies can keep their volume, or what could."""
+        bodies = (body.name for body in network.bodies if body.name != self.group.name)
+        others = [name for name in bodies if not _flaw(network, name, self.span)]
+        if others:
+            return f"bodies whose volume can be preserved: {', '.join(others)}"
+        return (
+            "a volume can be preserved inside a closed surface, such as a sphere, or in a "
+            "solid, such as a lattice"
+        )
 
     def apply(self, state: State, queue: EventQueue) -> tuple[LoggedEvent, ...]:
         made = self.made(state.network)
@@ -96,9 +114,7 @@ class Inflate(Struct, frozen=True):
 
     @classmethod
     def read(cls, order: Order) -> Self:
-        volume = order.number("to", units.VOLUME)
-        if volume <= 0.0:
-            order.reject("TIS308", "a volume must be above 0", word="to")
+        volume = order.positive("to", units.VOLUME, what="volume", example="to 5 ml")
         default = "constant" if order.duration is None else "ramp"
         profile = order.profiles(default=default)[0]
         return cls(order.nodes(), volume, profile, order.duration, order.span)
@@ -143,22 +159,36 @@ def _replacing(old: Enclosure, new: Enclosure, time: float) -> str:
     return f"{text}; the target is the drawn volume of {drawn} again, no longer {target}"
 
 
+def _flaw(network: Network, body: str, span: Span) -> str:
+    """Return why a body cannot keep its volume, empty if it can."""
+    try:
+        Enclosure.of(network, body, 1.0, span)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
 def _expect_volume(order: Order) -> None:
-    if order.words.lower() != "volume" or not order.has("of"):
-        order.reject(
-            "TIS312",
-            "only the volume of a body can be preserved",
-            hint="write: preserve volume of … with 10 kPa",
-        )
+    has_body = order.has("of")
+    if order.words.lower() == "volume" and has_body:
+        return
+    hint = Hint(f"for example: preserve volume of BODY {EXAMPLE}")
+    if order.words and order.words.lower() != "volume":
+        # "preserve bag with …", or "preserve pressure of bag with …"
+        text = "volume" if has_body else f"volume of {order.words}"
+        start = order.span.start + order.span.text.index(order.words, len("preserve"))
+        place = Span(order.span.source, start, start + len(order.words))
+        whole = f"{text} of …" if has_body else text
+        hint = Hint(f"write preserve {whole}", Edit(text, place))
+    order.reject("TIS312", "only the volume of a body can be preserved", hint=hint)
 
 
 def _modulus(order: Order) -> float:
     if not order.has("with"):
-        hint = f"for example: with 10 kPa, or with {next(iter(FIRMNESS))}"
+        hint = f"for example: {EXAMPLE}, or with {next(iter(FIRMNESS))}"
         order.reject("TIS304", "the pressure is missing", hint=hint)
     if (word := order.word("with", FIRMNESS)) is not None:
         return FIRMNESS[word]
-    modulus = order.number("with", units.PRESSURE)
-    if modulus <= 0.0:
-        order.reject("TIS308", "the pressure must be above 0", word="with")
-    return modulus
+    return order.positive(
+        "with", units.PRESSURE, what="pressure", example=EXAMPLE, words=[*FIRMNESS]
+    )

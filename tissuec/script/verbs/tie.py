@@ -65,9 +65,10 @@ class Tie(Struct, frozen=True):
                 order.reject("TIS304", "the kind of knot is missing", hint=hint)
             text = order.text("with")
             order.reject("TIS305", f'unknown knot "{text}"', hint=hint, word="with")
-        force = order.number("of", units.FORCE) if order.has("of") else None
-        if force is not None and force <= 0.0:
-            order.reject("TIS308", "the force of a knot must be above 0", word="of")
+        force = None
+        if order.has("of"):
+            what = "force of a knot"
+            force = order.positive("of", units.FORCE, what=what, example="of 1 N")
         return cls(group, kind, force, order.span)
 
     def flaw(self, network: Network) -> str:

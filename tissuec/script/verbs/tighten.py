@@ -138,9 +138,9 @@ class Loosen:
 
 
 def _read(order: Order, *, shorter: bool) -> ChangeRestLength:
-    length = order.number("to", units.LENGTH)
-    if length <= 0.0:
-        order.reject("TIS308", "the length without tension must be above 0", word="to")
+    length = order.positive(
+        "to", units.LENGTH, what="length without tension", example="to 10 mm"
+    )
     default = "constant" if order.duration is None else "ramp"
     profile = order.profiles(default=default)[0]
     return ChangeRestLength(

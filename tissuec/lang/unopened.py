@@ -1,0 +1,47 @@
+"""Blocks on one line whose opening brace is missing: ``tissue gel density = 1 g/cm^3 }``."""
+
+import re
+from collections.abc import Sequence
+
+from tissuec.lang.tokens import Token
+
+#: Words that begin a block with a name behind them, and those that begin one without.
+_NAMED = frozenset(
+    ("property", "quantity", "rules", "law", "tissue", "body", "joint", "tool", "force",
+     "learn", "study", "region")
+)  # fmt: skip
+_SINGLE = frozenset(("environment", "script", "simulate", "output"))
+
+
+def begins_block(word: str) -> bool:
+    """Return whether a block begins with a word."""
+    return word.lower() in _NAMED | _SINGLE
+
+
+def head_of(parts: Sequence[Token], text: str) -> int | None:
+    """Return where the head of a block ends, if a statement is one with its first entry.
+
+    Names have as many words as are used together elsewhere in the text, and one at least.
+
+    Args:
+        parts: Tokens of the statement.
+        text: The whole text.
+
+    Returns:
+        The offset behind the name of the block; None if the statement is something else.
+    """
+    kinds = [part.type for part in parts]
+    sign = next((at for at, kind in enumerate(kinds) if kind in ("EQUAL", "IS")), 0)
+    if not sign or not begins_block(parts[0].text):
+        return None
+    if parts[0].text.lower() in _SINGLE:
+        return parts[0].stop
+    start = kinds.index("LIKE") + 1 if "LIKE" in kinds[:sign] else 1
+    words = list(parts[start:sign])
+    if len(words) < 2 or any(word.type not in ("WORD", "STRING") for word in words):
+        return None
+    for count in range(len(words) - 1, 1, -1):
+        name = r"\s+".join(re.escape(word.text) for word in words[:count])
+        if len(re.findall(rf"(?<!\w){name}(?!\w)", text)) > 1:
+            return words[count - 1].stop
+    return words[0].stop
