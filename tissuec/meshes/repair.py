@@ -52,6 +52,8 @@ class RepairedMesh(Struct, frozen=True, eq=False):
         pairs: Node pairs that an edge or a diagonal joins, shape (pair, 2); may repeat.
         skin: The surface as triangles, shape (triangle, 3), facing outwards where it is closed.
         tetrahedra: Corners, shape (tetrahedron, 4).
+        cells: Corners of the volume cells before they are divided, shape (cell, corner), by
+            kind.
         divided: How many cells of other kinds these tetrahedra were.
         ignored: How many lines, beams and points of the file are left out.
         parts: Names of parts that can be imported alone.
@@ -63,6 +65,7 @@ class RepairedMesh(Struct, frozen=True, eq=False):
     pairs: Indices
     skin: Indices
     tetrahedra: Indices
+    cells: Mapping[str, Indices]
     divided: int
     ignored: Mapping[str, int]
     parts: tuple[str, ...]
@@ -118,6 +121,7 @@ def repair(
         shape.pairs,
         skin,
         shape.tetrahedra,
+        shape.cells,
         shape.divided,
         raw.ignored,
         tuple(raw.parts),
@@ -281,11 +285,17 @@ def close_pairs(position: Floats, distance: float) -> Indices:
 
 
 class _Shape(NamedTuple):
-    """What cells consist of: triangles of the surface, pairs to join, and tetrahedra."""
+    """What cells consist of: triangles of the surface, pairs to join, and tetrahedra.
+
+    Attributes:
+        cells: The volume cells, by kind.
+        divided: How many of them are no tetrahedra.
+    """
 
     triangles: Indices
     pairs: Indices
     tetrahedra: Indices
+    cells: Mapping[str, Indices]
     divided: int
 
     @classmethod
@@ -298,24 +308,25 @@ class _Shape(NamedTuple):
                 found = _without_folded(found, draft.remarks)
             joined[kind] = _once(found, kind, draft.remarks)
         tetrahedra = _tetrahedra(draft, joined)
-        divided = sum(len(joined[kind]) for kind in FACES if kind in joined)
+        solid = {kind: joined[kind] for kind in ("tetra", *FACES) if kind in joined}
+        divided = sum(len(solid[kind]) for kind in FACES if kind in solid)
         triangles = joined.get("triangle", np.zeros((0, 3), dtype=np.int64))
         quads = joined.get("quad", np.zeros((0, 4), dtype=np.int64))
         halves = _without_folded(_halved(draft.position, quads), draft.remarks)
         faces = _once(np.concatenate([triangles, halves]), "triangle", draft.remarks)
         if not len(tetrahedra):
             faces = _without_flat(draft, faces)
-            return cls(faces, _edges(faces), tetrahedra, divided)
+            return cls(faces, _edges(faces), tetrahedra, solid, divided)
         outer = _boundary(draft.position, tetrahedra)
-        own = joined.get("tetra", tetrahedra[:0])
+        own = solid.get("tetra", tetrahedra[:0])
         sides = [
-            joined[kind][:, face]
+            solid[kind][:, face]
             for kind, around in FACES.items()
-            if kind in joined
+            if kind in solid
             for face in around
         ]
         pairs = np.concatenate([_edges(cells) for cells in (faces, own, *sides)])
-        return cls(outer, pairs, tetrahedra, divided)
+        return cls(outer, pairs, tetrahedra, solid, divided)
 
 
 def _edges(cells: Indices) -> Indices:

@@ -20,6 +20,18 @@ class FileOrigin(Struct, frozen=True):
     digest: str
 
 
+class ElementMesh(Struct, frozen=True, eq=False):
+    """Finite elements of one shape.
+
+    Attributes:
+        shape: Its name, as in ``geometry.elements.SHAPES``.
+        nodes: In the order of that shape, shape (element, node).
+    """
+
+    shape: str
+    nodes: NDArray[np.int64]
+
+
 class Mesh(Struct, frozen=True, eq=False):
     """Drawn topology, before any tissue: where nodes are and which springs join them.
 
@@ -31,6 +43,8 @@ class Mesh(Struct, frozen=True, eq=False):
         grid: How the nodes stand in rows and columns, if they do; smooth surfaces follow it.
         volume: Of a solid, what each node stands for [m³], shape (node,); None of surfaces.
         tetrahedra: That divide a solid, shape (tetrahedron, 4); None where there are none.
+        elements: Of a solid made of finite elements, shape by shape; its springs are their
+            edges.
         groups: Nodes of the parts that a file names, by name, ascending.
         shares: By what the spring constant and the viscosity that the tissue gives are
             multiplied, shape (spring,); None where each spring gets them as they are.
@@ -50,6 +64,7 @@ class Mesh(Struct, frozen=True, eq=False):
     grid: Grid | None = None
     volume: NDArray[np.float64] | None = None
     tetrahedra: NDArray[np.int64] | None = None
+    elements: tuple[ElementMesh, ...] = ()
 
     def with_ends(self, ends: NDArray[np.int32]) -> "Mesh":
         """Return this mesh with other springs, given by node pairs of shape (spring, 2)."""
@@ -74,6 +89,19 @@ class Celled(Protocol):
 
     def cell_nodes(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Return nodes of faces, shape (cell, face, 4), and inside, shape (cell, inner)."""
+        ...
+
+
+@runtime_checkable
+class Elemental(Protocol):
+    """A generator of solid bodies that finite elements can divide."""
+
+    def element_size(self) -> tuple[int, int]:
+        """Return upper bounds of (nodes, springs) of ``build_elements``, as ``size`` does."""
+        ...
+
+    def build_elements(self) -> Mesh:
+        """Return the mesh with elements; its springs are their edges."""
         ...
 
 

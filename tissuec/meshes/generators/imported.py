@@ -230,6 +230,53 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             tetrahedra=self._tetrahedra(filling),
         )
 
+    def element_size(self) -> tuple[int, int]:
+        """Return upper bounds of the numbers of nodes and of edges of elements."""
+        nodes, pairs = self.size()
+        return nodes + pairs, 8 * pairs  # of tetrahedra with a node on each edge
+
+    def build_elements(self) -> Mesh:
+        """Return the mesh with elements; its springs are their edges."""
+        from tissuec.meshes.elements import mesh_of_cells
+
+        shape = self.shape
+        try:
+            filling = self._filled(for_matter=True)
+            position = np.concatenate([shape.position, filling.position])
+            bricks, tetrahedra = self._cells(filling)
+            mesh = mesh_of_cells(position, bricks, tetrahedra, self._groups(filling))
+        except FormatError as error:
+            raise self._error(error) from error
+        return replace(
+            mesh,
+            origin=FileOrigin(self.file, self._digest),
+            remarks=(*shape.remarks, *filling.remarks),
+        )
+
+    def _cells(self, filling: "Filling") -> tuple[Mapping[str, Indices], Indices]:
+        """Return cells that stay what they are, by shape, and the tetrahedra of all others.
+
+        Faces of tetrahedra have nodes in the middle of edges, and those of other cells do not.
+        So where both meet, all cells are divided into tetrahedra; FormatError of a surface.
+        """
+        from tissuec.meshes.elements import BRICKS, are_folded
+
+        tetrahedra = self._tetrahedra(filling)
+        if tetrahedra is None:
+            raise FormatError(
+                "it is a surface, which does not say what its inside consists of",
+                "divide the inside into elements, for example: filling is tetrahedra; "
+                "cell = 2 mm",
+            )
+        bricks = {name: c for name, c in self.shape.cells.items() if name in BRICKS}
+        corners = np.unique(
+            np.concatenate([tetrahedra[:0].ravel(), *map(np.ravel, bricks.values())])
+        )
+        others = [c.ravel() for name, c in self.shape.cells.items() if name not in BRICKS]
+        if are_folded(bricks) or any(np.isin(nodes, corners).any() for nodes in others):
+            return {}, tetrahedra
+        return bricks, tetrahedra[~np.isin(tetrahedra, corners).any(axis=1)]
+
     @property
     def _digest(self) -> str:
         if is_image(self.file.path):

@@ -225,6 +225,29 @@ class Lattice(Struct, frozen=True, eq=False):
         inner = np.stack(inside, axis=1) if inside else none
         return np.stack(faces, axis=1), inner
 
+    def element_size(self) -> tuple[int, int]:
+        """Return the number of corners of cells, and about that of their edges."""
+        return self._cubes.size()
+
+    def build_elements(self) -> Mesh:
+        """Return the cubic cells as hexahedra, in the order of ``cell_nodes``."""
+        from tissuec.meshes.elements import mesh_of_cells
+
+        cubes, (x, y, z) = self._cubes.build(), self.cells()
+        number = np.arange(len(cubes.position)).reshape(x + 1, y + 1, z + 1)
+        around = [(0, 0), (1, 0), (1, 1), (0, 1)]
+        corners = [
+            number[i : i + x, j : j + y, k : k + z].ravel() for k in (0, 1) for i, j in around
+        ]
+        none = np.zeros((0, 4), dtype=np.int64)
+        bricks = {"hexahedron": np.stack(corners, axis=1)}
+        return mesh_of_cells(cubes.position, bricks, none, {})
+
+    @property
+    def _cubes(self) -> "Lattice":
+        """Return the lattice whose nodes are the corners of the cells."""
+        return Lattice("sodium chloride", self.cell, self.box)
+
     def second_neighbours_of_surface(self) -> Pairs:
         """Refuse bending springs, because a solid bends against the springs inside.
 

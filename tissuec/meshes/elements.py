@@ -1,0 +1,194 @@
+"""Meshes of finite elements: hexahedra, wedges, and tetrahedra with ten nodes.
+
+Nodes are those of the cells, and in the middle of each edge of tetrahedra one more. Springs run
+along the edges of elements, and the skin consists of the faces that one element alone has.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from tissuec.core.errors import counted
+from tissuec.geometry.edges import Floats, Indices
+from tissuec.geometry.elements import MIDDLES, SHAPES, Measures, Shape
+from tissuec.meshes.formats import FormatError
+from tissuec.meshes.generators import ElementMesh, Mesh
+from tissuec.meshes.generators.joining import springs
+from tissuec.model.topology import lower_and_upper
+
+BRICKS = ("hexahedron", "wedge")  # whose nodes are the corners of their cells
+#: Orders of nodes that turn elements inside out.
+_MIRRORED = {
+    "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3],
+    "wedge": [3, 4, 5, 0, 1, 2],
+    "tetrahedron": [1, 0, 2, 3],
+}
+_FLAT = 1e-9  # of the cube of its longest side: an element of less volume has none
+_MANY = {"tetrahedron": "tetrahedra", "hexahedron": "hexahedra", "wedge": "wedges"}
+
+
+def mesh_of_cells(
+    position: Floats,
+    bricks: Mapping[str, Indices],
+    tetrahedra: Indices,
+    groups: Mapping[str, Indices],
+) -> Mesh:
+    """Return the mesh whose elements are given cells.
+
+    Nodes without a cell are left out.
+
+    Args:
+        position: Of the corners [m], shape (node, 3).
+        bricks: Corners of hexahedra and wedges in the order of VTK, or in its mirror image,
+            shape (cell, corner), by the names of their shapes.
+        tetrahedra: Corners of tetrahedra, which share no corner with other cells, in any
+            order, shape (tetrahedron, 4).
+        groups: Corners by the name of their group; the node in the middle of an edge joins the
+            groups that have both ends.
+
+    Raises:
+        FormatError: An element is flat or folded, or more than two share a face.
+    """
+    cells = {**bricks, "tetrahedron": tetrahedra}
+    cells = {name: nodes for name, nodes in cells.items() if len(nodes)}
+    used = np.unique(np.concatenate([nodes.ravel() for nodes in cells.values()]))
+    number = np.full(len(position), -1)
+    number[used] = np.arange(len(used))
+    position = position[used]
+    groups = {name: number[nodes][number[nodes] >= 0] for name, nodes in groups.items()}
+    elements = [
+        ElementMesh(name, _turned(name, position, number[nodes]))
+        for name, nodes in cells.items()
+    ]
+    if "tetrahedron" in cells:
+        *others, last = elements
+        position, nodes, groups = _with_middles(position, last.nodes, groups)
+        elements = [*others, replace(last, nodes=nodes)]
+    return _mesh(position, elements, groups)
+
+
+def are_folded(cells: Mapping[str, Indices]) -> bool:
+    """Return whether a cell has two corners in one node, shapes (cell, corner)."""
+    ascending = [np.sort(nodes, axis=1) for nodes in cells.values()]
+    return any(bool((nodes[:, 1:] == nodes[:, :-1]).any()) for nodes in ascending)
+
+
+def _turned(name: str, position: Floats, nodes: Indices) -> Indices:
+    """Return cells of one shape in the order that has a positive volume."""
+    if name == "tetrahedron":
+        a, b, c, d = position[nodes].swapaxes(0, 1)
+        content = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
+    else:
+        content = Measures.of(SHAPES[name], position[nodes]).volume.sum(axis=1)
+    return np.where((content < 0.0)[:, None], nodes[:, _MIRRORED[name]], nodes)
+
+
+def _with_middles(
+    position: Floats, corners: Indices, groups: Mapping[str, Indices]
+) -> tuple[Floats, Indices, Mapping[str, Indices]]:
+    """Return positions, tetrahedra with ten nodes, and groups with nodes in middles of edges.
+
+    These nodes stand behind all others, in the order of the ends of their edges.
+    """
+    count = len(position)
+    low, high = lower_and_upper(corners[:, MIDDLES].reshape(-1, 2))
+    keys, edge = np.unique(low * count + high, return_inverse=True)
+    ends = np.stack(np.divmod(keys, count), axis=1)
+    found: dict[str, Indices] = {}
+    for name, nodes in groups.items():
+        inside = np.zeros(count, dtype=bool)
+        inside[nodes] = True
+        middles = count + np.flatnonzero(inside[ends].all(axis=1))
+        found[name] = np.concatenate([nodes, middles])
+    middle = count + edge.reshape(-1, len(MIDDLES))
+    every = np.concatenate([position, position[ends].mean(axis=1)])
+    return every, np.concatenate([corners, middle], axis=1), found
+
+
+def _mesh(
+    position: Floats, elements: Sequence[ElementMesh], groups: Mapping[str, Indices]
+) -> Mesh:
+    """Return the mesh of elements in the order of their shapes; raises FormatError."""
+    volume, pairs = np.zeros(len(position)), [np.zeros((0, 2), dtype=np.int64)]
+    for one in elements:
+        shape = SHAPES[one.shape]
+        _refuse_flat(one, position)
+        share = node_shares(shape, position[one.nodes])
+        volume += np.bincount(one.nodes.ravel(), share.ravel(), len(position))
+        pairs.append(one.nodes[:, shape.edges].reshape(-1, 2))
+    return Mesh(
+        position,
+        springs(len(position), *pairs),
+        _skin(elements).astype(np.int32),
+        groups=groups,
+        volume=volume,
+        elements=tuple(elements),
+    )
+
+
+def node_shares(shape: Shape, corners: Floats) -> Floats:
+    """Return the volume that each node has of each element [m³], shape (element, node).
+
+    Args:
+        shape: Of all elements.
+        corners: Positions of their nodes [m], shape (element, node, 3).
+    """
+    return np.einsum("eq,qa->ea", Measures.of(shape, corners).volume, shape.lumped)
+
+
+def _refuse_flat(elements: ElementMesh, position: Floats) -> None:
+    """Reject elements of one shape that are flat or folded at one of their points.
+
+    Args:
+        elements: The elements.
+        position: Nodes [m], shape (node, 3).
+    """
+    corners = position[elements.nodes]
+    volume = Measures.of(SHAPES[elements.shape], corners).volume
+    longest = np.ptp(corners, axis=1).max(axis=1)
+    wrong = volume.min(axis=1) * volume.shape[1] <= _FLAT * longest**3
+    if not wrong.any():
+        return
+    from tissuec.meshes.repair import place
+
+    many, first = int(wrong.sum()), int(np.argmax(wrong))
+    name = elements.shape if many == 1 else _MANY[elements.shape]
+    least, most = volume[first].min(), volume[first].max()
+    what = "flat" if most <= _FLAT * longest[first] ** 3 or least >= 0.0 else "folded"
+    raise FormatError(
+        f"{many} {what} {name}, the first of them {elements.shape} {first + 1} around "
+        f"{place(corners[first].mean(axis=0))}",
+        "repair it in the program that made the mesh, or remove: made of elements",
+    )
+
+
+def _skin(elements: Sequence[ElementMesh]) -> Indices:
+    """Return the triangles of faces that one element alone has, facing outwards.
+
+    Shape (triangle, 3). Raises FormatError where more than two elements share a face.
+    """
+    keys: list[Indices] = []
+    triangles: list[Indices] = []
+    owner: list[Indices] = []  # of each triangle, the place of its face among the keys
+    first = 0
+    for one in elements:
+        shape = SHAPES[one.shape]
+        count = int(shape.faces.max()) + 1
+        corners = [np.unique(shape.triangles[shape.faces == face]) for face in range(count)]
+        for face in corners:
+            key = np.full((len(one.nodes), 6), -1)
+            key[:, : len(face)] = np.sort(one.nodes[:, face], axis=1)
+            keys.append(key)
+        triangles.append(one.nodes[:, shape.triangles].reshape(-1, 3))
+        place = first + shape.faces * len(one.nodes) + np.arange(len(one.nodes))[:, None]
+        owner.append(place.ravel())
+        first += count * len(one.nodes)
+    _, face, shared = np.unique(
+        np.concatenate(keys), axis=0, return_inverse=True, return_counts=True
+    )
+    if many := int((shared > 2).sum()):
+        raise FormatError(f"{counted(many, 'face')} shared by more than two cells")
+    outer: NDArray[np.bool_] = (shared == 1)[face.ravel()]
+    return np.concatenate(triangles)[outer[np.concatenate(owner)]]
