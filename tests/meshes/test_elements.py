@@ -17,6 +17,8 @@ from tissuec.meshes.generators.lattice import Lattice
 TYPES = {4: 10, 5: 14, 6: 13, 8: 12}  # of VTK, by the number of corners
 CUBE = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]) * 10.0
 
+ASIDE = np.array([30.0, 0.0, 0.0])
+
 
 def from_cells(folder: Path, position, *cells, **entries) -> Mesh:
     """Return the mesh of a file in millimetres with cells of any kind."""
@@ -134,7 +136,7 @@ def test_hexahedra_that_meet_tetrahedra_are_divided(tmp_path):
 
 
 def test_hexahedra_apart_from_tetrahedra_stay(tmp_path):
-    position = np.concatenate([CUBE, CUBE[[0, 1, 3, 4]] + (30, 0, 0)])
+    position = np.concatenate([CUBE, CUBE[[0, 1, 3, 4]] + ASIDE])
     mesh = from_cells(tmp_path, position, range(8), range(8, 12))
     assert shapes_of(mesh) == {"hexahedron": 1, "tetrahedron": 1}
     check(mesh, 1e-6 + 1e-6 / 6.0)
@@ -162,12 +164,10 @@ def test_a_filled_surface_consists_of_tetrahedra(tmp_path):
 
 def test_what_cannot_consist_of_elements_is_refused(tmp_path):
     flat = CUBE[[0, 1, 2, 3]]
-    assert refusal(tmp_path, np.concatenate([CUBE + (30, 0, 0), flat]), range(8), range(8, 12))
+    assert refusal(tmp_path, np.concatenate([CUBE + ASIDE, flat]), range(8), range(8, 12))
     folded = CUBE.copy()
     folded[6] = (2, 2, 2)
-    text = refusal(
-        tmp_path, np.concatenate([CUBE + (30, 0, 0), folded]), range(8), range(8, 16)
-    )
+    text = refusal(tmp_path, np.concatenate([CUBE + ASIDE, folded]), range(8), range(8, 16))
     assert '"a.vtk": 1 folded hexahedron, the first of them hexahedron 2 around ' in text
     assert "made of elements" in text
     write_obj(tmp_path / "a.obj", *blob(1))

@@ -31,7 +31,7 @@ from tissuec.matter.coarseness import Coarseness
 from tissuec.matter.elasticity import Elasticity, Unit, of_wall, wall_springs
 from tissuec.mechanics.state import State
 from tissuec.meshes.stiffness_sharing import node_areas
-from tissuec.model.network import BodyPart, Indices
+from tissuec.model.network import BodyPart, Floats, Indices
 
 Kind: TypeAlias = Literal["solid", "wall", "thread", "bars", "points"]
 LARGEST = 300_000  # springs of a body whose elastic constants are computed: some seconds
@@ -303,6 +303,8 @@ class _Examined:
     def _elasticity(self) -> Elasticity | None:
         if self.kind == "points":
             return None
+        if self.part.is_made_of_elements:
+            return self._of_elements()
         if len(self.own) > LARGEST:
             self.notes.append(f"elastic constants are not computed above {LARGEST} springs")
             return None
@@ -315,7 +317,7 @@ class _Examined:
                 return self._of_bars()
 
     def _coarseness(self, elasticity: Elasticity | None) -> Coarseness | None:
-        if self.kind != "solid" or elasticity is None:
+        if self.kind != "solid" or elasticity is None or self.part.is_made_of_elements:
             return None
         if not all((*elasticity.young, *elasticity.shear)):
             return None
@@ -323,6 +325,31 @@ class _Examined:
             self.notes.append("bending and torsion are not compared in several tissues")
             return None
         return SolidNet.of(self.part, self.drawing, self.state).coarseness(elasticity)
+
+    def _moduli(self) -> tuple[Floats, Floats, Floats]:
+        """Return shear modulus, bulk modulus and viscosity of elements, shape (element,)."""
+        fields = (
+            block.field for block in self.state.network.blocks if block.kind == "elements"
+        )
+        own = [one for one in fields if one.name == self.part.name]
+        columns = [(one.shear, one.bulk + one.local, one.viscosity) for one in own]
+        shear, bulk, viscosity = (np.concatenate(each) for each in zip(*columns, strict=True))
+        return shear, bulk, viscosity
+
+    def _of_elements(self) -> Elasticity | None:
+        """Return the elastic constants of the elements of a body, if all have the same."""
+        shear, bulk, _ = self._moduli()
+        if any(np.ptp(one) > _ALIKE * one.max() for one in (shear, bulk)):
+            self.notes.append("elastic constants are not computed of elements that differ")
+            return None
+        g, k = float(shear[0]), float(bulk[0])
+        young, ratio = 9.0 * k * g / (3.0 * k + g), (1.5 * k - g) / (3.0 * k + g)
+        matrix = np.diag([2.0 * g] * 3 + [g] * 3)
+        matrix[:3, :3] += k - 2.0 * g / 3.0
+        return Elasticity(
+            "Pa", ("x", "y", "z"), (young,) * 3, (g,) * 3, ratio, 1.0,
+            tuple(tuple(row) for row in matrix.tolist()),
+        )  # fmt: skip
 
     def _of_wall(self) -> Elasticity:
         grid = self.mesh.grid
@@ -348,6 +375,9 @@ class _Examined:
         return Elasticity(unit, ("least", "largest"), (low, high))
 
     def _retardation_time(self) -> float | None:
+        if self.part.is_made_of_elements:
+            shear, _, viscosity = self._moduli()
+            return float(np.median(viscosity / shear)) or None
         elongation = self.length - self.behaviour.rest
         viscosity = self.behaviour.sluggishness(elongation, 0.0 * elongation)
         resists = (self.constant > 0.0) & (viscosity > 0.0)

@@ -5,11 +5,12 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import CHECK_UNITS, Drawing, refuse_sizes
+from tissuec.compiler.element_bodies import BodyElements, ElementReader
 from tissuec.compiler.materials import MaterialReader
 from tissuec.compiler.poisson import Poisson
 from tissuec.compiler.threads import with_slipping
 from tissuec.forces.bending import Hinges
-from tissuec.laws import Law
+from tissuec.laws import LINEAR, Law
 from tissuec.laws.formula import variables
 from tissuec.meshes.generators import Mesh
 from tissuec.model.inelastic import NAMES as INELASTIC
@@ -45,11 +46,14 @@ class BodyArrays(Struct, frozen=True, eq=False):
     thread: ThreadBody | None  # numbered within the body
     poisson: Poisson | None  # of a solid whose cells keep their volume
     hinges: Hinges | None  # of a wall that resists bending, numbered within the body
+    elements: tuple[BodyElements, ...] = ()
 
 
 @np.errstate(all="ignore")  # numbers that leave the range of numbers are found in the end
 def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
     """Return the arrays of one body; errors are reported with their place."""
+    if drawing.body.elements is not None:
+        return _build_elements(drawing, findings)
     body, reader = drawing.body, MaterialReader(drawing, findings)
     quantities, (law, laws) = reader.read(), reader.laws()
     arrays = {name: values for name, (values, _) in quantities.items()}
@@ -71,6 +75,33 @@ def build_body(drawing: Drawing, findings: Findings) -> BodyArrays:
         drawing.thread,
         reader.poisson,
         reader.hinges(arrays),
+    )
+
+
+def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
+    """Return the arrays of a body that is made of elements; see ``build_body``."""
+    body, reader = drawing.body, ElementReader(drawing, findings)
+    quantities, elements = reader.read(), reader.elements()
+    arrays = {name: values for name, (values, _) in quantities.items()}
+    velocity = _velocity(body, drawing, arrays["mass"])
+    check_sizes(body, arrays | {"velocity": velocity}, findings)
+    moduli = [value for one in elements for value in (one.shear, one.bulk, one.viscosity)]
+    refuse_sizes(body, {"modulus or viscosity": np.concatenate(moduli)}, findings)
+    law = np.broadcast_to(np.int32(0), drawing.length.shape)
+    return BodyArrays(
+        body,
+        drawing.mesh,
+        arrays["mass"],
+        Springs.of(drawing.mesh.ends, arrays, law, (LINEAR,), drawing.columns.spring_ids),
+        {},
+        {name: provenance for name, (_, provenance) in quantities.items()},
+        velocity,
+        drawing.columns.node_ids,
+        bending=0,
+        thread=None,
+        poisson=None,
+        hinges=None,
+        elements=elements,
     )
 
 

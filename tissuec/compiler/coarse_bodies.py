@@ -54,9 +54,11 @@ def coarse(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def _is_asked_of(drawing: Drawing) -> bool:
-    """Return whether a body is a solid of one tissue with a Young's modulus."""
+    """Return whether a body is a net of springs for one tissue with a Young's modulus."""
     mesh, body = drawing.mesh, drawing.body
     if mesh.volume is None or len(mesh.ends) > LARGEST or drawing.thread is not None:
+        return False
+    if body.elements is not None:
         return False
     tissues = {tissue.name: tissue for tissue in body.tissues}
     is_of_matter = all(YOUNGS_MODULUS in tissue.given for tissue in tissues.values())

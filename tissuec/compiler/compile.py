@@ -19,6 +19,7 @@ from tissuec.compiler.bodies import BodyArrays, build_body
 from tissuec.compiler.conditions import Conditions
 from tissuec.compiler.contact import contact_of, with_tools
 from tissuec.compiler.drawn_bodies import Drawing, draw
+from tissuec.compiler.element_bodies import element_blocks
 from tissuec.compiler.expectations import split_expectations
 from tissuec.compiler.holds import check_holds
 from tissuec.compiler.inflations import check_inflations
@@ -248,8 +249,14 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
         return behind_one_another([pick(body) for body in bodies], kind, shape)
 
     skin = [_shifted(b.mesh.skin, n) for b, n in zip(bodies, nodes, strict=False)]
+    position = every(lambda b: b.mesh.position, np.float64, (3,))
+    solid = [
+        block
+        for body, n, (first, last) in zip(bodies, nodes, pairwise(springs), strict=False)
+        for block in element_blocks(body.elements, position, n, joined.ends[first:last], first)
+    ]
     return Network(
-        position=every(lambda b: b.mesh.position, np.float64, (3,)),
+        position=position,
         velocity=every(lambda b: b.velocity, np.float64, (3,)),
         mass=uniform(every(lambda b: b.mass, np.float64)),
         springs=replace(joined, inelastic=inelastic),
@@ -266,7 +273,7 @@ def join(bodies: Sequence[BodyArrays], joints: Sequence[JointArrays] = ()) -> Ne
                 joints, springs[len(bodies) :], springs[len(bodies) + 1 :], strict=False
             )
         ),
-        blocks=() if hinges is None else (hinges.block,),
+        blocks=(*solid, *(() if hinges is None else (hinges.block,))),
     )
 
 
@@ -284,6 +291,7 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         renumbered(body.thread, springs[0]),
         None if body.poisson is None else body.mesh.tetrahedra,
         body.mesh.tetrahedra,
+        is_made_of_elements=bool(body.elements),
     )
 
 

@@ -7,6 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tissuec.compiler.element_regions import regions_of_elements
 from tissuec.compiler.selections import Mask, PointScope, extents
 from tissuec.compiler.tables import ExplicitBody, read_tables
 from tissuec.compiler.threads import knot_pairs, thread_of
@@ -15,7 +16,7 @@ from tissuec.core.hints import Edit, Hint, alternatives
 from tissuec.core.names import key_of
 from tissuec.lang import syntax as s
 from tissuec.mechanics.observables import lengths
-from tissuec.meshes.generators import Mesh, Threaded
+from tissuec.meshes.generators import Elemental, Mesh, Threaded
 from tissuec.meshes.generators.imported import Imported, MeshFileError
 from tissuec.model.network import Floats, ThreadBody
 from tissuec.scene.expressions import Scope
@@ -45,6 +46,8 @@ class Drawing(Struct, frozen=True, eq=False):
         thread: Where it is a thread, numbered within the body.
         spring_part: Of each spring, its place from 1 among ``body.spring_parts``, 0 for those
             that are made of their nodes, shape (spring,); None where all are.
+        element_part: Number of each element's region as in ``part``, of all shapes one after
+            the other, shape (element,); None of a body of springs.
     """
 
     body: Body
@@ -56,6 +59,7 @@ class Drawing(Struct, frozen=True, eq=False):
     own: int
     thread: ThreadBody | None = None
     spring_part: NDArray[np.int64] | None = None
+    element_part: NDArray[np.int64] | None = None
 
     @property
     def bends(self) -> Mask:
@@ -85,6 +89,11 @@ def draw(body: Body, scope: Scope) -> Drawing:
     if thread is not None:  # a knot is made of as much thread as any piece
         length[[thread.hold, thread.slip]] = length[thread.pieces].mean()
     drawing = Drawing(body, mesh, columns, regions, part, length, own, thread)
+    if body.elements is not None and mesh.elements:
+        where = [region.where for region in body.regions]
+        masks = surface_mask(mesh), group_masks(mesh)
+        element_part = regions_of_elements(mesh, part, where, scope, *masks)
+        return replace(drawing, element_part=element_part)
     if not body.spring_parts:
         return drawing
     return replace(drawing, spring_part=_select_springs(drawing, scope))
@@ -105,7 +114,10 @@ def refuse_sizes(body: Body, named: Mapping[str, Floats], findings: Findings) ->
 def _generate(body: Body, findings: Findings) -> Mesh:
     assert body.mesh is not None
     try:
-        nodes, springs = body.mesh.size()
+        if body.elements is not None and isinstance(body.mesh, Elemental):
+            nodes, springs = body.mesh.element_size()
+        else:
+            nodes, springs = body.mesh.size()
         if max(nodes, springs) > LARGEST:
             findings.reject(
                 "TIS310",
@@ -144,6 +156,8 @@ def _with_unit(file: str, unit: str) -> str:
 def _built(body: Body) -> Mesh:
     """Return the mesh that a generator draws."""
     assert body.mesh is not None
+    if body.elements is not None and isinstance(body.mesh, Elemental):
+        return body.mesh.build_elements()
     if not isinstance(body.mesh, Imported):
         return body.mesh.build()
     return body.mesh.build(for_matter=any(YOUNGS_MODULUS in one.given for one in body.tissues))

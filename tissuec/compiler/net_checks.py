@@ -26,6 +26,7 @@ from tissuec.script.plan import RELAXATION
 from tissuec.script.verbs.settle import Settle
 
 MOST_SPRINGS_NAMED = 3
+MOST_AT_A_NODE = 20  # springs as stiff as the stiffest
 # Strain at break. Elastin, the most extensible of what tissues are made of, bears 1.5.
 IMPLAUSIBLE, PLAUSIBLE = 3.0, 0.5
 #: A number without a unit.
@@ -83,7 +84,8 @@ def floppy(
         body.name for one in loose_bodies(network, compiled.plan)[0] for body in one.bodies
     }
     for body, ends in _bodies(compiled):
-        if not len(ends) or body.thread is not None:  # threads are meant to fold
+        # Threads are meant to fold, and elements resist what springs do not.
+        if not len(ends) or body.thread is not None or body.is_made_of_elements:
             continue
         nodes, springs = numbers_in(body.nodes), numbers_in(body.springs)
         if body.name not in loose:  # else what it is joined to moves with it
@@ -232,17 +234,24 @@ def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "W403",
             f"step {show(simulation.step, TIME)} exceeds the stability estimate "
-            f"{show(limit, TIME)}: {_stiffest(compiled)}",
+            f"{show(limit, TIME)}: {_stiffest(compiled.network, omega)}",
             simulation.span,
             "write a smaller step, or a tolerance instead",
         )
 
 
-def _stiffest(compiled: Compiled) -> str:
-    """Return the spring that asks for the smallest step, in words."""
-    network = compiled.network
+def _stiffest(network: Network, omega: float) -> str:
+    """Return what asks for the smallest step, in words: a spring, or elements.
+
+    Args:
+        omega: The largest angular frequency [1/s].
+    """
     springs = network.springs
-    spring = int((springs.sudden * (1.0 / network.mass[springs.ends]).sum(axis=1)).argmax())
+    share = springs.sudden * (1.0 / network.mass[springs.ends]).sum(axis=1)
+    spring = int(share.argmax())
+    solid = [part.name for part in network.bodies if part.is_made_of_elements]
+    if solid and omega**2 > MOST_AT_A_NODE * float(share[spring]):
+        return f"the stiffest are the elements of {' and '.join(solid)}"
     part = network.owner(spring)
     mass = float(network.mass[springs.ends[spring]].min())
     return (

@@ -7,12 +7,13 @@ import numpy as np
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.initial_state import state_at_start
+from tissuec.compiler.net_checks import MOST_AT_A_NODE
 from tissuec.core.errors import Diagnostic, Note, counted
 from tissuec.core.units import FORCE, STIFFNESS, TIME, show
 from tissuec.core.vectors import norm
 from tissuec.mechanics.observables import lengths
 from tissuec.mechanics.rest import AT_REST, pulls
-from tissuec.model.network import Network
+from tissuec.model.network import BodyPart, Network
 from tissuec.script.plan import RELAXATION, ScheduledAction
 from tissuec.script.verbs import Shifting, follows
 from tissuec.script.verbs.push import Push
@@ -27,7 +28,6 @@ LONG = 60.0  # [s]: a run that takes longer is announced
 SPRING = 2e-9
 MANY_SPRINGS = 50_000  # of a net whose implicit steps may be expensive
 FEW_STEPS = 100  # of an implicit method, which takes at least about 30 in any motion
-_MOST_AT_A_NODE = 20  # springs as stiff as the stiffest
 
 
 def settles_at_start(compiled: Compiled) -> bool:
@@ -94,9 +94,10 @@ def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     # No frequency is above this bound, and most are not far below it.
     share = network.springs.sudden / network.mass[network.springs.ends].T
     stiffest = share.max(axis=0)
-    omega = np.sqrt(2.0 * _MOST_AT_A_NODE * float(stiffest.max()))
+    omega = np.sqrt(2.0 * MOST_AT_A_NODE * float(stiffest.max()))
     is_long = simulation.duration * omega * network.spring_count * SPRING >= LONG
-    if not (is_long or network.spring_count > MANY_SPRINGS):
+    solid = [part for part in network.bodies if part.is_made_of_elements]
+    if not (is_long or solid or network.spring_count > MANY_SPRINGS):
         return
     from tissuec.compiler.prediction import predict  # where it may be long
 
@@ -104,7 +105,10 @@ def costly(compiled: Compiled) -> Iterator[Diagnostic]:
     if expected.seconds > LONG:
         # Of springs that differ by rounding alone, the first, on every processor.
         first = int((stiffest >= (1.0 - 1e-9) * stiffest.max()).argmax())
-        yield _too_many_steps(network, first, expected.seconds)
+        if solid and expected.facts["omega"] > omega:
+            yield _too_many_steps_of(solid, expected.seconds)
+        else:
+            yield _too_many_steps(network, first, expected.seconds)
     elif np.isnan(expected.seconds) and FEW_STEPS * expected.step_seconds > LONG:
         yield _expensive_steps(network, expected)
 
@@ -124,12 +128,26 @@ def _too_many_steps(network: Network, spring: int, seconds: float) -> Diagnostic
     )
 
 
+def _too_many_steps_of(solid: Sequence[BodyPart], seconds: float) -> Diagnostic:
+    """Return a warning of a run of explicit steps that elements make short."""
+    return Diagnostic(
+        "W413",
+        f"the run takes about {_minutes(seconds)} at the steps that it needs, mainly for the "
+        f"elements of {' and '.join(part.name for part in solid)}",
+        solid[0].span,
+        "use softer tissue, a smaller Poisson's ratio or larger cells there, an implicit "
+        "integrator, a shorter duration, or settle for equilibria",
+    )
+
+
 def _expensive_steps(network: Network, expected: "Prediction") -> Diagnostic:
     """Return a warning of a run whose steps solve the equations of a large body."""
     largest = max(network.parts, key=lambda part: part.springs.stop - part.springs.start)
     origin = network.provenance["stiffness"][largest.springs.start]
     steps = f"{FEW_STEPS} steps take {_minutes(FEW_STEPS * expected.step_seconds)}"
-    size = counted(largest.springs.stop - largest.springs.start, "spring")
+    is_solid = isinstance(largest, BodyPart) and largest.is_made_of_elements
+    count = largest.springs.stop - largest.springs.start
+    size = f"{counted(count, 'edge')} of elements" if is_solid else counted(count, "spring")
     return Diagnostic(
         "W413",
         f"the run takes long: a step of {expected.method} takes about "

@@ -95,11 +95,17 @@ class Enclosure(WalledField, frozen=True):
             span: The sentence in the source.
 
         Raises:
-            ValueError: It has neither, or a surface that is open or encloses nothing.
+            ValueError: It has neither, or a surface that is open or encloses nothing; or it is
+                made of elements, which resist changes of volume by themselves.
         """
         part = next((b for b in network.bodies if b.name.lower() == name.lower()), None)
         if part is None:
             raise ValueError(f"{name} is not a body")
+        if part.is_made_of_elements:
+            raise ValueError(
+                f"the elements of {part.name} already resist changes of volume by the "
+                "Poisson's ratio of its tissue, which can be up to 0.499"
+            )
         share = 1.0 if part.tetrahedra is None else 0.25
         corners, first, walls, walled = _surfaces(network, part)
         drawn = share * _volumes(network.position, corners, first)

@@ -92,7 +92,7 @@ def entries(block: BlockKind) -> Terms:
         case BlockKind("body"):
             own = _meant(
                 "body",
-                {"region": " ", "springs": " where "},
+                {"made": " of ", "region": " ", "springs": " where "},
                 mesh=meshes(),
                 rupture=_rupture(),
                 bending=_bending(),

@@ -9,6 +9,7 @@ from tissuec.lang.words import RESERVED
 from tissuec.lsp.entries import entries
 from tissuec.lsp.terms import BlockKind
 from tissuec.scene import learn_entries, study_entries
+from tissuec.scene.element_bodies import MADE_OF
 from tissuec.scene.laws import FORMS
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.script.fit_problem import WORDS
@@ -62,6 +63,7 @@ _FORMS: dict[tuple[str, str], tuple[str, ...]] = {
     ("tissue", "known"): ("known NAME = NUMBER by SOURCE", "known NAME from NUMBER to NUMBER",),
     ("law", ""): ("NAME is LAW",),
     ("body", "region"): ("region NAME where CONDITION",),
+    ("body", "made"): tuple(f"made of {word}" for word in MADE_OF),
     ("body", "springs"): ("springs where CONDITION",),
     ("body", "interface"): ("interface is MEAN from REGION to REGION",),
     ("joint", "springs"): ("springs from SET to SET",),

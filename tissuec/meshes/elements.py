@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.errors import counted
 from tissuec.geometry.edges import Floats, Indices
-from tissuec.geometry.elements import MIDDLES, SHAPES, Measures, Shape
+from tissuec.geometry.elements import MIDDLES, SHAPES, ElementShape, Measures
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
 from tissuec.meshes.generators.joining import springs
@@ -34,6 +34,7 @@ def mesh_of_cells(
     bricks: Mapping[str, Indices],
     tetrahedra: Indices,
     groups: Mapping[str, Indices],
+    divided: Indices | None = None,
 ) -> Mesh:
     """Return the mesh whose elements are given cells.
 
@@ -47,6 +48,7 @@ def mesh_of_cells(
             order, shape (tetrahedron, 4).
         groups: Corners by the name of their group; the node in the middle of an edge joins the
             groups that have both ends.
+        divided: Corners of tetrahedra that divide all cells, shape (tetrahedron, 4).
 
     Raises:
         FormatError: An element is flat or folded, or more than two share a face.
@@ -66,7 +68,8 @@ def mesh_of_cells(
         *others, last = elements
         position, nodes, groups = _with_middles(position, last.nodes, groups)
         elements = [*others, replace(last, nodes=nodes)]
-    return _mesh(position, elements, groups)
+    mesh = _mesh(position, elements, groups)
+    return mesh if divided is None else replace(mesh, tetrahedra=number[divided])
 
 
 def are_folded(cells: Mapping[str, Indices]) -> bool:
@@ -128,7 +131,7 @@ def _mesh(
     )
 
 
-def node_shares(shape: Shape, corners: Floats) -> Floats:
+def node_shares(shape: ElementShape, corners: Floats) -> Floats:
     """Return the volume that each node has of each element [m³], shape (element, node).
 
     Args:

@@ -100,6 +100,8 @@ class BodyPart(Struct, frozen=True, eq=False):
         tetrahedra: Of a solid body, those around whose nodes volumes are kept, counted from its
             nodes, shape (tetrahedron, 4).
         divided: Of a solid body, those that divide it, whether or not volumes are kept.
+        is_made_of_elements: Whether finite elements resist its deformation; its springs are
+            then their edges, without any stiffness.
     """
 
     name: str
@@ -112,6 +114,7 @@ class BodyPart(Struct, frozen=True, eq=False):
     thread: ThreadBody | None = None
     tetrahedra: NDArray[np.int64] | None = None
     divided: NDArray[np.int64] | None = None
+    is_made_of_elements: bool = False
 
 
 class JointPart(Struct, frozen=True):

@@ -13,10 +13,18 @@ from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.lang.walk import walk
 from tissuec.meshes.generators import MESHES, Generator
+from tissuec.meshes.generators.lattice import Lattice
 from tissuec.model.network import Floats
 from tissuec.scene import schema
 from tissuec.scene.appearance import APPEARANCE
 from tissuec.scene.declarations import Declarations, without
+from tissuec.scene.element_bodies import (
+    CUBIC,
+    read_made_of,
+    refuse,
+    refuse_entries,
+    refuse_mesh,
+)
 from tissuec.scene.entry_meanings import left_side, unknown_entry
 from tissuec.scene.expressions import Scope
 from tissuec.scene.findings import Findings
@@ -54,7 +62,7 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
             "mass",
             Real(units.MASS, above=0.0),
             None,
-            "mass of the whole body, shared equally by its nodes",
+            "mass of the whole body, shared equally by its nodes; by volume in elements",
         ),
         schema.Entry(
             "thickness",
@@ -87,7 +95,10 @@ ELASTIC = "elastic"  # how a wall of matter resists bending
 #: How stiff bending springs are in words, as parts of the tissue's springs.
 BENDING = {"none": 0.0, "soft": 0.05, "medium": 0.2, "stiff": 1.0}
 _CHOICES = (*BENDING, ELASTIC)
-ENTRIES = ("mesh", "tissue", "region", "springs", "rupture", "bending", "fibres", *BODY_ENTRIES)
+ENTRIES = (
+    "mesh", "made", "tissue", "region", "springs", "rupture", "bending", "fibres",
+    *BODY_ENTRIES,
+)  # fmt: skip
 #: What is said of a body elsewhere, and how.
 ELSEWHERE = {
     "volume": "write in the script, for example: at 0 s: preserve volume of NAME with 10 kPa"
@@ -156,6 +167,13 @@ def read_rupture(item: s.Assign | s.Sentence | s.Block, findings: Findings) -> b
     return phrase.kind == "word"
 
 
+def _is_made_of(item: s.Item) -> bool:
+    """Return whether an item says what a body is made of, in its right form or another one."""
+    if not isinstance(item, s.Assign | s.Sentence | s.Block):
+        return False
+    return item.name.key == "made" or item.name.key.startswith("made ")
+
+
 class _BodyReader:
     """One reading of one body block."""
 
@@ -184,11 +202,14 @@ class _BodyReader:
         self.bending: Bending | None = None
         self.fibres: Floats | str | None = None
         self.shell: Span | None = None
+        self.elements: Span | None = None
+        self.may_be_elements = False  # also where that is written wrong
+        self.mesh_places: Mapping[str, Span] = {}
         self.rest: dict[str, Any] = {}
 
     def read(self) -> Body:
         failures = self.findings.failures
-        for item in self.block.items:
+        for item in sorted(self.block.items, key=lambda item: not _is_made_of(item)):
             with self.findings.item():
                 self._item(item)
                 continue
@@ -204,25 +225,11 @@ class _BodyReader:
                 self.block.head,
                 hint="for example: mesh is tube { … }",
             )
-        is_said = "interface" in self.rest or any(part.sides for part in self.spring_parts)
-        if self.regions and not is_said and is_whole:
-            is_whole = False
-            self.findings.add(
-                "TIS304",
-                f'body {self.name.text} has regions, so it needs "interface"',
-                self.block.head,
-                hint=Hint(
-                    "write interface is mean, softer or stiffer, which sets "
-                    "the material of springs between two regions",
-                    *(
-                        edit
-                        for word in ("mean", "softer", "stiffer")
-                        for edit in schema.missing(
-                            f"interface is {word}", self.block.head
-                        ).edits
-                    ),
-                ),
-            )
+        if self.elements is not None:
+            self._refuse_springs(self.elements)
+            is_whole = self.findings.failures == failures
+        elif self.regions and is_whole:
+            is_whole = self._has_interface()
         zero = np.zeros(3)
         return Body(
             name=self.name.text,
@@ -236,6 +243,7 @@ class _BodyReader:
             bending=self.bending,
             fibres=self.fibres,
             shell=self.shell,
+            elements=self.elements,
             mass=self.rest.get("mass"),
             thickness=self.rest.get("thickness"),
             section=self.rest.get("section"),
@@ -245,6 +253,25 @@ class _BodyReader:
             is_whole=is_whole,
             span=self.block.head,
         )
+
+    def _has_interface(self) -> bool:
+        """Return whether something says what springs between regions are made of."""
+        if "interface" in self.rest or any(part.sides for part in self.spring_parts):
+            return True
+        head = self.block.head
+        words = ("mean", "softer", "stiffer")
+        missing = [schema.missing(f"interface is {word}", head) for word in words]
+        self.findings.add(
+            "TIS304",
+            f'body {self.name.text} has regions, so it needs "interface"',
+            head,
+            hint=Hint(
+                "write interface is mean, softer or stiffer, which sets "
+                "the material of springs between two regions",
+                *(edit for hint in missing for edit in hint.edits),
+            ),
+        )
+        return False
 
     def _doubt(self, item: s.Item) -> None:
         """Make doubtful the region that a rejected item may have been."""
@@ -257,7 +284,7 @@ class _BodyReader:
         if isinstance(item, s.Block) and (region := without(item.name, "region")) is not None:
             self.regions.append(self._region(region, item))
             return
-        key = item.name.key
+        key = "made" if _is_made_of(item) else item.name.key
         if key == "interface" and not isinstance(item, s.Assign) and item.clauses:
             self.spring_parts.append(self._interface(item))
             return
@@ -269,6 +296,10 @@ class _BodyReader:
         self.once[key] = item.span
         if key == "mesh":
             self._mesh(item)
+        elif key == "made":
+            self.may_be_elements = True
+            self.elements = read_made_of(item, self.tissues, self.findings)
+            self.may_be_elements = self.elements is not None
         elif key == "tissue":
             self.tissue = self._tissue(item)
         elif key == "rupture":
@@ -325,9 +356,27 @@ class _BodyReader:
             return
         items = item.items if isinstance(item, s.Block) else ()
         where = item.head if isinstance(item, s.Block) else item.span
-        self.mesh, _ = schema.build(
-            MESHES[kind.key], items, self.scope, what=f"mesh {kind.key}", where=where
-        )
+        is_cubic = self.may_be_elements and MESHES[kind.key] is Lattice
+        self.mesh, self.mesh_places = schema.build(
+            MESHES[kind.key], items, self.scope, what=f"mesh {kind.key}", where=where,
+            usual={"kind": CUBIC} if is_cubic else None,
+        )  # fmt: skip
+
+    def _refuse_springs(self, made: Span) -> None:
+        """Report what a body of elements says of springs."""
+        if self.mesh is not None or self.mesh_kind == EXPLICIT:
+            head = self.once["mesh"]
+            refuse_mesh(self.mesh, head, self.mesh_places, made, self.findings)
+        refuse_entries(self.once, made, self.findings)
+        self.bending = None
+        if self.may_rupture:
+            refuse("rupture", self.once["rupture"], made, self.findings)
+        for region in self.regions:
+            if region.prestress is not None:
+                refuse("prestress", region.prestress.span, made, self.findings)
+        for part in self.spring_parts:
+            what = f"a tissue for {part.name}"
+            refuse(what, part.span, made, self.findings, is_block=True)
 
     def _tissue(self, item: s.Assign | s.Sentence | s.Block) -> Tissue:
         return read_tissue(item, self.tissues, self.declarations, self.scope)

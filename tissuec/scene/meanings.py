@@ -56,6 +56,7 @@ ENTRIES = {
     },
     "body": {
         "mesh": "The mesh of nodes and springs.",
+        "made": "Whether a solid consists of finite elements or of springs: made of elements.",
         "tissue": "The tissue of the body.",
         "region": "A part of the body with its own tissue or prestress.",
         "springs": "Springs with their own tissue: springs where CONDITION { … }.",

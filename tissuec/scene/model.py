@@ -217,6 +217,7 @@ class Body(Struct, frozen=True, eq=False):
         bending: Springs between second neighbours; None without any.
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
         shell: What asks for bending stiffness by the thickness of the wall; None without it.
+        elements: What asks for finite elements instead of springs; None with springs.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
             more: sets can be chosen from it.
         velocity: Initial velocity [m/s], shape (3,).
@@ -235,6 +236,7 @@ class Body(Struct, frozen=True, eq=False):
     bending: Bending | None
     fibres: Floats | str | None
     shell: Span | None
+    elements: Span | None
     mass: float | None
     thickness: float | None
     section: float | None

@@ -125,7 +125,13 @@ def _attributes(docstring: str) -> dict[str, str]:
 
 
 def build(
-    cls: type[T], items: Sequence[s.Item], scope: Scope, *, what: str, where: Span
+    cls: type[T],
+    items: Sequence[s.Item],
+    scope: Scope,
+    *,
+    what: str,
+    where: Span,
+    usual: Mapping[str, Any] | None = None,
 ) -> tuple[T, Mapping[str, Span]]:
     """Return a member built from the items of its block, and the place of each entry.
 
@@ -135,18 +141,19 @@ def build(
         scope: Where names in expressions are looked up.
         what: The block in messages, such as "mesh tube".
         where: The head of the block, to point at when an entry is missing.
+        usual: Values of required entries that need not be written here, by field name.
     """
-    schema = entries_of(cls)
+    schema, usual = entries_of(cls), usual or {}
     with scope.findings.together():  # what is missing may be what was misspelt
         values, places = read(schema, items, scope, what=what)
     with scope.findings.together():
         for entry in schema.values():
-            if entry.is_required and entry.name not in places:
+            if entry.is_required and entry.name not in places and entry.field not in usual:
                 hint = missing(entry.example, where)
                 scope.findings.add("TIS304", f'{what} needs "{entry.name}"', where, hint=hint)
     try:
         with np.errstate(all="ignore"):
-            return cls(**values), places
+            return cls(**{**usual, **values}), places
     except ArithmeticError:
         message = f"{what} cannot be built from numbers that large or that small"
         scope.findings.reject("TIS309", message, where, hint="check the units")

@@ -244,7 +244,9 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
             filling = self._filled(for_matter=True)
             position = np.concatenate([shape.position, filling.position])
             bricks, tetrahedra = self._cells(filling)
-            mesh = mesh_of_cells(position, bricks, tetrahedra, self._groups(filling))
+            mesh = mesh_of_cells(
+                position, bricks, tetrahedra, self._groups(filling), self._tetrahedra(filling)
+            )
         except FormatError as error:
             raise self._error(error) from error
         return replace(

@@ -1,0 +1,209 @@
+"""Bodies made of finite elements: what they consist of, and what is refused."""
+
+import numpy as np
+import pytest
+
+from tests.every import every
+from tests.whole_runs import carried_out
+from tissuec.analysis.bodies import properties_of
+from tissuec.compiler.compile import Compiled
+from tissuec.core.errors import CompileError
+from tissuec.core.source import Source
+from tissuec.forces.elements import SolidElements
+from tissuec.pipeline import compile_request
+from tissuec.scene.request import Request
+
+SCENE = """\
+language 1
+tissue gel {{ Young's modulus = 10 kPa; density = 1000 kg/m^3; {tissue} }}
+tissue nut {{ Young's modulus = 40 kPa; Poisson's ratio = 0.4; density = 2000 kg/m^3 }}
+body block {{
+  mesh is lattice {{ cell = 5 mm; box from (0, 0, 0) mm to (20, 20, 20) mm; {mesh} }}
+  tissue is gel
+  {body}
+}}
+set low = nodes of block where z < 0.1 mm
+set high = nodes of block where z > 19.9 mm
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+script {{ at 0 s: fix low; {script} }}
+simulate {{ duration = {duration} }}
+"""
+
+
+def scene(body="made of elements", *, tissue="", mesh="", script="", duration="1 ms", more=""):
+    text = SCENE.format(body=body, tissue=tissue, mesh=mesh, script=script, duration=duration)
+    return Request(Source("block.tis", text + more))
+
+
+def compiled(body="made of elements", **parts) -> Compiled:
+    found, warnings = compile_request(scene(body, **parts))
+    assert [w.code for w in warnings] == ["W502"] * len(warnings)  # sets without any use
+    return found
+
+
+def elements(of: Compiled) -> SolidElements:
+    (block,) = (block for block in of.network.blocks if block.kind == "elements")
+    return block.field
+
+
+def refusal(body="made of elements", **parts) -> tuple[str, str]:
+    with pytest.raises(CompileError) as caught:
+        compile_request(scene(body, **parts))
+    (found,) = caught.value.diagnostics
+    return f"{found.code}: {found.message}", found.hint
+
+
+def test_moduli_follow_from_the_tissue():
+    found = elements(compiled(tissue="Poisson's ratio = 0.3; retardation time = 2 ms"))
+    assert found.item_count == 64
+    np.testing.assert_allclose(found.shear, 10e3 / 2.6, rtol=1e-12)
+    np.testing.assert_allclose(found.bulk + found.local, 10e3 / 1.2, rtol=1e-12)
+    np.testing.assert_allclose(found.viscosity, 2e-3 * 10e3 / 2.6, rtol=1e-12)
+
+
+def test_without_more_a_tissue_has_a_ratio_of_one_quarter_and_no_viscosity():
+    found = elements(compiled())
+    np.testing.assert_allclose(found.bulk / found.shear, 5.0 / 3.0, rtol=1e-12)
+    assert not found.viscosity.any()
+    thick = elements(compiled(tissue="shear viscosity = 3 Pa*s"))
+    np.testing.assert_allclose(thick.viscosity, 3.0)
+    wide = elements(compiled(tissue="Poisson's ratio = -0.5"))
+    np.testing.assert_allclose(wide.bulk / wide.shear, 1.0 / 6.0, rtol=1e-12)
+
+
+def test_springs_are_edges_without_any_force():
+    network = compiled().network
+    assert network.spring_count == 300
+    assert not network.springs.stiffness.any()
+    assert not network.springs.damping.any()
+    assert not np.isfinite(network.springs.strength).any()
+    between = np.diff(network.position[network.springs.ends], axis=1)[:, 0]
+    np.testing.assert_allclose(network.springs.rest, np.linalg.norm(between, axis=1))
+    assert network.provenance["stiffness"][0].span.text == "made of elements"
+    assert network.mass.sum() == pytest.approx(8e-3, rel=1e-12)
+
+
+@pytest.mark.parametrize("limit", ["z > 10 mm", "z >= 10 mm", "z > 9.9 mm", "z > 12 mm"])
+def test_a_plane_between_two_layers_of_cells_divides_regions_there(limit):
+    body = f"made of elements; region top where {limit} {{ tissue is nut }}"
+    found = compiled(body)
+    own = elements(found)
+    height = found.network.position[own.nodes][..., 2].mean(axis=1)
+    hard = 40e3 / 2.8
+    np.testing.assert_allclose(
+        own.shear, np.where(height > 10e-3, hard, 10e3 / 2.5), rtol=1e-12
+    )
+    assert found.network.mass.sum() == pytest.approx(4e-3 + 8e-3, rel=1e-12)
+
+
+def test_the_mass_of_a_body_goes_by_volume():
+    mass = compiled("made of elements; mass = 64 g").network.mass
+    assert mass.sum() == pytest.approx(64e-3, rel=1e-12)
+    assert mass.max() == pytest.approx(8.0 * mass.min(), rel=1e-12)
+
+
+def test_a_pressed_block_resists_as_its_elements_do():
+    press = "from 0 s to 0.5 s: move high by (0, 0, -0.2) mm using smooth profile"
+    # 43.02 mN of ever smaller elements; four of them across are stiffer by a part in a hundred.
+    outcome, _ = carried_out(
+        compiled(
+            tissue="Poisson's ratio = 0.3; retardation time = 5 ms", script=press,
+            duration="0.7 s", more="expect force(high) between 43.3 mN and 43.6 mN at 0.7 s\n",
+        )
+    )  # fmt: skip
+    assert not (outcome.failures or outcome.unreached)
+
+
+def test_properties_of_a_body_are_those_of_its_tissue():
+    found = compiled(tissue="Poisson's ratio = 0.3; retardation time = 2 ms")
+    (block,) = properties_of(found)
+    assert block.elasticity is not None
+    assert block.elasticity.young == pytest.approx((10e3,) * 3)
+    assert block.elasticity.poisson == pytest.approx(0.3)
+    assert block.retardation_time == pytest.approx(2e-3)
+    assert block.coarseness is None
+    assert len(block.vibrations) == 3
+    (two,) = properties_of(
+        compiled("made of elements; region a where z > 9 mm { tissue is nut }")
+    )
+    assert two.elasticity is None
+    assert any("differ" in note for note in two.notes)
+
+
+MISTAKES = {
+    "made = elements": 'TIS312: a body is "made of" elements or springs',
+    "made is elements": 'TIS312: a body is "made of" elements or springs',
+    "made elements": 'TIS312: a body is "made of" elements or springs',
+    "made of element": 'TIS305: a body cannot be made of "element"',
+    "made of gel": 'TIS305: a body cannot be made of "gel"',
+    "made of elements; made of elements": 'TIS307: "made" is given twice',
+    "made of elements; interface is softer":
+        'TIS306: "interface" is not available for elements',
+    "made of elements; bending = 3 %": 'TIS306: "bending" is not available for elements',
+    "made of elements; fibres = (1, 0, 0)": 'TIS306: "fibres" is not available for elements',
+    "made of elements; rupture is allowed": "TIS306: rupture is not available for elements",
+    "made of elements; thickness = 1 mm": 'TIS306: a body of elements cannot have "thickness"',
+    "made of elements; springs where x > 1 mm { tissue is nut }":
+        "TIS306: a tissue for springs where x > 1 mm is not available for elements",
+    "made of elements; region a where x > 1 mm { prestress = 2 % }":
+        "TIS306: prestress is not available for elements",
+}  # fmt: skip
+
+
+@every(("body", "message"), MISTAKES.items())
+def test_what_is_of_springs_is_refused_of_a_body(body, message):
+    found, hint = refusal(body)
+    assert found == message
+    assert hint
+
+
+TISSUES = {
+    "yield stress = 1 kPa; flow viscosity = 1 Pa*s": 2, "prestress = 2 %": 1,
+    "relaxing share = 20 %; relaxation time = 1 s": 2, "fibre modulus = 1 MPa": 1,
+    "stress of strain = 100 kPa * strain": 1, "viscosity = 1 N*s/m": 1,
+}  # fmt: skip
+
+
+@every(("tissue", "many"), TISSUES.items())
+def test_what_is_of_springs_is_refused_of_a_tissue(tissue, many):
+    with pytest.raises(CompileError) as caught:
+        compile_request(scene(tissue=tissue))
+    found = caught.value.diagnostics
+    assert len(found) == many
+    assert {one.code for one in found} == {"TIS306"}
+    assert all("available for elements" in one.message for one in found)
+
+
+def test_what_is_of_springs_is_refused_of_a_mesh():
+    assert refusal(mesh="kind is diamond") == (
+        "TIS306: diamond says where springs are, but elements are the cubic cells",
+        "write kind is sodium chloride",
+    )
+    assert refusal(mesh="reach is second neighbours")[0] == (
+        'TIS306: "reach" of a mesh is not available for elements'
+    )
+    assert compiled(mesh="kind is sodium chloride").network.spring_count == 300
+    assert refusal("", mesh="")[0] == 'TIS304: mesh lattice needs "kind"'
+
+
+def test_a_surface_cannot_consist_of_elements():
+    text = """\
+language 1
+tissue gel { Young's modulus = 10 kPa; density = 1000 kg/m^3 }
+body ball {
+  mesh is sphere { centre = (0, 0, 0) mm; radius = 10 mm; subdivisions = 1 }
+  tissue is gel; made of elements
+}
+environment { gravity = (0, 0, 0) m/s^2 }
+simulate { duration = 1 ms }
+"""
+    with pytest.raises(CompileError) as caught:
+        compile_request(Request(Source("ball.tis", text)))
+    (found,) = caught.value.diagnostics
+    assert "not solid" in found.message
+    assert "lattice" in found.hint
+
+
+def test_a_volume_is_preserved_by_the_elements_alone():
+    found, _ = refusal(script="at 0 s: preserve volume of block with 10 kPa")
+    assert "already resist changes of volume" in found

@@ -1,0 +1,253 @@
+"""Bodies made of finite elements: what their elements, nodes and springs are made of.
+
+A tissue of Young's modulus E and Poisson's ratio ν has the shear modulus E/(2(1 + ν)) and the
+bulk modulus E/(3(1 - 2ν)). Springs along the edges of elements have no stiffness: where one of
+them is cut, its elements are gone.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tissuec.compiler.drawn_bodies import Drawing
+from tissuec.compiler.tissue_parts import Material, TissueParts, part_numbers
+from tissuec.core.errors import Note
+from tissuec.core.source import Span
+from tissuec.geometry.elements import SHAPES
+from tissuec.meshes.elements import node_shares
+from tissuec.model.blocks import FieldBlock
+from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
+from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
+from tissuec.model.springs import NUMBERS
+from tissuec.scene.element_bodies import refuse
+from tissuec.scene.findings import Findings
+from tissuec.scene.model import AssignedQuantity
+from tissuec.scene.quantities import (
+    FIBRE_MODULUS,
+    POISSONS_RATIO,
+    QUANTITIES,
+    RETARDATION_TIME,
+    SHARES,
+    YOUNGS_MODULUS,
+)
+
+POISSON = 0.25  # of tissues that give none: that of springs in a solid
+MADE_OF = "made of elements"  # the origin of numbers of their springs
+#: Quantities of springs that elements do not have.
+_OF_SPRINGS = (
+    FIBRE_MODULUS, *SHARES, *CONSTANTS, *TIMES, "prestress", "yield stress", LIMIT,
+    "flow viscosity", VISCOSITY,
+)  # fmt: skip
+
+
+class BodyElements(Struct, frozen=True, eq=False):
+    """The elements of one shape of a body, with nodes and springs numbered within it.
+
+    Attributes:
+        body: The name of the body.
+        shape: As in ``geometry.elements.SHAPES``.
+        nodes: Shape (element, node).
+        shear, bulk: Moduli [Pa], shape (element,).
+        viscosity: Of shear [Pa s], shape (element,).
+        span: What asks for them.
+    """
+
+    body: str
+    shape: str
+    nodes: Indices
+    shear: Floats
+    bulk: Floats
+    viscosity: Floats
+    span: Span
+
+
+class ElementReader:
+    """Gives the elements of one drawing what tissues say.
+
+    Args:
+        drawing: Of a body that is made of elements.
+        findings: Takes diagnostics.
+    """
+
+    def __init__(self, drawing: Drawing, findings: Findings):
+        assert drawing.body.elements is not None and drawing.element_part is not None
+        self.drawing, self.body, self.findings = drawing, drawing.body, findings
+        self.made, self.part = drawing.body.elements, drawing.element_part
+        self.parts = TissueParts(self.body, findings)
+        self._note = (Note(MADE_OF, self.made),)
+        for number in part_numbers(self.part):
+            self._refuse_springs(self.parts.materials[number])
+
+    def read(self) -> dict[str, Explained]:
+        """Return the masses of nodes and the numbers of springs, by name."""
+        length = self.drawing.length
+        numbers = dict(zip(NUMBERS, (0.0, 0.0, length, np.inf, np.inf), strict=True))
+        known = Provenance(
+            np.broadcast_to(np.int32(0), length.shape), (Origin(self.made, MADE_OF),)
+        )
+        springs = {
+            name: (np.broadcast_to(value, length.shape), known)
+            for name, value in numbers.items()
+        }
+        return {"mass": self._mass(), **springs}
+
+    def elements(self) -> tuple[BodyElements, ...]:
+        """Return the elements with their moduli, shape by shape."""
+        young, ratio = self._each(YOUNGS_MODULUS), self._each(POISSONS_RATIO, POISSON)
+        shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
+        viscosity = self._viscosity(shear)
+        found: list[BodyElements] = []
+        first = 0
+        for one in self.drawing.mesh.elements:
+            own = slice(first, first + len(one.nodes))
+            first = own.stop
+            found.append(
+                BodyElements(
+                    self.body.name,
+                    one.shape,
+                    one.nodes,
+                    shear[own],
+                    bulk[own],
+                    viscosity[own],
+                    self.made,
+                )
+            )
+        return tuple(found)
+
+    # --- quantities of parts ------------------------------------------------------------------
+
+    def _refuse_springs(self, material: Material) -> None:
+        """Report what a tissue says of springs that elements do not have."""
+        if material.tissue is None:
+            return
+        given = material.tissue.given
+        for key in _OF_SPRINGS:
+            one = given.get(key)
+            if one and one.value not in (one.quantity.default, one.quantity.none):
+                refuse(one.quantity.name, one.span, self.made, self.findings)
+        for word, law in material.tissue.laws.items():
+            refuse(f"a {word}", law.span, self.made, self.findings)
+
+    def _found(self, key: str, default: float | None = None) -> list[float]:
+        """Return a quantity of each part of the body; NaN for parts without elements.
+
+        Args:
+            key: Of the quantity.
+            default: Of parts whose tissue gives none; None if it is needed.
+        """
+        values: list[float] = []
+        used = part_numbers(self.part)
+        for number, material in enumerate(self.parts.materials):
+            given = material.tissue and material.tissue.given.get(key)
+            if given is None and default is None and number in used:
+                self.parts.missing(key, material, *self._note)
+            none = np.nan if default is None else default
+            values.append(none if given is None else given.value)
+        return values
+
+    def _each(self, key: str, default: float | None = None) -> Floats:
+        """Return a quantity of each element; arguments as for ``_found``."""
+        return np.array(self._found(key, default))[self.part]
+
+    def _viscosity(self, shear: Floats) -> Floats:
+        """Return the viscosity of each element [Pa s], shape (element,); zero without any.
+
+        Args:
+            shear: Shear modulus [Pa], shape (element,).
+        """
+        given = self.parts.found("viscosity")
+        found = np.zeros(len(shear))
+        for number in part_numbers(self.part):
+            one = given[number]
+            if one is None:
+                continue
+            if not one.quantity.is_of_matter:
+                self._refuse_viscosity(one)
+            own = self.part == number
+            is_time = one.quantity is QUANTITIES[RETARDATION_TIME]
+            found[own] = one.value * (shear[own] if is_time else 1.0)
+        return found
+
+    def _refuse_viscosity(self, given: AssignedQuantity) -> None:
+        self.findings.reject(
+            "TIS306",
+            "the viscosity of each spring is not available for elements",
+            given.span,
+            hint="write a retardation time or a shear viscosity in the tissue instead",
+            notes=(Note(f"used by {self.body.name}", self.body.span), *self._note),
+        )
+
+    # --- masses -------------------------------------------------------------------------------
+
+    def _mass(self) -> Explained:
+        """Return the mass of each node [kg], shape (node,).
+
+        A density gives each element its mass, which its nodes share as it is lumped.
+        """
+        mesh, node_part = self.drawing.mesh, self.drawing.part
+        assert mesh.volume is not None
+        if self.body.mass is not None:
+            known = Provenance(
+                np.zeros_like(node_part), (Origin(self.body.places["mass"], "written"),)
+            )
+            return self.body.mass * mesh.volume / mesh.volume.sum(), known
+        used = np.concatenate([node_part, self.part])
+        given = self.parts.given("mass", used)
+        origins = tuple(
+            Origin(g.span, g.how) if g else Origin(self.body.span, "none") for g in given
+        )
+        values = np.zeros(len(node_part))
+        is_dense = np.array([g is not None and g.quantity.is_of_matter for g in given])
+        density = np.array([0.0 if g is None else g.value for g in given])
+        first = 0
+        for one in mesh.elements:
+            part = self.part[first : first + len(one.nodes)]
+            first += len(one.nodes)
+            each = np.where(is_dense[part], density[part], 0.0)[:, None]
+            share = node_shares(SHAPES[one.shape], mesh.position[one.nodes]) * each
+            values += np.bincount(one.nodes.ravel(), share.ravel(), len(values))
+        for number, one in enumerate(given):
+            if one is not None and not is_dense[number]:
+                own = node_part == number
+                is_whole = one.spread == "whole body"
+                share = mesh.volume[own] / mesh.volume.sum() if is_whole else 1.0
+                values[own] = one.value * share
+        return values, Provenance(node_part, origins)
+
+
+def element_blocks(
+    elements: Sequence[BodyElements],
+    position: Floats,
+    nodes: int,
+    ends: NDArray[np.int32],
+    first_spring: int,
+) -> list[FieldBlock]:
+    """Return the blocks of the elements of one body.
+
+    Args:
+        elements: Shape by shape.
+        position: Of all nodes of the network [m], shape (node, 3).
+        nodes: Number of the first node of the body.
+        ends: Nodes of its springs in the network, shape (spring, 2).
+        first_spring: Number of the first of them.
+    """
+    if not elements:
+        return []
+    from tissuec.forces.elements import SolidElements, SolidMaterial  # where there are any
+    from tissuec.laws.solid.neo_hookean import NeoHookean
+
+    blocks: list[FieldBlock] = []
+    for one in elements:
+        law = np.zeros(len(one.nodes), dtype=np.int64)
+        material = SolidMaterial(
+            shear=one.shear, bulk=one.bulk, viscosity=one.viscosity, law=law,
+            laws=(NeoHookean(),),
+        )  # fmt: skip
+        found = SolidElements.of(
+            one.body, SHAPES[one.shape], one.nodes + nodes, position, material, ends,
+            first_spring, one.span,
+        )  # fmt: skip
+        blocks.append(found.block)
+    return blocks
