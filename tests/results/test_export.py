@@ -2,12 +2,22 @@
 
 import csv
 import io
+from decimal import Decimal
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tissuec.results.errors import ResultError
-from tissuec.results.export import frame_shape, table_data, table_names, table_rows, write_csv
+from tissuec.results.export import (
+    frame_shape,
+    table_data,
+    table_names,
+    table_rows,
+    without_rounding,
+    write_csv,
+)
 from tissuec.results.info import summary
 from tissuec.results.shapes import write_obj, write_vtu
 from tissuec.results.trajectory import Trajectory
@@ -29,8 +39,35 @@ def test_a_log_comes_back_from_csv_to_the_last_digit(read, example):
     head, *rows = table(read, "force of forceps A")
     assert head == ["time [s]", *(f"force of forceps A {axis} [N]" for axis in "xyz")]
     numbers = np.array(rows, dtype=float)
-    assert np.array_equal(numbers[:, 0], example.time)
+    assert np.array_equal(numbers[:, 0], [*map(without_rounding, example.time)])
     assert np.array_equal(numbers[:, 1:], example.force[:, 0])
+
+
+def test_times_are_those_that_the_scene_says(tmp_path, example):
+    force, tension = (channel.name for channel in example.recording.logs)
+    odd = 4.123456789012345678
+    times = [0.1 * 3, 0.1 * 7, 1.1 + 2.2, odd]
+    with example.open(tmp_path / "b.vtkhdf") as writer:
+        writer.log(force, times, np.arange(12.0).reshape(4, 3))
+        writer.log(tension, [0.3], [[7, 8]])
+        path = writer.close("done", finished=True)
+    with Trajectory.open(path) as trajectory:
+        rows = table(trajectory, [force])[1:]
+        assert table_data(trajectory, [force])[force]["time"] == times
+    assert [row[0] for row in rows] == ["0.3", "0.7", "3.3", repr(odd)]
+
+
+@given(st.floats(1e-9, 1e6))
+def test_a_time_changes_by_two_units_in_the_last_place_at_most(time):
+    found = without_rounding(time)
+    assert abs(found - time) <= 2.0 * np.spacing(time)
+    assert without_rounding(found) == found
+
+
+@given(st.integers(1, 10**6), st.sampled_from([1e-3, 1e-2, 0.1, 5e-3, 2.5e-4]))
+def test_multiples_of_an_interval_have_no_rounding_error(count, interval):
+    exact = Decimal(count) * Decimal(repr(interval))
+    assert Decimal(repr(without_rounding(count * interval))) == exact
 
 
 def test_energies_and_several_logs_share_a_table(read, example):

@@ -3,6 +3,7 @@
 import csv
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
+from math import ulp
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -26,6 +27,8 @@ from tissuec.results.store import LIBVER
 from tissuec.results.surface_series import SurfaceSeries
 from tissuec.results.trajectory import Trajectory
 
+WRITTEN = 12  # significant digits of times that scenes say
+
 _OF_EVENTS = ("kind", "springs", "cause", "place")
 
 
@@ -41,7 +44,7 @@ def table_rows(
 
     Logs of different times share one table, with empty fields where one has no row. Numbers
     are in the units of axes, which stand in the head, and have as many digits as it takes to
-    read back the same ones.
+    read back the same ones; for times, see ``without_rounding``.
 
     Args:
         trajectory: Where from.
@@ -168,8 +171,24 @@ def _joined_rows(logs: Sequence[Log], clock: AxisUnit) -> Iterable[list[object]]
         for row, values in zip(rows.tolist(), log.value.tolist(), strict=True):
             table[row] = [*scale.exactly(values)]
         tables.append(table)
-    for moment, *values in zip(clock.exactly(moments[:, 0].tolist()), *tables, strict=True):
+    times = map(without_rounding, moments[:, 0].tolist())
+    for moment, *values in zip(clock.exactly(times), *tables, strict=True):
         yield [moment, *(number for row in values for number in row)]
+
+
+def without_rounding(time: float) -> float:
+    """Return the short decimal that a time was computed for, or the time itself.
+
+    Multiples of an interval differ from their decimals by rounding: 3 * 0.1 s is
+    0.30000000000000004 s. Decimals of at most ``WRITTEN`` digits within two units in the last
+    place are taken for what a scene says; other times, such as those of ruptures, keep all
+    digits.
+
+    Args:
+        time: [s].
+    """
+    short = float(f"{time:.{WRITTEN}g}")
+    return short if abs(short - time) <= 2.0 * ulp(time) else time
 
 
 def moments_of(time: Floats) -> Floats:
@@ -191,7 +210,8 @@ def moments_of(time: Floats) -> Floats:
 def _event_rows(trajectory: Trajectory) -> Iterator[list[Any]]:
     clock, events = trajectory.clock, trajectory.events
     yield [_head("time", clock), *_OF_EVENTS]
-    for time, event in zip(clock.exactly(one.time for one in events), events, strict=True):
+    times = (without_rounding(one.time) for one in events)
+    for time, event in zip(clock.exactly(times), events, strict=True):
         yield [time, *event_facts(trajectory, event)]
 
 
