@@ -84,7 +84,7 @@ class BodyProperties(Struct, frozen=True):
         kind: "solid" with a volume; "wall": a surface; "thread"; "bars": a net typed in as
             tables; "points" without springs.
         tissues: What it is made of.
-        nodes, springs: Their numbers.
+        nodes, springs, elements: Their numbers; edges of elements count as springs.
         mass: [kg].
         volume: Of a solid [m³]; of a wall with a thickness, area times that; likewise with the
             section of a thread or of bars.
@@ -114,11 +114,18 @@ class BodyProperties(Struct, frozen=True):
     breaking: BreakingStrength | None = None
     vibrations: tuple[Vibration, ...] = ()
     notes: tuple[str, ...] = ()
+    elements: int = 0
 
     def __repr__(self) -> str:
         made = f" of {', '.join(self.tissues)}" if self.tissues else ""
-        net = f"{counted(self.nodes, 'node')}, {counted(self.springs, 'spring')}"
-        return f'<{self.kind} "{self.name}"{made}: {net}, {show(self.mass, MASS)}>'
+        return f'<{self.kind} "{self.name}"{made}: {self.net}, {show(self.mass, MASS)}>'
+
+    @property
+    def net(self) -> str:
+        """Return the numbers of nodes, and of elements or springs."""
+        if self.elements:
+            return f"{counted(self.nodes, 'node')}, {counted(self.elements, 'element')}"
+        return f"{counted(self.nodes, 'node')}, {counted(self.springs, 'spring')}"
 
     @property
     def density(self) -> float | None:
@@ -260,6 +267,7 @@ class _Examined:
             breaking=self._breaking(elasticity),
             vibrations=tuple(self._vibrations(rest, frequencies)),
             notes=tuple(self.notes),
+            elements=len(self._moduli()[0]) if part.is_made_of_elements else 0,
         )
 
     def _tissues(self) -> Iterator[str]:

@@ -66,9 +66,14 @@ def _check(
     if compiled is None:
         return list(warnings), ""
     network = compiled.network
-    parts = [counted(network.body_nodes, "node"), counted(network.spring_count, "spring")]
+    parts = [counted(network.body_nodes, "node")]
+    elements, springs = network.element_count, network.resisting_springs
+    if elements:
+        parts.append(counted(elements, "element"))
+    if springs or not elements:
+        parts.append(counted(springs, "spring"))
     if bending := int(network.bends.sum()):
-        parts[1] += f", {bending} of them bending springs"
+        parts[-1] += f", {bending} of them bending springs"
     if too_large := uncounted(compiled):
         parts.append(f"floppy modes not checked: {', '.join(too_large)} too large")
     return list(warnings), f" ({', '.join(parts)})"

@@ -123,7 +123,8 @@ def uncounted(compiled: Compiled) -> list[str]:
     return [
         body.name
         for body in compiled.network.bodies
-        if 3 * np.count_nonzero(~held[body.nodes]) > topology.LARGEST_CHECK
+        if not body.is_made_of_elements
+        and 3 * np.count_nonzero(~held[body.nodes]) > topology.LARGEST_CHECK
     ]
 
 

@@ -135,8 +135,9 @@ def _arrays(network: Network) -> dict[str, dict[str, Any]]:
 def skipped(compiled: Compiled) -> Iterator[str]:
     """Yield the parts of a run that this scene does not need."""
     network, plan = compiled.network, compiled.plan
-    if not compiled.network.springs.behaviour.is_viscous:
-        yield "viscosity: no spring has any"
+    solid = [block.field for block in network.blocks if block.kind == "elements"]
+    if not (network.springs.behaviour.is_viscous or any(e.viscosity.any() for e in solid)):
+        yield f"viscosity: no spring{' and no element' if solid else ''} has any"
     if network.springs.inelastic is None:
         yield "relaxation and yielding: no spring relaxes or yields"
     if not np.any(plan.gravity):
@@ -156,7 +157,8 @@ def skipped(compiled: Compiled) -> Iterator[str]:
     if not plan.output.logs:
         yield "logs: none in the output"
     held = state_at_start(compiled).held
-    inner = int(join_nodes_of(network.springs.ends, held).sum())
+    acts = network.springs.sudden > 0.0 if solid else slice(None)  # edges do nothing
+    inner = int(join_nodes_of(network.springs.ends[acts], held).sum())
     if inner:
         yield f"{counted(inner, 'spring')} between held nodes"
     contact = network.contact

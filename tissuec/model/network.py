@@ -354,6 +354,17 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return bool(self.threads or self.joints)
 
     @property
+    def element_count(self) -> int:
+        """Return how many finite elements there are."""
+        return sum(block.field.item_count for block in self.blocks if block.kind == "elements")
+
+    @property
+    def resisting_springs(self) -> int:
+        """Return how many springs are no edges of elements."""
+        edges = (part.springs for part in self.bodies if part.is_made_of_elements)
+        return self.spring_count - sum(part.stop - part.start for part in edges)
+
+    @property
     def present(self) -> NDArray[np.bool_]:
         """Return which springs are there from the start, shape (spring,); knots are not."""
         present = np.ones(self.spring_count, dtype=bool)

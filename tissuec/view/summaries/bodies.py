@@ -20,7 +20,6 @@ from tissuec.core.units import (
 )
 from tissuec.matter.coarseness import Coarseness
 from tissuec.matter.elasticity import Elasticity
-from tissuec.results.wording import net
 
 Row = tuple[str, str, str]
 #: By units of moduli: their dimension, and by what they are multiplied.
@@ -35,7 +34,7 @@ _ALIKE = 0.005  # what is shown as one number
 def head(body: BodyProperties) -> str:
     """Return the material of a body, and the size of its net."""
     made = f" of {', '.join(body.tissues)}" if body.tissues else ""
-    return f"{body.name}: {body.kind}{made}; {net(body.nodes, body.springs)}"
+    return f"{body.name}: {body.kind}{made}; {body.net}"
 
 
 def rows(body: BodyProperties) -> Iterator[Row]:
