@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from tests.every import every
 from tests.whole_runs import carried_out
 from tissuec.analysis.bodies import properties_of
+from tissuec.cli import group
 from tissuec.compiler.compile import Compiled
 from tissuec.core.errors import CompileError
 from tissuec.core.source import Source
@@ -24,14 +26,25 @@ body block {{
 }}
 set low = nodes of block where z < 0.1 mm
 set high = nodes of block where z > 19.9 mm
-environment {{ gravity = (0, 0, 0) m/s^2 }}
+environment {{ gravity = (0, 0, {gravity}) m/s^2 }}
 script {{ at 0 s: fix low; {script} }}
 simulate {{ duration = {duration} }}
 """
 
 
-def scene(body="made of elements", *, tissue="", mesh="", script="", duration="1 ms", more=""):
-    text = SCENE.format(body=body, tissue=tissue, mesh=mesh, script=script, duration=duration)
+def scene(
+    body="made of elements",
+    *,
+    tissue="",
+    mesh="",
+    script="",
+    duration="1 ms",
+    gravity=0,
+    more="",
+):
+    text = SCENE.format(
+        body=body, tissue=tissue, mesh=mesh, script=script, duration=duration, gravity=gravity
+    )
     return Request(Source("block.tis", text + more))
 
 
@@ -112,6 +125,26 @@ def test_a_pressed_block_resists_as_its_elements_do():
         )
     )  # fmt: skip
     assert not (outcome.failures or outcome.unreached)
+
+
+def test_a_block_settles_under_its_weight():
+    # Nodes of the base do not weigh on it: 7 g of 8 g do.
+    more = "expect force(low) between 68.6 mN and 68.7 mN at 1 ms\n"
+    outcome, _ = carried_out(
+        compiled(
+            tissue="retardation time = 5 ms", script="at 0 s: settle", gravity=-9.81, more=more
+        )
+    )
+    assert not (outcome.failures or outcome.unreached)
+    # ρ g h² / 2 E is 0.2 mm; a little less, as the base cannot become wider.
+    sunk = outcome.state.position - outcome.state.network.position
+    assert -0.25e-3 < sunk[:, 2].min() < -0.1e-3
+
+
+def test_check_counts_elements(tmp_path):
+    (tmp_path / "block.tis").write_text(scene().source.text, encoding="utf-8")
+    said = CliRunner().invoke(group, ["check", str(tmp_path / "block.tis")])
+    assert "(125 nodes, 64 elements)" in said.output
 
 
 def test_properties_of_a_body_are_those_of_its_tissue():

@@ -117,6 +117,11 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
         whole = self.matrix(time, position, number, size, exact=exact)
         return whole, np.zeros((3 * size, 0))
 
+    @property
+    def bonds(self) -> Indices:
+        """Return the springs whose ends its items hold together, shape (n,); often none."""
+        return np.zeros(0, dtype=np.int64)
+
     def touched(self, position: Floats) -> NDArray[np.bool_]:
         """Return which nodes this ties to anything outside their piece, shape (node,)."""
         return np.zeros(len(position), dtype=bool)

@@ -170,6 +170,11 @@ class SolidElements(WalledField, frozen=True):
         return Items(place[self.nodes].ravel(), count * np.arange(self.item_count + 1))
 
     @property
+    def bonds(self) -> Indices:
+        """Return the springs along the edges of elements, shape (n,)."""
+        return self.walls
+
+    @property
     def volume(self) -> Floats:
         """Return the volumes as drawn [m³], shape (element,)."""
         return self.drawn.volume.sum(axis=1)[self.row]
