@@ -141,6 +141,15 @@ def test_a_block_settles_under_its_weight():
     assert -0.25e-3 < sunk[:, 2].min() < -0.1e-3
 
 
+def test_contact_is_as_stiff_as_elements():
+    text = scene(tissue="Poisson's ratio = 0.3").source.text
+    found, _ = compile_request(
+        Request(Source("a.tis", text.replace("m/s^2 }", "m/s^2; contact is everywhere }")))
+    )
+    # Of the order of Young's modulus times the edge of a cell, for each of three directions.
+    assert 50.0 < float(np.max(found.network.contact.stiffness)) < 500.0
+
+
 def test_check_counts_elements(tmp_path):
     (tmp_path / "block.tis").write_text(scene().source.text, encoding="utf-8")
     said = CliRunner().invoke(group, ["check", str(tmp_path / "block.tis")])

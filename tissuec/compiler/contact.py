@@ -351,12 +351,17 @@ def _faced_areas(network: Network, environment: Environment, findings: Findings)
 def _stiffness_of_springs(
     network: Network, environment: Environment, findings: Findings
 ) -> float:
-    """Return the mean over the nodes of what their springs resist with [N/m]."""
+    """Return the mean over the nodes of what their springs and elements resist with [N/m]."""
     own = slice(network.body_springs)  # and not those of joints, which may be few and stiff
     steep = network.springs.behaviour.steepness(np.zeros(network.spring_count))[own]
     each = np.bincount(
         network.springs.ends[own].ravel(), np.repeat(steep, 2), network.body_nodes
     )
+    nodes = np.arange(network.node_count)
+    for block in network.blocks:
+        if block.kind == "elements":  # the trace of a node's stiffness, as the sum of springs
+            matrix = block.field.matrix(0.0, network.position, nodes, len(nodes), exact=False)
+            each += matrix.tocsr().diagonal().reshape(-1, 3).sum(axis=1)[: network.body_nodes]
     if each.any():
         return float(each[each > 0.0].mean())
     _unknown("contact stiffness", show(1e3, STIFFNESS), environment, findings)
