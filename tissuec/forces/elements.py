@@ -185,9 +185,8 @@ class SolidElements(WalledField, frozen=True):
         Args:
             position: Of all nodes [m], shape (…, node, 3).
         """
-        return np.einsum(
-            "...eax,eqay->...eqxy", position[..., self.nodes, :], self.drawn.gradients[self.row]
-        )
+        places = position[..., self.nodes, :].swapaxes(-1, -2)[..., None, :, :]
+        return np.asarray(places @ self.drawn.gradients[self.row])
 
     # --- energy and matrix --------------------------------------------------------------------
 
@@ -249,16 +248,19 @@ class SolidElements(WalledField, frozen=True):
         stiff = strain.second_derivatives(EnergySlopes.of(slopes_of, pressure, local))
         if not exact:
             value, way = np.linalg.eigh(stiff)
-            stiff = np.einsum("eqik,eqk,eqjk->eqij", way, np.maximum(value, 0.0), way)
-        count = self.nodes.shape[1]
-        stiff = (
-            stiff.reshape(*stiff.shape[:2], 3, 3, 3, 3) * weight[..., None, None, None, None]
-        )
-        half = np.einsum("eqxkyl,eqbl->eqxkby", stiff, slopes)
-        values = np.einsum("eqxkby,eqak->eaxby", half, slopes)
-        swell = np.einsum("eq,eqxk,eqak->eax", weight, strain.cofactors, slopes)
-        values += np.einsum("e,eax,eby->eaxby", self.bulk / volume, swell, swell)
-        return values.reshape(len(values), 3 * count, 3 * count)
+            stiff = (way * np.maximum(value, 0.0)[..., None, :]) @ way.swapaxes(-1, -2)
+        elements, points, count, _ = slopes.shape
+        # By component and node instead of component and direction: first of one end, then of
+        # the other.
+        stiff = (weight[..., None, None] * stiff).reshape(elements, points, 3, 3, 9)
+        half = slopes[:, :, None] @ stiff
+        half = half.reshape(elements, points, 9 * count, 3) @ slopes.swapaxes(-1, -2)
+        values = half.sum(axis=1).reshape(elements, 3, count, 3, count)
+        values = values.transpose(0, 2, 1, 4, 3).reshape(elements, 3 * count, 3 * count)
+        swell = slopes @ strain.cofactors.swapaxes(-1, -2)
+        swell = np.einsum("eq,eqax->eax", weight, swell).reshape(elements, 3 * count)
+        values += (self.bulk / volume)[:, None, None] * swell[:, :, None] * swell[:, None, :]
+        return values
 
     def damping_matrices(
         self, position: Floats, velocity: Floats, number: Indices, size: int

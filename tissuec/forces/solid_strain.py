@@ -122,45 +122,69 @@ class SolidStrain:
         Args:
             of: Derivatives of the energy at these points.
         """
-        f, c, g, slope, bend = self.f, self.cofactors, self.g, self.by_j, self.by_j_twice
-        right, left = (
-            np.einsum("...ka,...kb->...ab", f, f),
-            np.einsum("...ak,...bk->...ab", f, f),
-        )
-        d = 2.0 * (self.i1[..., None, None] * f - f @ right)
-        a = (2.0 * g)[..., None, None] * f + (slope * self.i1)[..., None, None] * c
-        b = (g * g)[..., None, None] * d + (2.0 * g * slope * self.i2)[..., None, None] * c
-
-        def outer(weight: Floats, one: Floats, other: Floats) -> Floats:
-            return np.einsum("...,...ij,...kl->...ijkl", weight, one, other)
-
-        def both(weight: Floats, one: Floats, other: Floats) -> Floats:
-            return outer(weight, one, other) + outer(weight, other, one)
-
-        found = outer(of.by_first_twice, a, a) + outer(of.by_second_twice, b, b)
-        found += both(of.by_both, a, b)
-        same = np.einsum("ik,jl->ijkl", np.eye(3), np.eye(3))
-        found += (2.0 * of.by_first * g)[..., None, None, None, None] * same
-        found += both(2.0 * of.by_first * slope, f, c)
+        g, slope, bend = self.g, self.by_j, self.by_j_twice
+        f, c = (each.reshape(*each.shape[:-2], 9) for each in (self.f, self.cofactors))
+        d = self._by_deformation_of_second().reshape(f.shape)
+        a = _scaled(2.0 * g, f) + _scaled(slope * self.i1, c)
+        found = _outer(of.by_first_twice, a, a)
         turning = of.by_first * slope * self.i1 + of.pressure
         by_c = of.by_first * bend * self.i1 + of.local
+        alike = of.by_first * g
+        by_both = of.by_first * slope
         if of.by_second.any():
             w = of.by_second * g * g
-            found += outer(4.0 * w, f, f)
-            found += (2.0 * w * self.i1)[..., None, None, None, None] * same
-            found -= np.einsum("...,ik,...lj->...ijkl", 2.0 * w, np.eye(3), right)
-            found -= np.einsum("...,...il,...kj->...ijkl", 2.0 * w, f, f)
-            found -= np.einsum("...,...ik,jl->...ijkl", 2.0 * w, left, np.eye(3))
-            found += both(2.0 * of.by_second * g * slope, d, c)
+            b = _scaled(g * g, d) + _scaled(2.0 * g * slope * self.i2, c)
+            found += _outer(of.by_second_twice, b, b) + _either_way(of.by_both, a, b)
+            found += self._second_of_second(w) + _either_way(
+                2.0 * of.by_second * g * slope, d, c
+            )
             by_c = by_c + 2.0 * of.by_second * (slope**2 + g * bend) * self.i2
             turning = turning + 2.0 * of.by_second * g * slope * self.i2
-        found += outer(by_c, c, c)
-        # ∂cof F/∂F: two cyclic permutations of F itself.
-        found += np.einsum("...,ikm,jln,...mn->...ijkl", turning, _SIGNS, _SIGNS, f)
-        return found.reshape(*found.shape[:-4], 9, 9)
+        found += (2.0 * alike)[..., None, None] * np.eye(9)
+        found += _either_way(2.0 * by_both, f, c) + _outer(by_c, c, c)
+        found += (_scaled(turning, f) @ _OF_COFACTORS).reshape(found.shape)
+        return found
+
+    def _by_deformation_of_second(self) -> Floats:
+        """Return ∂|cof F|²/∂F, shape (…, 3, 3)."""
+        return 2.0 * (
+            self.i1[..., None, None] * self.f - self.f @ self.f.swapaxes(-1, -2) @ self.f
+        )
+
+    def _second_of_second(self, weight: Floats) -> Floats:
+        """Return a multiple of ∂²|cof F|²/∂F∂F, shape (…, 9, 9).
+
+        Args:
+            weight: The factor, shape (…).
+        """
+        f, one = self.f, np.eye(3)
+        right, left = f.swapaxes(-1, -2) @ f, f @ f.swapaxes(-1, -2)
+        flat = f.reshape(*f.shape[:-2], 9)
+        mixed = one[:, None, :, None] * right[..., None, :, None, :]
+        mixed = mixed + f[..., :, None, None, :] * f[..., None, :, :, None].swapaxes(-3, -2)
+        mixed += left[..., :, None, :, None] * one[None, :, None, :]
+        found = self.i1[..., None, None] * np.eye(9) - mixed.reshape(*flat.shape, 9)
+        return (2.0 * weight)[..., None, None] * found + _outer(4.0 * weight, flat, flat)
+
+
+def _scaled(weight: Floats, vector: Floats) -> Floats:
+    return weight[..., None] * vector
+
+
+def _outer(weight: Floats, one: Floats, other: Floats) -> Floats:
+    """Return w a bᵀ, shape (…, 9, 9)."""
+    return _scaled(weight, one)[..., :, None] * other[..., None, :]
+
+
+def _either_way(weight: Floats, one: Floats, other: Floats) -> Floats:
+    """Return w (a bᵀ + b aᵀ), shape (…, 9, 9)."""
+    half = _outer(weight, one, other)
+    return half + half.swapaxes(-1, -2)
 
 
 #: The permutation symbol.
 _SIGNS = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _SIGNS[_i, _j, _k], _SIGNS[_i, _k, _j] = 1.0, -1.0
+#: How F makes up ∂cof F/∂F, which is two cyclic permutations of it, shape (9, 81).
+_OF_COFACTORS = np.einsum("ikm,jln->mnijkl", _SIGNS, _SIGNS).reshape(9, 81)
