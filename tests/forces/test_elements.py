@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.derivatives import forces, slopes, stiffness
 from tissuec.core.source import Source, Span
@@ -224,6 +225,24 @@ def test_each_law_gives_its_stress_in_any_mode(name, cells, way, law):
         one -= np.trace(one) / 3.0 * np.eye(3)
     # Rounding of volumes by 1e-16 costs K 1e-16.
     np.testing.assert_allclose(stress, expected, atol=1e-9 * SHEAR)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("name", SHAPES)
+def test_stress_at_nodes_is_that_of_the_forces(name, law):
+    made, drawn = solid(name, law, displaced=0.1)
+    even = replace(made, shear=made.shear.mean() + 0.0 * made.shear,
+                   bulk=made.bulk.mean() + 0.0 * made.bulk,
+                   local=made.local.mean() + 0.0 * made.local)  # fmt: skip
+    turn = 1.05 * STRETCHES["planar"] @ STRETCHES["shear"]
+    _, stress = uniform(even, drawn, turn)
+    total, volume = even.node_stress(drawn @ turn.T)
+    expected = stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
+    np.testing.assert_allclose(
+        total / volume[:, None], np.tile(expected, (len(drawn), 1)),
+        atol=1e-11 * np.abs(stress).max(),
+    )  # fmt: skip
+    assert volume.sum() == pytest.approx(0.02**3, rel=1e-13)
 
 
 @pytest.mark.parametrize("name", SHAPES)

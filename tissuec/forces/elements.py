@@ -188,6 +188,29 @@ class SolidElements(WalledField, frozen=True):
         places = position[..., self.nodes, :].swapaxes(-1, -2)[..., None, :, :]
         return np.asarray(places @ self.drawn.gradients[self.row])
 
+    def node_stress(self, position: Floats) -> tuple[Floats, Floats]:
+        """Return sums of stress over the shares of nodes, and these shares.
+
+        The mean stress of a node is the first divided by the second. What is viscous is left
+        out.
+
+        Args:
+            position: Of all nodes [m], shape (node, 3).
+
+        Returns:
+            Σ w σ [J], shape (node, 6): xx, yy, zz, xy, yz, xz; and Σ w [m³], shape (node,).
+        """
+        total, volume = np.zeros((len(position), 6)), np.zeros(len(position))
+        for part in self._parts():
+            own = self.only(part)
+            strain = SolidStrain(own.deformations(position))
+            stress = strain.cauchy(own._slopes(strain))
+            six = stress[..., [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
+            share = own.drawn.volume[own.row][..., None] * self.shape.lumped
+            np.add.at(volume, own.nodes, share.sum(axis=1))
+            np.add.at(total, own.nodes, np.einsum("eqa,eqk->eak", share, six))
+        return total, volume
+
     # --- energy and matrix --------------------------------------------------------------------
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
@@ -238,14 +261,8 @@ class SolidElements(WalledField, frozen=True):
     def _element_matrices(self, position: Floats, *, exact: bool) -> Floats:
         """Return ∂²E/∂x∂x of each element [N/m], shape (element, 3 node, 3 node)."""
         strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
-        volume = weight.sum(axis=-1)
-        mean = (weight * strain.j).sum(axis=-1) / volume
-        slopes = self.drawn.gradients[self.row]
-        slopes_of = [self.shear[:, None] * self._of_laws(strain, each) for each in DERIVATIVES]
-        swollen = self.local[:, None] * (strain.j - 1.0)
-        pressure = self.bulk[:, None] * (mean[:, None] - 1.0) + swollen
-        local = np.broadcast_to(self.local[:, None], strain.j.shape)
-        stiff = strain.second_derivatives(EnergySlopes.of(slopes_of, pressure, local))
+        volume, slopes = weight.sum(axis=-1), self.drawn.gradients[self.row]
+        stiff = strain.second_derivatives(self._slopes(strain))
         if not exact:
             value, way = np.linalg.eigh(stiff)
             stiff = (way * np.maximum(value, 0.0)[..., None, :]) @ way.swapaxes(-1, -2)
@@ -373,6 +390,16 @@ class SolidElements(WalledField, frozen=True):
         """Yield the numbers of all elements, a block at a time."""
         for first in range(0, self.item_count, _BLOCK):
             yield np.arange(first, min(first + _BLOCK, self.item_count))
+
+    def _slopes(self, strain: SolidStrain) -> EnergySlopes:
+        """Return what the energy changes by at all points, shape (element, point)."""
+        weight = self.drawn.volume[self.row]
+        mean = (weight * strain.j).sum(axis=-1) / weight.sum(axis=-1)
+        of_law = [self.shear[:, None] * self._of_laws(strain, each) for each in DERIVATIVES]
+        pressure = self.bulk[:, None] * (mean[:, None] - 1.0)
+        pressure = pressure + self.local[:, None] * (strain.j - 1.0)
+        local = np.broadcast_to(self.local[:, None], strain.j.shape)
+        return EnergySlopes.of(of_law, pressure, local)
 
     def _of_laws(self, strain: "SolidStrain", what: Derivative) -> Floats:
         """Return a function of laws at points, shape (…, element, point).

@@ -116,6 +116,19 @@ class SolidStrain:
         self.i2 = np.einsum("...ij,...ij->...", self.cofactors, self.cofactors)
         self.first, self.second = self.g * self.i1, self.g**2 * self.i2
 
+    def cauchy(self, of: EnergySlopes) -> Floats:
+        """Return the stress P Fᵀ / J [Pa], shape (…, 3, 3); J is at least ``LEAST``.
+
+        Args:
+            of: Derivatives of the energy at these points.
+        """
+        by_j = of.by_first * self.by_j * self.i1 + of.pressure
+        by_j = by_j + 2.0 * of.by_second * self.g * self.by_j * self.i2
+        piola = (2.0 * of.by_first * self.g)[..., None, None] * self.f
+        piola = piola + by_j[..., None, None] * self.cofactors
+        piola += (of.by_second * self.g**2)[..., None, None] * self._by_deformation_of_second()
+        return piola @ self.f.swapaxes(-1, -2) / np.maximum(self.j, LEAST)[..., None, None]
+
     def second_derivatives(self, of: EnergySlopes) -> Floats:
         """Return ∂²/∂F∂F of the energy per volume [Pa], shape (…, 9, 9).
 
