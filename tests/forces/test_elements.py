@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from tests.derivatives import forces, slopes, stiffness
 from tissuec.core.source import Source, Span
-from tissuec.forces.elements import SolidElements, SolidMaterial
+from tissuec.forces.elements import SolidElements, SolidFibres, SolidMaterial
 from tissuec.geometry.elements import MIDDLES, SHAPES, Measures
 from tissuec.laws.solid import SOLID_LAWS
 from tissuec.laws.solid.exponential import SolidExponential
@@ -51,14 +51,24 @@ def mesh(name, cells=2, displaced=0.15, seed=3):
     return np.concatenate([position, position[edges].mean(axis=1)]), np.hstack([tets, middles])
 
 
-def solid(name, law, *, viscosity=0.0, **more):
+def fibres_of(count, seed=4):
+    """Return two families of fibres in directions of each element's own."""
+    random = np.random.default_rng(seed)
+    along = random.normal(size=(count, 2, 3))
+    along /= np.linalg.norm(along, axis=2)[..., None]
+    numbers = random.uniform((1e3, 0.2, 0.0), (4e3, 0.6, 0.3), (count, 3))
+    return SolidFibres(along, *np.ascontiguousarray(numbers.T))
+
+
+def solid(name, law, *, viscosity=0.0, has_fibres=False, **more):
     """Return elements of two materials, and where their nodes are drawn."""
     position, nodes = mesh(name, **more)
     count = len(nodes)
     part = 1.0 + (np.arange(count) % 2)
     material = SolidMaterial(
-        SHEAR * part, BULK * part, viscosity * part, np.zeros(count, dtype=np.int64), (law,)
-    )
+        SHEAR * part, BULK * part, viscosity * part, np.zeros(count, dtype=np.int64), (law,),
+        fibres_of(count) if has_fibres else None,
+    )  # fmt: skip
     ends = np.unique(
         np.sort(nodes[:, SHAPES[name].edges].reshape(-1, 2), axis=1), axis=0
     ).astype(np.int32)
@@ -73,14 +83,15 @@ def deformed(position, size, seed=5):
     return position @ turn.T + size * random.uniform(-1.0, 1.0, position.shape)
 
 
-CASES = [(name, law) for name in SHAPES for law in LAWS]
-NAMES = [f"{name}, {type(law).__name__}" for name, law in CASES]
+CASES = [(name, law, False) for name in SHAPES for law in LAWS]
+CASES += [(name, LAWS[1], True) for name in SHAPES]
+NAMES = [f"{n}, {type(law).__name__}{', fibres' if fibred else ''}" for n, law, fibred in CASES]
 
 
-@pytest.mark.parametrize(("name", "law"), CASES, ids=NAMES)
+@pytest.mark.parametrize(("name", "law", "fibred"), CASES, ids=NAMES)
 @pytest.mark.parametrize("size", [5e-4, 6e-3], ids=["strained", "inside out"])
-def test_forces_and_matrices_follow_from_the_energy(name, law, size):
-    made, drawn = solid(name, law, cells=1)
+def test_forces_and_matrices_follow_from_the_energy(name, law, fibred, size):
+    made, drawn = solid(name, law, cells=1, has_fibres=fibred)
     position = deformed(drawn, size)
     assert abs(made.energy(0.0, drawn)) < 1e-12 * made.spread(0.0, drawn)
     count = len(position)
@@ -99,9 +110,9 @@ def test_forces_and_matrices_follow_from_the_energy(name, law, size):
     assert lowest > -1e-13 * np.abs(clamped).max()
 
 
-@pytest.mark.parametrize(("name", "law"), CASES, ids=NAMES)
-def test_the_reference_agrees_by_formulas_of_its_own(name, law):
-    made, drawn = solid(name, law, viscosity=1.5)
+@pytest.mark.parametrize(("name", "law", "fibred"), CASES, ids=NAMES)
+def test_the_reference_agrees_by_formulas_of_its_own(name, law, fibred):
+    made, drawn = solid(name, law, viscosity=1.5, has_fibres=fibred)
     reference = ElementSolid(made, drawn)
     for size in (5e-4, 1.5e-3):
         position = deformed(drawn, size)
@@ -243,6 +254,32 @@ def test_stress_at_nodes_is_that_of_the_forces(name, law):
         atol=1e-11 * np.abs(stress).max(),
     )  # fmt: skip
     assert volume.sum() == pytest.approx(0.02**3, rel=1e-13)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_fibres_add_four_times_k1_along_them(name):
+    position, nodes = mesh(name)
+    count, along, part = len(nodes), np.array([0.6, 0.0, 0.8]), 1e-6
+    fibres = SolidFibres(np.tile(along, (count, 1, 1)), np.full(count, 7e3),
+                         np.full(count, 3.0), np.zeros(count))  # fmt: skip
+    none, law = np.zeros((0, 2), dtype=np.int32), np.zeros(count, dtype=np.int64)
+    bare, fibred = (
+        SolidElements.of(
+            "muscle", SHAPES[name], nodes, position,
+            SolidMaterial(np.full(count, SHEAR), np.full(count, BULK), np.zeros(count), law,
+                          (NeoHookean(),), each), none, 0, SPAN,
+        )
+        for each in (None, fibres)
+    )  # fmt: skip
+    longer = np.eye(3) + part * np.outer(along, along)
+    more = uniform(fibred, position, longer)[1] - uniform(bare, position, longer)[1]
+    np.testing.assert_allclose(
+        more, 4.0 * 7e3 * part * np.outer(along, along), atol=1e-4 * 7e3 * part
+    )
+    # Fibres that are pressed do nothing.
+    shorter = np.eye(3) - part * np.outer(along, along)
+    left = uniform(fibred, position, shorter)[1] - uniform(bare, position, shorter)[1]
+    assert np.abs(left).max() == 0.0
 
 
 @pytest.mark.parametrize("name", SHAPES)

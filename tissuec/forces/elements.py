@@ -9,16 +9,23 @@ where g = J^(-2/3), I1 = tr FᵀF, I2 = |cof F|², and ψ is the law of the soli
 (``laws.solid``). The volume is kept in the mean of an element, so that it does not lock
 where little can change its volume (J. C. Simo, R. L. Taylor, K. S. Pister, Comput. Meth. Appl.
 Mech. Eng. 51:177, 1985). K0 is nothing in hexahedra and wedges; in tetrahedra, where a mean
-alone leaves bending without resistance, it is 2 μ, or K if that is less. Below J = 1/5, g goes
-on along its tangent: elements that are turned inside out have a finite energy and push back.
+alone leaves bending without resistance, it is 2 μ, or K if that is less. Below J = 1/5, g has
+its tangent there: elements that are turned inside out have a finite energy and push back.
 
 The forces on nodes are -Σ w P ∂N_a/∂X with
 
     P = s F + t cof F - 2 μ g² ψ2 F FᵀF,    s = 2 μ (g ψ1 + g² ψ2 I1),
     t = μ g' (ψ1 I1 + 2 g ψ2 I2) + (K - K0)(M - 1) + K0 (J - 1),
 
-ψ1 and ψ2 being the derivatives of ψ, and g' = dg/dJ. What flows resists with the stress 2 η D
-of a liquid, D being the rate of strain without its trace:
+ψ1 and ψ2 being the derivatives of ψ, and g' = dg/dJ. Each family of fibres that is stretched
+along a, a unit vector as drawn, adds
+
+    E = Σ w k1/2k2 (exp(k2 e²) - 1),    e = κ (g I1 - 3) + (1 - 3 κ) (|F a|² - 1) > 0,
+
+κ being the dispersion, from 0 where all fibres are parallel to 1/3 where they have no direction
+(T. C. Gasser, R. W. Ogden, G. A. Holzapfel, J. R. Soc. Interface 3:15, 2006; |F a| includes the
+change of volume: D. R. Nolan et al., J. Mech. Behav. Biomed. Mater. 39:48, 2014). Viscosity is
+that of a liquid under the stress 2 η D, D being the rate of strain without its trace:
 
     P = 2 η/J' dev sym(Ḟ cof Fᵀ) cof F,    J' = max(J, 1/5).
 """
@@ -27,6 +34,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
+from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -37,6 +45,7 @@ from tissuec.forces.solid_strain import (
     DERIVATIVES,
     Derivative,
     EnergySlopes,
+    FibreFamily,
     SolidStrain,
     by_first,
     by_second,
@@ -59,6 +68,33 @@ _SECONDS = 3.5e-9  # of one evaluation of a point, for each of its nodes
 _COLUMNS = ("nodes", "row", "shear", "bulk", "local", "viscosity", "law")
 
 
+class SolidFibres(Struct, frozen=True, eq=False):
+    """Families of fibres, element by element.
+
+    Attributes:
+        along: Unit vectors as drawn, shape (element, family, 3).
+        stiffness: k1 [Pa], shape (element,); a quarter of what each family adds to Young's
+            modulus along it.
+        stiffening: k2, shape (element,); positive.
+        dispersion: κ, 0 to 1/3, shape (element,).
+    """
+
+    along: Floats
+    stiffness: Floats
+    stiffening: Floats
+    dispersion: Floats
+
+    @classmethod
+    def none(cls, count: int) -> Self:
+        """Return no families of some elements."""
+        return cls(np.zeros((count, 0, 3)), *(np.zeros(count) for _ in range(3)))
+
+    def some(self, items: Indices) -> Self:
+        """Return those of some elements, by indices of shape (n,)."""
+        parts = self.along, self.stiffness, self.stiffening, self.dispersion
+        return type(self)(*(part[items] for part in parts))
+
+
 class SolidMaterial(NamedTuple):
     """What elements are made of, element by element.
 
@@ -67,6 +103,7 @@ class SolidMaterial(NamedTuple):
         viscosity: [Pa s], shape (element,).
         law: Number of the law, shape (element,).
         laws: Members of ``laws.solid.SOLID_LAWS``.
+        fibres: None without any.
     """
 
     shear: Floats
@@ -74,6 +111,7 @@ class SolidMaterial(NamedTuple):
     viscosity: Floats
     law: Indices
     laws: tuple[SolidLaw, ...]
+    fibres: SolidFibres | None = None
 
 
 class SolidElements(WalledField, frozen=True):
@@ -89,6 +127,7 @@ class SolidElements(WalledField, frozen=True):
         viscosity: η [Pa s], shape (element,).
         law: Number of the law, shape (element,).
         laws: The first is neo-Hookean.
+        fibres: Families of fibres; there may be none.
         span: What asks for the elements.
     """
 
@@ -103,6 +142,7 @@ class SolidElements(WalledField, frozen=True):
     viscosity: Floats
     law: Indices
     laws: tuple[SolidLaw, ...]
+    fibres: SolidFibres
     span: Span
 
     @classmethod
@@ -145,7 +185,8 @@ class SolidElements(WalledField, frozen=True):
         law = np.array([numbers[law] for law in material.laws], dtype=np.int64)[material.law]
         return cls(
             first_spring + walls, which // len(shape.edges), name, shape, nodes, drawn, row,
-            material.shear, material.bulk - local, local, material.viscosity, law, laws, span,
+            material.shear, material.bulk - local, local, material.viscosity, law, laws,
+            material.fibres or SolidFibres.none(len(nodes)), span,
         )  # fmt: skip
 
     @property
@@ -162,7 +203,8 @@ class SolidElements(WalledField, frozen=True):
 
     def only(self, items: Indices) -> Self:
         """Return some elements, by indices of shape (n,), with the walls of all."""
-        return replace(self, **{name: getattr(self, name)[items] for name in _COLUMNS})
+        some = {name: getattr(self, name)[items] for name in _COLUMNS}
+        return replace(self, fibres=self.fibres.some(items), **some)
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the elements."""
@@ -205,6 +247,8 @@ class SolidElements(WalledField, frozen=True):
             own = self.only(part)
             strain = SolidStrain(own.deformations(position))
             stress = strain.cauchy(own._slopes(strain))
+            for family in own._families():
+                stress += family.cauchy(strain)
             six = stress[..., [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
             share = own.drawn.volume[own.row][..., None] * self.shape.lumped
             np.add.at(volume, own.nodes, share.sum(axis=1))
@@ -229,6 +273,8 @@ class SolidElements(WalledField, frozen=True):
             strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
             stored = own.shear[:, None] * own._of_laws(strain, energy)
             stored += 0.5 * own.local[:, None] * (strain.j - 1.0) ** 2
+            for family in own._families():
+                stored += family.energy(strain)
             volume = weight.sum(axis=-1)
             mean = (weight * strain.j).sum(axis=-1) / volume
             found[..., part] = (weight * stored).sum(axis=-1)
@@ -263,6 +309,8 @@ class SolidElements(WalledField, frozen=True):
         strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
         volume, slopes = weight.sum(axis=-1), self.drawn.gradients[self.row]
         stiff = strain.second_derivatives(self._slopes(strain))
+        for family in self._families():
+            stiff += family.second_derivatives(strain)
         if not exact:
             value, way = np.linalg.eigh(stiff)
             stiff = (way * np.maximum(value, 0.0)[..., None, :]) @ way.swapaxes(-1, -2)
@@ -379,6 +427,9 @@ class SolidElements(WalledField, frozen=True):
             weight=np.ascontiguousarray(self.drawn.volume[used]),
             shear=self.shear, bulk=self.bulk, local=self.local, viscosity=self.viscosity,
             law=self.law,
+            fibres=np.ascontiguousarray(self.fibres.along),
+            fibre_stiffness=self.fibres.stiffness,
+            fibre_stiffening=self.fibres.stiffening, dispersion=self.fibres.dispersion,
             is_curved=is_curved, is_viscous=bool(self.viscosity.any()),
             by_first=first, by_second=second,
             points=np.zeros((points, 29)), own=np.zeros((3, 3 * count)),
@@ -390,6 +441,12 @@ class SolidElements(WalledField, frozen=True):
         """Yield the numbers of all elements, a block at a time."""
         for first in range(0, self.item_count, _BLOCK):
             yield np.arange(first, min(first + _BLOCK, self.item_count))
+
+    def _families(self) -> Iterator[FibreFamily]:
+        """Yield the families of fibres."""
+        of = self.fibres
+        for family in range(of.along.shape[1]):
+            yield FibreFamily(of.along[:, family], of.stiffness, of.stiffening, of.dispersion)
 
     def _slopes(self, strain: SolidStrain) -> EnergySlopes:
         """Return what the energy changes by at all points, shape (element, point)."""

@@ -1,6 +1,7 @@
 """The forces of solid elements as scalar loops; for the equations see ``forces.elements``."""
 
 from ctypes import CFUNCTYPE, c_double, c_int
+from math import exp
 from typing import NamedTuple
 
 from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
@@ -23,6 +24,10 @@ class ElementTable(NamedTuple):
     local: Floats  # that acts at points [Pa], shape (element,)
     viscosity: Floats  # [Pa s], shape (element,)
     law: Integers  # shape (element,)
+    fibres: Stack  # unit vectors as drawn, shape (element, family, 3)
+    fibre_stiffness: Floats  # k1 [Pa], shape (element,)
+    fibre_stiffening: Floats  # k2, shape (element,)
+    dispersion: Floats  # κ, shape (element,)
     is_curved: bool  # whether any law is not neo-Hookean
     is_viscous: bool
     by_first: int  # address of the slope of laws by the first invariant
@@ -73,6 +78,8 @@ def press_elements(
                 solid.weight[row, q],
             )
             stress(e, swell + solid.local[e] * (here[18] - 1.0), here, solid)
+            for family in range(solid.fibres.shape[1]):
+                stretch(e, solid.fibres[e, family], here, solid)
             if solid.is_viscous:
                 power[1] += weight * resist(solid.viscosity[e], flow, slopes, here)
             pull(-weight, slopes, here, push)
@@ -133,6 +140,35 @@ def stress(e: int, pressure: float, here: Floats, solid: ElementTable) -> None:
             here[20 + k] += b0 * here[k] + b1 * here[3 + k] + b2 * here[6 + k]
             here[23 + k] += b1 * here[k] + b4 * here[3 + k] + b5 * here[6 + k]
             here[26 + k] += b2 * here[k] + b5 * here[3 + k] + b8 * here[6 + k]
+
+
+def stretch(e: int, along: Floats, here: Floats, solid: ElementTable) -> None:
+    """Add what a family of fibres that is under tension adds to P at a point.
+
+    Args:
+        e: Number of the element.
+        along: Unit vector of the fibres as drawn, shape (3,).
+        here: The state there; see ``deform``.
+        solid: The elements.
+    """
+    a0, a1, a2, spread = along[0], along[1], along[2], solid.dispersion[e]
+    b0 = here[0] * a0 + here[1] * a1 + here[2] * a2
+    b1 = here[3] * a0 + here[4] * a1 + here[5] * a2
+    b2 = here[6] * a0 + here[7] * a1 + here[8] * a2
+    g, by_j = isochoric(here[18])
+    strain = spread * (g * here[19] - 3.0)
+    strain += (1.0 - 3.0 * spread) * (b0 * b0 + b1 * b1 + b2 * b2 - 1.0)
+    if strain > 0.0:
+        pull_along = solid.fibre_stiffness[e] * strain
+        pull_along *= exp(solid.fibre_stiffening[e] * strain * strain)
+        s, t = 2.0 * pull_along * spread * g, pull_along * spread * by_j * here[19]
+        for k in range(9):
+            here[20 + k] += s * here[k] + t * here[9 + k]
+        pull_along *= 2.0 * (1.0 - 3.0 * spread)
+        for k in range(3):
+            here[20 + k] += pull_along * b0 * along[k]
+            here[23 + k] += pull_along * b1 * along[k]
+            here[26 + k] += pull_along * b2 * along[k]
 
 
 def resist(viscosity: float, flow: Floats, slopes: Floats, here: Floats) -> float:

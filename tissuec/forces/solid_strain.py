@@ -1,4 +1,4 @@
-"""Strain of solids at points, and what their energy changes by with it."""
+"""Strain of solids at points, and what the energies of solids and fibres change by with it."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -178,6 +178,68 @@ class SolidStrain:
         mixed += left[..., :, None, :, None] * one[None, :, None, :]
         found = self.i1[..., None, None] * np.eye(9) - mixed.reshape(*flat.shape, 9)
         return (2.0 * weight)[..., None, None] * found + _outer(4.0 * weight, flat, flat)
+
+
+class FibreFamily:
+    """A family of fibres at the points of elements; see ``forces.elements``.
+
+    Args:
+        along: Unit vectors as drawn, shape (element, 3).
+        stiffness: k1 [Pa], shape (element,).
+        stiffening: k2, shape (element,).
+        dispersion: κ, shape (element,).
+    """
+
+    def __init__(
+        self, along: Floats, stiffness: Floats, stiffening: Floats, dispersion: Floats
+    ):
+        self._along = along[:, None]
+        self._k1, self._k2 = stiffness[:, None], stiffening[:, None]
+        self._spread = dispersion[:, None]
+
+    def _strain(self, strain: SolidStrain) -> tuple[Floats, Floats]:
+        """Return e where it is positive, otherwise 0, shape (…, point), and F a."""
+        along = (strain.f @ self._along[..., None])[..., 0]
+        square = np.einsum("...k,...k->...", along, along)
+        found = self._spread * (strain.first - 3.0)
+        found = found + (1.0 - 3.0 * self._spread) * (square - 1.0)
+        return np.maximum(found, 0.0), along
+
+    def energy(self, strain: SolidStrain) -> Floats:
+        """Return the energy per volume [Pa], shape (…, point)."""
+        e, _ = self._strain(strain)
+        return 0.5 * self._k1 / self._k2 * np.expm1(self._k2 * e * e)
+
+    def _by_deformation(self, strain: SolidStrain, along: Floats) -> Floats:
+        """Return ∂e/∂F, shape (…, point, 3, 3)."""
+        iso = (2.0 * strain.g)[..., None, None] * strain.f
+        iso = iso + (strain.by_j * strain.i1)[..., None, None] * strain.cofactors
+        line = along[..., :, None] * self._along[..., None, :]
+        spread = self._spread[..., None, None]
+        return spread * iso + 2.0 * (1.0 - 3.0 * spread) * line
+
+    def cauchy(self, strain: SolidStrain) -> Floats:
+        """Return what the fibres add to the stress [Pa]; see ``SolidStrain.cauchy``."""
+        e, along = self._strain(strain)
+        slope = self._k1 * e * np.exp(self._k2 * e * e)
+        piola = slope[..., None, None] * self._by_deformation(strain, along)
+        volume = np.maximum(strain.j, LEAST)[..., None, None]
+        return piola @ strain.f.swapaxes(-1, -2) / volume
+
+    def second_derivatives(self, strain: SolidStrain) -> Floats:
+        """Return ∂²/∂F∂F of the energy [Pa], shape (…, point, 9, 9)."""
+        e, along = self._strain(strain)
+        slope = self._k1 * e * np.exp(self._k2 * e * e)
+        bend = self._k1 * (1.0 + 2.0 * self._k2 * e * e) * np.exp(self._k2 * e * e)
+        way = self._by_deformation(strain, along).reshape(*e.shape, 9)
+        found = _outer(np.where(e > 0.0, bend, 0.0), way, way)
+        none = np.zeros_like(slope)
+        spread = EnergySlopes(slope * self._spread, none, none, none, none, none, none)
+        found += strain.second_derivatives(spread)
+        line = self._along[..., :, None] * self._along[..., None, :]
+        line = np.eye(3)[:, None, :, None] * line[..., None, :, None, :]
+        weight = 2.0 * slope * (1.0 - 3.0 * self._spread)
+        return found + weight[..., None, None] * line.reshape(*line.shape[:-4], 9, 9)
 
 
 def _scaled(weight: Floats, vector: Floats) -> Floats:

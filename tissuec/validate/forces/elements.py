@@ -38,6 +38,9 @@ class ElementSolid:
         self._shear = elements.shear[:, None]
         self._bulk = elements.bulk
         self._local, self._eta = elements.local[:, None], elements.viscosity[:, None]
+        of = elements.fibres
+        self._along = of.along
+        self._fibres = of.stiffness[:, None], of.stiffening[:, None], of.dispersion[:, None]
         self._laws = [
             (SLOPES.get(_shipped(law), _of_formula)(law), np.flatnonzero(elements.law == k))
             for k, law in enumerate(elements.laws)
@@ -81,11 +84,20 @@ class ElementSolid:
             values = rule(g[rows] * first[rows], g[rows] ** 2 * second[rows])
             by_first[rows], by_second[rows] = values
         by_first, by_second = self._shear * by_first, self._shear * by_second
+        of_fibres: Any = 0.0
+        k1, k2, spread = self._fibres
+        for along in np.moveaxis(self._along, 1, 0):
+            fourth = np.einsum("eqkl,ek,el->eq", c, along, along)
+            e = spread * (g * first - 3.0) + (1.0 - 3.0 * spread) * (fourth - 1.0)
+            pull = np.where(e.real > 0.0, k1 * e * np.exp(k2 * e * e), 0.0)
+            by_first = by_first + pull * spread
+            line = np.einsum("eq,ek,el->eqkl", pull * (1.0 - 3.0 * spread), along, along)
+            of_fibres = of_fibres + 2.0 * line
         by_j = slope * (by_first * first + 2.0 * g * by_second * second)
         by_j = by_j + pressure + self._local * (j - 1.0)
         one = np.eye(3)
         stress = 2.0 * (by_first * g + by_second * g * g * first)[..., None, None] * one
-        stress = stress - 2.0 * (by_second * g * g)[..., None, None] * c
+        stress = stress + of_fibres - 2.0 * (by_second * g * g)[..., None, None] * c
         return stress + (by_j / j)[..., None, None] * cofactors
 
     # --- what the reference asks for ----------------------------------------------------------
@@ -120,6 +132,11 @@ class ElementSolid:
                 values = rule(3.0 + place * one[rows], 3.0 + place * other[rows])
                 stored += weight * (values[0] * one[rows] + values[1] * other[rows])
             total[rows] += self._shear[rows] * stored
+        k1, k2, spread = self._fibres
+        for along in np.moveaxis(self._along, 1, 0):
+            stretched = np.einsum("eqxk,ek->eqx", f, along)
+            e = spread * one + (1.0 - 3.0 * spread) * ((stretched**2).sum(axis=2) - 1.0)
+            total += np.where(e > 0.0, 0.5 * k1 / k2 * (np.exp(k2 * e * e) - 1.0), 0.0)
         mean = (self._weight * j).sum(axis=1) / self._volume
         whole = (self._weight * total).sum() + 0.5 * self._bulk @ (
             self._volume * (mean - 1.0) ** 2
