@@ -147,7 +147,7 @@ def stretch(e: int, along: Floats, here: Floats, solid: ElementTable) -> None:
 
     Args:
         e: Number of the element.
-        along: Unit vector of the fibres as drawn, shape (3,).
+        along: Unit vector of the fibres as drawn, dimensionless, shape (3,).
         here: The state there; see ``deform``.
         solid: The elements.
     """

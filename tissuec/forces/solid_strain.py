@@ -219,7 +219,7 @@ class FibreFamily:
         return spread * iso + 2.0 * (1.0 - 3.0 * spread) * line
 
     def cauchy(self, strain: SolidStrain) -> Floats:
-        """Return what the fibres add to the stress [Pa]; see ``SolidStrain.cauchy``."""
+        """Return what the fibres add to ``SolidStrain.cauchy`` [Pa], shape (…, point, 3, 3)."""
         e, along = self._strain(strain)
         slope = self._k1 * e * np.exp(self._k2 * e * e)
         piola = slope[..., None, None] * self._by_deformation(strain, along)
