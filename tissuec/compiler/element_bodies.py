@@ -6,6 +6,7 @@ them is cut, its elements are gone.
 """
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from msgspec import Struct
@@ -14,8 +15,14 @@ from numpy.typing import NDArray
 from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.tissue_parts import Material, TissueParts, part_numbers
 from tissuec.core.errors import Note
+from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
 from tissuec.geometry.elements import SHAPES
+from tissuec.laws import MODULUS, STRAIN, stress_in
+from tissuec.laws.formula import Constant, replaced
+from tissuec.laws.solid import SolidLaw
+from tissuec.laws.solid.neo_hookean import NeoHookean
+from tissuec.laws.uniaxial import OfTension
 from tissuec.meshes.elements import node_shares
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.inelastic import CONSTANTS, LIMIT, TIMES, VISCOSITY
@@ -23,6 +30,7 @@ from tissuec.model.network import Explained, Floats, Indices, Origin, Provenance
 from tissuec.model.springs import NUMBERS
 from tissuec.scene.element_bodies import refuse
 from tissuec.scene.findings import Findings
+from tissuec.scene.laws import SOLID_LAW
 from tissuec.scene.model import AssignedQuantity
 from tissuec.scene.quantities import (
     FIBRE_MODULUS,
@@ -34,6 +42,9 @@ from tissuec.scene.quantities import (
 )
 
 POISSON = 0.25  # of tissues that give none: that of springs in a solid
+#: Of tissues with a curve of stress that give none: 167 times as stiff against a change of
+#: volume as in tension at rest, so that curves that become steeper are followed, too.
+INCOMPRESSIBLE = 0.499
 MADE_OF = "made of elements"  # the origin of numbers of their springs
 #: Quantities of springs that elements do not have.
 _OF_SPRINGS = (
@@ -51,6 +62,8 @@ class BodyElements(Struct, frozen=True, eq=False):
         nodes: Shape (element, node).
         shear, bulk: Moduli [Pa], shape (element,).
         viscosity: Of shear [Pa s], shape (element,).
+        law: Number of the law, shape (element,).
+        laws: Of the parts of the body.
         span: What asks for them.
     """
 
@@ -60,6 +73,8 @@ class BodyElements(Struct, frozen=True, eq=False):
     shear: Floats
     bulk: Floats
     viscosity: Floats
+    law: Indices
+    laws: tuple[SolidLaw, ...]
     span: Span
 
 
@@ -95,7 +110,12 @@ class ElementReader:
 
     def elements(self) -> tuple[BodyElements, ...]:
         """Return the elements with their moduli, shape by shape."""
-        young, ratio = self._each(YOUNGS_MODULUS), self._each(POISSONS_RATIO, POISSON)
+        young = self._each(YOUNGS_MODULUS)
+        laws = tuple(map(self._law, self.parts.materials))
+        of_curve = [isinstance(law, OfTension) for law in laws]
+        default = np.where(np.array(of_curve)[self.part], INCOMPRESSIBLE, POISSON)
+        said = self._each(POISSONS_RATIO, np.nan)
+        ratio = np.where(np.isnan(said), default, said)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
         viscosity = self._viscosity(shear)
         found: list[BodyElements] = []
@@ -111,6 +131,8 @@ class ElementReader:
                     shear[own],
                     bulk[own],
                     viscosity[own],
+                    self.part[own].astype(np.int64),
+                    laws,
                     self.made,
                 )
             )
@@ -128,7 +150,29 @@ class ElementReader:
             if one and one.value not in (one.quantity.default, one.quantity.none):
                 refuse(one.quantity.name, one.span, self.made, self.findings)
         for word, law in material.tissue.laws.items():
-            refuse(f"a {word}", law.span, self.made, self.findings)
+            if word != SOLID_LAW and stress_in(law.force) is None:
+                refuse(f"a {word}", law.span, self.made, self.findings)
+
+    def _law(self, material: Material) -> SolidLaw:
+        """Return the law of a part, also from a curve of stress."""
+        if material.tissue is None:
+            return NeoHookean()
+        laws, given = material.tissue.laws, material.tissue.given
+        solid, curve = laws.get(SOLID_LAW), laws.get("spring law")
+        stress = None if curve is None else stress_in(curve.force)
+        if curve is None or stress is None:
+            return NeoHookean() if solid is None else cast(SolidLaw, solid.law)
+        if solid is not None:
+            self.findings.reject(
+                "TIS306",
+                "a solid law and a curve of stress exclude each other",
+                solid.span,
+                hint=leaving_out("remove one of them", solid.span, curve.span),
+                notes=(Note("the curve of stress", curve.span),),
+            )
+        modulus = given[YOUNGS_MODULUS].value
+        known = {"e": STRAIN, "rest": Constant(1.0), MODULUS.name: Constant(modulus)}
+        return OfTension(replaced(stress, known), modulus)
 
     def _found(self, key: str, default: float | None = None) -> list[float]:
         """Return a quantity of each part of the body; NaN for parts without elements.
@@ -236,15 +280,10 @@ def element_blocks(
     if not elements:
         return []
     from tissuec.forces.elements import SolidElements, SolidMaterial  # where there are any
-    from tissuec.laws.solid.neo_hookean import NeoHookean
 
     blocks: list[FieldBlock] = []
     for one in elements:
-        law = np.zeros(len(one.nodes), dtype=np.int64)
-        material = SolidMaterial(
-            shear=one.shear, bulk=one.bulk, viscosity=one.viscosity, law=law,
-            laws=(NeoHookean(),),
-        )  # fmt: skip
+        material = SolidMaterial(one.shear, one.bulk, one.viscosity, one.law, one.laws)
         found = SolidElements.of(
             one.body, SHAPES[one.shape], one.nodes + nodes, position, material, ends,
             first_spring, one.span,

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,16 @@ from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.spring_parts import SpringParts
 from tissuec.compiler.tissue_parts import USES, Material, TissueParts
 from tissuec.core.errors import Note
-from tissuec.laws import LINEAR, SPRING_LAWS, VISCOSITY_LAWS, Law, stress_in, with_modulus
+from tissuec.laws import (
+    LINEAR,
+    SPRING_LAWS,
+    VISCOSITY_LAWS,
+    Law,
+    SpringLaw,
+    ViscosityLaw,
+    stress_in,
+    with_modulus,
+)
 from tissuec.laws.formula import variables
 from tissuec.model.network import Floats
 from tissuec.scene.findings import Findings
@@ -133,7 +144,9 @@ def _as_law(written: WrittenLaws, name: str = "", modulus: float = 1.0) -> Law:
         name or names,
         elastic,
         viscous,
-        SPRING_LAWS["linear"]() if spring is None else spring.law,
-        VISCOSITY_LAWS["linear"]() if dashpot is None else dashpot.law,
+        SPRING_LAWS["linear"]() if spring is None else cast(SpringLaw | None, spring.law),
+        VISCOSITY_LAWS["linear"]()
+        if dashpot is None
+        else cast(ViscosityLaw | None, dashpot.law),
         modulus,
     )

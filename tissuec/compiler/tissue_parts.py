@@ -11,7 +11,7 @@ from tissuec.core.errors import Note
 from tissuec.core.source import Span
 from tissuec.laws.formula import variables
 from tissuec.scene.findings import Findings
-from tissuec.scene.laws import LAW_KINDS
+from tissuec.scene.laws import LAW_KINDS, SOLID_LAW
 from tissuec.scene.model import AssignedQuantity, Body, SpringPart, Tissue
 from tissuec.scene.quantities import (
     FIBRE_MODULUS,
@@ -105,6 +105,24 @@ class TissueParts:
         return AssignedQuantity(
             QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
         )
+
+    def refuse_solid_laws(self, used: NDArray[np.integer]) -> None:
+        """Report laws of solids in parts that consist of springs.
+
+        Args:
+            used: Numbers of parts, shape (…).
+        """
+        for number in part_numbers(used):
+            material = self.materials[number]
+            law = material.tissue and material.tissue.laws.get(SOLID_LAW)
+            if law is not None:
+                self.findings.add(
+                    "TIS306",
+                    f"a solid law has no effect on springs, of which {material.name} consists",
+                    law.span,
+                    hint="write made of elements in the body, or write a stress of strain",
+                    notes=(Note("used here", material.span),),
+                )
 
     def missing(self, name: str, material: Material, *notes: Note) -> NoReturn:
         """Reject a part that lacks a quantity.

@@ -108,6 +108,7 @@ _REST = {"rest length": ("rest", units.LENGTH)}
 _STIFF = dict.fromkeys(("c", "spring constant"), ("c", units.STIFFNESS))
 _VISCOUS = dict.fromkeys(("d", "viscosity"), ("d", units.VISCOSITY))
 _MODULUS = {YOUNGS_MODULUS: (MODULUS.name, units.PRESSURE)}
+SOLID_LAW = "solid law"
 LAW_KINDS = (
     LawKind(
         SPRING_LAWS,
@@ -122,7 +123,7 @@ LAW_KINDS = (
         "viscosity law",
         (Form("viscous force", units.FORCE, _LENGTHENING + _SPEED, _VISCOUS | _REST),),
     ),
-    LawKind(SOLID_LAWS, "solid law", formula=operator.methodcaller("energy")),
+    LawKind(SOLID_LAWS, SOLID_LAW, formula=operator.methodcaller("energy")),
 )
 _EXAMPLE = {
     "spring law": "linear",

@@ -5,12 +5,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from tissuec.forces.volume import Enclosure
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
+
+    from tissuec.forces.elements import SolidElements
 
 
 class CellPressure(Struct, frozen=True, eq=False):
@@ -50,6 +53,7 @@ class BodyMatter(Struct, frozen=True, eq=False):
         pressure: Of cells that keep their volume; None without any.
         near: By what the nodes near a node count for its stress, shape (node, node); None where
             it counts alone.
+        elements: Solid elements that bear its stress instead of springs.
     """
 
     volume: Floats
@@ -57,6 +61,23 @@ class BodyMatter(Struct, frozen=True, eq=False):
     springs: Indices
     pressure: CellPressure | None = None
     near: "csr_matrix | None" = None
+    elements: "tuple[SolidElements, ...]" = ()
+
+    def stress_of_elements(
+        self, position: Floats, alive: NDArray[np.bool_], nodes: slice
+    ) -> Floats:
+        """Return the mean Cauchy stress of the elements around each node [Pa], shape (node, 6).
+
+        It is zero where no element is left.
+
+        Args:
+            position: Of all nodes of the network [m], shape (node, 3).
+            alive: False for springs that were cut, shape (spring,).
+            nodes: Those of the body.
+        """
+        parts = [each.intact(alive).node_stress(position) for each in self.elements]
+        total, volume = (sum(part[nodes] for part in each) for each in zip(*parts, strict=True))
+        return np.asarray(total / np.where(volume > 0.0, volume, 1.0)[:, None])
 
 
 class Anatomy(Struct, frozen=True, eq=False):

@@ -103,6 +103,13 @@ class Moment:
         return np.isin(self.springs, self.cloud.matter.springs)
 
     @cached_property
+    def _alive(self) -> NDArray[np.bool_]:
+        """Which springs of the network are there, as far as they are of this cloud."""
+        alive = np.zeros(self.network.spring_count, dtype=bool)
+        alive[self.springs] = True
+        return alive
+
+    @cached_property
     def around(self) -> Surroundings:
         """The springs around the nodes of a body with matter."""
         return self.facts.around(self.cloud, self.springs[self._bearing])
@@ -117,14 +124,15 @@ class Moment:
         """Stress of a body with matter [Pa], shape (point, 6)."""
         matter = self.cloud.matter
         assert matter is not None
+        if matter.elements:
+            nodes = self.network.bodies[self.cloud.number].nodes
+            return matter.stress_of_elements(self.whole, self._alive, nodes)
         # Where a cell is turned inside out, the drawn volume is all that there is to divide by.
         ratio = np.where(self.strain[1] > 0.0, self.strain[1], 1.0)
         virial = self.around.virial(self.position, self.recorded["tension"][self._bearing])
         volume = matter.volume * ratio
         if matter.pressure is not None:
-            alive = np.zeros(self.network.spring_count, dtype=bool)
-            alive[self.springs] = True
-            torn = matter.pressure.enclosure.lost_items(alive)
+            torn = matter.pressure.enclosure.lost_items(self._alive)
             nodes = self.network.bodies[self.cloud.number].nodes
             pressure = matter.pressure.at_nodes(self.whole, torn, nodes)
             virial[:, :3] -= (pressure * volume)[:, None]
