@@ -42,9 +42,9 @@ from tissuec.scene.quantities import (
 )
 
 POISSON = 0.25  # of tissues that give none: that of springs in a solid
-#: Of tissues with a curve of stress that give none: 167 times as stiff against a change of
+#: Of tissues with a curve of stress that give none: 556 times as stiff against a change of
 #: volume as in tension at rest, so that curves that become steeper are followed, too.
-INCOMPRESSIBLE = 0.499
+INCOMPRESSIBLE = 0.4997
 MADE_OF = "made of elements"  # the origin of numbers of their springs
 #: Quantities of springs that elements do not have.
 _OF_SPRINGS = (

@@ -1,7 +1,6 @@
 """Laws of the springs of a body, from tissues and from tables."""
 
 from collections.abc import Callable
-
 from typing import cast
 
 import numpy as np

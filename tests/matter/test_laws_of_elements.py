@@ -1,0 +1,127 @@
+"""Tissues as elements: laws of solids, curves of stress, and what is refused."""
+
+import h5py
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+import tissuec
+from tests.validate.scenes import compiled_scene
+from tissuec.core.errors import CompileError
+
+BAR = """language 1
+tissue liver {{ Young's modulus = 10 kPa; density = 1000 kg/m^3; {law} }}
+body bar {{
+  made of {made}
+  mesh is lattice {{ cell = 5 mm; box from (0, 0, 0) mm to ({long}, 5, 5) mm{more} }}
+  tissue is liver
+}}
+set left = nodes of bar where x < 0.1 mm
+set right = nodes of bar where x > {long} mm - 0.1 mm
+script {{
+  at 0 s: fix left
+  from 0 s to 20 ms: move right by (1, 0, 0) mm using smooth profile
+}}
+environment {{ gravity = (0, 0, 0) m/s^2 }}
+simulate {{ duration = 30 ms }}
+output {{ trajectory every 10 ms; blocks }}
+"""
+MODULUS = 10e3  # [Pa]
+
+
+def scene(law, *, made="elements", long=5, more=""):
+    return BAR.format(law=law, made=made, long=long, more=more)
+
+
+def elements(text):
+    """Return the elements of a scene, and where all nodes are drawn."""
+    network = compiled_scene(text).network
+    (field,) = (block.field for block in network.blocks if block.kind == "elements")
+    return field, network.position
+
+
+def tension(text, stretch):
+    """Return the nominal stress of one free element that is stretched along x [Pa]."""
+    field, drawn = elements(text)
+    volume = float(field.volume.sum())
+
+    def energy(along, across):
+        return float(field.energy(0.0, drawn * np.array([along, across, across])))
+
+    def least(along):
+        found = minimize_scalar(
+            lambda across: energy(along, across), bounds=(0.3, 1.5), method="bounded",
+            options={"xatol": 1e-12},
+        )  # fmt: skip
+        return found.fun
+
+    step = 1e-4
+    return (least(stretch + step) - least(stretch - step)) / (2.0 * step * volume)
+
+
+@pytest.mark.parametrize("stretch", [1.05, 1.15, 1.3])
+def test_a_curve_of_stress_is_followed_in_tension(stretch):
+    text = scene("stress of strain = 10 kPa / 8 * (exp(8 * strain) - 1)")
+    expected = MODULUS / 8.0 * np.expm1(8.0 * (stretch - 1.0))
+    # 1 % is what the documentation says; the stress along the curve grows to 12 times.
+    assert tension(text, stretch) == pytest.approx(expected, rel=0.01)
+
+
+def test_a_solid_law_is_that_of_the_tissue():
+    ratio, stretch = 0.499, 1.3
+    text = scene(
+        f"Poisson's ratio = {ratio}; solid law is yeoh {{ second = 0.6; third = 1.8 }}"
+    )
+    z = stretch**2 + 2.0 / stretch - 3.0
+    slope = 0.5 + 0.6 * z + 1.5 * 1.8 * z**2
+    shear = MODULUS / (2.0 * (1.0 + ratio))
+    expected = 2.0 * shear * slope * (stretch - stretch**-2)
+    # The change of volume is σ/3K, which is 0.3 % here.
+    assert tension(text, stretch) == pytest.approx(expected, rel=0.01)
+
+
+def test_parts_of_a_body_have_laws_of_their_own():
+    text = scene("Poisson's ratio = 0.4", long=20).replace(
+        "  tissue is liver\n",
+        "  tissue is liver\n  region tip where x > 10.1 mm { tissue is scar }\n",
+    )
+    text = text.replace("body bar", "tissue scar like liver { solid law is exponential "
+                        "{ stiffening = 5 } }\nbody bar")  # fmt: skip
+    field, _ = elements(text)
+    assert [type(law).__name__ for law in field.laws][1:] == ["NeoHookean", "SolidExponential"]
+    assert set(field.law.tolist()) == {0, 2}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            scene("Poisson's ratio = 0.3; solid law is neo hookean", made="springs",
+                  more="; kind is sodium chloride; reach is second neighbours"),
+            "a solid law has no effect on springs",
+        ),
+        (
+            scene("stress of strain = 10 kPa * strain; solid law is neo hookean"),
+            "a solid law and a curve of stress exclude each other",
+        ),
+        (scene("spring law is toe { strain = 3 % }"), "a spring law is not available"),
+        (scene("solid law is yeoh"), 'solid law yeoh needs "second"'),
+        (scene("solid law is rubber"), 'there is no solid law called "rubber"'),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_refused(text, said):
+    with pytest.raises(CompileError) as caught:
+        compiled_scene(text)
+    assert said in str(caught.value)
+
+
+def test_stress_of_elements_is_in_blocks(tmp_path):
+    text = scene("Poisson's ratio = 0.4; retardation time = 1 ms", long=10)
+    result = tissuec.run(text, out=tmp_path / "bar.vtkhdf", companion="off")
+    field, _ = elements(text)
+    total, volume = field.node_stress(result.position[-1])
+    with h5py.File(tmp_path / "bar.blocks.vtkhdf") as file:
+        stress = file["VTKHDF/bar_skin/PointData/stress"][-len(total) :]
+    np.testing.assert_allclose(
+        stress, total / volume[:, None], atol=1e-5 * np.abs(stress).max()
+    )  # the file is in single precision
