@@ -92,9 +92,66 @@ def test_parts_of_a_body_have_laws_of_their_own():
     assert set(field.law.tolist()) == {0, 2}
 
 
+def fibred(law, *, made="elements", more="fibres = (1, 0, 0)"):
+    return scene(law, made=made).replace("  tissue is liver\n", f"  tissue is liver; {more}\n")
+
+
+@pytest.mark.parametrize("spread", ["", "; fibre dispersion = 0.2"])
+def test_along_fibres_there_is_the_fibre_modulus(spread):
+    text = fibred(f"Poisson's ratio = 0.3; fibre modulus = 50 kPa{spread}")
+    field, drawn = elements(text)
+    part = 1e-5
+    volume = float(field.volume.sum())
+
+    def energy(along, ratio):
+        widths = 1.0 - ratio * along
+        return float(field.energy(0.0, drawn * np.array([1.0 + along, widths, widths])))
+
+    least = minimize_scalar(
+        lambda ratio: energy(part, ratio), bounds=(0.0, 0.6), method="bounded",
+        options={"xatol": 1e-10},
+    )  # fmt: skip
+    assert 2.0 * least.fun / (volume * part**2) == pytest.approx(50e3, rel=2e-3)
+
+
+def test_stiffening_fibres_follow_their_exponential():
+    text = fibred("Poisson's ratio = 0.4; fibre modulus = 50 kPa; fibre stiffening = 3",
+                  more="fibres = (1, 1, 0); second fibres = (1, -1, 0)")  # fmt: skip
+    field, drawn = elements(text)
+    bare, _ = elements(scene("Poisson's ratio = 0.4"))
+    stretched = drawn * np.array([1.2, 1.0, 1.0])
+    e = 0.5 * (1.2**2 + 1.0) - 1.0  # of both families
+    k1 = 0.25 * 40e3
+    expected = 2.0 * k1 / 6.0 * np.expm1(3.0 * e * e) * float(field.volume.sum())
+    added = float(field.energy(0.0, stretched) - bare.energy(0.0, stretched))
+    assert added == pytest.approx(expected, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        (
+            fibred("Poisson's ratio = 0.3; fibre stiffening = 3", more="mass = 1 g"),
+            "a fibre stiffening needs a fibre modulus",
+        ),
+        (fibred("fibre modulus = 50 kPa", more="mass = 1 g"), 'bar needs "fibres"'),
+        (fibred("Poisson's ratio = 0.3"), "fibres of bar have no effect"),
+        (fibred("fibre modulus = 5 kPa"), "the fibre modulus is less than Young's modulus"),
+        (fibred("fibre modulus = 50 kPa", more="fibres is axial"), "only a tube can"),
+        (fibred("fibre modulus = 50 kPa; fibre dispersion = 0.32"), "at most 0.3"),
+        (
+            fibred("fibre modulus = 50 kPa; fibre stiffening = 2", made="springs",
+                   more="fibres = (1, 0, 0)").replace("cell = 5 mm", "kind is sodium chloride; "
+                   "reach is second neighbours; cell = 5 mm"),
+            "a fibre stiffening has no effect on springs",
+        ),
+        (
+            fibred("fibre modulus = 50 kPa", made="springs",
+                   more="fibres = (1, 0, 0); second fibres = (0, 1, 0)").replace(
+                   "cell = 5 mm", "kind is sodium chloride; reach is second neighbours; "
+                   "cell = 5 mm"),
+            "only a body of elements can have a second family of fibres",
+        ),
         (
             scene("Poisson's ratio = 0.3; solid law is neo hookean", made="springs",
                   more="; kind is sodium chloride; reach is second neighbours"),

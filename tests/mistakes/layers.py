@@ -392,7 +392,7 @@ MISTAKES = {
         "tissue own { Poisson's ratio = 0.5; described",
         "TIS308",
         "0.5",
-        'write "0.499"',
+        'write "0.4999"',
     ),
     "mesh far too fine": M(
         "cell = 5 mm",

@@ -45,7 +45,7 @@ MISTAKES = {
     "tilde": _own("Young's modulus = ~5 kPa", "TIS114", "~", 'write "5 kPa"', "W206"),
     "limit": _own("Young's modulus = < 6 kPa", "TIS312", "< 6 kPa", 'write "6 kPa"', "W206"),
     # numbers beyond their limits
-    "incompressible": _own("Poisson's ratio = 0.5", "TIS308", "0.5", 'write "0.499"'),
+    "incompressible": _own("Poisson's ratio = 0.5", "TIS308", "0.5", 'write "0.4999"'),
     "negative thickness": M("thickness = 2 mm", "thickness = -2 mm", "TIS308", "-2 mm", 'write "2 mm"'),
     "no radius": M("radius = 4 mm", "radius = 0 mm", "TIS308", "0 mm", "write a number above 0 m"),
     "one row": M("rows = 5", "rows = 1", "TIS308", "1", 'write "2"'),

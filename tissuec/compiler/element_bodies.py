@@ -6,14 +6,14 @@ them is cut, its elements are gone.
 """
 
 from collections.abc import Sequence
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.compiler.drawn_bodies import Drawing
-from tissuec.compiler.tissue_parts import Material, TissueParts, part_numbers
+from tissuec.compiler.tissue_parts import OF_FIBRES, Material, TissueParts, part_numbers
 from tissuec.core.errors import Note
 from tissuec.core.hints import leaving_out
 from tissuec.core.source import Span
@@ -41,6 +41,10 @@ from tissuec.scene.quantities import (
     YOUNGS_MODULUS,
 )
 
+if TYPE_CHECKING:
+    from tissuec.forces.elements import SolidFibres
+
+STRAIGHT = 1e-9  # stiffening of fibres that have none, by which energies are divided
 POISSON = 0.25  # of tissues that give none: that of springs in a solid
 #: Of tissues with a curve of stress that give none: 556 times as stiff against a change of
 #: volume as in tension at rest, so that curves that become steeper are followed, too.
@@ -48,7 +52,7 @@ INCOMPRESSIBLE = 0.4997
 MADE_OF = "made of elements"  # the origin of numbers of their springs
 #: Quantities of springs that elements do not have.
 _OF_SPRINGS = (
-    FIBRE_MODULUS, *SHARES, *CONSTANTS, *TIMES, "prestress", "yield stress", LIMIT,
+    *SHARES, *CONSTANTS, *TIMES, "prestress", "yield stress", LIMIT,
     "flow viscosity", VISCOSITY,
 )  # fmt: skip
 
@@ -64,6 +68,7 @@ class BodyElements(Struct, frozen=True, eq=False):
         viscosity: Of shear [Pa s], shape (element,).
         law: Number of the law, shape (element,).
         laws: Of the parts of the body.
+        fibres: Families of fibres; None without any.
         span: What asks for them.
     """
 
@@ -75,6 +80,7 @@ class BodyElements(Struct, frozen=True, eq=False):
     viscosity: Floats
     law: Indices
     laws: tuple[SolidLaw, ...]
+    fibres: "SolidFibres | None"
     span: Span
 
 
@@ -117,7 +123,7 @@ class ElementReader:
         said = self._each(POISSONS_RATIO, np.nan)
         ratio = np.where(np.isnan(said), default, said)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
-        viscosity = self._viscosity(shear)
+        viscosity, fibres = self._viscosity(shear), self._fibres()
         found: list[BodyElements] = []
         first = 0
         for one in self.drawing.mesh.elements:
@@ -133,6 +139,7 @@ class ElementReader:
                     viscosity[own],
                     self.part[own].astype(np.int64),
                     laws,
+                    None if fibres is None else fibres.some(np.arange(own.start, own.stop)),
                     self.made,
                 )
             )
@@ -152,6 +159,65 @@ class ElementReader:
         for word, law in material.tissue.laws.items():
             if word != SOLID_LAW and stress_in(law.force) is None:
                 refuse(f"a {word}", law.span, self.made, self.findings)
+
+    def _fibres(self) -> "SolidFibres | None":
+        """Return the families of fibres of the elements; None without any."""
+        self.parts.refuse_idle_fibres()
+        added, numbers = (
+            np.zeros(len(self.parts.materials)),
+            {name: np.array(self._found(name, 0.0)) for name in OF_FIBRES},
+        )
+        for number in part_numbers(self.part):
+            material = self.parts.materials[number]
+            if material.tissue is None:
+                continue
+            given = material.tissue.given
+            modulus = given.get(FIBRE_MODULUS)
+            for name in OF_FIBRES:
+                if modulus is None and (idle := given.get(name)) is not None:
+                    self._needs_modulus(idle)
+            if modulus is not None:
+                young = given[YOUNGS_MODULUS]
+                added[number] = young.value * self.parts.added_by_fibres(young)
+                if self.body.fibres is None:
+                    self._needs_direction(modulus)
+        if not added.any():
+            return None
+        directions = [self.body.fibres, self.body.second_fibres]
+        for name, one in zip(("fibres", "second fibres"), directions, strict=True):
+            if isinstance(one, str):
+                self.findings.reject(
+                    "TIS309",
+                    f"{self.body.name} cannot have {one} fibres: only a tube can",
+                    self.body.places[name],
+                    hint="write a direction, such as fibres = (1, 0, 0)",
+                )
+        from tissuec.forces.elements import SolidFibres
+
+        stiffening, spread = (numbers[name][self.part] for name in OF_FIBRES)
+        # At rest a fibre of the strain ε has e = 2 (1 - 3 κ) ε.
+        stiffness = 0.25 * added[self.part] / (1.0 - 3.0 * spread) ** 2
+        along = np.array([one for one in directions if one is not None], dtype=float)
+        every = np.broadcast_to(along, (len(self.part), *along.shape))
+        return SolidFibres(every, stiffness, np.maximum(stiffening, STRAIGHT), spread)
+
+    def _needs_modulus(self, given: AssignedQuantity) -> None:
+        self.findings.reject(
+            "TIS304",
+            f"a {given.quantity.name} needs a fibre modulus",
+            given.span,
+            hint="write a fibre modulus, which is Young's modulus along the fibres",
+            notes=(Note(f"used by {self.body.name}", self.body.span),),
+        )
+
+    def _needs_direction(self, given: AssignedQuantity) -> None:
+        self.findings.reject(
+            "TIS304",
+            f'{self.body.name} needs "fibres": the direction of its fibres',
+            self.body.span,
+            hint="for example: fibres = (1, 0, 0)",
+            notes=(Note("required by this entry", given.span),),
+        )
 
     def _law(self, material: Material) -> SolidLaw:
         """Return the law of a part, also from a curve of stress."""
@@ -279,11 +345,13 @@ def element_blocks(
     """
     if not elements:
         return []
-    from tissuec.forces.elements import SolidElements, SolidMaterial  # where there are any
+    from tissuec.forces.elements import SolidElements, SolidMaterial
 
     blocks: list[FieldBlock] = []
     for one in elements:
-        material = SolidMaterial(one.shear, one.bulk, one.viscosity, one.law, one.laws)
+        material = SolidMaterial(
+            one.shear, one.bulk, one.viscosity, one.law, one.laws, one.fibres
+        )
         found = SolidElements.of(
             one.body, SHAPES[one.shape], one.nodes + nodes, position, material, ends,
             first_spring, one.span,

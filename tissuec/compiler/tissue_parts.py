@@ -14,7 +14,9 @@ from tissuec.scene.findings import Findings
 from tissuec.scene.laws import LAW_KINDS, SOLID_LAW
 from tissuec.scene.model import AssignedQuantity, Body, SpringPart, Tissue
 from tissuec.scene.quantities import (
+    FIBRE_DISPERSION,
     FIBRE_MODULUS,
+    FIBRE_STIFFENING,
     OF_MATTER,
     QUANTITIES,
     SHARES,
@@ -31,6 +33,10 @@ USES = {
     for name, (variable, _) in form.names.items()
     if name in QUANTITIES and name != YOUNGS_MODULUS
 }
+
+
+#: What only fibres in elements have.
+OF_FIBRES = FIBRE_STIFFENING, FIBRE_DISPERSION
 
 
 class Material(Struct, frozen=True):
@@ -106,23 +112,28 @@ class TissueParts:
             QUANTITIES[name], 1.0, "each spring", None, f"no part of the {word}", law.span
         )
 
-    def refuse_solid_laws(self, used: NDArray[np.integer]) -> None:
-        """Report laws of solids in parts that consist of springs.
+    def refuse_solids(self, used: NDArray[np.integer]) -> None:
+        """Report laws and fibres of solids in parts that consist of springs.
 
         Args:
             used: Numbers of parts, shape (…).
         """
         for number in part_numbers(used):
             material = self.materials[number]
-            law = material.tissue and material.tissue.laws.get(SOLID_LAW)
-            if law is not None:
-                self.findings.add(
-                    "TIS306",
-                    f"a solid law has no effect on springs, of which {material.name} consists",
-                    law.span,
-                    hint="write made of elements in the body, or write a stress of strain",
-                    notes=(Note("used here", material.span),),
-                )
+            if material.tissue is None:
+                continue
+            given = material.tissue.given
+            found = [(f"a {name}", given.get(name)) for name in OF_FIBRES]
+            found += [(f"a {SOLID_LAW}", material.tissue.laws.get(SOLID_LAW))]
+            for what, written in found:
+                if written is not None:
+                    self.findings.add(
+                        "TIS306",
+                        f"{what} has no effect on springs, of which {material.name} consists",
+                        written.span,
+                        hint="write made of elements in the body, or remove it from the tissue",
+                        notes=(Note("used here", material.span),),
+                    )
 
     def missing(self, name: str, material: Material, *notes: Note) -> NoReturn:
         """Reject a part that lacks a quantity.
@@ -188,11 +199,14 @@ class TissueParts:
         """Reject a direction without fibres, and fibres without a body that they stiffen."""
         given = [m.tissue.given for m in self.materials if m.tissue is not None]
         along = [one[FIBRE_MODULUS] for one in given if FIBRE_MODULUS in one]
-        if self.body.fibres is not None and not along:
+        has_fibres = self.body.fibres is not None or self.body.second_fibres is not None
+        if has_fibres and not along:
             self.findings.reject(
                 "TIS306",
                 f"fibres of {self.body.name} have no effect: its tissue has no fibre modulus",
-                self.body.places.get("fibres", self.body.span),
+                self.body.places.get(
+                    "fibres", self.body.places.get("second fibres", self.body.span)
+                ),
                 hint="write a fibre modulus in the tissue, or remove fibres",
             )
         for one in given:

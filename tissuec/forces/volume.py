@@ -104,7 +104,7 @@ class Enclosure(WalledField, frozen=True):
         if part.is_made_of_elements:
             raise ValueError(
                 f"the elements of {part.name} already resist changes of volume by the "
-                "Poisson's ratio of its tissue, which can be up to 0.499"
+                "Poisson's ratio of its tissue, which can be up to 0.4999"
             )
         share = 1.0 if part.tetrahedra is None else 0.25
         corners, first, walls, walled = _surfaces(network, part)

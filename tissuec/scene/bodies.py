@@ -90,6 +90,7 @@ BODY_ENTRIES: dict[str, schema.Entry] = {
     )
 }
 _PART = Real(units.NUMBER, at_least=0.0, at_most=100.0)
+SECOND_FIBRES = "second fibres"
 AXIAL, CIRCUMFERENTIAL = "axial", "circumferential"  # fibres of a tube
 ELASTIC = "elastic"  # how a wall of matter resists bending
 #: How stiff bending springs are in words, as parts of the tissue's springs.
@@ -97,6 +98,7 @@ BENDING = {"none": 0.0, "soft": 0.05, "medium": 0.2, "stiff": 1.0}
 _CHOICES = (*BENDING, ELASTIC)
 ENTRIES = (
     "mesh", "made", "tissue", "region", "springs", "rupture", "bending", "fibres",
+    SECOND_FIBRES,
     *BODY_ENTRIES,
 )  # fmt: skip
 #: What is said of a body elsewhere, and how.
@@ -201,6 +203,7 @@ class _BodyReader:
         self.may_rupture = False
         self.bending: Bending | None = None
         self.fibres: Floats | str | None = None
+        self.second_fibres: Floats | str | None = None
         self.shell: Span | None = None
         self.elements: Span | None = None
         self.may_be_elements = False  # also where that is written wrong
@@ -230,6 +233,13 @@ class _BodyReader:
             is_whole = self.findings.failures == failures
         elif self.regions and is_whole:
             is_whole = self._has_interface()
+        if SECOND_FIBRES in self.once and self.elements is None:
+            self.findings.add(
+                "TIS306",
+                "only a body of elements can have a second family of fibres",
+                self.once[SECOND_FIBRES],
+                hint="write made of elements, or remove second fibres",
+            )
         zero = np.zeros(3)
         return Body(
             name=self.name.text,
@@ -242,6 +252,7 @@ class _BodyReader:
             may_rupture=self.may_rupture,
             bending=self.bending,
             fibres=self.fibres,
+            second_fibres=self.second_fibres,
             shell=self.shell,
             elements=self.elements,
             mass=self.rest.get("mass"),
@@ -308,6 +319,8 @@ class _BodyReader:
             self._bending(item)
         elif key == "fibres":
             self.fibres = self._fibres(item)
+        elif key == SECOND_FIBRES:
+            self.second_fibres = self._fibres(item)
         elif key in BODY_ENTRIES:
             self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
         else:

@@ -16,7 +16,7 @@ ELEMENTS, SPRINGS = "elements", "springs"
 MADE_OF = (ELEMENTS, SPRINGS)
 CUBIC = "sodium chloride"  # the kind of lattice whose nodes are the corners of its cells
 #: Entries of bodies that are for springs, and for walls and bars.
-_OF_SPRINGS, _OF_WALLS = ("bending", "fibres", "interface"), ("section", "thickness")
+_OF_SPRINGS, _OF_WALLS = ("bending", "interface"), ("section", "thickness")
 
 
 def read_made_of(

@@ -8,7 +8,13 @@ from tissuec.core import units
 from tissuec.core.fields import OneOf, Real, Whole
 from tissuec.engine.integrators import INTEGRATORS, Integrator
 from tissuec.scene.block_sentences import Sentences
-from tissuec.scene.quantities import FIBRE_MODULUS, POISSONS_RATIO, QUANTITIES
+from tissuec.scene.quantities import (
+    FIBRE_DISPERSION,
+    FIBRE_MODULUS,
+    FIBRE_STIFFENING,
+    POISSONS_RATIO,
+    QUANTITIES,
+)
 from tissuec.scene.schema import Entry, with_choices
 from tissuec.script.fit_problem import REST_LENGTH, START_POSITION, START_VELOCITY, WORDS
 from tissuec.script.plan import AUTOMATIC
@@ -158,9 +164,13 @@ DIMENSIONS = {
     START_POSITION: units.LENGTH,
     START_VELOCITY: units.VELOCITY,
 }
+#: Quantities of matter that are not adjusted.
+NOT_LEARNT = (
+    *BREAKING, POISSONS_RATIO, FIBRE_MODULUS, FIBRE_STIFFENING, FIBRE_DISPERSION,
+)  # fmt: skip
 #: What can be adjusted, beside constants of laws, params and numbers of forces.
 ADJUSTED = (
-    *(key for key in QUANTITIES if key not in (*BREAKING, POISSONS_RATIO, FIBRE_MODULUS)),
+    *(key for key in QUANTITIES if key not in NOT_LEARNT),
     *PLACED,
     WORDS,
 )

@@ -64,6 +64,7 @@ ENTRIES = {
         "bending": "Bending resistance of a surface: by springs, or elastic like a wall of "
         "its thickness.",
         "fibres": "The stiffer direction of a tissue with a fibre modulus.",
+        "second fibres": "The direction of a second family of fibres, in a body of elements.",
     },
     "region": {
         "tissue": "The tissue of the region; by default that of the body.",

@@ -216,6 +216,7 @@ class Body(Struct, frozen=True, eq=False):
         may_rupture: ``rupture is allowed``.
         bending: Springs between second neighbours; None without any.
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
+        second_fibres: Of a solid of elements, the direction of another family; None without.
         shell: What asks for bending stiffness by the thickness of the wall; None without it.
         elements: What asks for finite elements instead of springs; None with springs.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
@@ -235,6 +236,7 @@ class Body(Struct, frozen=True, eq=False):
     may_rupture: bool
     bending: Bending | None
     fibres: Floats | str | None
+    second_fibres: Floats | str | None
     shell: Span | None
     elements: Span | None
     mass: float | None

@@ -7,11 +7,18 @@ from tissuec.lang import syntax as s
 from tissuec.scene import schema
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import AssignedQuantity
-from tissuec.scene.quantities import POISSONS_RATIO, QUANTITIES, SHARES, TissueQuantity
+from tissuec.scene.quantities import (
+    FIBRE_DISPERSION,
+    POISSONS_RATIO,
+    QUANTITIES,
+    SHARES,
+    TissueQuantity,
+)
 from tissuec.scene.ranges import refuse_range
 
 LARGEST_SHARE = 0.99  # of a modulus that relaxes: what is left holds a body together
-LARGEST_POISSON = 0.499  # at 1/2 a solid would keep its volume exactly, and never move
+LARGEST_DISPERSION = 0.3  # at 1/3 fibres have no direction, along which there is a modulus
+LARGEST_POISSON = 0.4999  # at 1/2 a solid would keep its volume exactly, and never move
 
 
 def limits_of(quantity: TissueQuantity) -> Real:
@@ -22,6 +29,8 @@ def limits_of(quantity: TissueQuantity) -> Real:
         return Real(quantity.dimension, at_least=0.0, at_most=LARGEST_SHARE)
     if key_of(quantity.name) == POISSONS_RATIO:
         return Real(quantity.dimension, above=-1.0, at_most=LARGEST_POISSON)
+    if key_of(quantity.name) == FIBRE_DISPERSION:
+        return Real(quantity.dimension, at_least=0.0, at_most=LARGEST_DISPERSION)
     if quantity.may_be_zero:
         return Real(quantity.dimension, at_least=0.0)
     return Real(quantity.dimension, above=0.0)
