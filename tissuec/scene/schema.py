@@ -35,6 +35,7 @@ _QUOTED = re.compile(r'"[^"]*"')
 _AMOUNT = re.compile(r"(-?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(\S*)")
 
 Kind = Real | Whole | OneOf | Point | FromTo | Several | FileIn | Named
+_DIGITS = 4  # of limits
 T = TypeVar("T")
 
 
@@ -352,7 +353,7 @@ def _read_real(kind: Real, node: s.Expression, scope: Scope, *, what: str) -> fl
     )
     if any(broken for broken, _, _ in limits):
         allowed = " and ".join(
-            f"{words} {show(limit, kind.dimension)}"
+            f"{words} {show(limit, kind.dimension, digits=_DIGITS)}"
             for _, words, limit in limits
             if limit is not None
         )
@@ -384,7 +385,7 @@ def _allowed(kind: Real, node: s.Expression, value: Value, allowed: str) -> Hint
             return Hint(f'"{node.span.one_line}" is {value}; it must be {allowed}')
     nearest = kind.at_most if kind.at_most is not None and amount > 0.0 else kind.at_least
     if nearest is not None and _within(kind, nearest):
-        return proposal(show(nearest, kind.dimension))
+        return proposal(show(nearest, kind.dimension, digits=_DIGITS))
     return Hint(f"write a number {allowed}")
 
 
