@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tissuec.core.vectors import norm
 from tissuec.forces.resting_springs import Bars, RestingSprings, reached
 from tissuec.laws.evaluation import Behaviour
 from tissuec.mechanics.observables import applied_forces, rest_lengths
@@ -51,7 +52,7 @@ class Balance:
 
     Attributes:
         free: The nodes that may move, ascending, shape (free,).
-        springs: Those that act.
+        springs: Those that act, or that are edges of what acts.
         mass: Of the free nodes [kg], shape (free,).
         load: Weight and external force on each free node [N], shape (free, 3).
     """
@@ -182,9 +183,16 @@ class Balance:
         )
 
     def largest(self, bars: Bars) -> float:
-        """Return the largest force of a spring or load [N], by which residuals are judged."""
-        load = np.sqrt((self.load**2).sum(axis=1)).max(initial=0.0)
-        return max(float(np.abs(bars.tension).max(initial=0.0)), float(load))
+        """Return the largest force of a spring, load or field [N], to judge residuals by.
+
+        That of a field is its sum at a node, also at one that is held.
+        """
+        forces, rest = [self.load], np.zeros_like(bars.position)
+        for acting in self._fields:
+            forces.append(np.zeros_like(rest))
+            acting.add_forces(self._time, bars.position, rest, forces[-1])
+        loads = [float(norm(force).max(initial=0.0)) for force in forces]
+        return max(float(np.abs(bars.tension).max(initial=0.0)), *loads)
 
     def pressing(self, bars: Bars) -> Floats:
         """Return how strongly enclosed volumes may resist each free node [N/m], shape (free,).

@@ -82,13 +82,15 @@ def direction(
     Returns:
         The step, None if no matrix gives one.
     """
-    clamped, force = balance.matrix(bars, exact=False), neutral.balanced(force)
-    top = float(clamped.diagonal().max(initial=0.0))
-    held = neutral.supports(top)
-    step = _solved(balance.matrix(bars, exact=True).plus(held), force) if exact else None
-    if step is None:
-        step = _solved(clamped.plus(held + SHIFT * top), force)
-    return None if step is None else neutral.without(step)
+    force = neutral.balanced(force)
+    for matrix in (True, False) if exact else (False,):
+        stiffness = balance.matrix(bars, exact=matrix)
+        top = float(stiffness.diagonal().max(initial=0.0))
+        shift = 0.0 if matrix else SHIFT * top
+        step = _solved(stiffness.plus(neutral.supports(top) + shift), force)
+        if step is not None:
+            return neutral.without(step)
+    return None
 
 
 def _solved(matrix: Stiffness, force: Floats) -> Floats | None:
