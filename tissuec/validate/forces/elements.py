@@ -42,7 +42,7 @@ class ElementSolid:
         self._along = of.along
         self._fibres = of.stiffness[:, None], of.stiffening[:, None], of.dispersion[:, None]
         self._laws = [
-            (SLOPES.get(_shipped(law), _of_formula)(law), np.flatnonzero(elements.law == k))
+            (slopes_of(law), np.flatnonzero(elements.law == k))
             for k, law in enumerate(elements.laws)
         ]
         points, weights, exponents, corners = RULES[elements.shape.name]()
@@ -243,6 +243,11 @@ SLOPES: dict[str, Callable[[Any], Slopes]] = {
     "SolidExponential": _exponential,
     "VerondaWestmann": _veronda_westmann,
 }
+
+
+def slopes_of(law: object) -> Slopes:
+    """Return the derivatives of a law by i1 and i2: closed ones, or those of its formula."""
+    return SLOPES.get(_shipped(law), _of_formula)(law)
 
 
 def _of_formula(law: Any) -> Slopes:
