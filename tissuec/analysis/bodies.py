@@ -31,6 +31,7 @@ from tissuec.matter.coarseness import Coarseness
 from tissuec.matter.elasticity import Elasticity, Unit, of_wall, wall_springs
 from tissuec.mechanics.state import State
 from tissuec.meshes.stiffness_sharing import node_areas
+from tissuec.model.net_size import NetSize
 from tissuec.model.network import BodyPart, Floats, Indices
 
 Kind: TypeAlias = Literal["solid", "wall", "thread", "bars", "points"]
@@ -123,9 +124,7 @@ class BodyProperties(Struct, frozen=True):
     @property
     def net(self) -> str:
         """Return the numbers of nodes, and of elements or springs."""
-        if self.elements:
-            return f"{counted(self.nodes, 'node')}, {counted(self.elements, 'element')}"
-        return f"{counted(self.nodes, 'node')}, {counted(self.springs, 'spring')}"
+        return str(NetSize(self.nodes, 0 if self.elements else self.springs, self.elements))
 
     @property
     def density(self) -> float | None:
@@ -267,7 +266,7 @@ class _Examined:
             breaking=self._breaking(elasticity),
             vibrations=tuple(self._vibrations(rest, frequencies)),
             notes=tuple(self.notes),
-            elements=len(self._moduli()[0]) if part.is_made_of_elements else 0,
+            elements=part.elements,
         )
 
     def _tissues(self) -> Iterator[str]:

@@ -6,7 +6,6 @@ from tissuec.bench.bench import BenchResult
 from tissuec.bench.points import MeasuredPoint
 from tissuec.bench.ratios import Ratio
 from tissuec.core.columns import aligned
-from tissuec.results.wording import net
 
 POINTS = ("method", "tolerance", "error", "time", "evaluations")
 RATIOS = ("error", "best other", "time", "automatic", "ratio", "best of ours", "time", "ratio")
@@ -16,7 +15,7 @@ def as_text(bench: BenchResult) -> list[str]:
     """Return tables and remarks, line by line."""
     network, truth = bench.problem.network, bench.truth
     lines = [
-        f"{net(network.body_nodes, network.spring_count)}; "
+        f"{network.size}; "
         f"errors relative to {truth.method} with tolerance {truth.tolerance:g}, "
         f"accurate to {bench.floor:.1e}",
         "",
@@ -37,8 +36,7 @@ def as_dict(bench: BenchResult) -> dict[str, Any]:
     """Return all numbers, in SI units."""
     network, truth = bench.problem.network, bench.truth
     return {
-        "nodes": network.body_nodes,
-        "springs": network.spring_count,
+        **network.size.facts,
         "reference": {
             "method": truth.method,
             "tolerance": truth.tolerance,

@@ -15,7 +15,7 @@ from tissuec.cli.common import (
     scene_options,
     summary,
 )  # fmt: skip
-from tissuec.core.errors import CompileError, Diagnostic, counted
+from tissuec.core.errors import CompileError, Diagnostic
 from tissuec.core.progress import compiling
 
 
@@ -66,12 +66,7 @@ def _check(
     if compiled is None:
         return list(warnings), ""
     network = compiled.network
-    parts = [counted(network.body_nodes, "node")]
-    elements, springs = network.element_count, network.resisting_springs
-    if elements:
-        parts.append(counted(elements, "element"))
-    if springs or not elements:
-        parts.append(counted(springs, "spring"))
+    parts = [str(network.size)]
     if bending := int(network.bends.sum()):
         parts[-1] += f", {bending} of them bending springs"
     if too_large := uncounted(compiled):

@@ -350,8 +350,7 @@ def _tell(
         settings.say(f"{path}: {outcome.message}")
     else:
         echo(f"{path}: {outcome.message}", err=True)  # an error, which no -q hides
-    net = wording.net(network.body_nodes, network.spring_count)
-    settings.say(f"  {net}; {wording.stepping(facts)}")
+    settings.say(f"  {network.size}; {wording.stepping(facts)}")
     for note in outcome.notes:
         settings.say(f"  note: {note}")
     known: set[str] = set()
@@ -425,8 +424,7 @@ def _document(
         "outcome": outcome.kind,
         "message": outcome.message,
         "wall_time": outcome.wall_time,
-        "nodes": compiled.network.body_nodes,
-        "springs": compiled.network.spring_count,
+        **compiled.network.size.facts,
         "statistics": facts["statistics"],
         "notes": facts["notes"],
         "doubts": facts["doubts"],

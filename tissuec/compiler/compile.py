@@ -30,7 +30,6 @@ from tissuec.compiler.script import Script, ScriptReader
 from tissuec.compiler.sets import Groups, PlacedBody
 from tissuec.compiler.threads import idle_knots, renumbered
 from tissuec.core.arrays import behind_one_another, uniform
-from tissuec.core.errors import counted
 from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
 from tissuec.engine.integrators import INTEGRATORS
@@ -69,9 +68,7 @@ class Compiled(Struct, frozen=True, eq=False):
 
     def __repr__(self) -> str:
         name, network = self.scene.source.name, self.network
-        nodes = counted(network.body_nodes, "node")
-        springs = counted(network.spring_count, "spring")
-        return f'<Compiled "{name}": {nodes}, {springs}, {self.plan.simulation.duration:g} s>'
+        return f'<Compiled "{name}": {network.size}, {self.plan.simulation.duration:g} s>'
 
     def named_groups(self) -> Iterator[NamedGroup]:
         """Yield sets, regions, and the nodes that carry the shapes of tools."""
@@ -291,7 +288,7 @@ def _body_part(body: BodyArrays, nodes: tuple[int, int], springs: tuple[int, int
         renumbered(body.thread, springs[0]),
         None if body.poisson is None else body.mesh.tetrahedra,
         body.mesh.tetrahedra,
-        is_made_of_elements=bool(body.elements),
+        elements=sum(len(one.nodes) for one in body.elements),
     )
 
 

@@ -284,10 +284,6 @@ def _drawn(view: View, symbol: Symbol, compiled: "Compiled | None") -> Iterator[
     network, groups = compiled.network, compiled.groups
     for part in network.parts:
         if s.key_of(part.name) == symbol.key:
-            springs = counted(part.springs.stop - part.springs.start, "spring")
-            nodes = getattr(part, "nodes", None)
-            yield (
-                f"{counted(nodes.stop - nodes.start, 'node')}, {springs}" if nodes else springs
-            )
+            yield str(part.size)
     if symbol.kind == "set" and (chosen := groups.sets.values.get(symbol.key)) is not None:
         yield counted(len(chosen.group.indices), "spring" if chosen.of_springs else "node")

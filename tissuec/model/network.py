@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.model.blocks import FieldBlock
+from tissuec.model.net_size import NetSize
 from tissuec.model.springs import COLUMNS, Springs
 
 Floats = NDArray[np.float64]
@@ -100,8 +101,8 @@ class BodyPart(Struct, frozen=True, eq=False):
         tetrahedra: Of a solid body, those around whose nodes volumes are kept, counted from its
             nodes, shape (tetrahedron, 4).
         divided: Of a solid body, those that divide it, whether or not volumes are kept.
-        is_made_of_elements: Whether finite elements resist its deformation; its springs are
-            then their edges, without any stiffness.
+        elements: How many finite elements resist its deformation; where there are any, its
+            springs are their edges, without any stiffness.
     """
 
     name: str
@@ -114,7 +115,18 @@ class BodyPart(Struct, frozen=True, eq=False):
     thread: ThreadBody | None = None
     tetrahedra: NDArray[np.int64] | None = None
     divided: NDArray[np.int64] | None = None
-    is_made_of_elements: bool = False
+    elements: int = 0
+
+    @property
+    def is_made_of_elements(self) -> bool:
+        """Return whether its springs are edges of elements."""
+        return self.elements > 0
+
+    @property
+    def size(self) -> NetSize:
+        """Return how many nodes, and springs or elements, it has."""
+        springs = 0 if self.elements else self.springs.stop - self.springs.start
+        return NetSize(self.nodes.stop - self.nodes.start, springs, self.elements)
 
 
 class JointPart(Struct, frozen=True):
@@ -123,6 +135,11 @@ class JointPart(Struct, frozen=True):
     name: str
     springs: slice
     span: Span
+
+    @property
+    def size(self) -> NetSize:
+        """Return how many springs it has."""
+        return NetSize(0, self.springs.stop - self.springs.start)
 
 
 class ToolShape(NamedTuple):
@@ -354,15 +371,11 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         return bool(self.threads or self.joints)
 
     @property
-    def element_count(self) -> int:
-        """Return how many finite elements there are."""
-        return sum(block.field.item_count for block in self.blocks if block.kind == "elements")
-
-    @property
-    def resisting_springs(self) -> int:
-        """Return how many springs are no edges of elements."""
+    def size(self) -> NetSize:
+        """Return how many nodes, springs and elements its bodies and joints have."""
         edges = (part.springs for part in self.bodies if part.is_made_of_elements)
-        return self.spring_count - sum(part.stop - part.start for part in edges)
+        springs = self.spring_count - sum(part.stop - part.start for part in edges)
+        return NetSize(self.body_nodes, springs, sum(part.elements for part in self.bodies))
 
     @property
     def present(self) -> NDArray[np.bool_]:

@@ -90,6 +90,10 @@ def write_network(store: Store, network: Network) -> None:
     grids = np.array([b.grid or (0, 0, 0) for b in bodies], dtype=np.int64).reshape(-1, 3)
     text = "rows, columns, and 1 if the last column is joined to the first; 0 without a grid"
     store.array(f"{NETWORK}/bodies/grid", grids, text)
+    if any(b.elements for b in bodies):
+        text = "number of finite elements of each body"
+        elements = np.array([b.elements for b in bodies], dtype=np.int64)
+        store.array(f"{NETWORK}/bodies/elements", elements, text)
     _write_threads(store, network)
     _write_tools(store, network)
     if network.joints:
@@ -167,9 +171,17 @@ def read_network(file: ResultGroup, source: Source) -> Network:
     )
     grids = access.array(group, "grid").tolist()
     bodies = tuple(
-        BodyPart(name, slice(*n), slice(*s), span, _grid(*grid), thread=thread)
-        for name, n, s, grid, thread in zip(
-            names, nodes, springs, grids, _read_threads(group, len(names)), strict=True
+        BodyPart(
+            name, slice(*n), slice(*s), span, _grid(*grid), thread=thread, elements=elements
+        )
+        for name, n, s, grid, thread, elements in zip(
+            names,
+            nodes,
+            springs,
+            grids,
+            _read_threads(group, len(names)),
+            _read_elements(group, len(names)),
+            strict=True,
         )
     )
     laws = access.group(file, f"{NETWORK}/laws")
@@ -222,6 +234,11 @@ def _read_threads(bodies: ResultGroup, count: int) -> list[ThreadBody | None]:
         else None
         for (first, stop, hold, slip, closed), radius in zip(rows, radii, strict=True)
     ]
+
+
+def _read_elements(bodies: ResultGroup, count: int) -> list[int]:
+    """Return how many finite elements each body has."""
+    return access.array(bodies, "elements").tolist() if "elements" in bodies else [0] * count
 
 
 def _read_tools(file: ResultGroup, span: Span) -> tuple[ToolPart, ...]:

@@ -21,8 +21,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
         "promise": str(trajectory.promise),
         "doubts": [str(doubt) for doubt in trajectory.doubts],
         "network": {
-            "nodes": network.body_nodes,
-            "springs": network.spring_count,
+            **network.size.facts,
             "bodies": [body.name for body in network.bodies],
             **({"joints": [joint.name for joint in network.joints]} if network.joints else {}),
         },

@@ -15,11 +15,6 @@ if TYPE_CHECKING:
     from tissuec.results.recording import ExpectationResult
 
 
-def net(nodes: int, springs: int) -> str:
-    """Return the size of a net."""
-    return f"{counted(nodes, 'node')}, {counted(springs, 'spring')}"
-
-
 def span(first: float, last: float) -> str:
     """Return an interval of time [s]: ``0 s to 300 ms``."""
     return f"{show(first, TIME)} to {show(last, TIME)}"

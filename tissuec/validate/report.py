@@ -19,8 +19,7 @@ def as_dict(validation: Validation, network: Network) -> dict[str, Any]:
         "tolerance": validation.tolerance,
         "output_times": validation.output_times,
         "compared_times": len(validation.run.times),
-        "nodes": network.body_nodes,
-        "springs": network.spring_count,
+        **network.size.facts,
         "wall_time": validation.wall_time,
         "run": {
             "outcome": validation.run.outcome.kind,

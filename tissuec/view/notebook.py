@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tissuec.core.errors import counted
 from tissuec.core.printable import printable
+from tissuec.model.net_size import NetSize
 from tissuec.results import conversion, wording
 from tissuec.results import trajectory as results
 from tissuec.results.export import frame_shape
@@ -133,14 +134,8 @@ def _rows(trajectory: results.Trajectory) -> list[tuple[str, str]]:
         ("accuracy", wording.accuracy(trajectory.promise)),
         ("frames", _frames(trajectory)),
     ]
-    rows += [
-        ("body", f"{body.name}, {wording.net(_length(body.nodes), _length(body.springs))}")
-        for body in network.bodies
-    ]
-    rows += [
-        ("joint", f"{joint.name}, {counted(_length(joint.springs), 'spring')}")
-        for joint in network.joints
-    ]
+    rows += [("body", f"{body.name}, {body.size}") for body in network.bodies]
+    rows += [("joint", f"{joint.name}, {joint.size}") for joint in network.joints]
     sets = [
         f"{name} ({counted(len(group.indices), group.what[:-1])})"
         for name, group in trajectory.sets.items()
@@ -162,15 +157,23 @@ def _rows(trajectory: results.Trajectory) -> list[tuple[str, str]]:
 
 
 def _frames(trajectory: results.Trajectory) -> str:
-    times, (frames, nodes, _) = trajectory.times, trajectory.position.shape
+    times, frames = trajectory.times, len(trajectory.position)
     if not frames:
         return "none"
     span = wording.span(float(times[0]), float(times[-1]))
-    return f"{frames}, {span}, of {wording.net(nodes, len(trajectory.springs))}"
+    return f"{frames}, {span}, of {_recorded(trajectory)}"
 
 
-def _length(part: slice) -> int:
-    return part.stop - part.start
+def _recorded(trajectory: results.Trajectory) -> NetSize:
+    """Return how large the recorded part of a net is, with elements that are whole."""
+    springs, elements = trajectory.springs, 0
+    for body in trajectory.network.bodies:
+        if body.is_made_of_elements:
+            is_edge = (springs >= body.springs.start) & (springs < body.springs.stop)
+            whole = int(is_edge.sum()) == body.springs.stop - body.springs.start
+            elements += body.elements if whole else 0
+            springs = springs[~is_edge]
+    return NetSize(len(trajectory.nodes), len(springs), elements)
 
 
 def _some(names: Sequence[str]) -> str:

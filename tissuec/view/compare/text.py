@@ -7,7 +7,7 @@ from typing import Any, cast
 from tissuec.core.columns import aligned
 from tissuec.core.errors import counted
 from tissuec.core.units import DIMENSION_NAMES, LENGTH, TIME, Dimension, show, show_si
-from tissuec.results.wording import net, span
+from tissuec.results.wording import span
 from tissuec.view.compare.comparison import Comparison, Leftover, StatedDifference
 from tissuec.view.compare.curves import Curves, LogDifference
 from tissuec.view.compare.events import BREAKING, EventComparison, EventEntry, MatchedEvent
@@ -57,7 +57,7 @@ def _headline(side: Side) -> str:
 
 
 def _looked_at(found: Comparison) -> str:
-    parts = ["text", net(len(found.nodes), len(found.springs))]
+    parts = ["text", str(found.a.network.size)]
     if isinstance(found.motion, MotionDifference):
         parts.append(counted(len(found.motion.times), "frame"))
     elif found.motion is not None:

@@ -40,7 +40,7 @@ def provenance(trajectory: Trajectory) -> str:
     manifest = trajectory.manifest
     network = trajectory.network
     parts = [
-        wording.net(network.body_nodes, network.spring_count),
+        str(network.size),
         wording.stepping(manifest),
         f"accuracy: {wording.accuracy(trajectory.promise)}",
         ", ".join(f"--set {text}" for text in manifest.get("overrides") or ()),

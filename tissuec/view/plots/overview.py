@@ -99,7 +99,7 @@ def _head(subject: PlotSubject) -> str:
     trajectory: Any = subject.content
     network, manifest = trajectory.network, trajectory.manifest
     facts = [
-        wording.net(network.body_nodes, network.spring_count),
+        str(network.size),
         wording.stepping(manifest),
         *manifest.get("overrides", ()),
         trajectory.outcome,

@@ -105,5 +105,6 @@ def _draw_floor(axes: "Axes", floor: float) -> None:
 
 
 def _head(name: str, document: Mapping[str, Any]) -> str:
-    size = [f"{document[what]} {what}" for what in ("nodes", "springs") if what in document]
+    kinds = ("nodes", "elements", "springs")
+    size = [f"{document[what]} {what}" for what in kinds if document.get(what)]
     return f"{name}   ({', '.join(size)})" if size else name

@@ -6,6 +6,7 @@ from datetime import datetime
 import numpy as np
 
 from tissuec.core.units import TIME, show
+from tissuec.model.net_size import NetSize
 from tissuec.results import wording
 from tissuec.view.report.content import ReportContent
 from tissuec.view.report.markup import Content, Html, element, html, link
@@ -48,7 +49,7 @@ def _verdict(content: ReportContent) -> Html:
 def sentence(content: ReportContent) -> Iterator[str]:
     """Yield the clauses of the sentence that sums a run up."""
     net = content.facts["network"]
-    yield wording.net(net["nodes"], net["springs"])
+    yield str(NetSize(net["nodes"], net["springs"], net.get("elements", 0)))
     yield from _reached(content)
     if content.statistics is not None:
         yield wording.stepping(content.manifest)

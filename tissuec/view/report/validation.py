@@ -42,8 +42,7 @@ def misfit(document: Any, trajectory: Trajectory) -> str:
     manifest, network = trajectory.manifest, trajectory.network
     mine = {
         "scene": file_name(str(manifest.get("scene"))),
-        "nodes": network.body_nodes,
-        "springs": network.spring_count,
+        **network.size.facts,
         "tolerance": manifest.get("tolerance"),
     }
     other = {name: document.get(name) for name in mine}
