@@ -4,7 +4,7 @@ Springs resist a change of length, not of orientation: a cell that is pressed fl
 equilibrium, in which it is inside out and pulls where tissue would push. A cell counts as
 inside out if its volume is not positive; a face of a surface, if it looks the opposite way to
 the mean of its neighbours, while it did not as drawn. Cells and faces that have lost a spring
-are not counted.
+are not counted. Finite elements have a watch of their own.
 """
 
 from collections.abc import Iterator
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross, dot, norm
 from tissuec.engine.execution.doubts import WATCHES, Finding
+from tissuec.engine.execution.doubts.element_inversion import ElementOrientation
 from tissuec.forces.volume import Enclosure
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.geometry.edges import Edges
@@ -171,19 +172,21 @@ class _Faces(_Oriented):
 
 @WATCHES.member(KIND)
 class InsideOut:
-    """Watches the cells of solids, and the faces of bodies without cells."""
+    """Watches elements, the cells of other solids, and the faces of bodies without cells."""
 
     kind = KIND
 
-    def __init__(self, parts: list[_Oriented]):
+    def __init__(self, parts: list[_Oriented | ElementOrientation]):
         self._parts = parts
 
     @classmethod
     def of(cls, network: Network, plan: Plan) -> Self | None:
         """Return the watch of a run; None without solids and surfaces."""
-        parts: list[_Oriented] = []
+        parts: list[_Oriented | ElementOrientation] = []
         for body in network.bodies:
-            if body.cells is not None:
+            if body.is_made_of_elements:
+                parts.append(ElementOrientation(network, body))
+            elif body.cells is not None:
                 faces, _ = body.cells()
                 parts.append(_Cells(network, body, faces.astype(np.int64) + body.nodes.start))
             elif body.divided is not None:
