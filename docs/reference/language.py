@@ -20,7 +20,8 @@ from tissuec.meshes.generators import MESHES
 from tissuec.results.fields import FIELDS
 from tissuec.scene import learn_entries, meanings, settings, study_entries
 from tissuec.scene.block_sentences import Sentences
-from tissuec.scene.bodies import BODY_ENTRIES, EXPLICIT
+from tissuec.scene.bodies import EXPLICIT
+from tissuec.scene.body_entries import BODY_ENTRIES
 from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.scene.entries import entry_table
 from tissuec.scene.expressions import FUNCTIONS

@@ -15,7 +15,8 @@ from tissuec.lsp.semantic_tokens import KINDS, tokens
 from tissuec.lsp.textmate import SCOPES
 from tissuec.lsp.vscode import contents
 from tissuec.scene import meanings
-from tissuec.scene.bodies import BODY_ENTRIES, ENTRIES
+from tissuec.scene.bodies import ENTRIES
+from tissuec.scene.body_entries import BODY_ENTRIES
 from tissuec.scene.declarations import TOP_LEVEL
 from tissuec.scene.joints import ENTRIES as JOINT_ENTRIES
 from tissuec.script.measures import MEASURES

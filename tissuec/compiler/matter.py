@@ -32,7 +32,7 @@ from tissuec.matter.traction import POISSON, Floppy, MeasuredStiffness, measured
 from tissuec.meshes.generators import Mesh, Threaded
 from tissuec.meshes.generators.lattice import Lattice
 from tissuec.model.network import Floats
-from tissuec.scene.bodies import AXIAL
+from tissuec.scene.fibres import AXIAL
 from tissuec.scene.findings import Findings
 
 POISSON_OF_SURFACE = 1.0 / 3.0

@@ -13,7 +13,7 @@ from tissuec.compiler.drawn_bodies import Drawing
 from tissuec.compiler.tissue_parts import TissueParts, part_numbers
 from tissuec.core.source import Span
 from tissuec.model.network import Floats, Origin
-from tissuec.scene.bodies import INTERFACES
+from tissuec.scene.body_parts import INTERFACES
 from tissuec.scene.findings import Findings
 
 #: What springs between two parts may be made of.

@@ -29,9 +29,11 @@ from tissuec.lsp.terms import (
 from tissuec.lsp.vocabulary import logged, parts
 from tissuec.meshes.generators import MESHES
 from tissuec.scene import learn_entries, meanings, settings, study_entries
+from tissuec.scene.bending import BENDING, ELASTIC
 from tissuec.scene.block_sentences import Sentences
-from tissuec.scene.bodies import AXIAL, BENDING, BODY_ENTRIES, CIRCUMFERENTIAL, ELASTIC
+from tissuec.scene.body_entries import BODY_ENTRIES
 from tissuec.scene.entries import default_in_words, form_of, kind_in_words
+from tissuec.scene.fibres import AXIAL, CIRCUMFERENTIAL
 from tissuec.scene.idle_words import CONCLUDED
 from tissuec.scene.joints import JOINT_ENTRIES
 from tissuec.scene.laws import BY_ENTRY, FORMS, LAW_KINDS

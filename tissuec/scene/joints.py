@@ -11,11 +11,12 @@ from tissuec.core.hints import Edit, Hint
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.scene import schema
-from tissuec.scene.bodies import SECTION, read_rupture, read_tissue
+from tissuec.scene.body_entries import SECTION, read_rupture
 from tissuec.scene.declarations import Declarations
 from tissuec.scene.entry_meanings import unknown_entry
 from tissuec.scene.expressions import Scope
 from tissuec.scene.model import Joint, Tissue
+from tissuec.scene.tissue_names import read_tissue
 
 PAIRS = ("nearest", "all")
 #: Entries of a joint beside springs, tissue and rupture.

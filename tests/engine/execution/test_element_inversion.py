@@ -1,9 +1,8 @@
-"""Finite elements that turn inside out: which, when, and what is said of them and of their net."""
+"""Finite elements that turn inside out: which and when, and how nets are counted."""
 
 import json
 
 import numpy as np
-import pytest
 from click.testing import CliRunner
 
 import tissuec

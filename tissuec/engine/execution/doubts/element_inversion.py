@@ -1,8 +1,8 @@
 """Finite elements that turn inside out.
 
-Elements push back where they are pressed flat, and also beyond that, but where the volume at one
-of their points is not positive, their law no longer describes any material. Those that have lost
-an edge are not counted.
+Elements push back where they are pressed flat, and also beyond that, but where the volume at
+one of their points is not positive, their law no longer describes any material. Those that have
+lost an edge are not counted.
 """
 
 from collections.abc import Iterator, Sequence

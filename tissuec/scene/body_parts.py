@@ -1,0 +1,166 @@
+"""Parts of a body with tissues of their own: regions, interfaces and chosen springs."""
+
+from collections.abc import Mapping
+from typing import NoReturn
+
+from tissuec.core.errors import Note
+from tissuec.core.hints import Hint, alternatives
+from tissuec.core.source import Span
+from tissuec.lang import syntax as s
+from tissuec.scene import schema
+from tissuec.scene.declarations import Declarations
+from tissuec.scene.expressions import Scope
+from tissuec.scene.model import AssignedQuantity, Region, SpringPart, Tissue
+from tissuec.scene.tissue_names import read_tissue
+from tissuec.scene.written_numbers import read_given
+
+INTERFACES = ("mean", "softer", "stiffer")
+
+
+class PartReader:
+    """Reads the parts of one body.
+
+    Args:
+        tissues: By name.
+        declarations, scope: Of the scene.
+
+    Attributes:
+        regions, spring_parts: As read so far.
+    """
+
+    def __init__(self, tissues: Mapping[str, Tissue], declarations: Declarations, scope: Scope):
+        self._tissues, self._declarations, self._scope = tissues, declarations, scope
+        self.findings = scope.findings
+        self.regions: list[Region] = []
+        self.spring_parts: list[SpringPart] = []
+
+    def read_region(self, name: s.Name, block: s.Block) -> None:
+        """Read a region with its tissue."""
+        if [clause.word for clause in block.clauses] != ["where"]:
+            self.findings.reject(
+                "TIS312",
+                "a region needs one condition",
+                block.head,
+                hint=f"region {name.text} where z > 10 mm {{ tissue is … }}",
+            )
+        for other in self.regions:
+            if s.key_of(other.name) == name.key:
+                self.findings.reject(
+                    "TIS503",
+                    f'region "{name.text}" is defined twice',
+                    name.span,
+                    notes=(Note("first here", other.span),),
+                )
+        made_of = self._made_of(block, "a region")
+        self.regions.append(Region(name.text, block.clauses[0].value, *made_of, block.head))
+
+    def read_interface(self, item: s.Sentence | s.Block) -> None:
+        """Read what springs between two regions are made of."""
+        span = item.head if isinstance(item, s.Block) else item.span
+        names = [clause.value for clause in item.clauses]
+        if (
+            [clause.word for clause in item.clauses] != ["from", "to"]
+            or not all(isinstance(name, s.Name) for name in names)
+            or (item.phrase is None) != isinstance(item, s.Block)
+        ):
+            self._wrong_interface(span)
+        first, second = (name for name in names if isinstance(name, s.Name))
+        for other in self.spring_parts:
+            sides = {side.key for side in other.sides or ()}
+            if sides == {first.key, second.key}:
+                what = f"the interface from {first.text} to {second.text}"
+                hint = "remove one of them"  # whose block is more than its place
+                self.findings.refuse_second(what, span, other.span, hint=hint)
+        name = f"springs from {first.text} to {second.text}"
+        if isinstance(item, s.Block):
+            made_of = self._made_of(item, "an interface")
+            self.spring_parts.append(
+                SpringPart(name, (first, second), None, "", *made_of, span)
+            )
+            return
+        assert item.phrase is not None
+        word = item.phrase.words[0]
+        if item.phrase.kind != "word" or word.key not in INTERFACES:
+            self.findings.reject(
+                "TIS305",
+                f'interface cannot be "{word.text}"',
+                item.phrase.span,
+                hint=alternatives(word.key, INTERFACES, what="choices"),
+            )
+        self.spring_parts.append(
+            SpringPart(name, (first, second), None, word.key, None, None, span)
+        )
+
+    def read_springs(self, item: s.Assign | s.Sentence | s.Block) -> None:
+        """Read what chosen springs are made of."""
+        is_block = isinstance(item, s.Block) and item.phrase is None
+        if not is_block or [clause.word for clause in item.clauses] != ["where"]:
+            self.findings.reject(
+                "TIS312",
+                "springs with a separate tissue need one condition",
+                item.span,
+                hint="write springs where length > 3 mm { tissue is … }",
+            )
+        assert isinstance(item, s.Block)
+        made_of = self._made_of(item, "springs")
+        where = item.clauses[0].value
+        self.spring_parts.append(
+            SpringPart(f"springs where {where.span.text}", None, where, "", *made_of, item.head)
+        )
+
+    def require_interface(self, body: str, head: Span) -> bool:
+        """Return whether something says what springs between regions are made of.
+
+        Otherwise report it.
+
+        Args:
+            body: Its name.
+            head: Of its block.
+        """
+        if any(part.sides for part in self.spring_parts):
+            return True
+        missing = [schema.missing(f"interface is {word}", head) for word in INTERFACES]
+        self.findings.add(
+            "TIS304",
+            f'body {body} has regions, so it needs "interface"',
+            head,
+            hint=Hint(
+                "write interface is mean, softer or stiffer, which sets "
+                "the material of springs between two regions",
+                *(edit for hint in missing for edit in hint.edits),
+            ),
+        )
+        return False
+
+    def _made_of(
+        self, block: s.Block, what: str
+    ) -> tuple[Tissue | None, AssignedQuantity | None]:
+        """Return the tissue and the prestress of a part of the body."""
+        tissue: Tissue | None = None
+        prestress: AssignedQuantity | None = None
+        for item in block.items:
+            with self.findings.item():  # a part is there whatever it is made of
+                if (
+                    isinstance(item, s.Assign | s.Sentence | s.Block)
+                    and item.name.key == "tissue"
+                ):
+                    tissue = read_tissue(item, self._tissues, self._declarations, self._scope)
+                elif isinstance(item, s.Assign) and item.name.key == "prestress":
+                    prestress = read_given("prestress", item, self._scope)
+                else:
+                    self.findings.reject(
+                        "TIS303",
+                        f"this is not an entry of {what}",
+                        item.span,
+                        hint="entries: tissue, prestress",
+                    )
+        return tissue, prestress
+
+    def _wrong_interface(self, span: Span) -> NoReturn:
+        self.findings.reject(
+            "TIS312",
+            "a separate interface needs two regions",
+            span,
+            hint="write interface is softer from REGION to REGION, "
+            "or interface from REGION to REGION { tissue is … }",
+        )
