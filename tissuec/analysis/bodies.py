@@ -98,6 +98,8 @@ class BodyProperties(Struct, frozen=True):
         breaking: None where rupture is not allowed.
         vibrations: The lowest ones that something resists.
         notes: What is left out, and why, as sentences.
+        element_quality: The worst and the mean quality of tetrahedra that it is made of, of 1
+            if they are regular.
     """
 
     name: str
@@ -116,6 +118,7 @@ class BodyProperties(Struct, frozen=True):
     vibrations: tuple[Vibration, ...] = ()
     notes: tuple[str, ...] = ()
     elements: int = 0
+    element_quality: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
         made = f" of {', '.join(self.tissues)}" if self.tissues else ""
@@ -267,7 +270,18 @@ class _Examined:
             vibrations=tuple(self._vibrations(rest, frequencies)),
             notes=tuple(self.notes),
             elements=part.elements,
+            element_quality=self._quality(),
         )
+
+    def _quality(self) -> tuple[float, float] | None:
+        """Return the worst and the mean quality of tetrahedra that are elements."""
+        from tissuec.meshes.slivers import quality
+
+        for one in self.mesh.elements:
+            if one.shape == "tetrahedron":
+                values = quality(self.mesh.position[one.nodes[:, :4]])
+                return float(values.min()), float(values.mean())
+        return None
 
     def _tissues(self) -> Iterator[str]:
         body = self.drawing.body

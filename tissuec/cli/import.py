@@ -140,6 +140,7 @@ def _facts(shape: "RepairedMesh") -> dict[str, Any]:
         "nodes": len(shape.position),
         "triangles": len(shape.skin),
         "tetrahedra": len(shape.tetrahedra),
+        "quality": _quality(shape),
         "divided_cells": shape.divided,
         "left_out": dict(shape.ignored),
         "low": shape.position.min(axis=0),
@@ -151,6 +152,16 @@ def _facts(shape: "RepairedMesh") -> dict[str, Any]:
         "groups": {name: len(nodes) for name, nodes in shape.groups.items()},
         "defects": list(shape.remarks),
     }
+
+
+def _quality(shape: "RepairedMesh") -> dict[str, float] | None:
+    """Return the worst and the mean quality of tetrahedra; None of files with other cells."""
+    from tissuec.meshes.slivers import quality
+
+    if not len(shape.tetrahedra) or shape.divided:
+        return None
+    values = np.abs(quality(shape.position[shape.tetrahedra]))
+    return {"worst": float(values.min()), "mean": float(values.mean())}
 
 
 def _of_cubes(mesh: "Imported") -> "Imported":
@@ -248,6 +259,9 @@ def _lines(facts: dict[str, Any], unit: str) -> Iterator[str]:
         parts.append(f"{facts['tetrahedra']} tetrahedra{of}")
     parts += [f"{counted(many, kind)} left out" for kind, many in facts["left_out"].items()]
     yield ", ".join(parts)
+    if facts["quality"]:
+        worst, mean = facts["quality"]["worst"], facts["quality"]["mean"]
+        yield f"quality of tetrahedra: {worst:.2g} at worst, {mean:.2g} on average"
     closed = "it is not closed"
     if facts["closed"]:
         closed = f"it is closed and encloses {1e6 * facts['volume']:.4g} ml"

@@ -4,7 +4,7 @@ Nodes are those of the cells, and in the middle of each edge of tetrahedra one m
 along the edges of elements, and the skin consists of the faces that one element alone has.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from msgspec.structs import replace
@@ -16,6 +16,7 @@ from tissuec.geometry.elements import MIDDLES, SHAPES, ElementShape, Measures
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
 from tissuec.meshes.generators.joining import springs
+from tissuec.meshes.slivers import poor_ones
 from tissuec.model.topology import lower_and_upper
 
 BRICKS = ("hexahedron", "wedge")  # whose nodes are the corners of their cells
@@ -64,11 +65,13 @@ def mesh_of_cells(
         ElementMesh(name, _turned(name, position, number[nodes]))
         for name, nodes in cells.items()
     ]
+    remarks: Iterator[str] = iter(())
     if "tetrahedron" in cells:
         *others, last = elements
+        remarks = poor_ones(position, last.nodes)
         position, nodes, groups = _with_middles(position, last.nodes, groups)
         elements = [*others, replace(last, nodes=nodes)]
-    mesh = _mesh(position, elements, groups)
+    mesh = replace(_mesh(position, elements, groups), remarks=tuple(remarks))
     return mesh if divided is None else replace(mesh, tetrahedra=number[divided])
 
 

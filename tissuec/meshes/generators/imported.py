@@ -243,6 +243,12 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         try:
             filling = self._filled(for_matter=True)
             position = np.concatenate([shape.position, filling.position])
+            if len(filling.tetrahedra):
+                from tissuec.meshes.slivers import without_slivers
+
+                count = len(shape.position)
+                position, cells = without_slivers(position, filling.tetrahedra, count)
+                filling = filling._replace(position=position[count:], tetrahedra=cells)
             bricks, tetrahedra = self._cells(filling)
             mesh = mesh_of_cells(
                 position, bricks, tetrahedra, self._groups(filling), self._tetrahedra(filling)
@@ -252,7 +258,7 @@ class Imported(Struct, frozen=True, eq=False, dict=True):
         return replace(
             mesh,
             origin=FileOrigin(self.file, self._digest),
-            remarks=(*shape.remarks, *filling.remarks),
+            remarks=(*shape.remarks, *filling.remarks, *mesh.remarks),
         )
 
     def _cells(self, filling: "Filling") -> tuple[Mapping[str, Indices], Indices]:

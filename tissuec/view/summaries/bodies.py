@@ -40,6 +40,10 @@ def head(body: BodyProperties) -> str:
 def rows(body: BodyProperties) -> Iterator[Row]:
     """Yield quantity, value and remark of all that is known of a body."""
     yield "mass", show(body.mass, MASS), _size(body)
+    if body.element_quality is not None:
+        worst, mean = body.element_quality
+        remark = "of tetrahedra; 1 if all edges are equally long, 0 if flat"
+        yield "quality", f"{worst:.2g} at worst, {mean:.2g} on average", remark
     if body.elasticity is not None:
         yield from _elastic(body.elasticity)
     if body.coarseness is not None:
