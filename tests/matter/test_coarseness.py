@@ -194,3 +194,24 @@ def test_the_warning_gives_both_ratios_and_the_cells_to_use():
     assert "4 mm or less" in str(found.hint)
     better = text(lattice("sodium chloride", 4.0))
     assert not any(one.code == "W210" for one in tissuec.check(better))
+
+
+def bar_of_elements(cell):
+    return f"""language 1
+tissue gel {{ Young's modulus = 10 kPa; Poisson's ratio = 0.3; density = 1000 kg/m^3 }}
+body bar {{
+  made of elements; tissue is gel
+  mesh is lattice {{ cell = {cell} mm; box from (0, 0, 0) mm to (60, 10, 10) mm }}
+}}
+set left = nodes of bar where x < 0.1 mm
+environment {{ gravity = (0, 0, -9.81) m/s^2 }}
+script {{ at 0 s: fix left }}
+simulate {{ duration = 1 ms }}
+"""
+
+
+def test_one_element_across_is_too_coarse_to_bend():
+    (found,) = (one for one in tissuec.check(bar_of_elements(10)) if one.code == "W210")
+    assert "with one element across, it is 0.71 to 0.87 times as stiff" in found.message
+    assert found.hint == "use cells of 5 mm or less"
+    assert not any(one.code == "W210" for one in tissuec.check(bar_of_elements(5)))

@@ -12,6 +12,7 @@ from tissuec.core.names import key_of
 from tissuec.core.units import LENGTH, show
 from tissuec.core.vectors import norm
 from tissuec.mechanics.state import State
+from tissuec.meshes.generators.lattice import Lattice
 from tissuec.model.network import BodyPart
 from tissuec.scene.quantities import YOUNGS_MODULUS
 
@@ -20,6 +21,8 @@ BENDING, TORSION, SOFT = 1.15, 1.3, 0.7
 FEW = 5.0  # cells across a body that may be too few: with more, no ratio is that large
 SLENDER = 3.0  # times its thickness that a body without support is long before it bends much
 ENOUGH = 4.0  # cells across that are advised
+#: Stiffness in bending of one hexahedron across, for Poisson's ratios of 0.49 and 0.25.
+SINGLE = "0.71 to 0.87"
 LARGEST = 20_000  # springs of a body that is looked at: some tenths of a second
 
 
@@ -28,10 +31,21 @@ def coarse(compiled: Compiled) -> Iterator[Diagnostic]:
     state = None
     for part in compiled.network.bodies:
         placed = compiled.groups.bodies[key_of(part.name)]
-        if not _is_asked_of(placed.drawing):
+        is_single = _has_one_element_across(placed.drawing)
+        if not (is_single or _is_asked_of(placed.drawing)):
             continue
         state = state or state_at_start(compiled)
         if (across := _cells_across(part, placed.drawing, state)) is None:
+            continue
+        if is_single:
+            yield Diagnostic(
+                "W210",
+                f"{part.name} is too coarse to bend and twist like its tissue: with one "
+                f"element across, it is {SINGLE} times as stiff in bending and 1.15 times in "
+                "torsion",
+                part.span,
+                f"use cells of {show(across[1] / 2.0, LENGTH, digits=2)} or less",
+            )
             continue
         from tissuec.compiler.solid_nets import SolidNet  # where it is needed
 
@@ -51,6 +65,13 @@ def coarse(compiled: Compiled) -> Iterator[Diagnostic]:
             part.span,
             f"use cells of {show(thickness / ENOUGH, LENGTH, digits=2)} or less",
         )
+
+
+def _has_one_element_across(drawing: Drawing) -> bool:
+    """Return whether a body consists of hexahedra of a lattice, one thick."""
+    generator = drawing.body.mesh
+    is_made = drawing.body.elements is not None and isinstance(generator, Lattice)
+    return is_made and min(generator.cells()) == 1
 
 
 def _is_asked_of(drawing: Drawing) -> bool:
