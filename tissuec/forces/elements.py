@@ -9,8 +9,8 @@ where g = J^(-2/3), I1 = tr FᵀF, I2 = |cof F|², and ψ is the law of the soli
 (``laws.solid``). The volume is kept in the mean of an element, so that it does not lock
 where little can change its volume (J. C. Simo, R. L. Taylor, K. S. Pister, Comput. Meth. Appl.
 Mech. Eng. 51:177, 1985). K0 is nothing in hexahedra and wedges; in tetrahedra, where a mean
-alone leaves bending without resistance, it is 2 μ, or K if that is less. Below J = 1/5, g has
-its tangent there: elements that are turned inside out have a finite energy and push back.
+alone leaves bending without resistance, it is 2 μ, or K if that is less. Below J = 1/5, g is
+its parabola there: elements that are turned inside out have an energy and push back.
 
 The forces on nodes are -Σ w P ∂N_a/∂X with
 

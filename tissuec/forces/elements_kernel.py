@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from tissuec.kernels.records import Floats, IntegerRows, Integers, Rows, Stack
 
-#: Ratio of volumes below which the isochoric energy is continued with a constant slope, so that
-#: it has a value where an element is inverted.
+#: Ratio of volumes below which the isochoric energy is continued by a parabola, so that it has
+#: a value where an element is inverted, and grows.
 LEAST = 0.2
 _LARGEST = 4.0  # up to which the iteration for a root converges
 
@@ -236,7 +236,7 @@ def deform(at: Floats, slopes: Floats, place: Floats) -> float:
 
 
 def isochoric(j: float) -> tuple[float, float]:
-    """Return g = J^(-2/3) and its derivative, continued by a tangent below ``LEAST``."""
+    """Return g = J^(-2/3) and its derivative, continued by a parabola below ``LEAST``."""
     near = max(j, LEAST)
     if near > _LARGEST:
         root = near ** (-1.0 / 3.0)
@@ -249,4 +249,5 @@ def isochoric(j: float) -> tuple[float, float]:
                 1.0 / 3.0 + r * (2.0 / 9.0 + r * (14.0 / 81.0 + r * (35.0 / 243.0)))
             )
     slope = -2.0 / 3.0 * root * root / near
-    return root * root + slope * (j - near), slope
+    bend, below = -5.0 / 3.0 * slope / near, j - near
+    return root * root + below * (slope + 0.5 * bend * below), slope + bend * below

@@ -107,11 +107,11 @@ class SolidStrain:
         self.cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-2)
         self.j = np.einsum("...k,...k->...", a, self.cofactors[..., 0, :])
         near = np.maximum(self.j, LEAST)
-        is_near = self.j < LEAST
-        power = near ** (-2.0 / 3.0)
-        self.by_j = -2.0 / 3.0 * power / near
-        self.g = power + self.by_j * (self.j - near)
-        self.by_j_twice = np.where(is_near, 0.0, 10.0 / 9.0 * power / near**2)
+        power, below = near ** (-2.0 / 3.0), self.j - near
+        slope = -2.0 / 3.0 * power / near
+        self.by_j_twice = 10.0 / 9.0 * power / near**2
+        self.by_j = slope + self.by_j_twice * below
+        self.g = power + below * (slope + 0.5 * self.by_j_twice * below)
         self.i1 = np.einsum("...ij,...ij->...", f, f)
         self.i2 = np.einsum("...ij,...ij->...", self.cofactors, self.cofactors)
         self.first, self.second = self.g * self.i1, self.g**2 * self.i2

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-LEAST = 0.2  # of volumes, below which the isochoric part is continued along its tangent
+LEAST = 0.2  # of volumes, below which the isochoric part is continued by a parabola
 STEP = 1e-30  # in the complex plane
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -77,8 +77,7 @@ class ElementSolid:
         cofactors[..., 1, 2] = cofactors[..., 2, 1] = r * q - a * p
         first, second = a + b + d, a * b + b * d + d * a - p * p - q * q - r * r
         near = np.where(j.real < LEAST, LEAST, j)
-        slope = -2.0 / 3.0 * near ** (-5.0 / 3.0)
-        g = near ** (-2.0 / 3.0) + slope * (j - near)
+        g, slope = _isochoric(near, j - near)
         by_first, by_second = np.zeros_like(j), np.zeros_like(j)
         for rule, rows in self._laws:
             values = rule(g[rows] * first[rows], g[rows] ** 2 * second[rows])
@@ -120,7 +119,7 @@ class ElementSolid:
         f, j, _ = self._strained(position)
         total = 0.5 * self._local * (j - 1.0) ** 2
         near = np.maximum(j, LEAST)
-        g = near ** (-2.0 / 3.0) - 2.0 / 3.0 * near ** (-5.0 / 3.0) * (j - near)
+        g, _ = _isochoric(near, j - near)
         c = np.einsum("eqxk,eqxl->eqkl", f, f)
         first = np.trace(c, axis1=2, axis2=3)
         second = 0.5 * (first**2 - np.einsum("eqkl,eqlk->eq", c, c))
@@ -204,6 +203,12 @@ class ElementSolid:
         both = (rows >= 0) & (columns >= 0)
         shape = (3 * size, 3 * size)
         return sparse.coo_matrix((values[both], (rows[both], columns[both])), shape=shape)
+
+
+def _isochoric(near: Any, below: Any) -> tuple[Any, Any]:
+    """Return Taylor's polynomial of second order of J^(-2/3), and its derivative."""
+    a, b, c = (k * near ** (-2.0 / 3.0 - n) for n, k in enumerate((1.0, -2.0 / 3.0, 5.0 / 9.0)))
+    return a + below * (b + c * below), b + 2.0 * c * below
 
 
 # --- laws -------------------------------------------------------------------------------------
