@@ -6,7 +6,8 @@ from msgspec.structs import replace
 
 from tests.derivatives import forces, slopes, stiffness
 from tissuec.core.source import Source, Span
-from tissuec.forces.elements import SolidElements, SolidFibres, SolidMaterial
+from tissuec.forces.elements import SolidElements, SolidMaterial
+from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.geometry.elements import MIDDLES, SHAPES, Measures
 from tissuec.laws.solid.exponential import SolidExponential
 from tissuec.laws.solid.mooney_rivlin import MooneyRivlin

@@ -42,7 +42,7 @@ from tissuec.scene.quantities import (
 )
 
 if TYPE_CHECKING:
-    from tissuec.forces.elements import SolidFibres
+    from tissuec.forces.solid_fibres import SolidFibres
 
 STRAIGHT = 1e-9  # stiffening of fibres that have none, by which energies are divided
 POISSON = 0.25  # of tissues that give none: that of springs in a solid
@@ -192,7 +192,7 @@ class ElementReader:
                     self.body.places[name],
                     hint="write a direction, such as fibres = (1, 0, 0)",
                 )
-        from tissuec.forces.elements import SolidFibres
+        from tissuec.forces.solid_fibres import SolidFibres
 
         stiffening, spread = (numbers[name][self.part] for name in OF_FIBRES)
         # At rest a fibre of the strain ε has e = 2 (1 - 3 κ) ε.

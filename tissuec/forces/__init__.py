@@ -118,7 +118,7 @@ class Effect(Struct, metaclass=_Abstract, frozen=True, eq=False):
         return whole, np.zeros((3 * size, 0))
 
     @property
-    def bonds(self) -> Indices:
+    def joining_springs(self) -> Indices:
         """Return the springs whose ends its items hold together, shape (n,); often none."""
         return np.zeros(0, dtype=np.int64)
 

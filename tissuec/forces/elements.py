@@ -34,18 +34,17 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tissuec.core.source import Span
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.elements_kernel import LEAST, ElementTable, press_elements
+from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.forces.solid_strain import (
     DERIVATIVES,
     Derivative,
     EnergySlopes,
-    FibreFamily,
     SolidStrain,
     by_first,
     by_second,
@@ -60,39 +59,12 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix
+    from scipy.sparse import coo_matrix, csr_matrix
 
 _BLOCK = 2048  # elements whose matrices are in memory at a time
 _ALIKE = 1e-12  # relative difference of gradients that is rounding
 _SECONDS = 3.5e-9  # of one evaluation of a point, for each of its nodes
 _COLUMNS = ("nodes", "row", "shear", "bulk", "local", "viscosity", "law")
-
-
-class SolidFibres(Struct, frozen=True, eq=False):
-    """Families of fibres, element by element.
-
-    Attributes:
-        along: Unit vectors as drawn, shape (element, family, 3).
-        stiffness: k1 [Pa], shape (element,); a quarter of what each family adds to Young's
-            modulus along it.
-        stiffening: k2, shape (element,); positive.
-        dispersion: κ, 0 to 1/3, shape (element,).
-    """
-
-    along: Floats
-    stiffness: Floats
-    stiffening: Floats
-    dispersion: Floats
-
-    @classmethod
-    def none(cls, count: int) -> Self:
-        """Return no families of some elements."""
-        return cls(np.zeros((count, 0, 3)), *(np.zeros(count) for _ in range(3)))
-
-    def some(self, items: Indices) -> Self:
-        """Return those of some elements, by indices of shape (n,)."""
-        parts = self.along, self.stiffness, self.stiffening, self.dispersion
-        return type(self)(*(part[items] for part in parts))
 
 
 class SolidMaterial(NamedTuple):
@@ -212,7 +184,7 @@ class SolidElements(WalledField, frozen=True):
         return Items(place[self.nodes].ravel(), count * np.arange(self.item_count + 1))
 
     @property
-    def bonds(self) -> Indices:
+    def joining_springs(self) -> Indices:
         """Return the springs along the edges of elements, shape (n,)."""
         return self.walls
 
@@ -247,7 +219,7 @@ class SolidElements(WalledField, frozen=True):
             own = self.only(part)
             strain = SolidStrain(own.deformations(position))
             stress = strain.cauchy(own._slopes(strain))
-            for family in own._families():
+            for family in own.fibres.families():
                 stress += family.cauchy(strain)
             six = stress[..., [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
             share = own.drawn.volume[own.row][..., None] * self.shape.lumped
@@ -273,7 +245,7 @@ class SolidElements(WalledField, frozen=True):
             strain, weight = SolidStrain(own.deformations(position)), own.drawn.volume[own.row]
             stored = own.shear[:, None] * own._of_laws(strain, energy)
             stored += 0.5 * own.local[:, None] * (strain.j - 1.0) ** 2
-            for family in own._families():
+            for family in own.fibres.families():
                 stored += family.energy(strain)
             volume = weight.sum(axis=-1)
             mean = (weight * strain.j).sum(axis=-1) / volume
@@ -295,13 +267,7 @@ class SolidElements(WalledField, frozen=True):
         for part in self._parts():
             own = self.only(part)
             values = own._element_matrices(position, exact=exact)
-            place = (3 * number[own.nodes][..., None] + np.arange(3)).reshape(len(part), -1)
-            place[np.repeat(number[own.nodes] < 0, 3, axis=1)] = -1
-            rows = np.broadcast_to(place[:, :, None], values.shape)
-            columns = np.broadcast_to(place[:, None, :], values.shape)
-            moves = (rows >= 0) & (columns >= 0)
-            entries = values[moves], (rows[moves], columns[moves])
-            total = total + csr_matrix(entries, shape=(3 * size, 3 * size))
+            total = total + _assembled(values, number[own.nodes], size)
         return coo_matrix(total)
 
     def _element_matrices(self, position: Floats, *, exact: bool) -> Floats:
@@ -309,7 +275,7 @@ class SolidElements(WalledField, frozen=True):
         strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
         volume, slopes = weight.sum(axis=-1), self.drawn.gradients[self.row]
         stiff = strain.second_derivatives(self._slopes(strain))
-        for family in self._families():
+        for family in self.fibres.families():
             stiff += family.second_derivatives(strain)
         if not exact:
             value, way = np.linalg.eigh(stiff)
@@ -356,13 +322,8 @@ class SolidElements(WalledField, frozen=True):
             values = np.einsum("eab,xy->eaxby", inner, np.eye(3))
             values += np.einsum("eq,eqay,eqbx->eaxby", thick, way, way)
             values -= (2.0 / 3.0) * np.einsum("eq,eqax,eqby->eaxby", thick, way, way)
-            place = 3 * number[own.nodes][..., None] + np.arange(3)
-            place[number[own.nodes] < 0] = -1
-            rows = np.broadcast_to(place[:, :, :, None, None], values.shape)
-            columns = np.broadcast_to(place[:, None, None, :, :], values.shape)
-            moves = (rows >= 0) & (columns >= 0)
-            entries = values[moves], (rows[moves], columns[moves])
-            total = total + csr_matrix(entries, shape=(3 * size, 3 * size))
+            values = values.reshape(len(part), 3 * own.shape.nodes, -1)
+            total = total + _assembled(values, number[own.nodes], size)
         return coo_matrix(total)
 
     # --- bounds -------------------------------------------------------------------------------
@@ -370,24 +331,14 @@ class SolidElements(WalledField, frozen=True):
     def stiffening(self, time: float, position: Floats) -> Resisting:
         """Return the matrix of positive parts as an operator [N/m]; see ``Effect``."""
         count = len(position)
-        matrix = self.matrix(time, position, np.arange(count), count, exact=False).tocsr()
-
-        def resist(moved: Floats, to: Floats) -> None:
-            to += (matrix @ moved.ravel()).reshape(-1, 3)
-
-        return resist
+        return _as_operator(self.matrix(time, position, np.arange(count), count, exact=False))
 
     def braking(self, position: Floats) -> Resisting | None:
         """Return the viscous matrix as an operator [N s/m]; see ``Effect``."""
         if not self.viscosity.any():
             return None
         count = len(position)
-        matrix = self._viscous(position, np.arange(count), count).tocsr()
-
-        def resist(moved: Floats, to: Floats) -> None:
-            to += (matrix @ moved.ravel()).reshape(-1, 3)
-
-        return resist
+        return _as_operator(self._viscous(position, np.arange(count), count))
 
     def spread(self, time: float, position: Floats) -> float:
         """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
@@ -442,12 +393,6 @@ class SolidElements(WalledField, frozen=True):
         for first in range(0, self.item_count, _BLOCK):
             yield np.arange(first, min(first + _BLOCK, self.item_count))
 
-    def _families(self) -> Iterator[FibreFamily]:
-        """Yield the families of fibres."""
-        of = self.fibres
-        for family in range(of.along.shape[1]):
-            yield FibreFamily(of.along[:, family], of.stiffness, of.stiffening, of.dispersion)
-
     def _slopes(self, strain: SolidStrain) -> EnergySlopes:
         """Return what the energy changes by at all points, shape (element, point)."""
         weight = self.drawn.volume[self.row]
@@ -471,6 +416,34 @@ class SolidElements(WalledField, frozen=True):
             values = {"i1": strain.first[..., own, :], "i2": strain.second[..., own, :]}
             found[..., own, :] = what(self.laws[int(number)]).at(values)
         return found
+
+
+def _assembled(values: Floats, number: Indices, size: int) -> "csr_matrix":
+    """Return the sum of the matrices of elements, shape (3 size, 3 size).
+
+    Args:
+        values: Of each element, in any unit, shape (element, 3 node, 3 node).
+        number: Of its nodes among those that may move, -1 for others, shape (element, node).
+        size: Number of nodes that may move.
+    """
+    from scipy.sparse import csr_matrix
+
+    place = (3 * number[..., None] + np.arange(3)).reshape(len(number), -1)
+    rows = np.broadcast_to(place[:, :, None], values.shape)
+    columns = np.broadcast_to(place[:, None, :], values.shape)
+    moves = (rows >= 0) & (columns >= 0)
+    entries = values[moves], (rows[moves], columns[moves])
+    return csr_matrix(entries, shape=(3 * size, 3 * size))
+
+
+def _as_operator(matrix: "coo_matrix") -> Resisting:
+    """Return a matrix over all nodes as an operator on vectors."""
+    rows = matrix.tocsr()
+
+    def resist(moved: Floats, to: Floats) -> None:
+        to += (rows @ moved.ravel()).reshape(-1, 3)
+
+    return resist
 
 
 def _addresses(laws: Sequence[SolidLaw]) -> tuple[int, int]:

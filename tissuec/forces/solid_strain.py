@@ -1,4 +1,4 @@
-"""Strain of solids at points, and what the energies of solids and fibres change by with it."""
+"""Strain of solids at points, and what their energies change by with it."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -139,7 +139,7 @@ class SolidStrain:
         f, c = (each.reshape(*each.shape[:-2], 9) for each in (self.f, self.cofactors))
         d = self._by_deformation_of_second().reshape(f.shape)
         a = _scaled(2.0 * g, f) + _scaled(slope * self.i1, c)
-        found = _outer(of.by_first_twice, a, a)
+        found = outer(of.by_first_twice, a, a)
         turning = of.by_first * slope * self.i1 + of.pressure
         by_c = of.by_first * bend * self.i1 + of.local
         alike = of.by_first * g
@@ -147,14 +147,14 @@ class SolidStrain:
         if of.by_second.any():
             w = of.by_second * g * g
             b = _scaled(g * g, d) + _scaled(2.0 * g * slope * self.i2, c)
-            found += _outer(of.by_second_twice, b, b) + _either_way(of.by_both, a, b)
+            found += outer(of.by_second_twice, b, b) + _either_way(of.by_both, a, b)
             found += self._second_of_second(w) + _either_way(
                 2.0 * of.by_second * g * slope, d, c
             )
             by_c = by_c + 2.0 * of.by_second * (slope**2 + g * bend) * self.i2
             turning = turning + 2.0 * of.by_second * g * slope * self.i2
         found += (2.0 * alike)[..., None, None] * np.eye(9)
-        found += _either_way(2.0 * by_both, f, c) + _outer(by_c, c, c)
+        found += _either_way(2.0 * by_both, f, c) + outer(by_c, c, c)
         found += (_scaled(turning, f) @ _OF_COFACTORS).reshape(found.shape)
         return found
 
@@ -177,83 +177,26 @@ class SolidStrain:
         mixed = mixed + f[..., :, None, None, :] * f[..., None, :, :, None].swapaxes(-3, -2)
         mixed += left[..., :, None, :, None] * one[None, :, None, :]
         found = self.i1[..., None, None] * np.eye(9) - mixed.reshape(*flat.shape, 9)
-        return (2.0 * weight)[..., None, None] * found + _outer(4.0 * weight, flat, flat)
-
-
-class FibreFamily:
-    """A family of fibres at the points of elements; see ``forces.elements``.
-
-    Args:
-        along: Unit vectors as drawn, shape (element, 3).
-        stiffness: k1 [Pa], shape (element,).
-        stiffening: k2, shape (element,).
-        dispersion: κ, shape (element,).
-    """
-
-    def __init__(
-        self, along: Floats, stiffness: Floats, stiffening: Floats, dispersion: Floats
-    ):
-        self._along = along[:, None]
-        self._k1, self._k2 = stiffness[:, None], stiffening[:, None]
-        self._spread = dispersion[:, None]
-
-    def _strain(self, strain: SolidStrain) -> tuple[Floats, Floats]:
-        """Return e where it is positive, otherwise 0, shape (…, point), and F a."""
-        along = (strain.f @ self._along[..., None])[..., 0]
-        square = np.einsum("...k,...k->...", along, along)
-        found = self._spread * (strain.first - 3.0)
-        found = found + (1.0 - 3.0 * self._spread) * (square - 1.0)
-        return np.maximum(found, 0.0), along
-
-    def energy(self, strain: SolidStrain) -> Floats:
-        """Return the energy per volume [Pa], shape (…, point)."""
-        e, _ = self._strain(strain)
-        return 0.5 * self._k1 / self._k2 * np.expm1(self._k2 * e * e)
-
-    def _by_deformation(self, strain: SolidStrain, along: Floats) -> Floats:
-        """Return ∂e/∂F, shape (…, point, 3, 3)."""
-        iso = (2.0 * strain.g)[..., None, None] * strain.f
-        iso = iso + (strain.by_j * strain.i1)[..., None, None] * strain.cofactors
-        line = along[..., :, None] * self._along[..., None, :]
-        spread = self._spread[..., None, None]
-        return spread * iso + 2.0 * (1.0 - 3.0 * spread) * line
-
-    def cauchy(self, strain: SolidStrain) -> Floats:
-        """Return what the fibres add to ``SolidStrain.cauchy`` [Pa], shape (…, point, 3, 3)."""
-        e, along = self._strain(strain)
-        slope = self._k1 * e * np.exp(self._k2 * e * e)
-        piola = slope[..., None, None] * self._by_deformation(strain, along)
-        volume = np.maximum(strain.j, LEAST)[..., None, None]
-        return piola @ strain.f.swapaxes(-1, -2) / volume
-
-    def second_derivatives(self, strain: SolidStrain) -> Floats:
-        """Return ∂²/∂F∂F of the energy [Pa], shape (…, point, 9, 9)."""
-        e, along = self._strain(strain)
-        slope = self._k1 * e * np.exp(self._k2 * e * e)
-        bend = self._k1 * (1.0 + 2.0 * self._k2 * e * e) * np.exp(self._k2 * e * e)
-        way = self._by_deformation(strain, along).reshape(*e.shape, 9)
-        found = _outer(np.where(e > 0.0, bend, 0.0), way, way)
-        none = np.zeros_like(slope)
-        spread = EnergySlopes(slope * self._spread, none, none, none, none, none, none)
-        found += strain.second_derivatives(spread)
-        line = self._along[..., :, None] * self._along[..., None, :]
-        line = np.eye(3)[:, None, :, None] * line[..., None, :, None, :]
-        weight = 2.0 * slope * (1.0 - 3.0 * self._spread)
-        return found + weight[..., None, None] * line.reshape(*line.shape[:-4], 9, 9)
+        return (2.0 * weight)[..., None, None] * found + outer(4.0 * weight, flat, flat)
 
 
 def _scaled(weight: Floats, vector: Floats) -> Floats:
     return weight[..., None] * vector
 
 
-def _outer(weight: Floats, one: Floats, other: Floats) -> Floats:
-    """Return w a bᵀ, shape (…, 9, 9)."""
+def outer(weight: Floats, one: Floats, other: Floats) -> Floats:
+    """Return w a bᵀ in the unit of w, shape (…, 9, 9).
+
+    Args:
+        weight: w, in any unit, shape (…).
+        one, other: a and b, dimensionless, shape (…, 9).
+    """
     return _scaled(weight, one)[..., :, None] * other[..., None, :]
 
 
 def _either_way(weight: Floats, one: Floats, other: Floats) -> Floats:
     """Return w (a bᵀ + b aᵀ), shape (…, 9, 9)."""
-    half = _outer(weight, one, other)
+    half = outer(weight, one, other)
     return half + half.swapaxes(-1, -2)
 
 
