@@ -154,7 +154,8 @@ class TissueParts:
         reason = material.tissue.missing.get(name, "neither a rule nor a number gives it")
         self.findings.reject(
             "TIS206",
-            f"the {QUANTITIES[name].name} of tissue {material.tissue.name} is missing: {reason}",
+            f"the {QUANTITIES[name].name} of tissue {material.tissue.name} is missing: "
+            f"{reason}",
             material.tissue.span,
             hint=f"write {' or '.join(_names(name))} = … in the tissue, a rule for it, "
             "or otherwise is … in the vocabulary",
