@@ -20,6 +20,7 @@ GROUPS = {
     "tissuec/forces": "tissuec.force",
     "tissuec/validate/forces": "tissuec.force_formula",
     "tissuec/laws/spring": "tissuec.spring_law",
+    "tissuec/laws/solid": "tissuec.solid_law",
     "tissuec/engine/integrators": "tissuec.integrator",
     "tissuec/geometry/surfaces": "tissuec.surface",
     "tissuec/view/plots": "tissuec.plot",

@@ -435,7 +435,7 @@ MISTAKES = {
         "thickness = 2 mm; diameter = 5 mm",
         "TIS303",
         "diameter",
-        "entries: mesh, tissue, region, springs, rupture, bending, fibres, mass",
+        "entries: mesh, made, tissue, region, springs, rupture, bending, fibres",
     ),
     "tool by size": M(
         "radius = 4 mm",

@@ -132,7 +132,8 @@ def test_a_node_that_is_pulled_through_is_found_and_every_output_counts_elements
     with tissuec.load(result) as run:
         (doubt,) = run.doubts
         nodes, last = elements(scene_of()).nodes, run.position[-1]
-        assert doubt.most == doubt.last == int((least_volume(nodes, last) <= 0.0).sum()) > 0
+        assert doubt.last == int((least_volume(nodes, last) <= 0.0).sum())
+        assert doubt.most > 0  # they push back, and may have turned again by then
         assert doubt.subject == "block"
         # Half of 10 mm is the edge of an element, and no sooner than that it is flat.
         assert 5e-3 < doubt.time <= 12e-3
