@@ -501,24 +501,6 @@ class Force(Struct, metaclass=_Abstract, frozen=True, eq=False):
 FORCES: Family[type[Force]] = Family("tissuec.forces", "force")
 
 
-def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
-    """Return a block-diagonal matrix with one block for each node that may move.
-
-    Args:
-        blocks: Blocks in any unit, shape (n, 3, 3).
-        number: Of the nodes among those that may move, -1 for others, shape (n,).
-        size: Number of nodes that may move; the matrix has the shape (3 size, 3 size).
-    """
-    from scipy.sparse import coo_matrix
-
-    moves = number >= 0
-    row = np.broadcast_to(
-        3 * number[moves, None, None] + np.arange(3)[:, None], (moves.sum(), 3, 3)
-    )
-    where = row.ravel(), row.swapaxes(1, 2).ravel()
-    return coo_matrix((blocks[moves].ravel(), where), shape=(3 * size, 3 * size))
-
-
 def in_line(states: Floats) -> Floats:
     """Return states of shape (…, node, 3), in any unit, in the shape (state, node, 3)."""
     return states.reshape(-1, *states.shape[-2:])

@@ -30,6 +30,7 @@ from tissuec.core.vectors import cross, dot
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.bending_kernel import COLLAPSE, TINY, WHOLE, HingeTable, fold
 from tissuec.forces.derivatives import ForceDerivatives
+from tissuec.forces.matrices import assembled
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.model.blocks import FieldBlock
 from tissuec.model.network import Floats, Indices
@@ -144,7 +145,7 @@ class Hinges(WalledField, frozen=True):
                 *parts, by_a, by_b
             )
             values += np.einsum("pi,hpxqy,qj->hixjy", _SPANS, second, _SPANS)
-        return self._placed(values, number, size)
+        return assembled(values, number[self.nodes], size)
 
     def damping_matrices(
         self, position: Floats, velocity: Floats, number: Indices, size: int
@@ -162,18 +163,8 @@ class Hinges(WalledField, frozen=True):
         by_x = np.einsum("h,hix,hjy->hixjy", self.damping, slopes, faster)
         by_x += (self.damping * weight * speed)[:, None, None, None, None] * second
         by_v = np.einsum("h,hix,hjy->hixjy", self.damping * weight, slopes, slopes)
-        return self._placed(by_x, number, size), self._placed(by_v, number, size)
-
-    def _placed(self, values: Floats, number: Indices, size: int) -> "coo_matrix":
-        """Return blocks of hinges, shape (hinge, 4, 3, 4, 3), as one matrix; see ``matrix``."""
-        from scipy.sparse import coo_matrix
-
-        place = 3 * number[self.nodes][..., None] + np.arange(3)  # (hinge, node, component)
-        rows = np.broadcast_to(place[:, :, :, None, None], values.shape)
-        columns = np.broadcast_to(place[:, None, None, :, :], values.shape)
-        moves = (rows >= 0) & (columns >= 0)
-        shape = (3 * size, 3 * size)
-        return coo_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
+        nodes = number[self.nodes]
+        return assembled(by_x, nodes, size), assembled(by_v, nodes, size)
 
     def _bent(
         self, e: Floats, q: Floats, r: Floats, a: Floats, b: Floats, by_a: Floats, by_b: Floats

@@ -40,6 +40,7 @@ from numpy.typing import NDArray
 from tissuec.core.source import Span
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.elements_kernel import LEAST, ElementTable, press_elements
+from tissuec.forces.matrices import assembled
 from tissuec.forces.solid_fibres import SolidFibres
 from tissuec.forces.solid_strain import (
     DERIVATIVES,
@@ -59,7 +60,7 @@ from tissuec.model.network import Floats, Indices
 from tissuec.model.topology import springs_between
 
 if TYPE_CHECKING:
-    from scipy.sparse import coo_matrix, csr_matrix
+    from scipy.sparse import coo_matrix
 
 _BLOCK = 2048  # elements whose matrices are in memory at a time
 _ALIKE = 1e-12  # relative difference of gradients that is rounding
@@ -92,7 +93,7 @@ class SolidElements(WalledField, frozen=True):
     Attributes:
         name: Of the body.
         shape: Of all elements.
-        nodes: ElementShape (element, node).
+        nodes: Shape (element, node).
         drawn: Gradients and volumes as drawn, one row for all elements that are alike.
         row: Of each element in ``drawn``, shape (element,).
         shear, bulk, local: μ, K - K0 and K0 [Pa], shape (element,).
@@ -134,7 +135,7 @@ class SolidElements(WalledField, frozen=True):
         Args:
             name: Of the body.
             shape: Of all of them.
-            nodes: ElementShape (element, node).
+            nodes: Shape (element, node).
             position: Of all nodes as drawn [m], shape (node, 3).
             material: What they are made of.
             ends: Nodes of the springs of the body, shape (spring, 2).
@@ -267,11 +268,11 @@ class SolidElements(WalledField, frozen=True):
         for part in self._parts():
             own = self.only(part)
             values = own._element_matrices(position, exact=exact)
-            total = total + _assembled(values, number[own.nodes], size)
+            total = total + assembled(values, number[own.nodes], size)
         return coo_matrix(total)
 
     def _element_matrices(self, position: Floats, *, exact: bool) -> Floats:
-        """Return ∂²E/∂x∂x of each element [N/m], shape (element, 3 node, 3 node)."""
+        """Return ∂²E/∂x∂x of each element [N/m], shape (element, node, 3, node, 3)."""
         strain, weight = SolidStrain(self.deformations(position)), self.drawn.volume[self.row]
         volume, slopes = weight.sum(axis=-1), self.drawn.gradients[self.row]
         stiff = strain.second_derivatives(self._slopes(strain))
@@ -287,11 +288,10 @@ class SolidElements(WalledField, frozen=True):
         half = slopes[:, :, None] @ stiff
         half = half.reshape(elements, points, 9 * count, 3) @ slopes.swapaxes(-1, -2)
         values = half.sum(axis=1).reshape(elements, 3, count, 3, count)
-        values = values.transpose(0, 2, 1, 4, 3).reshape(elements, 3 * count, 3 * count)
         swell = slopes @ strain.cofactors.swapaxes(-1, -2)
-        swell = np.einsum("eq,eqax->eax", weight, swell).reshape(elements, 3 * count)
-        values += (self.bulk / volume)[:, None, None] * swell[:, :, None] * swell[:, None, :]
-        return values
+        swell = np.einsum("eq,eqax->eax", weight, swell)
+        push = (self.bulk / volume)[:, None, None] * swell
+        return values.transpose(0, 2, 1, 4, 3) + np.einsum("eax,eby->eaxby", push, swell)
 
     def damping_matrices(
         self, position: Floats, velocity: Floats, number: Indices, size: int
@@ -322,8 +322,7 @@ class SolidElements(WalledField, frozen=True):
             values = np.einsum("eab,xy->eaxby", inner, np.eye(3))
             values += np.einsum("eq,eqay,eqbx->eaxby", thick, way, way)
             values -= (2.0 / 3.0) * np.einsum("eq,eqax,eqby->eaxby", thick, way, way)
-            values = values.reshape(len(part), 3 * own.shape.nodes, -1)
-            total = total + _assembled(values, number[own.nodes], size)
+            total = total + assembled(values, number[own.nodes], size)
         return coo_matrix(total)
 
     # --- bounds -------------------------------------------------------------------------------
@@ -416,24 +415,6 @@ class SolidElements(WalledField, frozen=True):
             values = {"i1": strain.first[..., own, :], "i2": strain.second[..., own, :]}
             found[..., own, :] = what(self.laws[int(number)]).at(values)
         return found
-
-
-def _assembled(values: Floats, number: Indices, size: int) -> "csr_matrix":
-    """Return the sum of the matrices of elements, shape (3 size, 3 size).
-
-    Args:
-        values: Of each element, in any unit, shape (element, 3 node, 3 node).
-        number: Of its nodes among those that may move, -1 for others, shape (element, node).
-        size: Number of nodes that may move.
-    """
-    from scipy.sparse import csr_matrix
-
-    place = (3 * number[..., None] + np.arange(3)).reshape(len(number), -1)
-    rows = np.broadcast_to(place[:, :, None], values.shape)
-    columns = np.broadcast_to(place[:, None, :], values.shape)
-    moves = (rows >= 0) & (columns >= 0)
-    entries = values[moves], (rows[moves], columns[moves])
-    return csr_matrix(entries, shape=(3 * size, 3 * size))
 
 
 def _as_operator(matrix: "coo_matrix") -> Resisting:

@@ -54,6 +54,7 @@ from tissuec.forces.jets_kernel import (
     JetTable,
     blow,
 )  # fmt: skip
+from tissuec.forces.matrices import assembled
 from tissuec.kernels.records import BoundaryConditions
 from tissuec.kernels.thread_loops import UNDIVIDED
 from tissuec.model.blocks import FieldBlock
@@ -322,11 +323,7 @@ class Jet(Field, frozen=True):
                 np.add.at(each, elements.owner, shared)
                 blocks[:, :, column] -= sign * each.reshape(-1, 9) / (2.0 * SLIGHT * edge)
         values = 0.5 * (blocks + blocks.swapaxes(1, 2))
-        place = (3 * number[nodes][:, :, None] + np.arange(3)).reshape(-1, 9)
-        rows = np.broadcast_to(place[:, :, None], values.shape)
-        columns = np.broadcast_to(place[:, None, :], values.shape)
-        moves = (rows >= 0) & (columns >= 0)
-        return coo_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
+        return assembled(values.reshape(-1, 3, 3, 3, 3), number[nodes], size)
 
     def energy(self, time: Floats | float, position: Floats) -> Floats:
         """Return the stored energy [J], shape (…): none."""

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross
 from tissuec.forces import SECONDS, Field, Items
+from tissuec.forces.matrices import assembled
 from tissuec.geometry.edge_supports import SupportedTriangles
 from tissuec.model.network import Floats, Indices
 
@@ -185,20 +186,14 @@ class Areas(Struct, frozen=True, eq=False):
             size: Number of nodes that may move.
             exact: Whether parts are included that may make the matrix indefinite.
         """
-        from scipy.sparse import coo_matrix
 
         sides, n = self.gradient, self.normal
         if not exact:
             tension, stiffness = np.maximum(tension, 0.0), np.maximum(stiffness, 0.0)
         out = np.divide(tension, 4.0 * self.area, where=self.area > 0.0, out=0.0 * tension)
         heights = np.einsum("t,tic,tjc->tij", out, self.edges, self.edges)
-        values = np.einsum("tij,tx,ty->tijxy", heights, n, n)
-        values += np.einsum("t,tix,tjy->tijxy", stiffness, sides, sides)
+        values = np.einsum("tij,tx,ty->tixjy", heights, n, n)
+        values += np.einsum("t,tix,tjy->tixjy", stiffness, sides, sides)
         if exact:
-            values += np.einsum("t,ij,tk,kxy->tijxy", 0.5 * tension, _TURNS, n, _CROSS)
-        place = 3 * number[self.corners][..., None] + np.arange(3)
-        rows = np.broadcast_to(place[:, :, None, :, None], values.shape)
-        columns = np.broadcast_to(place[:, None, :, None, :], values.shape)
-        moves = (rows >= 0) & (columns >= 0)
-        entries = values[moves], (rows[moves], columns[moves])
-        return coo_matrix(entries, shape=(3 * size, 3 * size))
+            values += np.einsum("t,ij,tk,kxy->tixjy", 0.5 * tension, _TURNS, n, _CROSS)
+        return assembled(values, number[self.corners], size)

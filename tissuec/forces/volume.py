@@ -37,6 +37,7 @@ from tissuec.core.vectors import cross
 from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.derivatives import ForceDerivatives
 from tissuec.forces.free_edges import where_open
+from tissuec.forces.matrices import assembled
 from tissuec.forces.volume_kernel import CellTable, press
 from tissuec.geometry.parallelograms import parallelograms
 from tissuec.kernels.records import BoundaryConditions
@@ -217,15 +218,10 @@ class Enclosure(WalledField, frozen=True):
         from scipy.sparse import csr_matrix
 
         s, p, q = (_turning(part) for part in _spans(position, self.corners, self.first))
-        turns = np.einsum("kij,kfxy->fijxy", _TURNS, np.stack([q, p, s]))
+        turns = np.einsum("kij,kfxy->fixjy", _TURNS, np.stack([q, p, s]))
         pressure = self.share * self.pressures(time, position)
         values = -pressure[self.owner, None, None, None, None] * turns
-        place = 3 * number[self.corners][..., None] + np.arange(3)  # (face, corner, component)
-        rows = np.broadcast_to(place[:, :, None, :, None], values.shape)
-        columns = np.broadcast_to(place[:, None, :, None, :], values.shape)
-        moves = (rows >= 0) & (columns >= 0)
-        shape = (3 * size, 3 * size)
-        return csr_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
+        return csr_matrix(assembled(values, number[self.corners], size))
 
     def matrix(
         self, time: float, position: Floats, number: Indices, size: int, *, exact: bool = True

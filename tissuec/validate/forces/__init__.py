@@ -61,6 +61,25 @@ class ForceFormula(Protocol):
         ...
 
 
+def assembled(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
+    """Return the sum of blocks of items as a matrix, shape (3 size, 3 size).
+
+    Args:
+        blocks: In any unit, shape (item, node, 3, node, 3).
+        number: Of the nodes of items among those that may move, -1 for others, shape (item,
+            node).
+        size: Number of nodes that may move.
+    """
+    from scipy.sparse import coo_matrix
+
+    place = 3 * number[..., None] + np.arange(3)
+    rows = np.broadcast_to(place[:, :, :, None, None], blocks.shape)
+    columns = np.broadcast_to(place[:, None, None, :, :], blocks.shape)
+    moves = (rows >= 0) & (columns >= 0)
+    entries = blocks[moves], (rows[moves], columns[moves])
+    return coo_matrix(entries, shape=(3 * size, 3 * size))
+
+
 #: Under the names of the members of ``tissuec.forces.FORCES``.
 FORMULAS: Family[Callable[[Any], ForceFormula]] = Family(
     "tissuec.validate.forces", "force formula"

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from tissuec.validate.forces.laws import derived
+from tissuec.validate.forces import assembled
+from tissuec.validate.forces.laws import derived, shipped
 
 if TYPE_CHECKING:
     from tissuec.forces.elements import SolidElements
@@ -193,16 +194,7 @@ class ElementSolid:
         turned = np.linalg.inv(f).swapaxes(-1, -2) * j[..., None, None]
         swell = np.einsum("eq,eqxk,eqak->eax", self._weight, turned, self._slope)
         values += np.einsum("e,eax,eby->eaxby", self._bulk / self._volume, swell, swell)
-        place = np.where(
-            number[self._nodes][..., None] >= 0,
-            3 * number[self._nodes][..., None] + np.arange(3),
-            -1,
-        )
-        rows = np.broadcast_to(place[:, :, :, None, None], values.shape)
-        columns = np.broadcast_to(place[:, None, None, :, :], values.shape)
-        both = (rows >= 0) & (columns >= 0)
-        shape = (3 * size, 3 * size)
-        return sparse.coo_matrix((values[both], (rows[both], columns[both])), shape=shape)
+        return assembled(values, number[self._nodes], size)
 
 
 def _isochoric(near: Any, below: Any) -> tuple[Any, Any]:
@@ -252,7 +244,7 @@ SLOPES: dict[str, Callable[[Any], Slopes]] = {
 
 def slopes_of(law: object) -> Slopes:
     """Return the derivatives of a law by i1 and i2: closed ones, or those of its formula."""
-    return SLOPES.get(_shipped(law), _of_formula)(law)
+    return SLOPES.get(shipped(law), _of_formula)(law)
 
 
 def _of_formula(law: Any) -> Slopes:
@@ -266,11 +258,6 @@ def _of_formula(law: Any) -> Slopes:
         ] + 0.0 * i2
 
     return slopes
-
-
-def _shipped(law: object) -> str:
-    kind = type(law)
-    return kind.__name__ if kind.__module__.startswith("tissuec.laws.") else ""
 
 
 # --- shapes -----------------------------------------------------------------------------------

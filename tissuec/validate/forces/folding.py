@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.core.vectors import cross
+from tissuec.validate.forces import assembled
 
 if TYPE_CHECKING:
     from tissuec.forces.bending import Hinges
@@ -125,12 +126,7 @@ class Folding:
                 moved = position[self._nodes].astype(complex)
                 moved[:, corner, axis] += 1j * STEP
                 blocks[:, :, :, corner, axis] = self._pulled(*self._turned(moved)).imag / STEP
-        place = 3 * number[self._nodes][..., None] + np.arange(3)
-        rows = np.broadcast_to(place[:, :, :, None, None], blocks.shape)
-        columns = np.broadcast_to(place[:, None, None, :, :], blocks.shape)
-        moves = (rows >= 0) & (columns >= 0)
-        shape = (3 * size, 3 * size)
-        return sparse.coo_matrix((blocks[moves], (rows[moves], columns[moves])), shape=shape)
+        return assembled(blocks, number[self._nodes], size)
 
 
 def _dot(one: Any, other: Any) -> Any:

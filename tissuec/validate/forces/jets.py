@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.core.vectors import cross
+from tissuec.validate.forces import assembled
 
 if TYPE_CHECKING:
     from tissuec.forces.jets import Jet
@@ -212,11 +213,7 @@ class JetForce:
             )
             blocks[:, :, column] = (back - ahead).reshape(-1, 9) / (2.0 * step)
         values = 0.5 * (blocks + blocks.transpose(0, 2, 1))
-        place = (3 * number[self._corners][:, :, None] + np.arange(3)).reshape(-1, 9)
-        rows = np.broadcast_to(place[:, :, None], values.shape)
-        columns = np.broadcast_to(place[:, None, :], values.shape)
-        moves = (rows >= 0) & (columns >= 0)
-        return sparse.coo_matrix((values[moves], (rows[moves], columns[moves])), shape=shape)
+        return assembled(values.reshape(-1, 3, 3, 3, 3), number[self._corners], size)
 
 
 def facing(corners: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:

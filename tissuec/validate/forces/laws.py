@@ -379,7 +379,7 @@ def spring_rule(law: "Law") -> ForceRule:
     """Return the force of a spring by its law; without a rule of its own, by its formula."""
     if law.spring is None:
         return _free_spring(law.elastic)
-    kind = _shipped(law.spring)
+    kind = shipped(law.spring)
     if kind == "StressCurve":
         return _stress_curve(law.spring, law.modulus)
     return RULES[kind](law.spring) if kind in RULES else _free_spring(law.elastic)
@@ -389,11 +389,11 @@ def dashpot_rule(law: "Law") -> Dashpot:
     """Return the force of a dashpot by its law; without a rule of its own, by its formula."""
     if law.dashpot is None:
         return _free_dashpot(law.viscous)
-    kind = _shipped(law.dashpot)
+    kind = shipped(law.dashpot)
     return DASHPOTS[kind](law.dashpot) if kind in DASHPOTS else _free_dashpot(law.viscous)
 
 
-def _shipped(law: object) -> str:
+def shipped(law: object) -> str:
     """Return the name of the class of a shipped law; empty for one of another package."""
     kind = type(law)
     return kind.__name__ if kind.__module__.startswith("tissuec.laws.") else ""

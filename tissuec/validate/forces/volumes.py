@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from tissuec.core.vectors import cross
+from tissuec.validate.forces import assembled
 
 if TYPE_CHECKING:
     from tissuec.forces.volume import Enclosure
@@ -111,12 +112,7 @@ class VolumeField:
             turning[:, other, one] = turning[:, one, other].swapaxes(1, 2)
         pressure = self._pressures(time, position)[self._cell] * (self._share / 12.0)
         bend = -np.einsum("t,ia,tijxy,jb->taxby", pressure, _ENDS, turning, _ENDS)
-        rows = np.broadcast_to(place[:, :, :, None, None], bend.shape)
-        columns = np.broadcast_to(place[:, None, None, :, :], bend.shape)
-        both = moves[:, :, :, None, None] & moves[:, None, None, :, :]
-        shape = (3 * size, 3 * size)
-        bent = sparse.coo_matrix((bend[both], (rows[both], columns[both])), shape=shape)
-        return sparse.coo_matrix(stiff + bent)
+        return sparse.coo_matrix(stiff + assembled(bend, nodes, size))
 
 
 #: How the three edges of a tetrahedron depend on its corners and its apex.

@@ -1,0 +1,47 @@
+"""Sparse matrices of fields, from the blocks of their nodes and items."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissuec.model.network import Floats, Indices
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
+
+
+def assembled(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
+    """Return the matrix in which the blocks of items add up, shape (3 size, 3 size).
+
+    Args:
+        blocks: In any unit, shape (item, node, 3, node, 3).
+        number: Of the nodes of items among those that may move, -1 for others, shape (item,
+            node).
+        size: Number of nodes that may move.
+    """
+    from scipy.sparse import coo_matrix
+
+    place = 3 * number[..., None] + np.arange(3)
+    rows = np.broadcast_to(place[:, :, :, None, None], blocks.shape)
+    columns = np.broadcast_to(place[:, None, None, :, :], blocks.shape)
+    moves = (rows >= 0) & (columns >= 0)
+    entries = blocks[moves], (rows[moves], columns[moves])
+    return coo_matrix(entries, shape=(3 * size, 3 * size))
+
+
+def diagonal(blocks: Floats, number: Indices, size: int) -> "coo_matrix":
+    """Return a block-diagonal matrix with one block for each node that may move.
+
+    Args:
+        blocks: Blocks in any unit, shape (n, 3, 3).
+        number: Of the nodes among those that may move, -1 for others, shape (n,).
+        size: Number of nodes that may move; the matrix has the shape (3 size, 3 size).
+    """
+    from scipy.sparse import coo_matrix
+
+    moves = number >= 0
+    row = np.broadcast_to(
+        3 * number[moves, None, None] + np.arange(3)[:, None], (moves.sum(), 3, 3)
+    )
+    where = row.ravel(), row.swapaxes(1, 2).ravel()
+    return coo_matrix((blocks[moves].ravel(), where), shape=(3 * size, 3 * size))
