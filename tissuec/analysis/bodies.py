@@ -275,12 +275,11 @@ class _Examined:
 
     def _quality(self) -> tuple[float, float] | None:
         """Return the worst and the mean quality of tetrahedra that are elements."""
-        from tissuec.meshes.slivers import quality
+        from tissuec.meshes.slivers import worst_and_mean
 
         for one in self.mesh.elements:
             if one.shape == "tetrahedron":
-                values = quality(self.mesh.position[one.nodes[:, :4]])
-                return float(values.min()), float(values.mean())
+                return worst_and_mean(self.mesh.position, one.nodes[:, :4])
         return None
 
     def _tissues(self) -> Iterator[str]:
@@ -349,10 +348,7 @@ class _Examined:
 
     def _moduli(self) -> tuple[Floats, Floats, Floats]:
         """Return shear modulus, bulk modulus and viscosity of elements, shape (element,)."""
-        fields = (
-            block.field for block in self.state.network.blocks if block.kind == "elements"
-        )
-        own = [one for one in fields if one.name == self.part.name]
+        own = self.state.network.elements_of(self.part.name)
         columns = [(one.shear, one.bulk + one.local, one.viscosity) for one in own]
         shear, bulk, viscosity = (np.concatenate(each) for each in zip(*columns, strict=True))
         return shear, bulk, viscosity

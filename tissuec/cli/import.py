@@ -156,12 +156,12 @@ def _facts(shape: "RepairedMesh") -> dict[str, Any]:
 
 def _quality(shape: "RepairedMesh") -> dict[str, float] | None:
     """Return the worst and the mean quality of tetrahedra; None of files with other cells."""
-    from tissuec.meshes.slivers import quality
+    from tissuec.meshes.slivers import worst_and_mean
 
     if not len(shape.tetrahedra) or shape.divided:
         return None
-    values = np.abs(quality(shape.position[shape.tetrahedra]))
-    return {"worst": float(values.min()), "mean": float(values.mean())}
+    worst, mean = worst_and_mean(shape.position, shape.tetrahedra)
+    return {"worst": worst, "mean": mean}
 
 
 def _of_cubes(mesh: "Imported") -> "Imported":

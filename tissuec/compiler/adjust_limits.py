@@ -62,20 +62,15 @@ def limited(found: Found, clauses: Clauses, span: Span) -> Adjust:
 def _refuse_limits(clauses: Clauses, what: str) -> NoReturn:
     """Reject limits of which the lower one is not below the upper one."""
     low, high = clauses.get("from"), clauses.get("to")
-    message, place, hint = (
-        f"the lower limit of {what} is not below the upper one",
-        None,
-        Hint(""),
-    )
-    if low is not None and high is not None:
-        place = low.value.span
-        texts = low.value.span.text, high.value.span.text
-        if texts[0] != texts[1] and low.span.end <= high.span.start:
-            limits = f"from {texts[1]} to {texts[0]}"
-            hint = Hint(f"write: {limits}", Edit(limits, low.span.to(high.span)))
-        else:
-            hint = Hint("write a lower limit that is below the upper one")
-    clauses.findings.reject("TIS308", message, place or clauses.all[0].value.span, hint=hint)
+    message = f"the lower limit of {what} is not below the upper one"
+    if low is None or high is None:
+        clauses.findings.reject("TIS308", message, clauses.all[0].value.span)
+    hint = Hint("write a lower limit that is below the upper one")
+    lower, upper = low.value.span, high.value.span
+    if lower.text != upper.text and lower.end <= upper.start:
+        limits = f"from {upper.text} to {lower.text}"
+        hint = Hint(f"write: {limits}", Edit(limits, lower.to(upper)))
+    clauses.findings.reject("TIS308", message, lower, hint=hint)
 
 
 def _within(clauses: Clauses, word: str, found: Found, least: float, most: float) -> float:

@@ -1,7 +1,6 @@
 """Tissues, matter and tools of a compiled scene, for blocks files."""
 
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +19,6 @@ from tissuec.model.network import BodyPart, Floats, Indices, Network, numbers_in
 from tissuec.results.blocks.anatomy import Anatomy, BodyMatter, CellPressure
 from tissuec.results.volume_cells import cells_around
 from tissuec.script.verbs.preserve import Inflate, Preserve
-
-if TYPE_CHECKING:
-    from tissuec.forces.elements import SolidElements
 
 
 def anatomy_of(compiled: Compiled) -> Anatomy:
@@ -64,7 +60,7 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
         volume = mesh.volume if np.isfinite(mesh.volume).all() else _filled(mesh)
         if not (volume > 0.0).all():
             return "the volume of its cells cannot be computed"
-        if elements := _elements(network, part):
+        if elements := network.elements_of(part.name):
             return BodyMatter(volume, 3, springs, elements=elements)
         pressure = _pressure(compiled, part)
         if isinstance(pressure, str):
@@ -78,12 +74,6 @@ def _matter(compiled: Compiled, part: BodyPart, drawing: Drawing) -> BodyMatter 
     if body.section is not None:
         return BodyMatter(_along(network, part, springs, body.section), 1, springs)
     return ""
-
-
-def _elements(network: Network, part: BodyPart) -> "tuple[SolidElements, ...]":
-    """Return the elements of a body; empty if it consists of springs."""
-    fields = (block.field for block in network.blocks if block.kind == "elements")
-    return tuple(field for field in fields if field.name == part.name)
 
 
 def _pressure(compiled: Compiled, part: BodyPart) -> CellPressure | str | None:

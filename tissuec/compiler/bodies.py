@@ -85,7 +85,8 @@ def _build_elements(drawing: Drawing, findings: Findings) -> BodyArrays:
     arrays = {name: values for name, (values, _) in quantities.items()}
     velocity = _velocity(body, drawing, arrays["mass"])
     check_sizes(body, arrays | {"velocity": velocity}, findings)
-    moduli = [value for one in elements for value in (one.shear, one.bulk, one.viscosity)]
+    materials = [one.material for one in elements]
+    moduli = [value for one in materials for value in (one.shear, one.bulk, one.viscosity)]
     refuse_sizes(body, {"modulus or viscosity": np.concatenate(moduli)}, findings)
     law = np.broadcast_to(np.int32(0), drawing.length.shape)
     return BodyArrays(

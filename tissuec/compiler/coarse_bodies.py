@@ -70,8 +70,9 @@ def coarse(compiled: Compiled) -> Iterator[Diagnostic]:
 def _has_one_element_across(drawing: Drawing) -> bool:
     """Return whether a body consists of hexahedra of a lattice, one thick."""
     generator = drawing.body.mesh
-    is_made = drawing.body.elements is not None and isinstance(generator, Lattice)
-    return is_made and min(generator.cells()) == 1
+    if drawing.body.elements is None or not isinstance(generator, Lattice):
+        return False
+    return min(generator.cells()) == 1
 
 
 def _is_asked_of(drawing: Drawing) -> bool:

@@ -358,10 +358,10 @@ def _stiffness_of_springs(
         network.springs.ends[own].ravel(), np.repeat(steep, 2), network.body_nodes
     )
     nodes = np.arange(network.node_count)
-    for block in network.blocks:
-        if block.kind == "elements":  # the trace of a node's stiffness, as the sum of springs
-            matrix = block.field.matrix(0.0, network.position, nodes, len(nodes), exact=False)
-            each += matrix.tocsr().diagonal().reshape(-1, 3).sum(axis=1)[: network.body_nodes]
+    for solid in network.of_kind("elements"):
+        # The trace of a node's stiffness, as the sum of springs. Unstrained, all are positive.
+        matrix = solid.matrix(0.0, network.position, nodes, len(nodes))
+        each += matrix.tocsr().diagonal().reshape(-1, 3).sum(axis=1)[: network.body_nodes]
     if each.any():
         return float(each[each > 0.0].mean())
     _unknown("contact stiffness", show(1e3, STIFFNESS), environment, findings)

@@ -42,6 +42,7 @@ from tissuec.scene.quantities import (
 )
 
 if TYPE_CHECKING:
+    from tissuec.forces.elements import SolidMaterial
     from tissuec.forces.solid_fibres import SolidFibres
 
 STRAIGHT = 1e-9  # stiffening of fibres that have none, by which energies are divided
@@ -64,23 +65,14 @@ class BodyElements(Struct, frozen=True, eq=False):
         body: The name of the body.
         shape: As in ``geometry.elements.SHAPES``.
         nodes: Shape (element, node).
-        shear, bulk: Moduli [Pa], shape (element,).
-        viscosity: Of shear [Pa s], shape (element,).
-        law: Number of the law, shape (element,).
-        laws: Of the parts of the body.
-        fibres: Families of fibres; None without any.
-        span: What asks for them.
+        material: What they are made of.
+        span: The entry that asks for them.
     """
 
     body: str
     shape: str
     nodes: Indices
-    shear: Floats
-    bulk: Floats
-    viscosity: Floats
-    law: Indices
-    laws: tuple[SolidLaw, ...]
-    fibres: "SolidFibres | None"
+    material: "SolidMaterial"
     span: Span
 
 
@@ -123,26 +115,19 @@ class ElementReader:
         said = self._each(POISSONS_RATIO, np.nan)
         ratio = np.where(np.isnan(said), default, said)
         shear, bulk = young / (2.0 * (1.0 + ratio)), young / (3.0 * (1.0 - 2.0 * ratio))
-        viscosity, fibres = self._viscosity(shear), self._fibres()
+        from tissuec.forces.elements import SolidMaterial
+
+        material = SolidMaterial(
+            shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
+            self._fibres(),
+        )  # fmt: skip
         found: list[BodyElements] = []
         first = 0
         for one in self.drawing.mesh.elements:
-            own = slice(first, first + len(one.nodes))
-            first = own.stop
-            found.append(
-                BodyElements(
-                    self.body.name,
-                    one.shape,
-                    one.nodes,
-                    shear[own],
-                    bulk[own],
-                    viscosity[own],
-                    self.part[own].astype(np.int64),
-                    laws,
-                    None if fibres is None else fibres.some(np.arange(own.start, own.stop)),
-                    self.made,
-                )
-            )
+            own = np.arange(first, first + len(one.nodes))
+            first += len(own)
+            parts = self.body.name, one.shape, one.nodes, material.some(own), self.made
+            found.append(BodyElements(*parts))
         return tuple(found)
 
     # --- quantities of parts ------------------------------------------------------------------
@@ -163,10 +148,7 @@ class ElementReader:
     def _fibres(self) -> "SolidFibres | None":
         """Return the families of fibres of the elements; None without any."""
         self.parts.refuse_idle_fibres()
-        added, numbers = (
-            np.zeros(len(self.parts.materials)),
-            {name: np.array(self._found(name, 0.0)) for name in OF_FIBRES},
-        )
+        added = np.zeros(len(self.parts.materials))
         for number in part_numbers(self.part):
             material = self.parts.materials[number]
             if material.tissue is None:
@@ -194,7 +176,7 @@ class ElementReader:
                 )
         from tissuec.forces.solid_fibres import SolidFibres
 
-        stiffening, spread = (numbers[name][self.part] for name in OF_FIBRES)
+        stiffening, spread = (self._each(name, 0.0) for name in OF_FIBRES)
         # At rest a fibre of the strain ε has e = 2 (1 - 3 κ) ε.
         stiffness = 0.25 * added[self.part] / (1.0 - 3.0 * spread) ** 2
         along = np.array([one for one in directions if one is not None], dtype=float)
@@ -294,7 +276,7 @@ class ElementReader:
     def _mass(self) -> Explained:
         """Return the mass of each node [kg], shape (node,).
 
-        A density gives each element its mass, which its nodes share as it is lumped.
+        Each element has the mass that its density gives, lumped at its nodes.
         """
         mesh, node_part = self.drawing.mesh, self.drawing.part
         assert mesh.volume is not None
@@ -345,16 +327,12 @@ def element_blocks(
     """
     if not elements:
         return []
-    from tissuec.forces.elements import SolidElements, SolidMaterial
+    from tissuec.forces.elements import SolidElements
 
-    blocks: list[FieldBlock] = []
-    for one in elements:
-        material = SolidMaterial(
-            one.shear, one.bulk, one.viscosity, one.law, one.laws, one.fibres
-        )
-        found = SolidElements.of(
-            one.body, SHAPES[one.shape], one.nodes + nodes, position, material, ends,
+    return [
+        SolidElements.of(
+            one.body, SHAPES[one.shape], one.nodes + nodes, position, one.material, ends,
             first_spring, one.span,
-        )  # fmt: skip
-        blocks.append(found.block)
-    return blocks
+        ).block
+        for one in elements
+    ]  # fmt: skip

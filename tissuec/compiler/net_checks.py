@@ -242,7 +242,7 @@ def unstable_step(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def _stiffest(network: Network, omega: float) -> str:
-    """Return what asks for the smallest step, in words: a spring, or elements.
+    """Name the spring, or the elements, that require the smallest step.
 
     Args:
         omega: The largest angular frequency [1/s].

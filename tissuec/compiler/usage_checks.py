@@ -111,7 +111,7 @@ def unused_sets(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def _replaced(compiled: Compiled) -> set[str]:
-    """Return what entries use that ``--set`` has replaced, by lower-case name."""
+    """Return the lower-case names in entries that ``--set`` has replaced."""
     entries = compiled.scene.declarations.replaced
     return {
         name.key

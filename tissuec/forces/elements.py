@@ -86,6 +86,12 @@ class SolidMaterial(NamedTuple):
     laws: tuple[SolidLaw, ...]
     fibres: SolidFibres | None = None
 
+    def some(self, items: Indices) -> "SolidMaterial":
+        """Return that of some elements, by indices of shape (n,)."""
+        fibres = None if self.fibres is None else self.fibres.some(items)
+        shear, bulk, viscosity = (c[items] for c in (self.shear, self.bulk, self.viscosity))
+        return SolidMaterial(shear, bulk, viscosity, self.law[items], self.laws, fibres)
+
 
 class SolidElements(WalledField, frozen=True):
     """Solid elements of one shape; an element that loses an edge is gone.
@@ -101,7 +107,7 @@ class SolidElements(WalledField, frozen=True):
         law: Number of the law, shape (element,).
         laws: The first is neo-Hookean.
         fibres: Families of fibres; there may be none.
-        span: What asks for the elements.
+        span: The entry that asks for the elements.
     """
 
     name: str
@@ -140,7 +146,7 @@ class SolidElements(WalledField, frozen=True):
             material: What they are made of.
             ends: Nodes of the springs of the body, shape (spring, 2).
             first_spring: Number of the first of these.
-            span: What asks for them.
+            span: The entry that asks for them.
 
         Raises:
             ValueError: An element is flat or inside out as drawn.
@@ -213,19 +219,18 @@ class SolidElements(WalledField, frozen=True):
             position: Of all nodes [m], shape (node, 3).
 
         Returns:
-            Σ w σ [J], shape (node, 6): xx, yy, zz, xy, yz, xz; and Σ w [m³], shape (node,).
+            Σ w σ [J], shape (node, 3, 3), and Σ w [m³], shape (node,).
         """
-        total, volume = np.zeros((len(position), 6)), np.zeros(len(position))
+        total, volume = np.zeros((len(position), 3, 3)), np.zeros(len(position))
         for part in self._parts():
             own = self.only(part)
             strain = SolidStrain(own.deformations(position))
             stress = strain.cauchy(own._slopes(strain))
             for family in own.fibres.families():
                 stress += family.cauchy(strain)
-            six = stress[..., [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
             share = own.drawn.volume[own.row][..., None] * self.shape.lumped
             np.add.at(volume, own.nodes, share.sum(axis=1))
-            np.add.at(total, own.nodes, np.einsum("eqa,eqk->eak", share, six))
+            np.add.at(total, own.nodes, np.einsum("eqa,eqxy->eaxy", share, stress))
         return total, volume
 
     # --- energy and matrix --------------------------------------------------------------------
@@ -340,11 +345,11 @@ class SolidElements(WalledField, frozen=True):
         return _as_operator(self._viscous(position, np.arange(count), count))
 
     def spread(self, time: float, position: Floats) -> float:
-        """Return the sum of what energies are made of, whose digits rounding spoils [J]."""
+        """Return the scale of the rounding errors of the energy [J]; see ``Effect``."""
         return float(((self.shear + self.bulk + self.local) * self.volume).sum())
 
     def noise(self, time: float, position: Floats) -> float:
-        """Return a force whose digits rounding spoils [N]."""
+        """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
         slope = np.abs(self.drawn.gradients).max(axis=(1, 2, 3))[self.row]
         return float(
             ((self.shear + self.bulk + self.local) * self.volume * slope).max(initial=0.0)
@@ -364,7 +369,7 @@ class SolidElements(WalledField, frozen=True):
         return press_elements
 
     def table(self, place: Indices, acts: BoundaryConditions, position: Floats) -> ElementTable:
-        """Return what holds anywhere."""
+        """Return the record of the kernel, which is valid at any position."""
         points, count = self.shape.gradients.shape[:2]
         used, row = np.unique(self.row, return_inverse=True)
         gradients = self.drawn.gradients[used].reshape(len(used), points, 3 * count)
@@ -393,7 +398,7 @@ class SolidElements(WalledField, frozen=True):
             yield np.arange(first, min(first + _BLOCK, self.item_count))
 
     def _slopes(self, strain: SolidStrain) -> EnergySlopes:
-        """Return what the energy changes by at all points, shape (element, point)."""
+        """Return the derivatives of the energy at all points, shape (element, point)."""
         weight = self.drawn.volume[self.row]
         mean = (weight * strain.j).sum(axis=-1) / weight.sum(axis=-1)
         of_law = [self.shear[:, None] * self._of_laws(strain, each) for each in DERIVATIVES]

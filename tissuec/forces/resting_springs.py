@@ -147,7 +147,7 @@ class RestingSprings(Struct, frozen=True, eq=False, dict=True):
 
 
 def reached(ends: NDArray[np.integer], position: Floats) -> tuple[Floats, Floats]:
-    """Return what leads along springs [m], shape (spring, 3), and how far, shape (spring,).
+    """Return the vectors along springs [m], shape (spring, 3), and lengths, shape (spring,).
 
     Args:
         ends: Node pair of each spring, shape (spring, 2).

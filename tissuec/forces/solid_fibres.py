@@ -85,7 +85,7 @@ class FibreFamily:
         return spread * iso + 2.0 * (1.0 - 3.0 * spread) * line
 
     def cauchy(self, strain: SolidStrain) -> Floats:
-        """Return what the fibres add to ``SolidStrain.cauchy`` [Pa], shape (…, point, 3, 3)."""
+        """Return the stress of the fibres [Pa], shape (…, point, 3, 3); see ``SolidStrain``."""
         e, along = self._strain(strain)
         slope = self._k1 * e * np.exp(self._k2 * e * e)
         piola = slope[..., None, None] * self._by_deformation(strain, along)

@@ -63,7 +63,7 @@ def add_springs(forces: Forces, at: NodeState) -> None:
 
 
 def reach(low: int, high: int, at: NodeState) -> Reach:
-    """Return what leads from one node to another.
+    """Return the direction from one node to another, with length and relative velocity.
 
     Args:
         low, high: The nodes.

@@ -38,9 +38,7 @@ def filling_tetrahedra(position: Floats, triangles: Indices) -> Indices:
     """
     if len(position) < 4 or not len(triangles):
         return np.zeros((0, 4), dtype=np.int64)
-    cells = _triangulated(position, triangles)
-    turned = volumes(position, cells) < 0.0
-    cells[turned] = cells[turned][:, [0, 2, 1, 3]]
+    cells = oriented(position, _triangulated(position, triangles))
     cells = cells[inside(position[cells].mean(axis=1), position, triangles)]
     return np.concatenate([cells, _between(cells, triangles)])
 
@@ -54,6 +52,17 @@ def volumes(position: Floats, tetrahedra: Indices) -> Floats:
     """
     a, b, c, d = position[tetrahedra].swapaxes(0, 1)
     return np.asarray(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0)
+
+
+def oriented(position: Floats, tetrahedra: Indices) -> Indices:
+    """Return tetrahedra with their corners in an order of a positive volume.
+
+    Args:
+        position: Nodes [m], shape (node, 3).
+        tetrahedra: Corners in any order, shape (tetrahedron, 4); also of the result.
+    """
+    turned = volumes(position, tetrahedra) < 0.0
+    return np.where(turned[:, None], tetrahedra[:, [0, 2, 1, 3]], tetrahedra)
 
 
 def _between(cells: Indices, triangles: Indices) -> Indices:

@@ -63,9 +63,8 @@ class Balance:
         ends = state.springs.ends
         resists = (state.springs.stiffness > 0.0) | (state.springs.law > 0)
         for field in state.fields:
-            resists[field.joining_springs] = (
-                True  # they join pieces, also without any stiffness
-            )
+            # They join pieces, also without any stiffness.
+            resists[field.joining_springs] = True
         acts = state.alive & resists & is_free[ends].any(axis=1)
         number = np.where(is_free, np.cumsum(is_free) - 1, -1)
         self._acting, self._every = np.flatnonzero(acts), state.springs

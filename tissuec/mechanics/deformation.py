@@ -108,7 +108,7 @@ class Surroundings(Struct, frozen=True, eq=False):
         squared = stretched.transpose(0, 2, 1) @ stretched
         green = 0.5 * self.axes @ (squared - unit) @ self.axes.transpose(0, 2, 1)
         ratio = np.linalg.det(squared + np.eye(3) - unit)
-        return _six(green), np.sqrt(np.maximum(ratio, 0.0))
+        return six(green), np.sqrt(np.maximum(ratio, 0.0))
 
     def virial(self, position: Floats, tension: Floats) -> Floats:
         """Return S of each node [J], shape (node, 6).
@@ -190,5 +190,9 @@ def symmetric(six: Floats) -> Floats:
     return six[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
 
 
-def _six(full: Floats) -> Floats:
+def six(full: Floats) -> Floats:
+    """Return symmetric tensors (node, 3, 3) by their components in the order of `COMPONENTS`.
+
+    They are in the unit of ``full``, shape (node, 6).
+    """
     return np.stack([full[:, i, j] for i, j in COMPONENTS], axis=-1)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tissuec.core.errors import counted
 from tissuec.geometry.edges import Floats, Indices
 from tissuec.geometry.elements import MIDDLES, SHAPES, ElementShape, Measures
+from tissuec.geometry.tetrahedra import volumes
 from tissuec.meshes.formats import FormatError
 from tissuec.meshes.generators import ElementMesh, Mesh
 from tissuec.meshes.generators.joining import springs
@@ -84,8 +85,7 @@ def are_folded(cells: Mapping[str, Indices]) -> bool:
 def _turned(name: str, position: Floats, nodes: Indices) -> Indices:
     """Return cells of one shape in the order that has a positive volume."""
     if name == "tetrahedron":
-        a, b, c, d = position[nodes].swapaxes(0, 1)
-        content = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
+        content = volumes(position, nodes)
     else:
         content = Measures.of(SHAPES[name], position[nodes]).volume.sum(axis=1)
     return np.where((content < 0.0)[:, None], nodes[:, _MIRRORED[name]], nodes)

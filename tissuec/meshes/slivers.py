@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from tissuec.core.vectors import cross, dot, norm
 from tissuec.geometry.edges import Floats, Indices
-from tissuec.geometry.tetrahedra import OPPOSITE, volumes
+from tissuec.geometry.tetrahedra import OPPOSITE, oriented
 
 POOR = 0.05  # quality of tetrahedra that are reported
 _THIN, _BETTER = 0.1, 0.2  # which are left out, and around which nodes move
@@ -41,6 +41,17 @@ def quality(corners: Floats) -> Floats:
     sides = corners[..., _PAIRS[:, 0], :] - corners[..., _PAIRS[:, 1], :]
     square = np.einsum("...ki,...ki->...", sides, sides) / 6.0
     return np.asarray(np.sqrt(2.0) * content / np.maximum(square, 1e-300) ** 1.5)
+
+
+def worst_and_mean(position: Floats, tetrahedra: Indices) -> tuple[float, float]:
+    """Return the worst and the mean quality of tetrahedra [1], in either order of corners.
+
+    Args:
+        position: Nodes [m], shape (node, 3).
+        tetrahedra: Corners, shape (tetrahedron, 4).
+    """
+    value = np.abs(quality(position[tetrahedra]))
+    return float(value.min()), float(value.mean())
 
 
 def poor_ones(position: Floats, tetrahedra: Indices) -> Iterator[str]:
@@ -74,9 +85,7 @@ def without_slivers(
         tetrahedra: That fill a closed surface, in any order of corners, shape (tetrahedron, 4).
         inner: Number of the first node that may move; all before lie in the surface.
     """
-    cells = tetrahedra.copy()
-    turned = volumes(position, cells) < 0.0
-    cells[turned] = cells[turned][:, [0, 2, 1, 3]]
+    cells = oriented(position, tetrahedra)
     for _ in range(_ROUNDS):
         thin = _thin(position, cells)
         if not len(thin):

@@ -250,9 +250,17 @@ class Network(Struct, frozen=True, eq=False, dict=True):
         of_nodes = {name: each for name, each in arrays.items() if name not in COLUMNS}
         return replace(self, **of_nodes, springs=replace(self.springs, **of_springs))
 
+    def of_kind(self, kind: str) -> tuple[Any, ...]:
+        """Return the fields of the blocks of a kind."""
+        return tuple(block.field for block in self.blocks if block.kind == kind)
+
+    def elements_of(self, body: str) -> tuple[Any, ...]:
+        """Return the ``forces.elements.SolidElements`` of a body, shape by shape."""
+        return tuple(each for each in self.of_kind("elements") if each.name == body)
+
     def field(self, kind: str) -> Any:
         """The field of the first block of a kind; None if there is none."""
-        return next((block.field for block in self.blocks if block.kind == kind), None)
+        return next(iter(self.of_kind(kind)), None)
 
     @property
     def contact(self) -> Any:

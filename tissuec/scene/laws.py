@@ -93,12 +93,14 @@ class LawKind(Struct, frozen=True):
         word: Of the entry.
         forms: As a formula; there may be none.
         formula: Returns what a law with a name does.
+        example: A law with a name, for messages.
     """
 
     family: Family[type[SpringLaw]] | Family[type[ViscosityLaw]] | Family[type[SolidLaw]]
     word: str
     forms: tuple[Form, ...] = ()
     formula: Callable[[Any], Formula] = operator.methodcaller("force")
+    example: str = "linear"
 
 
 _MEANINGS = {"e": "the elongation", "w": "the speed", "strain": "the strain"}
@@ -123,13 +125,13 @@ LAW_KINDS = (
         "viscosity law",
         (Form("viscous force", units.FORCE, _LENGTHENING + _SPEED, _VISCOUS | _REST),),
     ),
-    LawKind(SOLID_LAWS, SOLID_LAW, formula=operator.methodcaller("energy")),
+    LawKind(
+        SOLID_LAWS,
+        SOLID_LAW,
+        formula=operator.methodcaller("energy"),
+        example="yeoh { second = 0.5 }",
+    ),
 )
-_EXAMPLE = {
-    "spring law": "linear",
-    "viscosity law": "linear",
-    "solid law": "yeoh { second = 0.5 }",
-}
 #: Every free formula, by what it is called.
 FORMS = {form.name: form for kind in LAW_KINDS for form in kind.forms}
 #: The kind of law that an entry of a tissue writes, by its name.
@@ -195,7 +197,7 @@ def read_law(kind: LawKind, item: Entry, scope: Scope) -> WrittenLaw:
         return _named(kind, item, scope)
     is_word = isinstance(item, s.Assign) and isinstance(item.value, s.Name)
     if is_word and item.name.key == kind.word:
-        schema.refuse_sign(item, scope, example=f"{kind.word} is {_EXAMPLE[kind.word]}")
+        schema.refuse_sign(item, scope, example=f"{kind.word} is {kind.example}")
     forms = FORMS.get(item.name.key), *kind.forms
     others = [f', or "{form.heads[0]} = …"' for form in forms if form is not None]
     scope.findings.reject(
@@ -207,7 +209,7 @@ def read_law(kind: LawKind, item: Entry, scope: Scope) -> WrittenLaw:
 
 
 def _named(kind: LawKind, item: s.Sentence | s.Block, scope: Scope) -> WrittenLaw:
-    name = schema.word_of(item, scope, example=f"{kind.word} is {_EXAMPLE[kind.word]}")
+    name = schema.word_of(item, scope, example=f"{kind.word} is {kind.example}")
     if name.key not in kind.family:
         scope.findings.reject(
             "TIS305",

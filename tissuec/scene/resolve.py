@@ -42,7 +42,7 @@ def resolve_words(
     overrides: Sequence[str] = (),
     declarations: Declarations | None = None,
 ) -> ResolvedProgram:
-    """Return what of a program needs no bodies; it need not be a complete scene.
+    """Resolve the parts of a program that need no bodies; it need not be a complete scene.
 
     Args:
         program: The program.

@@ -22,7 +22,7 @@ _TEARING = {
 
 
 def leaking(enclosure: Enclosure, cells: int, state: State, log: Log) -> str:
-    """Return what it means that some cells of an enclosure are torn, and what tore them.
+    """Describe the leak of an enclosure, with the event that tore it.
 
     Args:
         enclosure: As it was before.
@@ -39,10 +39,10 @@ def leaking(enclosure: Enclosure, cells: int, state: State, log: Log) -> str:
 
 
 def torn_by(springs: Indices, time: float, log: Log) -> str:
-    """Return which event took springs away last, such as "; torn by: cut … (scene.tis:7)".
+    """Name the last event that removed any of the springs: "; torn by: cut … (scene.tis:7)".
 
-    The time of the event is contained if it is not the present one. Empty if no event in the
-    log took one of them.
+    It includes the time of the event unless that is the present one. It is empty if no event
+    in the log removed one of them.
 
     Args:
         springs: Indices, shape (n,).

@@ -8,6 +8,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from tissuec.forces.volume import Enclosure
+from tissuec.mechanics.deformation import six
 from tissuec.model.network import Floats, Indices
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ class BodyMatter(Struct, frozen=True, eq=False):
         """
         parts = [each.intact(alive).node_stress(position) for each in self.elements]
         total, volume = (sum(part[nodes] for part in each) for each in zip(*parts, strict=True))
-        return np.asarray(total / np.where(volume > 0.0, volume, 1.0)[:, None])
+        return six(total / np.where(volume > 0.0, volume, 1.0)[:, None, None])
 
 
 class Anatomy(Struct, frozen=True, eq=False):

@@ -148,7 +148,7 @@ class Inflate(Struct, frozen=True):
 
 
 def _replacing(old: Enclosure, new: Enclosure, time: float) -> str:
-    """Return what another order to preserve a volume changes at a time [s]."""
+    """Describe how a further ``preserve`` changes the target at a time [s]."""
     text = f"replaced: {sentence(old.span)}"
     swell = old.swell(time)[0]
     if not old.swellings:

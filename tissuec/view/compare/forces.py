@@ -66,27 +66,14 @@ def _difference(
     quantity: str, name: str, one: ForceEntry, other: ForceEntry
 ) -> QuantityDifference:
     a, b = _value(one), _value(other)
-    places = (_place(one),), (_place(other),)
-    if not isinstance(a, float) or not isinstance(b, float):
-        return QuantityDifference(
-            quantity, name, FORCE, 1, 1, 1.0, name, a, b, (), (), None, *places
-        )
-    relative = float(relative_difference(np.array([a]), np.array([b]))[0])
+    relative, ranges, dimension = 1.0, ((), ()), None
+    if isinstance(a, float) and isinstance(b, float):
+        relative = float(relative_difference(np.array([a]), np.array([b]))[0])
+        ranges, dimension = ((a, a), (b, b)), one.dimension
     return QuantityDifference(
-        quantity,
-        name,
-        FORCE,
-        1,
-        1,
-        relative,
-        name,
-        a,
-        b,
-        (a, a),
-        (b, b),
-        one.dimension,
-        *places,
-    )
+        quantity, name, FORCE, 1, 1, relative, name, a, b, *ranges, dimension,
+        (_place(one),), (_place(other),),
+    )  # fmt: skip
 
 
 def _value(entry: ForceEntry) -> float | str:

@@ -33,10 +33,7 @@ class ElementOrientation:
 
     def __init__(self, network: Network, body: BodyPart):
         self._network, self._body = network, body
-        fields = (block.field for block in network.blocks if block.kind == "elements")
-        self._shapes: Sequence[SolidElements] = [
-            field for field in fields if field.name == body.name
-        ]
+        self._shapes: Sequence[SolidElements] = network.elements_of(body.name)
         self._seen: Floats | None = None
         self._close = 0.0
         self._is_out = False
