@@ -361,6 +361,11 @@ class SolidElements(WalledField, frozen=True):
         points, count = self.shape.gradients.shape[:2]
         return _SECONDS * self.item_count * points * count
 
+    @property
+    def derivatives(self) -> str:
+        """Return why there are no exact derivatives for learning."""
+        return "have no exact derivatives"
+
     # --- for the engine -----------------------------------------------------------------------
 
     @property
