@@ -189,7 +189,17 @@ MISTAKES = {
     "made of elements; springs where x > 1 mm { tissue is nut }":
         "TIS306: a tissue for springs where x > 1 mm is not available for elements",
     "made of elements; region a where x > 1 mm { prestress = 2 % }":
-        "TIS306: prestress is not available for elements",
+        "TIS304: block needs the direction of its prestress",
+    "made of elements; prestress along (1, 0, 0)":
+        "TIS306: the direction of prestress of block has no effect: its tissue has no "
+        "prestress",
+    "made of elements; prestress along (0, 0, 0)": "TIS308: prestress needs a direction",
+    "made of elements; prestress along 3": "TIS312: the direction must be a vector: (x, y, z)",
+    "made of elements; prestress by (1, 0, 0)":
+        "TIS312: prestress of a body has one direction",
+    "made of elements; prestress along (1, 0, 0) across (0, 0, 1)":
+        "TIS312: prestress of a body has one direction",
+    "made of elements; prestress = 5 %": 'TIS303: "prestress" is not an entry of a body',
 }  # fmt: skip
 
 
@@ -201,7 +211,7 @@ def test_what_is_of_springs_is_refused_of_a_body(body, message):
 
 
 TISSUES = {
-    "yield stress = 1 kPa; flow viscosity = 1 Pa*s": 2, "prestress = 2 %": 1,
+    "yield stress = 1 kPa; flow viscosity = 1 Pa*s": 2,
     "relaxing share = 20 %; relaxation time = 1 s": 2, "viscosity = 1 N*s/m": 1,
 }  # fmt: skip
 
@@ -214,6 +224,57 @@ def test_what_is_of_springs_is_refused_of_a_tissue(tissue, many):
     assert len(found) == many
     assert {one.code for one in found} == {"TIS306"}
     assert all("available for elements" in one.message for one in found)
+
+
+SETTLED = "at 0 s: settle"
+PRESTRESSED = "fibre modulus = 30 kPa; prestress = 10 %"
+
+
+def test_prestress_goes_along_the_only_fibres_unless_something_else_is_written():
+    fibred = "made of elements; fibres = (0, 3, 4)"
+    scenes = {"tissue": PRESTRESSED, "script": SETTLED}
+    found = elements(compiled(fibred, **scenes)).prestretch
+    np.testing.assert_allclose(found.axis, (0.0, 0.6, 0.8))
+    assert not found.is_across
+    np.testing.assert_allclose(found.stretch, 1.0 / 0.9)
+    found = elements(compiled(f"{fibred}; prestress across (0, 0, 2)", **scenes))
+    np.testing.assert_allclose(found.prestretch.axis, (0.0, 0.0, 1.0))
+    assert found.prestretch.is_across
+    said, _ = refusal(f"{fibred}; second fibres = (1, 0, 0)", tissue=PRESTRESSED)
+    assert "because it has two families of fibres" in said
+
+
+def test_prestress_of_a_region_goes_before_that_of_the_tissue():
+    body = "made of elements; prestress along (1, 0, 0); region top where z > 10 mm "
+    scenes = {"tissue": "prestress = 5 %", "script": SETTLED}
+    found = compiled(body + "{ prestress = 20 % }", **scenes)
+    own = elements(found)
+    height = found.network.position[own.nodes][..., 2].mean(axis=1)
+    np.testing.assert_allclose(
+        own.prestretch.stretch, 1.0 / np.where(height > 10e-3, 0.8, 0.95)
+    )
+    assert elements(compiled(tissue="prestress = 0 %")).prestretch is None
+    # Half of the block may be without any.
+    own = elements(compiled(body + "{ tissue is nut }", **scenes))
+    assert set(own.prestretch.stretch) == {1.0, 1.0 / 0.95}
+
+
+def test_check_warns_of_a_prestressed_block_that_is_held_out_of_balance():
+    held = {"tissue": "prestress = 5 %", "body": "made of elements; prestress along (1, 0, 0)"}
+    _, warnings = compile_request(scene(**held))
+    assert "W309" in [w.code for w in warnings]
+    (said,) = (w for w in warnings if w.code == "W309")
+    assert "block is not in equilibrium at 0 s: prestress pulls" in said.message
+    _, warnings = compile_request(scene(**held, script=SETTLED))
+    assert "W309" not in [w.code for w in warnings]
+
+
+def test_springs_have_no_direction_of_prestress():
+    mesh = "kind is sodium chloride; reach is second neighbours"
+    body, tissue = "made of springs; prestress along (1, 0, 0)", "retardation time = 1 ms"
+    assert refusal(body, mesh=mesh, tissue=tissue)[0] == (
+        "TIS306: only a body of elements has a direction of prestress"
+    )
 
 
 def test_what_is_of_springs_is_refused_of_a_mesh():

@@ -360,7 +360,8 @@ def _stiffness_of_springs(
     nodes = np.arange(network.node_count)
     for solid in network.of_kind("elements"):
         # The trace of a node's stiffness, as the sum of springs. Unstrained, all are positive.
-        matrix = solid.matrix(0.0, network.position, nodes, len(nodes))
+        is_unstrained = solid.prestretch is None
+        matrix = solid.matrix(0.0, network.position, nodes, len(nodes), exact=is_unstrained)
         each += matrix.tocsr().diagonal().reshape(-1, 3).sum(axis=1)[: network.body_nodes]
     if each.any():
         return float(each[each > 0.0].mean())

@@ -31,7 +31,8 @@ from tissuec.model.springs import NUMBERS
 from tissuec.scene.element_bodies import refuse
 from tissuec.scene.findings import Findings
 from tissuec.scene.laws import SOLID_LAW
-from tissuec.scene.model import AssignedQuantity
+from tissuec.scene.model import AssignedQuantity, PrestressDirection
+from tissuec.scene.prestress import FORMS, PRESTRESS
 from tissuec.scene.quantities import (
     FIBRE_MODULUS,
     POISSONS_RATIO,
@@ -44,6 +45,7 @@ from tissuec.scene.quantities import (
 if TYPE_CHECKING:
     from tissuec.forces.elements import SolidMaterial
     from tissuec.forces.solid_fibres import SolidFibres
+    from tissuec.forces.solid_prestretch import Prestretch
 
 STRAIGHT = 1e-9  # stiffening of fibres that have none, by which energies are divided
 POISSON = 0.25  # of tissues that give none: that of springs in a solid
@@ -53,7 +55,7 @@ INCOMPRESSIBLE = 0.4997
 MADE_OF = "made of elements"  # the origin of numbers of their springs
 #: Quantities of springs that elements do not have.
 _OF_SPRINGS = (
-    *SHARES, *CONSTANTS, *TIMES, "prestress", "yield stress", LIMIT,
+    *SHARES, *CONSTANTS, *TIMES, "yield stress", LIMIT,
     "flow viscosity", VISCOSITY,
 )  # fmt: skip
 
@@ -119,7 +121,7 @@ class ElementReader:
 
         material = SolidMaterial(
             shear, bulk, self._viscosity(shear), self.part.astype(np.int64), laws,
-            self._fibres(),
+            self._fibres(), self._prestretch(),
         )  # fmt: skip
         found: list[BodyElements] = []
         first = 0
@@ -182,6 +184,48 @@ class ElementReader:
         along = np.array([one for one in directions if one is not None], dtype=float)
         every = np.broadcast_to(along, (len(self.part), *along.shape))
         return SolidFibres(every, stiffness, np.maximum(stiffening, STRAIGHT), spread)
+
+    def _prestretch(self) -> "Prestretch | None":
+        """Return how much the elements are stretched as drawn; None without prestress."""
+        given = self.parts.found(PRESTRESS)
+        used = [given[number] for number in part_numbers(self.part)]
+        stressed = [one for one in used if one is not None and one.value]
+        direction = self.body.prestress
+        if direction is not None and all(one is None for one in used):
+            self.findings.reject(
+                "TIS306",
+                f"the direction of prestress of {self.body.name} has no effect: its tissue has "
+                "no prestress",
+                self.body.places[PRESTRESS],
+                hint="write prestress = 5 % in the tissue or in a region, or remove it",
+            )
+        if not stressed:
+            return None
+        if direction is None:
+            direction = self._along_fibres(stressed[0])
+        from tissuec.forces.solid_prestretch import Prestretch
+
+        share = np.array([0.0 if one is None else one.value for one in given])
+        # Without stress, lengths are shorter by this part, like those of springs.
+        return Prestretch(direction.axis, direction.is_across, 1.0 / (1.0 - share[self.part]))
+
+    def _along_fibres(self, given: AssignedQuantity) -> PrestressDirection:
+        """Return the direction of the only fibres of the body; reject a body without.
+
+        Args:
+            given: The prestress that needs a direction.
+        """
+        fibres = self.body.fibres
+        if isinstance(fibres, np.ndarray) and self.body.second_fibres is None:
+            return PrestressDirection(fibres)
+        several = "" if fibres is None else ", because it has two families of fibres"
+        self.findings.reject(
+            "TIS304",
+            f"{self.body.name} needs the direction of its prestress{several}",
+            self.body.span,
+            hint=f"write {FORMS}",
+            notes=(Note("required by this entry", given.span),),
+        )
 
     def _needs_modulus(self, given: AssignedQuantity) -> None:
         self.findings.reject(

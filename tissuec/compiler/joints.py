@@ -90,8 +90,8 @@ def _drawing(joint: Joint, ends: Floats) -> Drawing:
     body = Body(
         name=joint.name, mesh=None, tables=None, tissue=joint.tissue, regions=(),
         interface="", spring_parts=(), may_rupture=joint.may_rupture,
-        bending=None, fibres=None, second_fibres=None, shell=None, elements=None, mass=None,
-        thickness=None,
+        bending=None, fibres=None, second_fibres=None, prestress=None, shell=None,
+        elements=None, mass=None, thickness=None,
         section=joint.section, velocity=still, spin=still, places={}, is_whole=True,
         span=joint.span,
     )  # fmt: skip

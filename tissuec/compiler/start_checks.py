@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissuec.compiler.compile import Compiled
 from tissuec.compiler.initial_state import state_at_start
@@ -44,28 +45,31 @@ def out_of_balance(compiled: Compiled) -> Iterator[Diagnostic]:
     time later: they wait for the net to come to rest.
     """
     network = compiled.network
-    origins = network.provenance["rest"].origins
-    if all(origin.how in UNSTRETCHED for origin in origins):
+    is_stressed = _stressed_springs(network)
+    solid = [one for one in network.of_kind("elements") if one.prestretch is not None]
+    if not (is_stressed.any() or solid):
         return
     if settles_at_start(compiled) or compiled.plan.simulation.integrator == RELAXATION:
         return
     if _waits(compiled.plan.events):
         return
-    given = np.array([origin.how not in UNSTRETCHED for origin in origins])
-    drawn = lengths(network.springs.ends, network.position)
-    is_stressed = given[network.provenance["rest"].index] & (network.springs.rest != drawn)
-    if not is_stressed.any():
-        return
     state = state_at_start(compiled)
     if not state.held.any():  # what is free contracts, and nobody feels its prestress
         return
     tension, force = pulls(state)
+    largest = np.abs(tension).max(initial=0.0)
+    if solid:
+        for one in solid:
+            one.add_forces(0.0, state.position, np.zeros_like(force), force)
+        largest = max(largest, norm(force).max())
     force[state.held] = 0.0
     each = norm(force)
     node = int(each.argmax())
-    if each[node] <= AT_REST * np.abs(tension).max(initial=0.0):
+    if each[node] <= AT_REST * largest:
         return
-    if not is_stressed[(network.springs.ends == node).any(axis=1)].any():  # typed in to swing
+    is_solid = any((one.nodes == node).any() for one in solid)
+    springs = (network.springs.ends == node).any(axis=1)
+    if not (is_solid or is_stressed[springs].any()):  # typed in to swing
         return
     body = next(body for body in network.bodies if node < body.nodes.stop)
     yield Diagnostic(
@@ -76,6 +80,16 @@ def out_of_balance(compiled: Compiled) -> Iterator[Diagnostic]:
         'let it settle (write "at 0 s: settle" after what is fixed there); otherwise forces at '
         "the start are those of its first motion",
     )
+
+
+def _stressed_springs(network: Network) -> NDArray[np.bool_]:
+    """Return which springs a prestress makes longer or shorter than at rest, (spring,)."""
+    known = network.provenance["rest"]
+    given = np.array([origin.how not in UNSTRETCHED for origin in known.origins])
+    if not given.any():
+        return np.broadcast_to(False, known.index.shape)
+    drawn = lengths(network.springs.ends, network.position)
+    return given[known.index] & (network.springs.rest != drawn)
 
 
 def _waits(events: Sequence[ScheduledAction]) -> bool:

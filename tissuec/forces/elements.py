@@ -28,6 +28,9 @@ change of volume: D. R. Nolan et al., J. Mech. Behav. Biomed. Mater. 39:48, 2014
 that of a liquid under the stress 2 η D, D being the rate of strain without its trace:
 
     P = 2 η/J' dev sym(Ḟ cof Fᵀ) cof F,    J' = max(J, 1/5).
+
+In elements with prestretch F0 (``forces.solid_prestretch``), F is (Σ x_a ⊗ ∂N_a/∂X) F0, and P
+acts on nodes by (∂N_a/∂X) F0; so F0 is part of the gradients that are kept.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -42,6 +45,7 @@ from tissuec.forces import Items, Resisting, WalledField
 from tissuec.forces.elements_kernel import LEAST, ElementTable, press_elements
 from tissuec.forces.matrices import assembled
 from tissuec.forces.solid_fibres import SolidFibres
+from tissuec.forces.solid_prestretch import Prestretch
 from tissuec.forces.solid_strain import (
     DERIVATIVES,
     Derivative,
@@ -76,7 +80,8 @@ class SolidMaterial(NamedTuple):
         viscosity: [Pa s], shape (element,).
         law: Number of the law, shape (element,).
         laws: Members of ``laws.solid.SOLID_LAWS``.
-        fibres: None without any.
+        fibres: As drawn; None without any.
+        prestretch: None without any.
     """
 
     shear: Floats
@@ -85,12 +90,14 @@ class SolidMaterial(NamedTuple):
     law: Indices
     laws: tuple[SolidLaw, ...]
     fibres: SolidFibres | None = None
+    prestretch: Prestretch | None = None
 
     def some(self, items: Indices) -> "SolidMaterial":
         """Return that of some elements, by indices of shape (n,)."""
-        fibres = None if self.fibres is None else self.fibres.some(items)
-        shear, bulk, viscosity = (c[items] for c in (self.shear, self.bulk, self.viscosity))
-        return SolidMaterial(shear, bulk, viscosity, self.law[items], self.laws, fibres)
+        columns = self.shear, self.bulk, self.viscosity, self.law
+        others = (each and each.some(items) for each in (self.fibres, self.prestretch))
+        shear, bulk, viscosity, law = (column[items] for column in columns)
+        return SolidMaterial(shear, bulk, viscosity, law, self.laws, *others)
 
 
 class SolidElements(WalledField, frozen=True):
@@ -100,13 +107,15 @@ class SolidElements(WalledField, frozen=True):
         name: Of the body.
         shape: Of all elements.
         nodes: Shape (element, node).
-        drawn: Gradients and volumes as drawn, one row for all elements that are alike.
+        drawn: Gradients and volumes as drawn, one row for all elements that are alike;
+            gradients by places without stress.
         row: Of each element in ``drawn``, shape (element,).
         shear, bulk, local: μ, K - K0 and K0 [Pa], shape (element,).
         viscosity: η [Pa s], shape (element,).
         law: Number of the law, shape (element,).
         laws: The first is neo-Hookean.
-        fibres: Families of fibres; there may be none.
+        fibres: Families of fibres, without stress; there may be none.
+        prestretch: None without any.
         span: The entry that asks for the elements.
     """
 
@@ -122,6 +131,7 @@ class SolidElements(WalledField, frozen=True):
     law: Indices
     laws: tuple[SolidLaw, ...]
     fibres: SolidFibres
+    prestretch: Prestretch | None
     span: Span
 
     @classmethod
@@ -152,6 +162,11 @@ class SolidElements(WalledField, frozen=True):
             ValueError: An element is flat or inside out as drawn.
         """
         drawn, row = _measured(shape, position[nodes])
+        fibres, prestretch = material.fibres or SolidFibres.none(len(nodes)), None
+        if material.prestretch is not None and (material.prestretch.stretch != 1.0).any():
+            prestretch = material.prestretch
+            drawn, row = prestretch.measures(drawn, row)
+            fibres = replace(fibres, along=prestretch.unstressed(fibres.along))
         is_flat = np.any(drawn.volume <= 0.0, axis=1)
         flat = np.flatnonzero(np.asarray(is_flat)[row])
         if len(flat):
@@ -165,7 +180,7 @@ class SolidElements(WalledField, frozen=True):
         return cls(
             first_spring + walls, which // len(shape.edges), name, shape, nodes, drawn, row,
             material.shear, material.bulk - local, local, material.viscosity, law, laws,
-            material.fibres or SolidFibres.none(len(nodes)), span,
+            fibres, prestretch, span,
         )  # fmt: skip
 
     @property
@@ -183,7 +198,8 @@ class SolidElements(WalledField, frozen=True):
     def only(self, items: Indices) -> Self:
         """Return some elements, by indices of shape (n,), with the walls of all."""
         some = {name: getattr(self, name)[items] for name in _COLUMNS}
-        return replace(self, fibres=self.fibres.some(items), **some)
+        prestretch = self.prestretch and self.prestretch.some(items)
+        return replace(self, fibres=self.fibres.some(items), prestretch=prestretch, **some)
 
     def items(self, place: Indices) -> Items:
         """Return the nodes of the elements."""
@@ -201,7 +217,7 @@ class SolidElements(WalledField, frozen=True):
         return self.drawn.volume.sum(axis=1)[self.row]
 
     def deformations(self, position: Floats) -> Floats:
-        """Return F at the points of all elements, shape (…, element, point, 3, 3).
+        """Return F, with prestretch, at all points, shape (…, element, point, 3, 3).
 
         Args:
             position: Of all nodes [m], shape (…, node, 3).
@@ -346,14 +362,26 @@ class SolidElements(WalledField, frozen=True):
 
     def spread(self, time: float, position: Floats) -> float:
         """Return the scale of the rounding errors of the energy [J]; see ``Effect``."""
-        return float(((self.shear + self.bulk + self.local) * self.volume).sum())
+        return float(self._rigidity.sum())
 
     def noise(self, time: float, position: Floats) -> float:
         """Return the scale of the rounding errors of forces [N]; see ``Effect``."""
-        slope = np.abs(self.drawn.gradients).max(axis=(1, 2, 3))[self.row]
-        return float(
-            ((self.shear + self.bulk + self.local) * self.volume * slope).max(initial=0.0)
-        )
+        return float((self._rigidity * self._steepest).max(initial=0.0))
+
+    @property
+    def stiffest(self) -> float:
+        """Return about the largest stiffness of an element [N/m]."""
+        return float((self._rigidity * self._steepest**2).max(initial=0.0))
+
+    @property
+    def _rigidity(self) -> Floats:
+        """Return moduli times volumes [J], shape (element,)."""
+        return (self.shear + self.bulk + self.local) * self.volume
+
+    @property
+    def _steepest(self) -> Floats:
+        """Return the largest gradient of a shape function [1/m], shape (element,)."""
+        return np.abs(self.drawn.gradients).max(axis=(1, 2, 3))[self.row]
 
     @property
     def seconds(self) -> float:

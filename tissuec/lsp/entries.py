@@ -94,7 +94,7 @@ def entries(block: BlockKind) -> Terms:
         case BlockKind("body"):
             own = _meant(
                 "body",
-                {"made": " of ", "region": " ", "springs": " where "},
+                {"made": " of ", "region": " ", "springs": " where ", "prestress": " along "},
                 mesh=meshes(),
                 rupture=_rupture(),
                 bending=_bending(),

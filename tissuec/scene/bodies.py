@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from tissuec.core.hints import Edit, Hint, alternatives
+from tissuec.core.hints import Edit, Hint, alternatives, leaving_out
 from tissuec.core.source import Span
 from tissuec.lang import syntax as s
 from tissuec.meshes.generators import MESHES, Generator
@@ -30,10 +30,12 @@ from tissuec.scene.fibres import SECOND_FIBRES, read_fibres
 from tissuec.scene.model import (
     Bending,
     Body,
+    PrestressDirection,
     Tables,
     Tissue,
     WrittenLaws,
 )
+from tissuec.scene.prestress import PRESTRESS, read_prestress
 from tissuec.scene.quantities import QUANTITIES
 from tissuec.scene.tables import explicit_tables, tables_of
 from tissuec.scene.tissue_names import read_tissue
@@ -41,7 +43,7 @@ from tissuec.scene.tissue_names import read_tissue
 EXPLICIT = "explicit"
 ENTRIES = (
     "mesh", "made", "tissue", "region", "springs", "rupture", "bending", "fibres",
-    SECOND_FIBRES,
+    SECOND_FIBRES, PRESTRESS,
     *BODY_ENTRIES,
 )  # fmt: skip
 #: What is said of a body elsewhere, and how.
@@ -97,6 +99,7 @@ class _BodyReader:
         self.bending: Bending | None = None
         self.fibres: Floats | str | None = None
         self.second_fibres: Floats | str | None = None
+        self.prestress: PrestressDirection | None = None
         self.shell: Span | None = None
         self.elements: Span | None = None
         self.may_be_elements = False  # also where that is written wrong
@@ -126,13 +129,8 @@ class _BodyReader:
             is_whole = self.findings.failures == failures
         elif self.parts.regions and is_whole and "interface" not in self.rest:
             is_whole = self.parts.require_interface(self.name.text, self.block.head)
-        if SECOND_FIBRES in self.once and self.elements is None:
-            self.findings.add(
-                "TIS306",
-                "only a body of elements can have a second family of fibres",
-                self.once[SECOND_FIBRES],
-                hint="write made of elements, or remove second fibres",
-            )
+        if self.elements is None:
+            self._refuse_directions()
         zero = np.zeros(3)
         return Body(
             name=self.name.text,
@@ -148,6 +146,7 @@ class _BodyReader:
             bending=self.bending,
             fibres=self.fibres,
             second_fibres=self.second_fibres,
+            prestress=self.prestress,
             shell=self.shell,
             elements=self.elements,
             mass=self.rest.get("mass"),
@@ -197,6 +196,8 @@ class _BodyReader:
             self.fibres = read_fibres(item, self.scope)
         elif key == SECOND_FIBRES:
             self.second_fibres = read_fibres(item, self.scope)
+        elif key == PRESTRESS and isinstance(item, s.Sentence):
+            self.prestress = read_prestress(item, self.scope)
         elif key in BODY_ENTRIES:
             self.rest[key] = schema.read_entry(BODY_ENTRIES[key], item, self.scope)
         else:
@@ -251,6 +252,26 @@ class _BodyReader:
             usual={"kind": CUBIC} if is_cubic else None,
         )  # fmt: skip
 
+    def _refuse_directions(self) -> None:
+        """Report directions that a body of springs does not have."""
+        if SECOND_FIBRES in self.once:
+            self.findings.add(
+                "TIS306",
+                "only a body of elements can have a second family of fibres",
+                self.once[SECOND_FIBRES],
+                hint="write made of elements, or remove second fibres",
+            )
+        if self.prestress is not None:
+            place = self.once[PRESTRESS]
+            self.findings.add(
+                "TIS306",
+                "only a body of elements has a direction of prestress",
+                place,
+                hint=leaving_out(
+                    "remove it: each spring is prestressed along its own direction", place
+                ),
+            )
+
     def _refuse_springs(self, made: Span) -> None:
         """Report what a body of elements says of springs."""
         if self.mesh is not None or self.mesh_kind == EXPLICIT:
@@ -260,9 +281,6 @@ class _BodyReader:
         self.bending = None
         if self.may_rupture:
             refuse("rupture", self.once["rupture"], made, self.findings)
-        for region in self.parts.regions:
-            if region.prestress is not None:
-                refuse("prestress", region.prestress.span, made, self.findings)
         for part in self.parts.spring_parts:
             what = f"a tissue for {part.name}"
             refuse(what, part.span, made, self.findings, is_block=True)

@@ -65,10 +65,12 @@ ENTRIES = {
         "its thickness.",
         "fibres": "The stiffer direction of a tissue with a fibre modulus.",
         "second fibres": "The direction of a second family of fibres, in a body of elements.",
+        "prestress": "The direction in which a body of elements is prestressed, or the normal "
+        "of the plane in which it is.",
     },
     "region": {
         "tissue": "The tissue of the region; by default that of the body.",
-        "prestress": "Initial strain of the springs of the region.",
+        "prestress": "Initial strain of the springs or elements of the region.",
     },
     "interface": {
         "tissue": "The tissue of the springs between two regions.",
@@ -132,7 +134,7 @@ RESERVED = {
     "by": "A distance, a factor, an expected deviation, or a source.",
     "with": "A tool, a force, a knot or columns.",
     "along": "A direction or a path.",
-    "across": "Reserved for later versions; not allowed in names.",
+    "across": "The normal of a plane.",
     "through": "A point on a plane or an axis, or a nozzle.",
     "facing": "The normal direction of a plane.",
     "of": "The object that something belongs to or is measured on.",

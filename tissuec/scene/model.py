@@ -201,6 +201,19 @@ class Bending(Struct, frozen=True):
     span: Span
 
 
+class PrestressDirection(Struct, frozen=True, eq=False):
+    """A direction of prestress.
+
+    Attributes:
+        axis: Unit vector, shape (3,).
+        is_across: Whether all directions of the plane with this normal are stretched, and not
+            the axis.
+    """
+
+    axis: Floats
+    is_across: bool = False
+
+
 class Body(Struct, frozen=True, eq=False):
     """A mesh made of tissue.
 
@@ -217,6 +230,7 @@ class Body(Struct, frozen=True, eq=False):
         bending: Springs between second neighbours; None without any.
         fibres: Their direction, or "axial" or "circumferential" in a tube; None if not written.
         second_fibres: Of a solid of elements, the direction of another family; None without.
+        prestress: Of a solid of elements, the direction of its prestress; None if not written.
         shell: What asks for bending stiffness by the thickness of the wall; None without it.
         elements: What asks for finite elements instead of springs; None with springs.
         is_whole: Whether all of it could be read. Otherwise its mesh and regions hold, and no
@@ -237,6 +251,7 @@ class Body(Struct, frozen=True, eq=False):
     bending: Bending | None
     fibres: Floats | str | None
     second_fibres: Floats | str | None
+    prestress: PrestressDirection | None
     shell: Span | None
     elements: Span | None
     mass: float | None

@@ -196,6 +196,20 @@ class Equations:
         steep = np.maximum(*(self.behaviour.resisting(e) for e in (drawn, 0.0 * drawn)))
         return np.asarray(steep + self.yielding.sudden)
 
+    @property
+    def stiffest(self) -> float:
+        """Return the largest stiffness of a spring, or of elements at a node [N/m]."""
+        springs = float(self.stiffness.max(initial=0.0))
+        return max(springs, float(self._of_elements().max(initial=0.0)))
+
+    def _of_elements(self) -> Floats:
+        """Return about what elements resist the motion of each node with [N/m], (node,)."""
+        found = np.zeros(self.count)
+        for acting in self.fields:
+            if isinstance(acting, ElementSolid):
+                found += acting.resistance(self.count)
+        return found
+
     # --- state --------------------------------------------------------------------------------
 
     def gather(self, position: Floats, velocity: Floats, work: float, lost: float) -> Floats:
@@ -427,10 +441,10 @@ class Equations:
         """
         length = float(np.abs(self._reach).max(initial=0.0) + self.rest.max(initial=0.0))
         stiffness = self.stiffness
-        joined = (abs(self._backwards) @ stiffness)[self.free]
+        joined = (abs(self._backwards) @ stiffness + self._of_elements())[self.free]
         fastest = float(np.sqrt((2.0 * joined / self.mass).max(initial=0.0)))
         place = ROUNDING * length
-        strain = float(stiffness.max(initial=0.0)) * place * length
+        strain = self.stiffest * place * length
         return ErrorScales(place, place * fastest, strain)
 
 

@@ -242,8 +242,7 @@ class EnergyField:
         self._frozen = np.zeros_like(self.start)
         springs = self._springs(self.start)
         self.reach = float(np.mean(springs.length)) if len(springs.length) else 1.0
-        stiffest = float(equations.stiffness.max(initial=0.0))
-        self.noise = stiffest * equations.noise().displacement
+        self.noise = equations.stiffest * equations.noise().displacement
 
     def _state(self, moved: Floats) -> Floats:
         """Return displacements of all nodes, shape (node, 3)."""
@@ -293,13 +292,22 @@ class EnergyField:
         return float(elastic - (self._load + self._frozen) @ moved) + pressed
 
     def largest(self, moved: Floats) -> float:
-        """Return the largest force of a spring or component of a load [N].
+        """Return the largest force of a spring, or component of a load or sum of forces [N].
+
+        Sums are those of springs and fields at all nodes, also held ones.
 
         Args:
             moved: Displacements of the free nodes [m], shape (3 free,).
         """
-        tension = np.abs(self._springs(moved).tension).max(initial=0.0)
-        return max(float(tension), float(np.abs(self._load).max()))
+        springs = self._springs(moved)
+        tension = np.abs(springs.tension).max(initial=0.0)
+        most = max(float(tension), float(np.abs(self._load).max()))
+        if not self._equations.fields:
+            return most
+        motion = self._state(moved)
+        still = np.zeros_like(motion)
+        sums = self._equations.inner_forces(self._time, motion, still, springs)
+        return max(most, float(np.abs(sums).max()))
 
     def stiffness(self, moved: Floats) -> csr_matrix:
         """Return the second derivative of the energy [N/m], shape (3 free, 3 free)."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.linalg import expm
 
 from tissuec.validate.forces import assembled
 from tissuec.validate.forces.laws import derived, shipped
@@ -52,6 +53,8 @@ class ElementSolid:
         sides = np.einsum("eax,qak->eqxk", drawn[self._nodes], natural)
         inward = np.asarray(np.linalg.inv(sides), dtype=float)
         self._slope = np.einsum("qak,eqkx->eqax", natural, inward)
+        if elements.prestretch is not None:
+            self._slope = np.einsum("eqax,exy->eqay", self._slope, drawn_out(elements))
         self._weight = np.linalg.det(sides) * weights
         self._volume = self._weight.sum(axis=1)
 
@@ -99,6 +102,16 @@ class ElementSolid:
         stress = 2.0 * (by_first * g + by_second * g * g * first)[..., None, None] * one
         stress = stress + of_fibres - 2.0 * (by_second * g * g)[..., None, None] * c
         return stress + (by_j / j)[..., None, None] * cofactors
+
+    def resistance(self, count: int) -> Floats:
+        """Return Σ w (2 μ + K) |∂N_a/∂X|² of each node [N/m], shape (node,).
+
+        Args:
+            count: Number of nodes.
+        """
+        modulus = 2.0 * self._shear + self._local + self._bulk[:, None]
+        each = np.einsum("eq,eqax,eqax->ea", self._weight * modulus, self._slope, self._slope)
+        return np.bincount(self._nodes.ravel(), each.ravel(), count)
 
     # --- what the reference asks for ----------------------------------------------------------
 
@@ -195,6 +208,19 @@ class ElementSolid:
         swell = np.einsum("eq,eqxk,eqak->eax", self._weight, turned, self._slope)
         values += np.einsum("e,eax,eby->eaxby", self._bulk / self._volume, swell, swell)
         return assembled(values, number[self._nodes], size)
+
+
+def drawn_out(elements: "SolidElements") -> Floats:
+    """Return how much elements are stretched as drawn, dimensionless, shape (element, 3, 3).
+
+    This is exp of the logarithmic strain, which has no trace: along an axis n it is
+    ln λ (3 n ⊗ n - 1)/2, and in the plane across n, ln λ (1 - 3 n ⊗ n).
+    """
+    given = elements.prestretch
+    assert given is not None
+    way = 3.0 * np.outer(given.axis, given.axis) - np.eye(3)
+    strain = -way if given.is_across else 0.5 * way
+    return np.array([expm(np.log(one) * strain) for one in given.stretch])
 
 
 def _isochoric(near: Any, below: Any) -> tuple[Any, Any]:

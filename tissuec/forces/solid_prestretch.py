@@ -1,0 +1,71 @@
+"""Prestretch of solid elements: F0, by which the drawn body is stretched.
+
+Without stress, an element is not shaped as it is drawn, but shorter by a factor λ along an
+axis n, or in all directions of the plane with the normal n, at the same volume:
+
+    F0 = λ n ⊗ n + λ^(-1/2) (1 - n ⊗ n)    or    F0 = λ^(-2) n ⊗ n + λ (1 - n ⊗ n).
+
+With F = ∂x/∂X of the drawn places X, the deformation that has stress is F F0 (A. Hoger, J.
+Elasticity 48:125, 1997). As det F0 = 1, volumes are those drawn.
+"""
+
+from typing import Self
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from tissuec.geometry.elements import Measures
+from tissuec.model.network import Floats, Indices
+
+
+class Prestretch(Struct, frozen=True, eq=False):
+    """Prestretch of elements.
+
+    Attributes:
+        axis: n, a unit vector, shape (3,).
+        is_across: Whether the plane with this normal is stretched, and not the axis.
+        stretch: λ of each element, positive, shape (element,).
+    """
+
+    axis: Floats
+    is_across: bool
+    stretch: Floats
+
+    def some(self, items: Indices) -> Self:
+        """Return that of some elements, by indices of shape (n,)."""
+        return replace(self, stretch=self.stretch[items])
+
+    @property
+    def deformation(self) -> Floats:
+        """Return F0, dimensionless, shape (element, 3, 3)."""
+        line = np.outer(self.axis, self.axis)
+        along, across = self.stretch, self.stretch**-0.5
+        if self.is_across:
+            along, across = self.stretch**-2, self.stretch
+        return across[:, None, None] * (np.eye(3) - line) + along[:, None, None] * line
+
+    def unstressed(self, drawn: Floats) -> Floats:
+        """Return directions as they are without stress: unit vectors along F0⁻¹ a.
+
+        Args:
+            drawn: a, shape (element, direction, 3).
+        """
+        back = np.linalg.inv(self.deformation)
+        found = np.einsum("exy,edy->edx", back, drawn)
+        return np.asarray(found / np.linalg.norm(found, axis=2)[..., None])
+
+    def measures(self, drawn: Measures, row: Indices) -> tuple[Measures, Indices]:
+        """Return measures with gradients by places without stress, and the row of each element.
+
+        Args:
+            drawn: With gradients by drawn places.
+            row: Of each element among them, shape (element,).
+        """
+        _, first, place = np.unique(
+            np.column_stack([row, self.stretch]), axis=0, return_index=True,
+            return_inverse=True,
+        )  # fmt: skip
+        old, turned = row[first], self.some(first).deformation[:, None]
+        gradients = np.ascontiguousarray(drawn.gradients[old] @ turned)
+        return Measures(gradients, drawn.volume[old]), place.reshape(-1)
